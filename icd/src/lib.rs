@@ -1,0 +1,53 @@
+//! Interface control document as code: the only vocabulary that the autopilot and the plant share.
+//!
+//! # Conventions
+//!
+//! * SI units and radians everywhere. Any other unit is the last word of the name (`_deg`, `_ms`).
+//! * Body axes: x forward, y right, z down, origin at the centre of gravity.
+//! * NED: north, east, down at the place it is used. Local position is measured in the plane that
+//!   touches the Earth at the start point (altitude zero), so it does not follow the curvature.
+//! * Altitude is height above the WGS-84 ellipsoid, or above the plane on the flat Earth; the ground is 0 m.
+//! * Body rates are relative to inertial space, as gyros measure them.
+//! * Angle of attack `alpha = atan2(w, u)` and sideslip `beta = asin(v / V)` of the air-relative velocity.
+//!
+//! # Signs of the effectors
+//!
+//! | effector | positive means | moment of a positive deflection |
+//! |---|---|---|
+//! | left aileron | trailing edge down | +roll, +yaw |
+//! | right aileron | trailing edge down | -roll, -yaw |
+//! | left elevator | trailing edge down | +roll, -pitch, +yaw |
+//! | right elevator | trailing edge down | -roll, -pitch, -yaw |
+//! | rudder | trailing edge left | small +roll, -yaw, +Y force |
+//! | nozzle pitch | jet force on the airframe down | +pitch |
+//! | nozzle yaw | jet force on the airframe to the left | +yaw |
+//! | engine | thrust in newton | none |
+//!
+//! The ailerons work as a pair: aileron command `a` means right = `a`, left = `-a`.
+//!
+//! # Signal path
+//!
+//! The plant senses ([`Sensors`]), the autopilot answers ([`Actuators`]); [`wire`] turns both into
+//! datagrams, [`lockstep`] says who waits for whom. Faults travel beside them ([`fault`]) and are never
+//! seen by the control laws.
+
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod actuators;
+pub mod effector;
+pub mod fault;
+pub mod frames;
+pub mod lockstep;
+pub mod sensors;
+pub mod time;
+pub mod wire;
+
+pub use actuators::Actuators;
+pub use effector::{Effector, PerEffector};
+pub use fault::{FaultKind, FaultReply, FaultRequest};
+pub use frames::{Attitude, Body, EulerAngles, Ned};
+pub use sensors::Sensors;
+pub use time::{ControlPeriod, SimTime};

@@ -1,0 +1,402 @@
+//! Who waits for whom on the plant link.
+//!
+//! The plant asks (a sensor packet), the autopilot answers it exactly once, and only the answer lets the
+//! plant go on. What gets lost is asked again, byte for byte; what comes twice is answered again from
+//! memory, byte for byte; what comes late changes nothing. So the flight is the same on a bad link and on
+//! a good one, and only its wall-clock time differs.
+//!
+//! Neither side has a socket or a clock here: datagrams come in as arguments and go out as return values,
+//! and the caller decides when a packet counts as lost.
+
+use arrayvec::ArrayVec;
+
+use crate::actuators::Actuators;
+use crate::fault::PlantRequest;
+use crate::sensors::Sensors;
+use crate::time::{ControlPeriod, SimTime};
+use crate::wire::{
+    self, ActuatorPacket, Packet, PacketBytes, Phase, RefusalPacket, RefusalReason, Reports,
+    SensorPacket, WireError,
+};
+
+/// Sessions that the flight side remembers after they ended, so that their late packets start nothing.
+const RETIRED_MAX: usize = 8;
+
+/// Why a datagram changed nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ignored {
+    /// Belongs to an exchange that is over, or to another flight.
+    Late,
+    /// Meant for the other side.
+    WrongWay,
+    /// No packet of this link at all.
+    Unreadable(WireError),
+}
+
+/// The asking side.
+#[derive(Debug, Clone)]
+pub struct PlantSide {
+    session: u64,
+    sequence: u64,
+    question: PacketBytes,
+    scratch: PacketBytes,
+    waiting: bool,
+}
+
+/// What a datagram means to the plant.
+#[derive(Debug, PartialEq)]
+pub enum PlantEvent<'a> {
+    /// The answer: the plant may go on.
+    Answer(ActuatorPacket),
+    /// The autopilot will not talk to this plant.
+    Refused(RefusalPacket),
+    /// The autopilot speaks another version: send these bytes back and tell the operator.
+    Refuse(&'a [u8], WireError),
+    /// Nothing changes.
+    Ignored(Ignored),
+}
+
+impl PlantSide {
+    /// A new flight. `session` must differ from those of earlier flights.
+    #[must_use]
+    pub fn new(session: u64) -> Self {
+        Self {
+            session,
+            sequence: 0,
+            question: PacketBytes::new(),
+            scratch: PacketBytes::new(),
+            waiting: false,
+        }
+    }
+
+    /// The flight's number.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// Begins the next exchange and returns the packet to send.
+    pub fn ask(
+        &mut self,
+        time: SimTime,
+        phase: Phase,
+        period: ControlPeriod,
+        sensors: &Sensors,
+        reports: Reports,
+    ) -> &[u8] {
+        debug_assert!(!self.waiting, "the last question is not answered yet");
+        let packet = SensorPacket {
+            session: self.session,
+            sequence: self.sequence,
+            time,
+            phase,
+            period,
+            sensors: *sensors,
+            reports,
+        };
+        wire::encode_sensors(&packet, &mut self.question);
+        self.waiting = true;
+        &self.question
+    }
+
+    /// The packet to send again when no answer has come; `None` when nothing is open.
+    #[must_use]
+    pub fn unanswered(&self) -> Option<&[u8]> {
+        self.waiting.then_some(self.question.as_slice())
+    }
+
+    /// Takes one datagram.
+    pub fn handle(&mut self, datagram: &[u8]) -> PlantEvent<'_> {
+        match wire::decode(datagram) {
+            Ok(Packet::Actuators(packet)) => {
+                if self.waiting
+                    && packet.session == self.session
+                    && packet.sequence == self.sequence
+                {
+                    self.waiting = false;
+                    self.sequence += 1;
+                    PlantEvent::Answer(packet)
+                } else {
+                    PlantEvent::Ignored(Ignored::Late)
+                }
+            }
+            Ok(Packet::Refusal(refusal)) => {
+                let ours = refusal.session == self.session && refusal.sequence == self.sequence;
+                if self.waiting && ours {
+                    PlantEvent::Refused(refusal)
+                } else {
+                    PlantEvent::Ignored(Ignored::Late)
+                }
+            }
+            Ok(Packet::Sensors(_)) => PlantEvent::Ignored(Ignored::WrongWay),
+            Err(error) => match refuse(&error, &mut self.scratch) {
+                true => PlantEvent::Refuse(&self.scratch, error),
+                false => PlantEvent::Ignored(Ignored::Unreadable(error)),
+            },
+        }
+    }
+}
+
+/// The answering side.
+#[derive(Debug, Clone, Default)]
+pub struct FlightSide {
+    current: Option<Exchange>,
+    retired: ArrayVec<u64, RETIRED_MAX>,
+    answer: PacketBytes,
+    scratch: PacketBytes,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Exchange {
+    session: u64,
+    sequence: u64,
+    time: SimTime,
+    answered: bool,
+}
+
+/// What a datagram means to the autopilot.
+#[derive(Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "short-lived and on the stack: the link may not allocate"
+)]
+pub enum FlightEvent<'a> {
+    /// The first packet of a flight that this autopilot sees; call [`FlightSide::answer`].
+    ///
+    /// Its sequence number is 0 for a flight that begins, larger when the autopilot came in later.
+    NewFlight(SensorPacket),
+    /// The next packet of the flight; call [`FlightSide::answer`].
+    Next(SensorPacket),
+    /// A packet that was answered before: send these bytes again.
+    Repeat(&'a [u8]),
+    /// A packet that will not be answered: send these bytes back and tell the operator.
+    Refuse(&'a [u8], Refused),
+    /// The plant refuses this autopilot.
+    Refused(RefusalPacket),
+    /// Nothing changes.
+    Ignored(Ignored),
+}
+
+/// Why the flight side sends a refusal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refused {
+    /// The packet cannot be used.
+    Packet(WireError),
+    /// Another plant while the one in flight is alive.
+    Busy {
+        /// Session of the plant that was turned away.
+        session: u64,
+    },
+}
+
+impl FlightSide {
+    /// Waits for any plant.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Session of the flight, once there is one.
+    #[must_use]
+    pub fn session(&self) -> Option<u64> {
+        self.current.map(|exchange| exchange.session)
+    }
+
+    /// Takes one datagram. A new session is let in only if `may_change_flight`: the caller knows whether
+    /// it comes from the plant in flight or whether that one has gone silent.
+    pub fn handle(&mut self, datagram: &[u8], may_change_flight: bool) -> FlightEvent<'_> {
+        let packet = match wire::decode(datagram) {
+            Ok(Packet::Sensors(packet)) => packet,
+            Ok(Packet::Refusal(refusal)) => return FlightEvent::Refused(refusal),
+            Ok(Packet::Actuators(_)) => return FlightEvent::Ignored(Ignored::WrongWay),
+            Err(error) => {
+                return match refuse(&error, &mut self.scratch) {
+                    true => FlightEvent::Refuse(&self.scratch, Refused::Packet(error)),
+                    false => FlightEvent::Ignored(Ignored::Unreadable(error)),
+                };
+            }
+        };
+        match self.current {
+            Some(current) if current.session == packet.session => self.same_flight(current, packet),
+            _ if self.retired.contains(&packet.session) => FlightEvent::Ignored(Ignored::Late),
+            Some(_) if !may_change_flight => {
+                let refusal = RefusalPacket {
+                    version: wire::VERSION,
+                    session: packet.session,
+                    sequence: packet.sequence,
+                    reason: RefusalReason::Busy,
+                };
+                wire::encode_refusal(&refusal, &mut self.scratch);
+                FlightEvent::Refuse(&self.scratch, Refused::Busy { session: packet.session })
+            }
+            old => {
+                if let Some(old) = old {
+                    if self.retired.is_full() {
+                        self.retired.remove(0);
+                    }
+                    self.retired.push(old.session);
+                }
+                self.open(&packet);
+                FlightEvent::NewFlight(packet)
+            }
+        }
+    }
+
+    fn same_flight(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
+        if packet.sequence == current.sequence.saturating_add(1) && current.answered {
+            self.open(&packet);
+            FlightEvent::Next(packet)
+        } else if packet.sequence == current.sequence && current.answered {
+            FlightEvent::Repeat(&self.answer)
+        } else {
+            FlightEvent::Ignored(Ignored::Late)
+        }
+    }
+
+    fn open(&mut self, packet: &SensorPacket) {
+        self.current = Some(Exchange {
+            session: packet.session,
+            sequence: packet.sequence,
+            time: packet.time,
+            answered: false,
+        });
+    }
+
+    /// Answers the packet that [`FlightSide::handle`] returned last, and returns the bytes to send.
+    ///
+    /// `None` if there is no packet to answer.
+    pub fn answer(
+        &mut self,
+        actuators: &Actuators,
+        request: Option<PlantRequest>,
+    ) -> Option<&[u8]> {
+        let current = self.current.as_mut().filter(|current| !current.answered)?;
+        current.answered = true;
+        let packet = ActuatorPacket {
+            session: current.session,
+            sequence: current.sequence,
+            time: current.time,
+            actuators: *actuators,
+            request,
+        };
+        wire::encode_actuators(&packet, &mut self.answer);
+        Some(&self.answer)
+    }
+}
+
+/// Writes a refusal for errors whose sender should be told; false for those that stay without answer.
+fn refuse(error: &WireError, out: &mut PacketBytes) -> bool {
+    let (session, sequence, reason) = match *error {
+        WireError::Version { session, sequence, .. } => (session, sequence, RefusalReason::Version),
+        WireError::Value { session, sequence, .. } => (session, sequence, RefusalReason::Value),
+        _ => return false,
+    };
+    let refusal = RefusalPacket { version: wire::VERSION, session, sequence, reason };
+    wire::encode_refusal(&refusal, out);
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::{Attitude, Body, Ned};
+    use std::vec::Vec;
+
+    fn sensors() -> Sensors {
+        let mut values = [0.0; Sensors::COUNT];
+        values[6] = 1.0;
+        let _ = (Attitude::identity(), Body::zero(), Ned::zero());
+        Sensors::from_array(&values)
+    }
+
+    fn ask(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
+        let time = SimTime::from_micros(tick * 2_000);
+        plant.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors(), Reports::new()).to_vec()
+    }
+
+    fn answer(flight: &mut FlightSide) -> Vec<u8> {
+        flight.answer(&Actuators::default(), None).map(<[u8]>::to_vec).unwrap()
+    }
+
+    #[test]
+    fn each_question_is_answered_once_and_repeats_come_from_memory() {
+        let (mut plant, mut flight) = (PlantSide::new(1), FlightSide::new());
+        let question = ask(&mut plant, 0);
+        assert!(matches!(flight.handle(&question, true), FlightEvent::NewFlight(_)));
+        let first = answer(&mut flight);
+        assert_eq!(flight.answer(&Actuators::default(), None), None, "one answer a question");
+        assert_eq!(flight.handle(&question, true), FlightEvent::Repeat(&first));
+        assert!(matches!(plant.handle(&first), PlantEvent::Answer(_)));
+        assert_eq!(plant.handle(&first), PlantEvent::Ignored(Ignored::Late));
+        let second = ask(&mut plant, 1);
+        assert!(matches!(flight.handle(&second, true), FlightEvent::Next(_)));
+        assert_eq!(flight.handle(&question, true), FlightEvent::Ignored(Ignored::Late));
+    }
+
+    #[test]
+    fn an_autopilot_that_comes_later_joins_the_flight() {
+        let mut plant = PlantSide::new(1);
+        let mut first = FlightSide::new();
+        let question = ask(&mut plant, 0);
+        first.handle(&question, true);
+        let reply = answer(&mut first);
+        plant.handle(&reply);
+        let question = ask(&mut plant, 1);
+        let mut second = FlightSide::new();
+        match second.handle(&question, true) {
+            FlightEvent::NewFlight(packet) => assert_eq!(packet.sequence, 1),
+            other => panic!("{other:?}"),
+        }
+        let reply = answer(&mut second);
+        assert!(matches!(plant.handle(&reply), PlantEvent::Answer(_)));
+    }
+
+    #[test]
+    fn a_late_packet_of_an_ended_flight_starts_nothing() {
+        let mut flight = FlightSide::new();
+        let old = ask(&mut PlantSide::new(1), 0);
+        let new = ask(&mut PlantSide::new(2), 0);
+        flight.handle(&old, true);
+        answer(&mut flight);
+        assert!(matches!(flight.handle(&new, true), FlightEvent::NewFlight(_)));
+        answer(&mut flight);
+        assert_eq!(flight.handle(&old, true), FlightEvent::Ignored(Ignored::Late));
+        assert_eq!(flight.session(), Some(2));
+    }
+
+    #[test]
+    fn a_second_plant_is_turned_away_while_the_first_is_alive() {
+        let mut flight = FlightSide::new();
+        flight.handle(&ask(&mut PlantSide::new(1), 0), true);
+        answer(&mut flight);
+        let mut intruder = PlantSide::new(2);
+        let question = ask(&mut intruder, 0);
+        let refusal = match flight.handle(&question, false) {
+            FlightEvent::Refuse(bytes, Refused::Busy { session: 2 }) => bytes.to_vec(),
+            other => panic!("{other:?}"),
+        };
+        match intruder.handle(&refusal) {
+            PlantEvent::Refused(RefusalPacket { reason: RefusalReason::Busy, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn another_version_is_told_so_on_both_sides() {
+        let mut plant = PlantSide::new(1);
+        let mut question = ask(&mut plant, 0);
+        question[4] = 77;
+        let mut flight = FlightSide::new();
+        let refusal = match flight.handle(&question, true) {
+            FlightEvent::Refuse(bytes, Refused::Packet(WireError::Version { theirs: 77, .. })) => {
+                bytes.to_vec()
+            }
+            other => panic!("{other:?}"),
+        };
+        match plant.handle(&refusal) {
+            PlantEvent::Refused(RefusalPacket { version: wire::VERSION, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(flight.session(), None);
+    }
+}

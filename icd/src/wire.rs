@@ -1,0 +1,200 @@
+//! Packets of the plant link: bytes, little endian, one packet a datagram.
+//!
+//! ```text
+//! offset  size  field
+//!  0      4     magic "2STP"
+//!  4      2     version
+//!  6      1     kind: 1 sensors, 2 actuators, 3 refusal
+//!  7      1     phase (sensors), reason (refusal), 0 (actuators)
+//!  8      8     session: one flight; a new number is a new flight
+//! 16      8     sequence number inside the session, from 0
+//! 24      8     simulation time, us
+//! 32      ..    body, by kind
+//! end-4   4     CRC-32 (IEEE) of all bytes before it
+//! ```
+//!
+//! Magic, version, kind and the whole refusal packet keep their places in every version, so that two
+//! versions can tell each other that they differ. Times and sequence numbers are u64, values f64 as they
+//! were computed. Every value is checked for being finite when a packet is read.
+
+use arrayvec::ArrayVec;
+
+use crate::actuators::Actuators;
+use crate::effector::{Effector, PerEffector};
+use crate::fault::{
+    FaultKind, FaultReply, FaultRequest, Onset, PlantAction, PlantReport, PlantRequest, Refusal,
+    Travel,
+};
+use crate::sensors::Sensors;
+use crate::time::{ControlPeriod, SimTime};
+
+mod cursor;
+mod decode;
+mod encode;
+
+pub use decode::decode;
+pub use encode::{encode_actuators, encode_refusal, encode_sensors};
+
+/// First four bytes of every packet.
+pub const MAGIC: [u8; 4] = *b"2STP";
+
+/// Version of the packets below; peers of different versions refuse each other.
+pub const VERSION: u16 = 1;
+
+/// Largest packet, bytes.
+pub const PACKET_MAX: usize = 512;
+
+/// Reports that one sensor packet can carry; more wait for the next one.
+pub const REPORTS_MAX: usize = 4;
+
+/// An encoded packet.
+pub type PacketBytes = ArrayVec<u8, PACKET_MAX>;
+
+/// The reports of one sensor packet.
+pub type Reports = ArrayVec<PlantReport, REPORTS_MAX>;
+
+/// Whether simulation time is running.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// A control step: time has advanced by one period since the last one.
+    Flying,
+    /// No control step: time stands still (waiting, or slow motion); answer with the last commands.
+    Holding,
+    /// As [`Phase::Holding`], and the flight is over: the aircraft is on the ground.
+    OnGround,
+}
+
+/// From the plant: what the aircraft senses at `time`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorPacket {
+    /// The flight.
+    pub session: u64,
+    /// Number of this exchange in the flight, from 0.
+    pub sequence: u64,
+    /// Simulation time at which the values were taken.
+    pub time: SimTime,
+    /// Whether this is a control step.
+    pub phase: Phase,
+    /// Control period of the flight, constant in a session.
+    pub period: ControlPeriod,
+    /// The values.
+    pub sensors: Sensors,
+    /// What happened since the last packet.
+    pub reports: Reports,
+}
+
+/// From the autopilot: the answer to the sensor packet with the same session and sequence number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActuatorPacket {
+    /// The flight.
+    pub session: u64,
+    /// Number of the exchange that this answers.
+    pub sequence: u64,
+    /// Simulation time of the sensor packet that this answers.
+    pub time: SimTime,
+    /// The commands, held until the next packet.
+    pub actuators: Actuators,
+    /// Something for the plant to do.
+    pub request: Option<PlantRequest>,
+}
+
+/// From either side: "I will not talk to you, because".
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RefusalPacket {
+    /// Version that the sender speaks.
+    pub version: u16,
+    /// Session of the packet that is refused.
+    pub session: u64,
+    /// Sequence number of the packet that is refused.
+    pub sequence: u64,
+    /// Why.
+    pub reason: RefusalReason,
+}
+
+/// Why a packet was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RefusalReason {
+    /// The packet has another version than the refusing side.
+    Version,
+    /// The autopilot is flying another plant that is still alive.
+    Busy,
+    /// A value in the packet is not finite or out of its range.
+    Value,
+}
+
+/// Any packet.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "short-lived and on the stack: the link may not allocate"
+)]
+pub enum Packet {
+    /// Plant to autopilot.
+    Sensors(SensorPacket),
+    /// Autopilot to plant.
+    Actuators(ActuatorPacket),
+    /// Either way.
+    Refusal(RefusalPacket),
+}
+
+/// Why a datagram is not a packet of this link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WireError {
+    /// Not long enough, or longer than its kind.
+    Length {
+        /// Bytes received.
+        bytes: usize,
+    },
+    /// Does not start with [`MAGIC`].
+    Magic,
+    /// The sender speaks another version.
+    Version {
+        /// The sender's.
+        theirs: u16,
+        /// Session of the packet.
+        session: u64,
+        /// Sequence number of the packet.
+        sequence: u64,
+    },
+    /// Damaged on the way.
+    Crc,
+    /// A code that this version does not define.
+    Code {
+        /// What the code stands for.
+        field: &'static str,
+        /// The code.
+        value: u8,
+    },
+    /// A value that is not finite, or that cannot be.
+    Value {
+        /// Which one.
+        field: &'static str,
+        /// The value.
+        value: f64,
+        /// Session of the packet.
+        session: u64,
+        /// Sequence number of the packet.
+        sequence: u64,
+    },
+}
+
+impl core::fmt::Display for WireError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Length { bytes } => write!(f, "a packet cannot have {bytes} bytes"),
+            Self::Magic => f.write_str("not a packet of the plant link"),
+            Self::Version { theirs, .. } => write!(
+                f,
+                "the peer speaks version {theirs} of the plant link, this is version {VERSION}"
+            ),
+            Self::Crc => f.write_str("checksum is wrong"),
+            Self::Code { field, value } => write!(f, "{field} code {value} is not defined"),
+            Self::Value { field, value, .. } => write!(f, "{field} is {value}, which cannot be"),
+        }
+    }
+}
+
+impl core::error::Error for WireError {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+use super::*;
+use crate::frames::{Attitude, Body, Ned};
+use proptest::prelude::*;
+
+fn sensors() -> Sensors {
+    Sensors {
+        body_rates: Body::new(0.1, -0.2, 0.3),
+        specific_force: Body::new(0.0, 0.1, -9.8),
+        attitude: Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3),
+        velocity: Ned::new(264.0, 0.0, -1.0),
+        position: Ned::new(1.0, 2.0, -5000.0),
+        latitude_rad: 0.609,
+        longitude_rad: -2.05,
+        altitude_m: 5000.0,
+        airspeed_m_s: 264.0,
+        angle_of_attack_rad: 0.035,
+        sideslip_rad: 1.0 / 3.0,
+        thrust_n: 27_120.0,
+    }
+}
+
+fn full_sensor_packet() -> SensorPacket {
+    let at = SimTime::from_micros(7);
+    let acts = PlantReport::FaultActs {
+        effector: Effector::Rudder,
+        kind: FaultKind::PartialLoss { remaining: 0.5 },
+        at,
+    };
+    let refused =
+        |refusal| PlantReport::FaultReply { request: 3, reply: FaultReply::Refused(refusal) };
+    let mut reports = Reports::new();
+    reports.push(acts);
+    reports.push(PlantReport::FaultEnded { effector: Effector::Engine, at });
+    reports.push(refused(Refusal::AngleOutOfTravel { angle_rad: 1.0, limit_rad: 0.5 }));
+    reports.push(refused(Refusal::OnsetInThePast { onset: at, now: SimTime::from_micros(9) }));
+    SensorPacket {
+        session: 42,
+        sequence: 7,
+        time: SimTime::from_micros(14_000),
+        phase: Phase::Flying,
+        period: ControlPeriod::DEFAULT,
+        sensors: sensors(),
+        reports,
+    }
+}
+
+fn actuator_packet() -> ActuatorPacket {
+    ActuatorPacket {
+        session: 42,
+        sequence: 7,
+        time: SimTime::from_micros(14_000),
+        actuators: Actuators {
+            commands: PerEffector::new([0.1, -0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0e4]),
+        },
+        request: Some(PlantRequest {
+            number: 9,
+            action: PlantAction::Fault(FaultRequest::Inject {
+                effector: Effector::LeftElevator,
+                kind: FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::AtActuatorRate },
+                onset: Onset::At(SimTime::from_micros(3_000_000)),
+            }),
+        }),
+    }
+}
+
+#[test]
+fn the_largest_packets_fit_and_come_back_bit_for_bit() {
+    let mut bytes = PacketBytes::new();
+    let packet = full_sensor_packet();
+    encode_sensors(&packet, &mut bytes);
+    assert!(bytes.len() < PACKET_MAX, "{} bytes", bytes.len());
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+
+    let packet = actuator_packet();
+    encode_actuators(&packet, &mut bytes);
+    assert_eq!(decode(&bytes), Ok(Packet::Actuators(packet)));
+}
+
+#[test]
+fn every_request_reply_and_report_comes_back() {
+    let at = SimTime::from_micros(123);
+    let mut bytes = PacketBytes::new();
+    let replies = [
+        FaultReply::Applied { at },
+        FaultReply::Unchanged { at },
+        FaultReply::Scheduled { at },
+        FaultReply::Cleared { at },
+        FaultReply::Refused(Refusal::RemainingOutOfRange { remaining: 1.5 }),
+        FaultReply::Refused(Refusal::NotForThisEffector),
+        FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }),
+        FaultReply::Refused(Refusal::FlightOver),
+    ];
+    for reply in replies {
+        let mut packet = full_sensor_packet();
+        packet.reports.clear();
+        packet.reports.push(PlantReport::FaultReply { request: 1, reply });
+        packet.reports.push(PlantReport::GroundContact { at });
+        encode_sensors(&packet, &mut bytes);
+        assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+    }
+    let actions = [
+        PlantAction::Restart,
+        PlantAction::Fault(FaultRequest::Clear { effector: Effector::NozzleYaw }),
+        PlantAction::Fault(FaultRequest::Inject {
+            effector: Effector::Engine,
+            kind: FaultKind::Float,
+            onset: Onset::AtOnce,
+        }),
+    ];
+    for action in actions {
+        let packet = ActuatorPacket {
+            request: Some(PlantRequest { number: 5, action }),
+            ..actuator_packet()
+        };
+        encode_actuators(&packet, &mut bytes);
+        assert_eq!(decode(&bytes), Ok(Packet::Actuators(packet)));
+    }
+}
+
+#[test]
+fn a_value_that_is_not_finite_is_named() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    packet.sensors.sideslip_rad = f64::NAN;
+    encode_sensors(&packet, &mut bytes);
+    match decode(&bytes) {
+        Err(WireError::Value { field: "sideslip_rad", session: 42, sequence: 7, .. }) => {}
+        other => panic!("{other:?}"),
+    }
+    let mut packet = actuator_packet();
+    packet.actuators.commands[Effector::Rudder] = f64::INFINITY;
+    encode_actuators(&packet, &mut bytes);
+    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "rudder", .. })));
+}
+
+#[test]
+fn an_attitude_that_is_no_rotation_is_refused() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    packet.sensors.attitude = Attitude::from_unit_wxyz([0.0, 0.0, 0.0, 0.0]);
+    encode_sensors(&packet, &mut bytes);
+    assert!(matches!(decode(&bytes), Err(WireError::Value { .. })));
+}
+
+#[test]
+fn another_version_is_recognised_whatever_follows_it() {
+    let mut bytes = PacketBytes::new();
+    encode_sensors(&full_sensor_packet(), &mut bytes);
+    bytes[4] = 99;
+    let expected = WireError::Version { theirs: 99, session: 42, sequence: 7 };
+    assert_eq!(decode(&bytes), Err(expected));
+}
+
+#[test]
+fn a_refusal_is_understood_from_any_version() {
+    let mut bytes = PacketBytes::new();
+    let refusal =
+        RefusalPacket { version: VERSION, session: 1, sequence: 2, reason: RefusalReason::Version };
+    encode_refusal(&refusal, &mut bytes);
+    assert_eq!(decode(&bytes), Ok(Packet::Refusal(refusal)));
+    bytes[4] = 99;
+    let end = bytes.len() - 4;
+    let crc = crc32fast::hash(&bytes[..end]).to_le_bytes();
+    bytes[end..].copy_from_slice(&crc);
+    assert_eq!(decode(&bytes), Ok(Packet::Refusal(refusal)));
+}
+
+proptest! {
+    #[test]
+    fn any_single_damaged_byte_is_noticed(index in 0_usize..200, flip in 1_u8..=255) {
+        let mut bytes = PacketBytes::new();
+        encode_sensors(&full_sensor_packet(), &mut bytes);
+        bytes[index] ^= flip;
+        prop_assert!(decode(&bytes).is_err());
+    }
+
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+        let _ = decode(&bytes);
+    }
+
+    #[test]
+    fn bodies_of_arbitrary_bytes_with_a_right_checksum_never_panic(
+        mut bytes in proptest::collection::vec(any::<u8>(), 36..500),
+        kind in 1_u8..4,
+    ) {
+        bytes[..4].copy_from_slice(&MAGIC);
+        bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
+        bytes[6] = kind;
+        let end = bytes.len() - 4;
+        let crc = crc32fast::hash(&bytes[..end]).to_le_bytes();
+        bytes[end..].copy_from_slice(&crc);
+        let _ = decode(&bytes);
+    }
+}
