@@ -1,1 +1,65 @@
+//! Two-step fault-tolerant flight control for a jet UAV with thrust vectoring.
+//!
+//! Wang, Chen, Ren, Liu, "Two-Step Robust Fault-Tolerant Controller Design Based on NESO for UAVs with
+//! Actuator Faults and Disturbances", Drones 2025, 9(3), 183. Equation numbers in this crate are that
+//! paper's; docs/equations.md is the index, docs/symbols.md the dictionary.
+//!
+//! ```text
+//!  Sensors ─> estimator ─> State ──┬─────────────> main_controller ── u1 ──┐        step one
+//!                                  │                    ^ saturated        v
+//!                                  ├─> design_model ─> observer ─> activation
+//!                                  │      ^ modelled      │ z2        │ fade
+//!                                  │      │ positions     v           v              step two
+//!                                  └──────┼───────────> compensator ── u_cf ──> mixer ─> Actuators
+//!                                         └── healthy_actuators <─────────────────┘
+//! ```
+//!
+//! Exactly two signals run backwards, both one period old: the modelled positions of healthy effectors
+//! and the saturation report.
+//!
+//! | block of the paper | file |
+//! |---|---|
+//! | Fig. 1 | [`flight_control`] |
+//! | Figs. 2, 3: main controller, step one | [`main_controller`] |
+//! | NESO, step two a | [`observer`] |
+//! | automatic activation | [`activation`] |
+//! | compensator, step two b | [`mod@compensator`] |
+//! | design model f, g, g_T, g_c | [`design_model`] |
+//! | actuators as they should move | [`healthy_actuators`] |
+//! | allocation to effectors, limits | [`mixer`] |
+//!
+//! The crate is pure: no `std`, no allocation, no clock, no randomness, and nothing in a step can fail.
+//! Transcendental functions come from `libm`, so the bits do not depend on the host.
+
 #![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod activation;
+pub mod belief;
+pub mod compensator;
+pub mod design_model;
+pub mod estimator;
+pub mod flight_control;
+pub mod gains;
+pub mod health;
+pub mod healthy_actuators;
+pub mod log;
+pub mod main_controller;
+pub mod mixer;
+pub mod observer;
+pub mod pid;
+
+#[cfg(test)]
+mod testing;
+
+pub use belief::Belief;
+pub use compensator::Compensation;
+pub use design_model::DesignModel;
+pub use estimator::State;
+pub use flight_control::{FlightControl, StepOutput};
+pub use gains::{CompensatorMode, Gains, MainLaw, ObserverMode};
+pub use health::Health;
+pub use log::StepLog;
+pub use main_controller::{Demand, MainCommand};

@@ -1,0 +1,169 @@
+//! When the compensator wakes: level, persistence, hysteresis, fade.
+//!
+//! The paper says "after the residual error increases to a certain level". The residual z - y returns to
+//! zero once the observer has converged, so it cannot hold the compensator on; |z2| is used instead.
+
+use icd::ControlPeriod;
+use nalgebra::Vector3;
+
+use crate::gains::{ActivationGains, CompensatorMode};
+
+/// State of the activation logic.
+///
+/// ```text
+///            level > 1 for on_dwell
+///   asleep ------------------------> awake        fade runs to 1 in fade_s
+///          <------------------------
+///      level < hysteresis for off_dwell           fade runs to 0 in fade_s
+/// ```
+#[derive(Debug, Clone)]
+pub struct Activation {
+    period: ControlPeriod,
+    active: bool,
+    /// Time above the level (asleep) or below the release level (awake) without a break, us.
+    dwell_us: u64,
+    fade: f64,
+}
+
+/// What the activation logic says in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wakefulness {
+    /// Largest |z2| in units of its level.
+    pub level: f64,
+    /// The detector's flag, whatever the mode.
+    pub active: bool,
+    /// How much of the compensation is let through, 0 to 1.
+    pub fade: f64,
+}
+
+impl Activation {
+    /// Asleep.
+    #[must_use]
+    pub fn new(period: ControlPeriod) -> Self {
+        Self { period, active: false, dwell_us: 0, fade: 0.0 }
+    }
+
+    /// Back to sleep, at once.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.period);
+    }
+
+    /// One step with the estimated fault acceleration, rad/s².
+    pub fn step(
+        &mut self,
+        z2: &Vector3<f64>,
+        gains: &ActivationGains,
+        mode: CompensatorMode,
+    ) -> Wakefulness {
+        let level = (z2.x.abs() / gains.level_roll)
+            .max(z2.y.abs() / gains.level_pitch)
+            .max(z2.z.abs() / gains.level_yaw);
+        self.detect(level, gains);
+        let h = self.period.as_seconds();
+        let rate = h / gains.fade_s;
+        self.fade = match mode {
+            CompensatorMode::Off => 0.0,
+            CompensatorMode::AlwaysOn => 1.0,
+            CompensatorMode::Armed if self.active => (self.fade + rate).min(1.0),
+            CompensatorMode::Armed => (self.fade - rate).max(0.0),
+        };
+        Wakefulness { level, active: self.active, fade: self.fade }
+    }
+
+    fn detect(&mut self, level: f64, gains: &ActivationGains) {
+        let (crossed, dwell_s) = if self.active {
+            (level < gains.hysteresis, gains.off_dwell_s)
+        } else {
+            (level > 1.0, gains.on_dwell_s)
+        };
+        if !crossed {
+            self.dwell_us = 0;
+            return;
+        }
+        self.dwell_us += u64::from(self.period.as_micros());
+        // Half a microsecond of slack: the dwell is a float, the count is not.
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        if self.dwell_us as f64 + 0.5 >= dwell_s * 1.0e6 {
+            self.active = !self.active;
+            self.dwell_us = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gains::Gains;
+
+    fn step(activation: &mut Activation, roll: f64) -> Wakefulness {
+        let gains = Gains::REFERENCE.activation;
+        activation.step(&Vector3::new(roll, 0.0, 0.0), &gains, CompensatorMode::Armed)
+    }
+
+    fn awake() -> Activation {
+        let mut activation = Activation::new(ControlPeriod::DEFAULT);
+        for _ in 0..50 {
+            step(&mut activation, 1.0);
+        }
+        activation
+    }
+
+    #[test]
+    fn it_wakes_after_20_ms_above_the_level_and_not_before() {
+        let mut activation = Activation::new(ControlPeriod::DEFAULT);
+        for tick in 1..=9 {
+            assert!(!step(&mut activation, 0.71).active, "tick {tick}");
+        }
+        assert!(step(&mut activation, 0.71).active);
+    }
+
+    #[test]
+    fn a_break_starts_the_count_again() {
+        let mut activation = Activation::new(ControlPeriod::DEFAULT);
+        for _ in 0..20 {
+            for _ in 0..9 {
+                assert!(!step(&mut activation, 0.71).active);
+            }
+            assert!(!step(&mut activation, 0.69).active);
+        }
+    }
+
+    #[test]
+    fn it_fades_in_over_50_ms() {
+        let mut activation = Activation::new(ControlPeriod::DEFAULT);
+        let ticks = (1..200).find(|_| step(&mut activation, 1.0).fade >= 1.0 - 1.0e-9);
+        // 10 ticks to wake, the tenth of which already fades, then 25 of 2 ms.
+        assert_eq!(ticks, Some(34));
+    }
+
+    #[test]
+    fn it_releases_only_after_five_seconds_below_a_quarter_of_the_level() {
+        let mut activation = awake();
+        for _ in 0..10_000 {
+            assert!(
+                step(&mut activation, 0.18).active,
+                "between release level and level it stays on"
+            );
+        }
+        for _ in 0..2_499 {
+            assert!(step(&mut activation, 0.17).active);
+        }
+        assert!(!step(&mut activation, 0.17).active);
+        for _ in 0..25 {
+            step(&mut activation, 0.0);
+        }
+        assert_eq!(step(&mut activation, 0.0).fade, 0.0, "exactly zero when asleep");
+    }
+
+    #[test]
+    fn the_switch_overrides_the_fade_but_not_the_detector() {
+        let gains = Gains::REFERENCE.activation;
+        let mut activation = awake();
+        let z2 = Vector3::new(1.0, 0.0, 0.0);
+        let off = activation.step(&z2, &gains, CompensatorMode::Off);
+        assert_eq!((off.active, off.fade), (true, 0.0));
+        activation.reset();
+        let on = activation.step(&Vector3::zeros(), &gains, CompensatorMode::AlwaysOn);
+        assert_eq!((on.active, on.fade), (false, 1.0));
+    }
+}

@@ -1,0 +1,90 @@
+use super::*;
+use crate::testing;
+use proptest::prelude::*;
+
+fn model_and_state() -> (DesignModel, State) {
+    (DesignModel::new(testing::belief()), testing::level_state())
+}
+
+#[test]
+fn effectiveness_at_the_design_point_is_that_of_the_reference_model() {
+    let (model, state) = model_and_state();
+    let at = model.condition(&state);
+    // Angular acceleration in rad/s² per rad: the reference model's section 8, three decimals.
+    let expected = [
+        (Effector::LeftAileron, [4.845, 0.0, 0.209]),
+        (Effector::RightAileron, [-4.845, 0.0, -0.209]),
+        (Effector::LeftElevator, [5.712, -0.847, 0.246]),
+        (Effector::RightElevator, [-5.712, -0.847, -0.246]),
+        (Effector::Rudder, [13.470, 0.0, -5.751]),
+    ];
+    for (surface, expected) in expected {
+        let mut positions = PerEffector::default();
+        positions[surface] = 1.0;
+        let found = model.surfaces(&at, &positions);
+        for axis in 0..3 {
+            assert!(
+                (found[axis] - expected[axis]).abs() < 2.0e-3,
+                "{surface} axis {axis}: {}",
+                found[axis]
+            );
+        }
+    }
+    let g_c = model.redundant_effectiveness(&at);
+    let expected = Matrix3::new(-9.690, 0.0, 0.213, 0.0, 2.329, 0.0, -0.418, 0.0, 2.064);
+    assert!((g_c - expected).abs().max() < 3.0e-3, "{g_c}");
+}
+
+#[test]
+fn the_nozzle_turns_the_nose_up_and_right() {
+    let (model, state) = model_and_state();
+    let at = model.condition(&state);
+    let mut positions = PerEffector::default();
+    positions[Effector::NozzlePitch] = 0.1;
+    assert!(model.nozzle(&at, &positions).y > 0.0);
+    positions = PerEffector::default();
+    positions[Effector::NozzleYaw] = 0.1;
+    assert!(model.nozzle(&at, &positions).z > 0.0);
+}
+
+#[test]
+fn the_design_trim_has_no_angular_acceleration() {
+    let (model, state) = model_and_state();
+    let found = model.acceleration(&state, &model.belief().trim_positions());
+    // The belief's trim is rounded to five digits.
+    assert!(found.norm() < 1.0e-3, "{found} rad/s2");
+}
+
+proptest! {
+    #[test]
+    fn inertial_coupling_is_euler_s_equation(p in -3.0..3.0, q in -3.0..3.0, r in -3.0..3.0) {
+        let mass = testing::belief().mass;
+        let rates = Vector3::new(p, q, r);
+        let inertia = Matrix3::new(
+            mass.ixx_kg_m2, 0.0, -mass.ixz_kg_m2,
+            0.0, mass.iyy_kg_m2, 0.0,
+            -mass.ixz_kg_m2, 0.0, mass.izz_kg_m2,
+        );
+        let expected = -(inverse_inertia(&mass) * rates.cross(&(inertia * rates)));
+        prop_assert!((inertial_coupling(&mass, &rates) - expected).norm() < 1.0e-12);
+    }
+
+    #[test]
+    fn the_mirrored_state_gives_mirrored_acceleration_to_the_bit(
+        p in -1.0..1.0, q in -1.0..1.0, r in -1.0..1.0, alpha in -0.5..0.5, beta in -0.5..0.5,
+        left in -0.5..0.5, right in -0.5..0.5, rudder in -0.5..0.5, nozzle in -0.2..0.2,
+    ) {
+        let (model, mut state) = model_and_state();
+        state.rates = Vector3::new(p, q, r);
+        state.alpha = alpha;
+        state.beta = beta;
+        let mut mirrored = state;
+        mirrored.rates = Vector3::new(-p, q, -r);
+        mirrored.beta = -beta;
+        let positions = PerEffector::new([left, right, right, left, rudder, nozzle, nozzle, 0.0]);
+        let other = PerEffector::new([right, left, left, right, -rudder, nozzle, -nozzle, 0.0]);
+        let a = model.acceleration(&state, &positions);
+        let b = model.acceleration(&mirrored, &other);
+        prop_assert_eq!((a.x, a.y, a.z), (-b.x, b.y, -b.z));
+    }
+}

@@ -1,0 +1,93 @@
+use super::*;
+use crate::gains::CompensatorMode;
+use crate::testing;
+use icd::{Body, Effector};
+
+fn flight(change: impl FnOnce(&mut Gains)) -> FlightControl {
+    let mut gains = Gains::REFERENCE;
+    change(&mut gains);
+    FlightControl::new(ControlPeriod::DEFAULT, &testing::belief(), &gains)
+}
+
+/// Level flight whose roll rate grows as if something rolled the aircraft with 2 rad/s².
+fn rolled(tick: u32) -> Sensors {
+    let p = 2.0 * 0.002 * f64::from(tick);
+    Sensors { body_rates: Body::new(p, 0.0, 0.0), ..testing::level_flight() }
+}
+
+#[test]
+fn level_flight_leaves_the_compensator_exactly_at_zero() {
+    let mut flight = flight(|_| {});
+    for _ in 0..2000 {
+        let out = flight.step(&testing::level_flight(), &testing::level_demand());
+        assert!(!out.log.compensator_active);
+        assert_eq!(out.log.compensation, crate::Compensation::NONE);
+        assert_eq!(out.actuators.commands[Effector::NozzlePitch], 0.0);
+    }
+}
+
+#[test]
+fn an_unexplained_roll_wakes_the_compensator_with_positive_aileron() {
+    let mut flight = flight(|_| {});
+    let mut log = flight.step(&rolled(0), &testing::level_demand()).log;
+    for tick in 1..60 {
+        log = flight.step(&rolled(tick), &testing::level_demand()).log;
+    }
+    assert!(log.compensator_active && log.z2.x > 0.7, "z2 {} rad/s2", log.z2.x);
+    assert!(log.compensation.aileron_rad > 0.0);
+}
+
+#[test]
+fn switched_off_it_sees_the_same_and_does_nothing() {
+    let mut flight = flight(|gains| gains.selection.compensator = CompensatorMode::Off);
+    let mut log = flight.step(&rolled(0), &testing::level_demand()).log;
+    for tick in 1..60 {
+        log = flight.step(&rolled(tick), &testing::level_demand()).log;
+    }
+    assert!(log.compensator_active);
+    assert_eq!(log.compensation, crate::Compensation::NONE);
+}
+
+#[test]
+fn sensors_that_are_not_finite_never_reach_the_commands() {
+    let mut flight = flight(|_| {});
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for index in 0..Sensors::COUNT {
+            let mut values = testing::level_flight().to_array();
+            values[index] = bad;
+            let out = flight.step(&Sensors::from_array(&values), &testing::level_demand());
+            for (effector, command) in out.actuators.commands.iter() {
+                assert!(command.is_finite(), "{effector} after {} = {bad}", Sensors::NAMES[index]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_reset_flight_control_flies_like_a_new_one() {
+    let mut used = flight(|_| {});
+    for tick in 0..100 {
+        used.step(&rolled(tick), &testing::level_demand());
+    }
+    used.reset();
+    let mut fresh = flight(|_| {});
+    for tick in 0..100 {
+        let demand = testing::level_demand();
+        assert_eq!(used.step(&rolled(tick), &demand), fresh.step(&rolled(tick), &demand));
+    }
+}
+
+#[test]
+fn the_literal_observer_does_not_know_the_compensation() {
+    let mut informed = flight(|_| {});
+    let mut literal = flight(|gains| gains.selection.observer = ObserverMode::Literal);
+    let (mut a, mut b) = (None, None);
+    for tick in 0..200 {
+        a = Some(informed.step(&rolled(tick), &testing::level_demand()).log);
+        b = Some(literal.step(&rolled(tick), &testing::level_demand()).log);
+    }
+    let (a, b) = (a.unwrap(), b.unwrap());
+    assert!(a.compensator_active && b.compensator_active);
+    // The aileron pushes against the roll that goes on all the same, so the informed observer sees more.
+    assert!(a.z2.x > b.z2.x + 0.3, "informed {} literal {} rad/s2", a.z2.x, b.z2.x);
+}

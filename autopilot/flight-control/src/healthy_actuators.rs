@@ -1,0 +1,98 @@
+//! Where the effectors would be if they were healthy: the observer's input.
+//!
+//! With commands instead of modelled positions every manoeuvre would look like a fault, because the
+//! servos lag; with measured positions a fault would vanish from the estimate.
+
+use icd::{ControlPeriod, Effector, PerEffector};
+
+use crate::belief::Belief;
+
+/// Lag and rate limit of one servo over one control period.
+#[derive(Debug, Clone, Copy, Default)]
+struct Servo {
+    /// 1 - exp(-h/τ): fraction of the way covered in one period.
+    fraction: f64,
+    /// Largest way in one period, rad.
+    way_max: f64,
+}
+
+/// Model of the seven healthy servos; the engine is measured, not modelled.
+#[derive(Debug, Clone)]
+pub struct HealthyActuators {
+    servos: PerEffector<Servo>,
+    positions: PerEffector<f64>,
+    trim: PerEffector<f64>,
+}
+
+impl HealthyActuators {
+    /// At trim.
+    #[must_use]
+    pub fn new(belief: &Belief, period: ControlPeriod) -> Self {
+        let h = period.as_seconds();
+        let servos = PerEffector::from_fn(|effector| {
+            belief.servo(effector).map_or_else(Servo::default, |servo| Servo {
+                fraction: 1.0 - libm::exp(-h / servo.lag_s),
+                way_max: servo.rate_limit_rad_s * h,
+            })
+        });
+        let trim = belief.trim_positions();
+        Self { servos, positions: trim, trim }
+    }
+
+    /// Back to trim.
+    pub fn reset(&mut self) {
+        self.positions = self.trim;
+    }
+
+    /// Positions now, rad; the engine's entry is the measured thrust given to [`Self::measure_thrust`].
+    #[must_use]
+    pub fn positions(&self) -> &PerEffector<f64> {
+        &self.positions
+    }
+
+    /// Takes over the measured thrust, N.
+    pub fn measure_thrust(&mut self, thrust_n: f64) {
+        self.positions[Effector::Engine] = thrust_n;
+    }
+
+    /// Moves the servos for one period towards `commands`, which are inside the travel.
+    pub fn advance(&mut self, commands: &PerEffector<f64>) {
+        for effector in Effector::ALL {
+            if effector.is_angle() {
+                let Servo { fraction, way_max } = self.servos[effector];
+                let way = (commands[effector] - self.positions[effector]) * fraction;
+                self.positions[effector] += way.clamp(-way_max, way_max);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn a_small_step_is_63_percent_done_after_one_time_constant() {
+        let mut model = HealthyActuators::new(&testing::belief(), ControlPeriod::DEFAULT);
+        let start = model.positions()[Effector::Rudder];
+        let mut commands = PerEffector::default();
+        commands[Effector::Rudder] = start + 0.01;
+        for _ in 0..25 {
+            model.advance(&commands);
+        }
+        let done = (model.positions()[Effector::Rudder] - start) / 0.01;
+        assert!((done - (1.0 - libm::exp(-1.0))).abs() < 1.0e-12, "{done}");
+    }
+
+    #[test]
+    fn a_large_step_moves_at_the_rate_limit() {
+        let belief = testing::belief();
+        let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
+        let mut commands = PerEffector::default();
+        commands[Effector::Rudder] = 0.5;
+        model.advance(&commands);
+        let expected = belief.effectors.rudder.rate_limit_rad_s * 0.002;
+        assert!((model.positions()[Effector::Rudder] - expected).abs() < 1.0e-15);
+    }
+}

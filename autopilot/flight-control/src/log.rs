@@ -1,0 +1,47 @@
+//! Every named signal of one step, by value: what recorders, telemetry and judges may read.
+
+use icd::PerEffector;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::compensator::Compensation;
+use crate::estimator::State;
+use crate::health::Health;
+use crate::main_controller::MainCommand;
+
+/// The signals of one control step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StepLog {
+    /// What the estimator made of the sensors.
+    pub state: State,
+    /// Altitude reference after its slew limit, m.
+    pub altitude_reference_m: f64,
+    /// Roll reference after its lag, rad.
+    pub roll_reference_rad: f64,
+    /// Airspeed reference, m/s.
+    pub airspeed_reference_m_s: f64,
+    /// z: estimated body rates, rad/s.
+    pub z: Vector3<f64>,
+    /// z2: estimated fault acceleration of roll, pitch and yaw, rad/s².
+    pub z2: Vector3<f64>,
+    /// Largest |z2| in units of its activation level.
+    pub level: f64,
+    /// The detector says that something is wrong, also where the compensator is off.
+    pub compensator_active: bool,
+    /// How much of the compensation is let through, 0 to 1.
+    pub fade: f64,
+    /// Step one's command, before limits.
+    pub main: MainCommand,
+    /// Step two's demand, before limits.
+    pub compensation: Compensation,
+    /// What of it was applied, after limits.
+    pub applied_compensation: Compensation,
+    /// What each effector is told, rad; engine N.
+    pub commands: PerEffector<f64>,
+    /// Where the model of the healthy actuators has each effector at this tick, rad; engine N (measured).
+    pub modelled: PerEffector<f64>,
+    /// f + g u + g_T u_T: angular acceleration that the design model expects, rad/s².
+    pub modelled_acceleration: Vector3<f64>,
+    /// Flags.
+    pub health: Health,
+}

@@ -1,0 +1,167 @@
+//! Step two a: three nonlinear extended state observers, one for each axis.
+//!
+//! Each follows one body rate and estimates as its extended state z2 the angular acceleration that the
+//! design model does not explain: F = g u_f + Δ, a fault or a disturbance.
+
+use icd::ControlPeriod;
+use nalgebra::Vector3;
+
+use crate::gains::ObserverGains;
+
+/// The paper's α of g₂. The closed-form solution below needs exactly one half.
+pub const FAL_EXPONENT: f64 = 0.5;
+
+/// Feedback shaping of the observer error: linear near zero, a root farther out.
+///
+/// Implements Eq. (23): g₁(e) = e, and g₂(e) = fal(e, 1/2, δ), which is this function. `width` is the
+/// paper's δ, in the unit of `e`.
+#[must_use]
+pub fn fal(e: f64, width: f64) -> f64 {
+    if e.abs() > width {
+        libm::copysign(libm::pow(e.abs(), FAL_EXPONENT), e)
+    } else {
+        e / libm::pow(width, 1.0 - FAL_EXPONENT)
+    }
+}
+
+/// One axis: rate estimate z and extended state z2.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Channel {
+    /// z: estimated body rate, rad/s.
+    pub z: f64,
+    /// z2: estimated fault acceleration, rad/s².
+    pub z2: f64,
+    /// a: modelled acceleration at the last tick, rad/s².
+    a: f64,
+}
+
+/// β₁, β₂, δ and the period, with what the implicit step needs.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    h: f64,
+    h_beta_2: f64,
+    /// A = 1 + h β₁.
+    a: f64,
+    /// B = h² β₂.
+    b: f64,
+    sqrt_width: f64,
+    /// e⁻ up to which the solution lies in the linear zone.
+    linear_max: f64,
+    /// 1 / (1 + h β₁ + h² β₂ / √δ).
+    linear_gain: f64,
+}
+
+impl Step {
+    fn new(gains: &ObserverGains, period: ControlPeriod) -> Self {
+        let h = period.as_seconds();
+        let (beta_1, beta_2) = (gains.beta_1(), gains.beta_2());
+        let sqrt_width = libm::sqrt(gains.fal_width);
+        let (a, b) = (1.0 + h * beta_1, h * h * beta_2);
+        Self {
+            h,
+            h_beta_2: h * beta_2,
+            a,
+            b,
+            sqrt_width,
+            linear_max: a * gains.fal_width + b * sqrt_width,
+            linear_gain: 1.0 / (a + b / sqrt_width),
+        }
+    }
+
+    /// Solves e + h β₁ e + h² β₂ fal(e) = e⁻ for e; returns e and g₂ = fal(e).
+    fn solve(&self, e_minus: f64) -> (f64, f64) {
+        let magnitude = e_minus.abs();
+        if magnitude <= self.linear_max {
+            let e = e_minus * self.linear_gain;
+            (e, e / self.sqrt_width)
+        } else {
+            let Self { a, b, .. } = *self;
+            // s = √|e| solves A s² + B s = |e⁻|.
+            let s = (-b + libm::sqrt(b * b + 4.0 * a * magnitude)) / (2.0 * a);
+            (libm::copysign(s * s, e_minus), libm::copysign(s, e_minus))
+        }
+    }
+}
+
+impl Channel {
+    /// One implicit Euler step of the observer.
+    ///
+    /// Implements Eq. (22): e = z - y, ż = z2 + f + U - β₁ g₁(e), ż2 = -β₂ g₂(e), with `a_k` = f + U now
+    /// and the trapezoidal mean of it over the period. Implicit, because the steep root near zero would
+    /// make an explicit step chatter.
+    fn step(&mut self, y: f64, a_k: f64, step: &Step) {
+        let prediction = self.z + step.h * (self.z2 + 0.5 * (a_k + self.a));
+        let (e, g_2) = step.solve(prediction - y);
+        self.z = y + e;
+        self.z2 -= step.h_beta_2 * g_2;
+        self.a = a_k;
+    }
+}
+
+/// Three channels: roll, pitch, yaw.
+///
+/// Implements Eq. (21): the vector equation of the aircraft taken apart into one observer an axis.
+#[derive(Debug, Clone)]
+pub struct Observer {
+    channels: [Channel; 3],
+    started: bool,
+    step: Step,
+    period: ControlPeriod,
+}
+
+impl Observer {
+    /// Waits for its first measurement.
+    #[must_use]
+    pub fn new(gains: &ObserverGains, period: ControlPeriod) -> Self {
+        Self {
+            channels: [Channel::default(); 3],
+            started: false,
+            step: Step::new(gains, period),
+            period,
+        }
+    }
+
+    /// Takes new gains; the estimates stay.
+    pub fn set_gains(&mut self, gains: &ObserverGains) {
+        self.step = Step::new(gains, self.period);
+    }
+
+    /// Forgets the estimates; the next step starts from its measurement.
+    pub fn reset(&mut self) {
+        self.started = false;
+    }
+
+    /// One step with measured body rates `y`, rad/s, and modelled acceleration f + U, rad/s².
+    ///
+    /// The first step after a reset only takes the measurement: z = y, z2 = 0.
+    pub fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) {
+        for (axis, channel) in self.channels.iter_mut().enumerate() {
+            let (y, a) = (y[axis], modelled_acceleration[axis]);
+            if self.started {
+                channel.step(y, a, &self.step);
+            } else {
+                *channel = Channel { z: y, z2: 0.0, a };
+            }
+        }
+        self.started = true;
+    }
+
+    /// z: estimated body rates, rad/s.
+    #[must_use]
+    pub fn z(&self) -> Vector3<f64> {
+        let [p, q, r] = &self.channels;
+        Vector3::new(p.z, q.z, r.z)
+    }
+
+    /// z2: estimated fault acceleration, rad/s².
+    ///
+    /// Implements Eq. (24): the extended state is the estimate of F.
+    #[must_use]
+    pub fn z2(&self) -> Vector3<f64> {
+        let [p, q, r] = &self.channels;
+        Vector3::new(p.z2, q.z2, r.z2)
+    }
+}
+
+#[cfg(test)]
+mod tests;

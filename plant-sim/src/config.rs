@@ -1,0 +1,141 @@
+//! What can be wrong with a configuration file, told so that the reader can mend it.
+
+use std::fmt;
+
+use serde::de::DeserializeOwned;
+
+/// A value outside its allowed range; NaN is outside every range.
+///
+/// Values and limits are in the unit that the key names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeError {
+    /// Table of the configuration file, without brackets.
+    pub section: &'static str,
+    /// Key in that table.
+    pub key: &'static str,
+    /// The refused value.
+    pub value: f64,
+    /// Smallest allowed value.
+    pub min: f64,
+    /// Largest allowed value.
+    pub max: f64,
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { section, key, value, min, max } = self;
+        let (value, min, max) = (tidy(*value), tidy(*min), tidy(*max));
+        write!(f, "[{section}] {key} = {value} is outside {min} to {max}")
+    }
+}
+
+impl std::error::Error for RangeError {}
+
+/// Rounded to nine decimals: a value in degrees went through radians and would show digits that nobody wrote.
+fn tidy(value: f64) -> f64 {
+    let rounded = libm::round(value * 1.0e9) / 1.0e9;
+    if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }
+}
+
+/// Checks that `value` is inside `min` to `max`.
+///
+/// # Errors
+/// [`RangeError`] with the arguments if it is not, or is NaN.
+pub fn check_range(
+    section: &'static str,
+    key: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), RangeError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(RangeError { section, key, value, min, max })
+    }
+}
+
+/// Why a configuration file was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// Not TOML, a key that is missing or unknown, or a value of the wrong type; has line and column.
+    #[error("{file}: {source}")]
+    Toml {
+        /// Name of the file.
+        file: String,
+        /// The parser's message.
+        source: Box<toml::de::Error>,
+    },
+    /// A value outside its range.
+    #[error("{file}: {source}")]
+    Range {
+        /// Name of the file.
+        file: String,
+        /// Which one.
+        source: RangeError,
+    },
+    /// A fault lacks a key that its kind needs, or has one that its kind does not know.
+    #[error("{file}: [[plant.fault]] number {number}, kind {kind}: {key} {problem}")]
+    FaultKey {
+        /// Name of the file.
+        file: String,
+        /// Which fault, counted from 1 in the order of the file.
+        number: usize,
+        /// Its kind.
+        kind: &'static str,
+        /// The key.
+        key: &'static str,
+        /// `is missing` or `has no meaning here`.
+        problem: &'static str,
+    },
+    /// A fault ends before it begins.
+    #[error(
+        "{file}: [[plant.fault]] number {number}: clear_s = {clear_s} is not after onset_s = {onset_s}"
+    )]
+    FaultEndsEarly {
+        /// Name of the file.
+        file: String,
+        /// Which fault, counted from 1 in the order of the file.
+        number: usize,
+        /// Onset, s.
+        onset_s: f64,
+        /// End, s.
+        clear_s: f64,
+    },
+}
+
+/// Reads TOML into `T`; errors carry the file's name, line and column.
+pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
+    toml::from_str(text)
+        .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
+}
+
+/// Puts the file's name before a range error.
+pub(crate) fn in_file(file: &str) -> impl Fn(RangeError) -> ConfigError + '_ {
+    |source| ConfigError::Range { file: file.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_error_names_key_value_and_limits() {
+        let error = check_range("mass", "mass_kg", -1.0, 1.0, 1.0e6).unwrap_err();
+        assert_eq!(error.to_string(), "[mass] mass_kg = -1 is outside 1 to 1000000");
+    }
+
+    #[test]
+    fn nan_and_infinity_are_outside_every_range() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(check_range("a", "b", value, -1.0e300, 1.0e300).is_err(), "{value}");
+        }
+    }
+
+    #[test]
+    fn degrees_that_went_through_radians_are_shown_as_written() {
+        let there_and_back = 31.7_f64.to_radians().to_degrees();
+        let error = check_range("elevator", "travel_deg", there_and_back, 1.0, 30.0).unwrap_err();
+        assert_eq!(error.to_string(), "[elevator] travel_deg = 31.7 is outside 1 to 30");
+    }
+}

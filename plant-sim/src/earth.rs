@@ -1,0 +1,317 @@
+//! The Earth: shape, rotation, gravity, and what "north", "down" and "altitude" mean at a place.
+//!
+//! The equations of motion know one formulation: an Earth-fixed frame E that turns with the rate Ω, and a
+//! gravity in it. The flat Earth is the case Ω = 0 with constant gravity.
+
+use icd::{Attitude, Ned};
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::atmosphere::STANDARD_GRAVITY;
+use crate::geodesy::{self, Geodetic, SEMI_MAJOR_M};
+
+/// Gravitational parameter GM, m³/s² (WGS-84 as of the NESC check cases, NASA/TM-2015-218675).
+pub const GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
+/// Oblateness J2 of the gravity field (same source).
+pub const J2: f64 = 0.001_082_629_82;
+/// Rate of rotation, rad/s (same source).
+pub const ROTATION_RAD_S: f64 = 7.292_115e-5;
+/// Radius that turns geometric into geopotential height, m (US-1976).
+const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
+
+/// Which Earth is flown over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EarthModel {
+    /// A plane that does not rotate, gravity 9.80665 m/s² downwards: the paper's.
+    Flat,
+    /// The WGS-84 ellipsoid, rotating, with J2 gravity.
+    Wgs84,
+}
+
+/// The Earth of one flight: the model and where the flight starts.
+///
+/// Frame E of the flat Earth is NED at the start point, altitude zero; that of WGS-84 is Earth-centred,
+/// Earth-fixed (z north pole, x latitude and longitude zero).
+#[derive(Debug, Clone)]
+pub struct Earth {
+    model: EarthModel,
+    rotation: Vector3<f64>,
+    start: Geodetic,
+    /// The start point at altitude zero, m, frame E.
+    origin: Vector3<f64>,
+    e_from_start_ned: Matrix3<f64>,
+    /// Metres for a radian of latitude and of longitude: only the flat Earth needs them.
+    flat_scale_m: (f64, f64),
+}
+
+/// What the Earth is at one position.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Height above the ellipsoid or the plane, m.
+    pub altitude_m: f64,
+    /// Height that the standard atmosphere wants, m.
+    pub geopotential_altitude_m: f64,
+    /// Gravitation and centrifugal acceleration together, m/s², frame E: what a plumb line feels.
+    pub gravity: Vector3<f64>,
+    /// Columns: local north, east, down in frame E.
+    pub e_from_ned: Matrix3<f64>,
+}
+
+impl Earth {
+    /// The Earth under a flight that starts at `start`; its altitude does not matter here.
+    #[must_use]
+    pub fn new(model: EarthModel, start: Geodetic) -> Self {
+        let ground = Geodetic { altitude_m: 0.0, ..start };
+        let (sin_latitude, cos_latitude) = libm::sincos(start.latitude_rad);
+        let radii = geodesy::radii(sin_latitude);
+        let mut earth = Self {
+            model,
+            rotation: Vector3::zeros(),
+            start,
+            origin: Vector3::zeros(),
+            e_from_start_ned: Matrix3::identity(),
+            flat_scale_m: (radii.meridian_m, radii.prime_vertical_m * cos_latitude),
+        };
+        if model == EarthModel::Wgs84 {
+            earth.rotation = Vector3::new(0.0, 0.0, ROTATION_RAD_S);
+            earth.origin = geodesy::ecef(&ground);
+            earth.e_from_start_ned = earth.place(&earth.origin).e_from_ned;
+        }
+        earth
+    }
+
+    /// Which model.
+    #[must_use]
+    pub fn model(&self) -> EarthModel {
+        self.model
+    }
+
+    /// Rate Ω of frame E relative to inertial space, rad/s, in E axes.
+    #[inline]
+    #[must_use]
+    pub fn rotation(&self) -> Vector3<f64> {
+        self.rotation
+    }
+
+    /// Vertical, height and gravity at a position (m, frame E). Total: a finite position gives finite values.
+    #[inline]
+    #[must_use]
+    pub fn place(&self, position: &Vector3<f64>) -> Place {
+        match self.model {
+            EarthModel::Flat => Place {
+                altitude_m: -position.z,
+                geopotential_altitude_m: -position.z,
+                gravity: Vector3::new(0.0, 0.0, STANDARD_GRAVITY),
+                e_from_ned: Matrix3::identity(),
+            },
+            EarthModel::Wgs84 => {
+                let v = geodesy::vertical(position);
+                let (sp, cp) = (v.sin_latitude, v.cos_latitude);
+                let (sl, cl) = (v.sin_longitude, v.cos_longitude);
+                Place {
+                    altitude_m: v.altitude_m,
+                    geopotential_altitude_m: GEOPOTENTIAL_RADIUS_M * v.altitude_m
+                        / (GEOPOTENTIAL_RADIUS_M + v.altitude_m),
+                    gravity: gravitation(position) + centrifugal(position),
+                    e_from_ned: Matrix3::new(
+                        -sp * cl, -sl, -cp * cl, //
+                        -sp * sl, cl, -cp * sl, //
+                        cp, 0.0, -sp,
+                    ),
+                }
+            }
+        }
+    }
+
+    /// Position of geodetic coordinates, m, frame E.
+    ///
+    /// On the flat Earth, latitude and longitude are read with the radii of curvature at the start.
+    #[must_use]
+    pub fn position(&self, geodetic: &Geodetic) -> Vector3<f64> {
+        match self.model {
+            EarthModel::Flat => Vector3::new(
+                (geodetic.latitude_rad - self.start.latitude_rad) * self.flat_scale_m.0,
+                (geodetic.longitude_rad - self.start.longitude_rad) * self.flat_scale_m.1,
+                -geodetic.altitude_m,
+            ),
+            EarthModel::Wgs84 => geodesy::ecef(geodetic),
+        }
+    }
+
+    /// Geodetic coordinates of a position (m, frame E); the inverse of [`Earth::position`].
+    #[must_use]
+    pub fn geodetic(&self, position: &Vector3<f64>) -> Geodetic {
+        match self.model {
+            EarthModel::Flat => Geodetic {
+                latitude_rad: self.start.latitude_rad + position.x / self.flat_scale_m.0,
+                longitude_rad: self.start.longitude_rad + position.y / self.flat_scale_m.1,
+                altitude_m: -position.z,
+            },
+            EarthModel::Wgs84 => geodesy::vertical(position).geodetic(),
+        }
+    }
+
+    /// Position from the start point at altitude zero, m, in the NED axes of that point.
+    #[must_use]
+    pub fn local_position(&self, position: &Vector3<f64>) -> Ned {
+        Ned(self.e_from_start_ned.tr_mul(&(position - self.origin)))
+    }
+
+    /// Attitude relative to the local NED axes at `here`, from the quaternion (w, x, y, z) that turns body
+    /// axes into frame E.
+    #[must_use]
+    pub fn attitude(&self, here: &Geodetic, q_e_from_body: &[f64; 4]) -> Attitude {
+        match self.model {
+            EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
+            EarthModel::Wgs84 => {
+                let [w, x, y, z] = q_e_from_ned(here);
+                let [w, x, y, z] = product(&[w, -x, -y, -z], q_e_from_body);
+                Attitude::from_quaternion(w, x, y, z)
+            }
+        }
+    }
+
+    /// Quaternion (w, x, y, z) that turns body axes into frame E; the inverse of [`Earth::attitude`].
+    #[must_use]
+    pub fn q_e_from_body(&self, here: &Geodetic, attitude: &Attitude) -> [f64; 4] {
+        match self.model {
+            EarthModel::Flat => attitude.wxyz(),
+            EarthModel::Wgs84 => product(&q_e_from_ned(here), &attitude.wxyz()),
+        }
+    }
+}
+
+/// Gravitation with J2, m/s², Earth-centred axes; without the centrifugal part.
+///
+/// Formula of the NESC check cases (NASA/TM-2015-218675). Inside the innermost kilometre the radius is held,
+/// so that the function stays finite.
+#[inline]
+#[must_use]
+pub fn gravitation(position: &Vector3<f64>) -> Vector3<f64> {
+    let (x, y, z) = (position.x, position.y, position.z);
+    let r2 = (x * x + y * y + z * z).max(1.0e6);
+    let per_r2 = 1.0 / r2;
+    let strength = -GRAVITATIONAL_PARAMETER * per_r2 / r2.sqrt();
+    let oblate = 1.5 * J2 * SEMI_MAJOR_M * SEMI_MAJOR_M * per_r2;
+    let polar = 5.0 * z * z * per_r2;
+    let equatorial = strength * (1.0 - oblate * (polar - 1.0));
+    Vector3::new(equatorial * x, equatorial * y, strength * (1.0 - oblate * (polar - 3.0)) * z)
+}
+
+/// Centrifugal acceleration -Ω×(Ω×r), m/s², Earth-centred axes.
+#[inline]
+#[must_use]
+pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
+    const W2: f64 = ROTATION_RAD_S * ROTATION_RAD_S;
+    Vector3::new(W2 * position.x, W2 * position.y, 0.0)
+}
+
+/// Turns NED axes at `here` into Earth-centred ones: longitude about z, then -(90° + latitude) about y.
+fn q_e_from_ned(here: &Geodetic) -> [f64; 4] {
+    let (sin_l, cos_l) = libm::sincos(0.5 * here.longitude_rad);
+    let (sin_p, cos_p) =
+        libm::sincos(-0.5 * (here.latitude_rad + core::f64::consts::FRAC_PI_2));
+    [cos_l * cos_p, -sin_l * sin_p, cos_l * sin_p, sin_l * cos_p]
+}
+
+/// Quaternion product a b, scalar part first.
+fn product(a: &[f64; 4], b: &[f64; 4]) -> [f64; 4] {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::EulerAngles;
+
+    fn at(latitude_deg: f64, longitude_deg: f64, altitude_m: f64) -> Geodetic {
+        Geodetic {
+            latitude_rad: latitude_deg.to_radians(),
+            longitude_rad: longitude_deg.to_radians(),
+            altitude_m,
+        }
+    }
+
+    #[test]
+    fn val_gravity_at_equator_and_pole_is_that_of_wgs84() {
+        // WGS-84 theoretical gravity (NIMA TR8350.2): equator 9.7803253359, pole 9.8321849379 m/s2.
+        for (latitude, printed) in [(0.0, 9.780_325_335_9), (90.0, 9.832_184_937_9)] {
+            let place = Earth::new(EarthModel::Wgs84, at(latitude, 0.0, 0.0));
+            let ours = place.place(&place.origin).gravity.norm();
+            // J2 alone leaves out the terms from J4 on: 1e-5 of gravity and less.
+            assert!((ours - printed).abs() < 1.5e-4, "{latitude} deg: {ours} m/s2 instead of {printed}");
+        }
+    }
+
+    #[test]
+    fn plumb_line_and_ellipsoid_normal_agree_at_middle_latitude() {
+        let start = at(45.0, 30.0, 0.0);
+        let earth = Earth::new(EarthModel::Wgs84, start);
+        let place = earth.place(&earth.origin);
+        let gravity = place.e_from_ned.tr_mul(&place.gravity);
+        // The ellipsoid is a level surface of the full field; without J4 the plumb line is off by some 1e-5.
+        assert!((gravity.x / gravity.z).abs() < 2e-5, "north {} m/s2", gravity.x);
+        assert!((gravity.y / gravity.z).abs() < 1e-12, "east {} m/s2", gravity.y);
+    }
+
+    #[test]
+    fn local_axes_are_right_handed_and_of_unit_length() {
+        let earth = Earth::new(EarthModel::Wgs84, at(-33.0, 151.0, 0.0));
+        let m = earth.place(&earth.origin).e_from_ned;
+        assert!((m.tr_mul(&m) - Matrix3::identity()).norm() < 1e-14);
+        assert!((m.determinant() - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn quaternion_and_matrix_mean_the_same_local_axes() {
+        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+            let here = at(47.0, 8.5, 500.0);
+            let earth = Earth::new(model, here);
+            let attitude = Attitude::from_euler(EulerAngles { phi: 0.3, theta: -0.2, psi: 2.0 });
+            let q = earth.q_e_from_body(&here, &attitude);
+            let by_quaternion = Attitude::from_unit_wxyz(q).matrix();
+            let by_matrix = earth.place(&earth.position(&here)).e_from_ned * attitude.matrix();
+            assert!((by_quaternion - by_matrix).norm() < 1e-14, "{model:?}");
+            let back = earth.attitude(&here, &q).euler();
+            assert!((back.phi - 0.3).abs() < 1e-14 && (back.psi - 2.0).abs() < 1e-14, "{model:?}");
+        }
+    }
+
+    #[test]
+    fn positions_survive_the_round_trip_on_both_earths() {
+        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+            let earth = Earth::new(model, at(47.0, 8.5, 0.0));
+            let there = at(47.3, 8.1, 5_000.0);
+            let back = earth.geodetic(&earth.position(&there));
+            assert!((back.latitude_rad - there.latitude_rad).abs() < 1e-12, "{model:?}");
+            assert!((back.longitude_rad - there.longitude_rad).abs() < 1e-12, "{model:?}");
+            assert!((back.altitude_m - there.altitude_m).abs() < 1e-8, "{model:?}");
+        }
+    }
+
+    #[test]
+    fn local_position_counts_from_the_ground_below_the_start() {
+        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+            let earth = Earth::new(model, at(47.0, 8.5, 5_000.0));
+            let ours = earth.local_position(&earth.position(&at(47.0, 8.5, 5_000.0)));
+            assert!((ours.0 - Vector3::new(0.0, 0.0, -5_000.0)).norm() < 1e-8, "{model:?}: {ours:?}");
+        }
+    }
+
+    #[test]
+    fn the_two_earths_agree_on_a_point_near_the_start() {
+        let there = at(47.001, 8.501, 0.0);
+        let [flat, round] = [EarthModel::Flat, EarthModel::Wgs84].map(|model| {
+            let earth = Earth::new(model, at(47.0, 8.5, 0.0));
+            earth.local_position(&earth.position(&there)).0
+        });
+        // 135 m away the ground has curved down by 1.4 mm; meridians converge by as much.
+        assert!((flat - round).norm() < 5e-3, "{} m", (flat - round).norm());
+    }
+}

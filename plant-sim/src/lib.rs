@@ -1,0 +1,53 @@
+//! The aircraft and the world it flies in: the nonlinear six-degree-of-freedom plant.
+//!
+//! # Signal path of one control period
+//!
+//! ```text
+//! commands -> servos -> faults -> aerodynamics, propulsion -> rigid_body -> integrator
+//!                                   ^ wind, atmosphere         ^ earth        |
+//!             sensors <- truth <----------------------------------------------+
+//! ```
+//!
+//! [`Plant`] is the way in: [`Plant::sense`], [`Plant::advance`], [`Plant::truth`], [`Plant::request`].
+//! Nothing here reads a clock or opens a socket; the same [`PlantSetup`] and the same commands give the
+//! same bits. Transcendental functions come from `libm`, so that a new host does not change them.
+//!
+//! | question | file |
+//! |---|---|
+//! | where does a fault act? | [`faults`], and nowhere else |
+//! | what are the numbers of the aircraft? | `airframes/tvc_jet.toml`, read by [`airframe`] |
+//! | what is flown, and what breaks when? | `scenarios/*.toml`, read by [`scenario`] |
+//! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
+//! | what is the motion? | [`rigid_body`], put together in [`dynamics`] |
+
+pub mod aerodynamics;
+pub mod airframe;
+pub mod atmosphere;
+pub mod config;
+pub mod derivatives;
+pub mod dynamics;
+pub mod earth;
+pub mod faults;
+pub mod geodesy;
+pub mod integrator;
+pub mod noise;
+pub mod plant;
+pub mod propulsion;
+pub mod rigid_body;
+pub mod scenario;
+pub mod sensors;
+pub mod servos;
+pub mod setup;
+pub mod trim;
+pub mod truth;
+pub mod wind;
+
+pub use airframe::Airframe;
+pub use config::{ConfigError, RangeError};
+pub use earth::EarthModel;
+pub use faults::ScheduledFault;
+pub use plant::Plant;
+pub use scenario::{PlantPart, Scenario};
+pub use setup::{PlantSetup, SensorSettings, SetupError, Start, WindSettings};
+pub use trim::Trim;
+pub use truth::Truth;
