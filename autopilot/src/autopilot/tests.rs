@@ -1,0 +1,135 @@
+use super::*;
+use crate::config::{self, DEFAULT_BELIEF};
+use crate::parameters::Parameters;
+use crate::vehicle::{Mode, Reference};
+use icd::fault::{FaultRequest, Refusal};
+use icd::{Effector, FaultKind};
+
+fn autopilot() -> Autopilot {
+    Autopilot::new(&Settings {
+        belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
+        gains: Gains::REFERENCE,
+        limits: Parameters::default().limits,
+        references: ReferenceSchedule::default(),
+    })
+}
+
+fn sensors() -> Sensors {
+    let mut values = [0.0; Sensors::COUNT];
+    values[6] = 1.0;
+    let level = Sensors::from_array(&values);
+    Sensors { altitude_m: 5_000.0, airspeed_m_s: 264.0, thrust_n: 27_000.0, ..level }
+}
+
+fn flying() -> Autopilot {
+    let mut autopilot = autopilot();
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    autopilot.step(SimTime::ZERO, &sensors());
+    while autopilot.pop_event().is_some() {}
+    autopilot
+}
+
+fn break_rudder(number: u32) -> Intent {
+    let kind = FaultKind::StuckHere;
+    let onset = icd::fault::Onset::AtOnce;
+    Intent { number, wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, onset }) }
+}
+
+fn outcomes(autopilot: &mut Autopilot) -> Vec<(u32, Outcome)> {
+    std::iter::from_fn(|| autopilot.pop_event())
+        .filter_map(|event| match event.kind {
+            EventKind::Outcome { number, outcome } => Some((number, outcome)),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_fault_has_no_outcome_before_the_plant_answers() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(break_rudder(7));
+    assert_eq!(outcomes(&mut autopilot), []);
+    assert_eq!(autopilot.next_request().map(|request| request.number), Some(7));
+    assert_eq!(outcomes(&mut autopilot), []);
+    let reply = FaultReply::Refused(Refusal::FlightOver);
+    autopilot.handle_report(&PlantReport::FaultReply { request: 7, reply });
+    assert_eq!(outcomes(&mut autopilot), [(7, Outcome::Plant(reply))]);
+    autopilot.handle_report(&PlantReport::FaultReply { request: 7, reply });
+    assert_eq!(outcomes(&mut autopilot), [], "one outcome an intent");
+}
+
+#[test]
+fn every_open_request_is_answered_when_the_plant_goes_away() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(break_rudder(1));
+    autopilot.next_request();
+    autopilot.handle_intent(break_rudder(2));
+    autopilot.handle_intent(Intent { number: 3, wish: Wish::Restart });
+    autopilot.plant_lost();
+    let mut numbers: Vec<u32> = outcomes(&mut autopilot)
+        .into_iter()
+        .map(|(number, outcome)| {
+            assert_eq!(outcome, Outcome::NoAnswer);
+            number
+        })
+        .collect();
+    numbers.sort_unstable();
+    assert_eq!(numbers, [1, 2, 3]);
+    autopilot.handle_intent(break_rudder(4));
+    assert_eq!(outcomes(&mut autopilot), [(4, Outcome::Refused(VehicleRefusal::NoFlight))]);
+}
+
+#[test]
+fn a_restart_is_done_when_the_new_flight_begins() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(Intent { number: 5, wish: Wish::Restart });
+    autopilot.next_request();
+    assert_eq!(outcomes(&mut autopilot), []);
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    assert_eq!(outcomes(&mut autopilot), [(5, Outcome::Done)]);
+}
+
+#[test]
+fn a_full_queue_to_the_plant_is_said_and_does_not_grow() {
+    let mut autopilot = flying();
+    for number in 0..100 {
+        autopilot.handle_intent(break_rudder(number));
+    }
+    let refused = outcomes(&mut autopilot);
+    assert_eq!(refused.len(), 100 - REQUESTS_MAX);
+    assert!(refused.iter().all(|(_, outcome)| *outcome == Outcome::NoAnswer));
+}
+
+#[test]
+fn outcomes_survive_a_flood_of_other_events() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(Intent { number: 9, wish: Wish::Refer(Reference::Altitude(6_000.0)) });
+    for _ in 0..1000 {
+        autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
+    }
+    assert!(autopilot.dropped_events() > 0);
+    assert_eq!(outcomes(&mut autopilot), [(9, Outcome::Done)]);
+}
+
+#[test]
+fn holding_changes_nothing_that_flies() {
+    let mut one = flying();
+    let mut other = flying();
+    for _ in 0..10 {
+        other.hold(&sensors(), false);
+    }
+    let time = SimTime::from_micros(2_000);
+    assert_eq!(one.step(time, &sensors()), other.step(time, &sensors()));
+}
+
+#[test]
+fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
+    let mut used = flying();
+    used.handle_intent(Intent { number: 1, wish: Wish::Mode(Mode::Offboard) });
+    used.handle_intent(Intent { number: 2, wish: Wish::Refer(Reference::Roll(0.3)) });
+    used.step(SimTime::from_micros(2_000), &sensors());
+    used.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    let mut fresh = autopilot();
+    fresh.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    assert_eq!(used.step(SimTime::ZERO, &sensors()), fresh.step(SimTime::ZERO, &sensors()));
+}

@@ -1,0 +1,135 @@
+//! Files that the autopilot reads at start: its belief about the aircraft, its part of a scenario.
+
+use std::path::{Path, PathBuf};
+
+use flight_control::Belief;
+use flight_control::belief::BeliefError;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
+
+/// The shipped belief; written by `sitl linearize`.
+pub const DEFAULT_BELIEF: &str = include_str!("../models/tvc_jet.toml");
+
+/// Why a file cannot be used. Each message names the file, and the key, value and range where there is one.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The text is not what it should be; the message has line, column and key.
+    #[error("{file}: {source}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the parser says.
+        source: Box<toml::de::Error>,
+    },
+    /// A belief outside its range.
+    #[error("{file}: {source}")]
+    Belief {
+        /// The file.
+        file: String,
+        /// Key, value and range.
+        source: BeliefError,
+    },
+    /// A reference that cannot be flown.
+    #[error("{file}: {source}")]
+    Schedule {
+        /// The file.
+        file: String,
+        /// Key, value and range.
+        source: ScheduleError,
+    },
+}
+
+/// Reads a whole text file.
+///
+/// # Errors
+/// [`ConfigError::Read`] names the file.
+pub fn read(path: &Path) -> Result<String, ConfigError> {
+    std::fs::read_to_string(path)
+        .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source })
+}
+
+/// Reads a belief; `file` is its name for error messages.
+///
+/// # Errors
+/// [`ConfigError`] names file, key, value and range.
+pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
+    let belief: Belief = parse(file, text)?;
+    belief
+        .validate()
+        .map_err(|source| ConfigError::Belief { file: file.to_owned(), source })?;
+    Ok(belief)
+}
+
+/// A scenario file has one part for each process; the plant's stays unread here.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScenarioFile {
+    #[serde(rename = "plant")]
+    _plant: Option<IgnoredAny>,
+    #[serde(default)]
+    autopilot: AutopilotPart,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct AutopilotPart {
+    #[serde(default, rename = "reference")]
+    references: Vec<ReferenceEntry>,
+}
+
+/// Reads the autopilot's part of a scenario; `file` is its name for error messages.
+///
+/// # Errors
+/// [`ConfigError`] names file, key, value and range.
+pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigError> {
+    let scenario: ScenarioFile = parse(file, text)?;
+    ReferenceSchedule::new(scenario.autopilot.references)
+        .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
+}
+
+fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
+    toml::from_str(text)
+        .map_err(|source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_belief_is_valid() {
+        assert!(belief("tvc_jet.toml", DEFAULT_BELIEF).is_ok());
+    }
+
+    #[test]
+    fn a_belief_out_of_range_names_file_key_value_and_range() {
+        let text = DEFAULT_BELIEF.replace("mass_kg = 9295.0", "mass_kg = -1.0");
+        let error = belief("my.toml", &text).unwrap_err().to_string();
+        assert_eq!(error, "my.toml: mass.mass_kg = -1 is outside 0.1 to 1000000");
+    }
+
+    #[test]
+    fn a_misspelt_key_stops_the_start() {
+        let text = DEFAULT_BELIEF.replace("mass_kg", "mas_kg");
+        let error = belief("my.toml", &text).unwrap_err().to_string();
+        assert!(error.contains("mas_kg") && error.contains("mass_kg"), "{error}");
+    }
+
+    #[test]
+    fn the_plant_part_of_a_scenario_is_not_looked_at() {
+        let text = "[plant]\nanything = true\n[[autopilot.reference]]\nat_s = 1.0\nroll_deg = 15.0\n";
+        assert!(references("s.toml", text).is_ok());
+        assert!(references("s.toml", "[autopilot]\nrefs = 1\n").is_err());
+        assert!(references("s.toml", "[pilot]\n").is_err());
+    }
+}

@@ -1,0 +1,20 @@
+//! The flight software: everything between the plant link and the ground stations.
+//!
+//! ```text
+//!  plant link thread                                    ground-station threads (tokio)
+//!  ┌───────────────────────────────────┐   intents      ┌──────────────────────────────┐
+//!  │ io::plant_link ── autopilot ──────┼<───────────────┼── mavlink services           │
+//!  │                   │ vehicle       │   events,      │      ^ bytes                 │
+//!  │                   └ FlightControl ┼───────────────>┼── io::gcs_link ── sockets    │
+//!  └───────────────────────────────────┘   snapshots    └──────────────────────────────┘
+//! ```
+//!
+//! Both directions are bounded channels, so nothing on the right can delay a control step. There is no
+//! I/O outside `io/`, and no clock outside `clock.rs`.
+
+pub mod autopilot;
+pub mod config;
+pub mod event;
+pub mod parameters;
+pub mod transitions;
+pub mod vehicle;

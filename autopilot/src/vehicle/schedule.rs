@@ -1,0 +1,123 @@
+//! References by simulation time, from the autopilot's part of a scenario.
+
+use icd::SimTime;
+use serde::Deserialize;
+
+/// Entries that a schedule may have.
+const ENTRIES_MAX: usize = 1000;
+/// Range of altitude references in a scenario, m.
+const ALTITUDE_M: (f64, f64) = (0.0, 20_000.0);
+/// Range of roll references in a scenario, deg.
+const ROLL_DEG: (f64, f64) = (-80.0, 80.0);
+/// Range of airspeed references in a scenario, m/s.
+const AIRSPEED_M_S: (f64, f64) = (50.0, 500.0);
+
+/// One entry as it stands in the file.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceEntry {
+    at_s: f64,
+    altitude_m: Option<f64>,
+    roll_deg: Option<f64>,
+    airspeed_m_s: Option<f64>,
+}
+
+/// What the references become at a time; what is not named stays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScheduledReference {
+    /// When.
+    pub at: SimTime,
+    /// Altitude, m.
+    pub altitude_m: Option<f64>,
+    /// Roll angle, rad.
+    pub roll_rad: Option<f64>,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: Option<f64>,
+}
+
+/// References by time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReferenceSchedule(Vec<ScheduledReference>);
+
+/// A schedule that cannot be flown.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScheduleError {
+    /// A number outside its range.
+    #[error("[[autopilot.reference]] number {number}: {key} = {value} is outside {min} to {max}")]
+    OutOfRange {
+        /// Which entry, from 1.
+        number: usize,
+        /// Key in the entry.
+        key: &'static str,
+        /// The refused value.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// The entries are not in the order of their times.
+    #[error("[[autopilot.reference]] number {number}: at_s is earlier than that of the entry before")]
+    Order {
+        /// Which entry, from 1.
+        number: usize,
+    },
+    /// More entries than a schedule may have.
+    #[error("[[autopilot.reference]]: {count} entries, at most {ENTRIES_MAX} are allowed")]
+    TooMany {
+        /// How many.
+        count: usize,
+    },
+}
+
+impl ReferenceSchedule {
+    /// Checks the entries of a file.
+    ///
+    /// # Errors
+    /// [`ScheduleError`] names the entry, the key, the value and the range.
+    pub fn new(entries: Vec<ReferenceEntry>) -> Result<Self, ScheduleError> {
+        if entries.len() > ENTRIES_MAX {
+            return Err(ScheduleError::TooMany { count: entries.len() });
+        }
+        let mut schedule: Vec<ScheduledReference> = Vec::with_capacity(entries.len());
+        for (index, entry) in entries.iter().enumerate() {
+            let number = index + 1;
+            let scheduled = entry.check(number)?;
+            if schedule.last().is_some_and(|before| before.at > scheduled.at) {
+                return Err(ScheduleError::Order { number });
+            }
+            schedule.push(scheduled);
+        }
+        Ok(Self(schedule))
+    }
+
+    /// The entry at `index`, in the order of time.
+    #[must_use]
+    pub fn entry(&self, index: usize) -> Option<&ScheduledReference> {
+        self.0.get(index)
+    }
+}
+
+impl ReferenceEntry {
+    fn check(&self, number: usize) -> Result<ScheduledReference, ScheduleError> {
+        let inside = |key, value: Option<f64>, (min, max): (f64, f64)| match value {
+            Some(value) if !(min..=max).contains(&value) => {
+                Err(ScheduleError::OutOfRange { number, key, value, min, max })
+            }
+            other => Ok(other),
+        };
+        let at = SimTime::from_seconds(self.at_s).ok_or(ScheduleError::OutOfRange {
+            number,
+            key: "at_s",
+            value: self.at_s,
+            min: 0.0,
+            max: SimTime::MAX_SECONDS,
+        })?;
+        Ok(ScheduledReference {
+            at,
+            altitude_m: inside("altitude_m", self.altitude_m, ALTITUDE_M)?,
+            roll_rad: inside("roll_deg", self.roll_deg, ROLL_DEG)?.map(f64::to_radians),
+            airspeed_m_s: inside("airspeed_m_s", self.airspeed_m_s, AIRSPEED_M_S)?,
+        })
+    }
+}

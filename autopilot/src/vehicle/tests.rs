@@ -1,0 +1,63 @@
+use super::*;
+use crate::config;
+use crate::parameters::Parameters;
+
+fn sensors() -> Sensors {
+    let mut values = [0.0; Sensors::COUNT];
+    values[6] = 1.0;
+    Sensors { altitude_m: 5_000.0, airspeed_m_s: 264.0, ..Sensors::from_array(&values) }
+}
+
+fn seconds(s: f64) -> SimTime {
+    SimTime::from_seconds(s).unwrap()
+}
+
+fn limits() -> ReferenceLimits {
+    Parameters::default().limits
+}
+
+#[test]
+fn without_any_word_it_keeps_what_it_has() {
+    let mut vehicle = Vehicle::new(ReferenceSchedule::default());
+    let demand = vehicle.track(SimTime::ZERO, &sensors());
+    assert_eq!(demand, Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 });
+}
+
+#[test]
+fn scheduled_references_act_at_their_tick_and_an_autopilot_that_joins_late_has_them_too() {
+    let text = "[[autopilot.reference]]\nat_s = 1.0\naltitude_m = 6000.0\n\
+                [[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n";
+    let schedule = config::references("s.toml", text).unwrap();
+    let mut vehicle = Vehicle::new(schedule.clone());
+    assert_eq!(vehicle.track(seconds(0.998), &sensors()).altitude_m, 5_000.0);
+    assert_eq!(vehicle.track(seconds(1.0), &sensors()).altitude_m, 6_000.0);
+    let late = Vehicle::new(schedule).track(seconds(3.0), &sensors());
+    assert_eq!((late.altitude_m, late.roll_rad), (6_000.0, 15.0_f64.to_radians()));
+}
+
+#[test]
+fn a_roll_reference_needs_offboard_and_hold_levels_the_wings() {
+    let mut vehicle = Vehicle::new(ReferenceSchedule::default());
+    vehicle.track(SimTime::ZERO, &sensors());
+    let roll = Reference::Roll(0.2);
+    assert_eq!(vehicle.refer(roll, &limits()), Err(VehicleRefusal::NotOffboard));
+    vehicle.set_mode(Mode::Offboard);
+    assert_eq!(vehicle.refer(roll, &limits()), Ok(()));
+    assert_eq!(vehicle.track(seconds(1.0), &sensors()).roll_rad, 0.2);
+    vehicle.set_mode(Mode::Hold);
+    assert_eq!(vehicle.track(seconds(1.1), &sensors()).roll_rad, 0.0);
+}
+
+#[test]
+fn references_outside_the_limits_or_not_finite_change_nothing() {
+    let mut vehicle = Vehicle::new(ReferenceSchedule::default());
+    vehicle.track(SimTime::ZERO, &sensors());
+    vehicle.set_mode(Mode::Offboard);
+    let before = vehicle.demand().copied();
+    for bad in [f64::NAN, f64::INFINITY, 1.0e6, -1.0e6] {
+        for reference in [Reference::Altitude(bad), Reference::Airspeed(bad), Reference::Roll(bad)] {
+            assert!(vehicle.refer(reference, &limits()).is_err(), "{reference:?}");
+        }
+    }
+    assert_eq!(vehicle.demand().copied(), before);
+}

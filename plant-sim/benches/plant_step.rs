@@ -1,0 +1,48 @@
+//! Time of one integration step, one control period and one look at the sensors, on both Earths.
+#![expect(missing_docs, reason = "criterion's macro makes undocumented functions")]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use icd::{Actuators, ControlPeriod};
+use plant_sim::dynamics::Held;
+use plant_sim::faults::Effects;
+use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
+
+/// The nominal flight with one step for each period of 2 ms.
+fn plant(earth: EarthModel) -> Plant {
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).expect("file of the crate");
+    let mut setup = nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 2_000);
+    setup.earth = earth;
+    Plant::new(&setup).expect("the paper's aircraft can fly")
+}
+
+fn bench(c: &mut Criterion) {
+    for (name, earth) in [("flat", EarthModel::Flat), ("wgs84", EarthModel::Wgs84)] {
+        let mut flight = plant(earth);
+        let trim = *flight.trim();
+        let commands = trim.positions();
+        let held = Held {
+            commands,
+            wind: icd::Ned::zero(),
+            gust: icd::Body::zero(),
+            effects: Effects::none(),
+        };
+        let dynamics = flight.dynamics().clone();
+        c.bench_function(&format!("rk4_step/{name}"), |b| {
+            let state = trim.state();
+            b.iter(|| dynamics.step(black_box(&state), black_box(&held), black_box(0.002)));
+        });
+        c.bench_function(&format!("advance_2ms_and_sense/{name}"), |b| {
+            let actuators = Actuators { commands };
+            b.iter(|| {
+                flight.advance(black_box(&actuators));
+                black_box(flight.sense());
+                black_box(flight.truth());
+            });
+        });
+    }
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

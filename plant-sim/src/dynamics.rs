@@ -1,0 +1,177 @@
+//! The aircraft in its air over its Earth: everything that moves, and its derivative.
+//!
+//! One evaluation runs down the signal path: effective deflections, air, forces and moments, motion.
+
+use icd::{Body, Effector, Ned, PerEffector};
+use nalgebra::Matrix3;
+
+use crate::aerodynamics::{self, AirState};
+use crate::airframe::Airframe;
+use crate::atmosphere;
+use crate::earth::{Earth, Place};
+use crate::faults::Effects;
+use crate::integrator::rk4;
+use crate::propulsion;
+use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
+
+/// Numbers of the rigid body and of the effectors together.
+const STATES: usize = rigid_body::STATES + Effector::COUNT;
+
+/// What moves: the body and the effectors on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// The rigid body.
+    pub rigid: RigidState,
+    /// Positions of the servos, rad; thrust, N. What acts can be less: see [`crate::faults`].
+    pub positions: PerEffector<f64>,
+}
+
+/// What stands still during one step.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    /// Commands inside the travel, rad and N.
+    pub commands: PerEffector<f64>,
+    /// Steady wind, m/s, local NED, where it blows to.
+    pub wind: Ned,
+    /// Gust, m/s, body axes, where it blows to.
+    pub gust: Body,
+    /// What the faults do.
+    pub effects: Effects,
+}
+
+/// The aircraft, the air and the Earth.
+#[derive(Debug, Clone)]
+pub struct Dynamics {
+    airframe: Airframe,
+    mass: MassProperties,
+    earth: Earth,
+}
+
+/// All that one evaluation finds out about the present instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation {
+    /// The Earth there.
+    pub place: Place,
+    /// Turns body axes into frame E.
+    pub e_from_body: Matrix3<f64>,
+    /// Motion relative to the air.
+    pub air: AirState,
+    /// Density of the air, kg/m³.
+    pub density: f64,
+    /// All forces but gravity, and all moments.
+    pub wrench: Wrench,
+    /// The motion that follows.
+    pub derivative: RigidDerivative,
+}
+
+impl State {
+    #[inline]
+    fn to_array(self) -> [f64; STATES] {
+        let mut x = [0.0; STATES];
+        x[..rigid_body::STATES].copy_from_slice(&self.rigid.to_array());
+        x[rigid_body::STATES..].copy_from_slice(self.positions.as_array());
+        x
+    }
+
+    #[inline]
+    fn from_array(x: &[f64; STATES]) -> Self {
+        let (mut rigid, mut positions) = ([0.0; rigid_body::STATES], [0.0; Effector::COUNT]);
+        rigid.copy_from_slice(&x[..rigid_body::STATES]);
+        positions.copy_from_slice(&x[rigid_body::STATES..]);
+        Self { rigid: RigidState::from_array(&rigid), positions: PerEffector::new(positions) }
+    }
+
+    /// Whether every number is one.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.to_array().iter().all(|x| x.is_finite())
+    }
+}
+
+impl Dynamics {
+    /// `None` if the airframe's mass or inertia is impossible ([`Airframe::check`] says why).
+    #[must_use]
+    pub fn new(airframe: Airframe, earth: Earth) -> Option<Self> {
+        Some(Self { mass: airframe.mass_properties()?, airframe, earth })
+    }
+
+    /// The aircraft.
+    #[must_use]
+    pub fn airframe(&self) -> &Airframe {
+        &self.airframe
+    }
+
+    /// The Earth.
+    #[must_use]
+    pub fn earth(&self) -> &Earth {
+        &self.earth
+    }
+
+    /// Mass and inertia.
+    #[must_use]
+    pub fn mass(&self) -> &MassProperties {
+        &self.mass
+    }
+
+    /// Forces and motion of the body with these effective deflections (rad; thrust in N).
+    #[inline]
+    #[must_use]
+    pub fn evaluate(
+        &self,
+        rigid: &RigidState,
+        effective: &PerEffector<f64>,
+        wind: &Ned,
+        gust: &Body,
+    ) -> Evaluation {
+        let place = self.earth.place(&rigid.position);
+        let e_from_body = rigid.e_from_body();
+        let wind_body = e_from_body.tr_mul(&(place.e_from_ned * wind.0));
+        let velocity = Body(rigid.velocity.0 - wind_body - gust.0);
+        // The air turns with the Earth, so damping knows only the rates relative to the Earth.
+        let rates = Body(rigid.rates.0 - e_from_body.tr_mul(&self.earth.rotation()));
+        let air = AirState::new(&velocity, rates);
+        let density = atmosphere::density(place.geopotential_altitude_m);
+        let coefficients = aerodynamics::coefficients(&self.airframe.aero, &air, effective);
+        let wrench =
+            aerodynamics::wrench(&self.airframe.aero, &air, &velocity, density, &coefficients)
+                .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
+        let derivative = rigid_body::derivative(
+            rigid,
+            &e_from_body,
+            &self.mass,
+            &wrench,
+            &self.earth,
+            &place,
+        );
+        Evaluation { place, e_from_body, air, density, wrench, derivative }
+    }
+
+    /// Effective deflections of a state: what is left of the positions after the faults.
+    #[inline]
+    #[must_use]
+    pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
+        PerEffector::from_fn(|e| effects.effective_deflection(e, state.positions[e]))
+    }
+
+    #[inline]
+    fn derivative(&self, x: &[f64; STATES], held: &Held) -> [f64; STATES] {
+        let state = State::from_array(x);
+        let effective = self.effective(&state, &held.effects);
+        let evaluation = self.evaluate(&state.rigid, &effective, &held.wind, &held.gust);
+        let mut rates = [0.0; STATES];
+        rates[..rigid_body::STATES].copy_from_slice(&evaluation.derivative.to_array());
+        for (e, servo) in self.airframe.servos.iter() {
+            let healthy = servo.rate(held.commands[e], state.positions[e]);
+            rates[rigid_body::STATES + e.index()] = held.effects.rate(e, healthy);
+        }
+        rates
+    }
+
+    /// The state `step_s` seconds later.
+    #[must_use]
+    pub fn step(&self, state: &State, held: &Held, step_s: f64) -> State {
+        let x = rk4(&state.to_array(), step_s, |x| self.derivative(x, held));
+        let next = State::from_array(&x);
+        State { rigid: next.rigid.normalised(), ..next }
+    }
+}

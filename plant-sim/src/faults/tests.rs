@@ -1,0 +1,234 @@
+use super::*;
+use crate::Airframe;
+
+const T0: SimTime = SimTime::from_micros(1_000_000);
+const T1: SimTime = SimTime::from_micros(2_000_001);
+
+fn servos() -> PerEffector<Servo> {
+    Airframe::paper().servos
+}
+
+fn jump(angle_rad: f64) -> FaultKind {
+    FaultKind::StuckAt { angle_rad, travel: Travel::Jump }
+}
+
+/// Faults with positions that all differ from zero, and what was reported.
+struct Bench {
+    faults: Faults,
+    positions: PerEffector<f64>,
+    reports: Vec<PlantReport>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let positions = PerEffector::new([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 27_000.0]);
+        Self { faults: Faults::none(), positions, reports: Vec::new() }
+    }
+
+    fn request(&mut self, now: SimTime, request: FaultRequest) -> FaultReply {
+        let Self { faults, positions, reports } = self;
+        faults.request(&request, now, positions, &servos(), &mut |r| reports.push(r))
+    }
+
+    fn inject(&mut self, now: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
+        self.request(now, FaultRequest::Inject { effector, kind, onset: Onset::AtOnce })
+    }
+
+    fn inject_at(&mut self, at: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
+        self.request(T0, FaultRequest::Inject { effector, kind, onset: Onset::At(at) })
+    }
+
+    fn act(&mut self, now: SimTime) {
+        let Self { faults, positions, reports } = self;
+        faults.act(now, positions, &servos(), &mut |r| reports.push(r));
+    }
+
+    fn effective(&self, effector: Effector) -> f64 {
+        self.faults.effects().effective_deflection(effector, self.positions[effector])
+    }
+
+    /// Speed of an effector whose servo wants to move with one unit per second.
+    fn rate(&self, effector: Effector) -> f64 {
+        self.faults.effects().rate(effector, 1.0)
+    }
+}
+
+/// Every fault that the effector can have, with the effective value and the speed that follow at once.
+fn kinds(effector: Effector, here: f64) -> Vec<(FaultKind, f64, f64)> {
+    let mut kinds = vec![
+        (FaultKind::StuckHere, here, 0.0),
+        (FaultKind::PartialLoss { remaining: 0.25 }, 0.25 * here, 1.0),
+        (FaultKind::Float, 0.0, 0.0),
+    ];
+    if effector.is_angle() {
+        kinds.push((jump(-0.2), -0.2, 0.0));
+        let rate = servos()[effector].rate_limit;
+        let travelling = FaultKind::StuckAt { angle_rad: 0.2, travel: Travel::AtActuatorRate };
+        kinds.push((travelling, here, rate));
+    }
+    kinds
+}
+
+#[test]
+fn each_fault_acts_on_its_own_effector_and_on_no_other() {
+    for effector in Effector::ALL {
+        let here = Bench::new().positions[effector];
+        for (kind, effective, rate) in kinds(effector, here) {
+            let mut bench = Bench::new();
+            assert_eq!(bench.inject(T0, effector, kind), FaultReply::Applied { at: T0 });
+            assert_eq!(bench.effective(effector), effective, "{effector} {kind}");
+            assert_eq!(bench.rate(effector), rate, "{effector} {kind}");
+            for other in Effector::ALL.into_iter().filter(|e| *e != effector) {
+                let healthy = Bench::new().positions[other];
+                assert_eq!(bench.effective(other), healthy, "{effector} {kind} moved {other}");
+                assert_eq!(bench.rate(other), 1.0, "{effector} {kind} slowed {other}");
+            }
+        }
+    }
+}
+
+#[test]
+fn after_the_repair_every_effector_is_healthy_again() {
+    for effector in Effector::ALL {
+        for (kind, _, _) in kinds(effector, Bench::new().positions[effector]) {
+            let mut bench = Bench::new();
+            bench.inject(T0, effector, kind);
+            let stuck = bench.positions[effector];
+            let reply = bench.request(T1, FaultRequest::Clear { effector });
+            assert_eq!(reply, FaultReply::Cleared { at: T1 });
+            assert_eq!(*bench.faults.effects(), Effects::none(), "{effector} {kind}");
+            assert_eq!(bench.positions[effector], stuck, "{effector} {kind}: the repair moved it");
+            assert_eq!(bench.reports[1], PlantReport::FaultEnded { effector, at: T1 });
+            assert_eq!(bench.faults.next_event(), None);
+        }
+    }
+}
+
+#[test]
+fn a_partial_loss_that_sticks_holds_what_was_left_of_it() {
+    let mut bench = Bench::new();
+    bench.inject(T0, Effector::Rudder, FaultKind::PartialLoss { remaining: 0.5 });
+    bench.inject(T0, Effector::Rudder, FaultKind::StuckHere);
+    assert_eq!(bench.effective(Effector::Rudder), 0.025);
+}
+
+#[test]
+fn the_same_fault_again_changes_nothing_and_says_since_when_it_is_there() {
+    let mut bench = Bench::new();
+    bench.inject(T0, Effector::Rudder, FaultKind::StuckHere);
+    bench.positions[Effector::Rudder] = 0.3;
+    let reply = bench.inject(T1, Effector::Rudder, FaultKind::StuckHere);
+    assert_eq!(reply, FaultReply::Unchanged { at: T0 });
+    assert_eq!(bench.reports.len(), 1);
+}
+
+#[test]
+fn another_fault_replaces_the_one_that_is_there() {
+    let mut bench = Bench::new();
+    bench.inject(T0, Effector::Rudder, FaultKind::Float);
+    assert_eq!(bench.inject(T1, Effector::Rudder, jump(0.1)), FaultReply::Applied { at: T1 });
+    assert_eq!(bench.effective(Effector::Rudder), 0.1);
+    assert_eq!(bench.faults.active(Effector::Rudder), Some((jump(0.1), T1)));
+}
+
+#[test]
+fn a_travelling_effector_stops_at_its_angle_at_the_first_microsecond_after_its_way() {
+    let mut bench = Bench::new();
+    let kind = FaultKind::StuckAt { angle_rad: -0.1, travel: Travel::AtActuatorRate };
+    bench.inject(T0, Effector::Rudder, kind);
+    let rate = 80.0_f64.to_radians();
+    assert_eq!(bench.rate(Effector::Rudder), -rate);
+    let arrival = bench.faults.next_event().unwrap();
+    let way_us = 0.15 / rate * 1.0e6;
+    let late_us = (arrival.as_micros() - T0.as_micros()) as f64 - way_us;
+    assert!((0.0..=1.0).contains(&late_us), "{late_us} us late");
+    bench.act(arrival);
+    assert_eq!((bench.effective(Effector::Rudder), bench.rate(Effector::Rudder)), (-0.1, 0.0));
+    assert_eq!(bench.faults.next_event(), None);
+}
+
+#[test]
+fn impossible_faults_are_refused_with_the_reason() {
+    let mut bench = Bench::new();
+    let limit_rad = 30.0_f64.to_radians();
+    for (effector, kind, refusal) in [
+        (Effector::Engine, jump(0.1), Refusal::NotForThisEffector),
+        (Effector::Rudder, jump(0.6), Refusal::AngleOutOfTravel { angle_rad: 0.6, limit_rad }),
+        (
+            Effector::Rudder,
+            FaultKind::PartialLoss { remaining: 1.5 },
+            Refusal::RemainingOutOfRange { remaining: 1.5 },
+        ),
+    ] {
+        assert_eq!(bench.inject(T0, effector, kind), FaultReply::Refused(refusal));
+    }
+    let no_number = bench.inject(T0, Effector::Rudder, jump(f64::NAN));
+    assert!(matches!(no_number, FaultReply::Refused(Refusal::AngleOutOfTravel { .. })));
+    assert_eq!(*bench.faults.effects(), Effects::none());
+    assert_eq!(bench.reports, []);
+}
+
+#[test]
+fn an_onset_in_the_past_is_refused_and_one_now_acts_at_once() {
+    let mut bench = Bench::new();
+    let onset = SimTime::from_micros(999_999);
+    let refusal = Refusal::OnsetInThePast { onset, now: T0 };
+    let reply = bench.inject_at(onset, Effector::Rudder, FaultKind::Float);
+    assert_eq!(reply, FaultReply::Refused(refusal));
+    let reply = bench.inject_at(T0, Effector::Rudder, FaultKind::Float);
+    assert_eq!(reply, FaultReply::Applied { at: T0 });
+}
+
+#[test]
+fn a_scheduled_fault_waits_for_its_time() {
+    let mut bench = Bench::new();
+    let reply = bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
+    assert_eq!(reply, FaultReply::Scheduled { at: T1 });
+    let again = bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
+    assert_eq!(again, FaultReply::Unchanged { at: T1 });
+    assert_eq!(bench.faults.next_event(), Some(T1));
+    bench.act(SimTime::from_micros(2_000_000));
+    assert_eq!(bench.reports, []);
+    bench.act(T1);
+    let (effector, kind) = (Effector::Rudder, FaultKind::Float);
+    assert_eq!(bench.reports, [PlantReport::FaultActs { effector, kind, at: T1 }]);
+}
+
+#[test]
+fn clearing_forgets_what_is_scheduled_for_that_effector_only() {
+    let mut bench = Bench::new();
+    bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
+    bench.inject_at(T1, Effector::LeftAileron, FaultKind::Float);
+    bench.request(T0, FaultRequest::Clear { effector: Effector::Rudder });
+    assert_eq!(bench.reports, [], "nothing ended, because nothing had begun");
+    bench.act(T1);
+    assert_eq!(bench.faults.active(Effector::Rudder), None);
+    assert!(bench.faults.active(Effector::LeftAileron).is_some());
+}
+
+#[test]
+fn the_end_of_a_fault_does_not_mend_the_one_that_replaced_it() {
+    let mut bench = Bench::new();
+    let at = |second: u64| SimTime::from_micros(second * 1_000_000);
+    let effector = Effector::Rudder;
+    for (kind, from, until) in [(FaultKind::Float, 2, Some(at(4))), (jump(0.1), 3, None)] {
+        let fault = ScheduledFault { effector, kind, at: at(from), until };
+        bench.faults.schedule(&fault, &servos()).unwrap();
+    }
+    for second in 2..5 {
+        bench.act(at(second));
+    }
+    assert_eq!(bench.faults.active(effector), Some((jump(0.1), at(3))));
+}
+
+#[test]
+fn the_schedule_has_a_limit() {
+    let mut bench = Bench::new();
+    for i in 0..SCHEDULE_MAX as u64 {
+        let at = SimTime::from_micros(2_000_000 + i);
+        let reply = bench.inject_at(at, Effector::Rudder, FaultKind::Float);
+        assert_eq!(reply, FaultReply::Scheduled { at });
+    }
+    let reply = bench.inject_at(SimTime::from_micros(9_000_000), Effector::Rudder, FaultKind::Float);
+    assert_eq!(reply, FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }));
+}

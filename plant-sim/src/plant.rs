@@ -1,0 +1,257 @@
+//! The plant as the rest of the world sees it: sense, advance, tell the truth, break on request.
+
+use std::collections::VecDeque;
+
+use icd::fault::PlantReport;
+use icd::fault::Refusal;
+use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
+
+use crate::dynamics::{Dynamics, Held, State};
+use crate::earth::Earth;
+use crate::faults::{Effects, Faults};
+use crate::sensors::SensorSet;
+use crate::servos;
+use crate::setup::{PlantSetup, SetupError};
+use crate::trim::{self, Trim};
+use crate::truth::Truth;
+use crate::wind::{self, Turbulence};
+
+/// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
+pub const REPORTS_MAX: usize = 256;
+
+/// One flight: an aircraft in its air over its Earth, advanced one control period at a time.
+///
+/// ```text
+/// loop { sense(); (controller); advance(&commands) }
+/// ```
+///
+/// Nothing in it fails or panics after [`Plant::new`]. The flight is over when the aircraft is at or below
+/// altitude zero at the end of a period. It is also over, in the last state that made sense, if the state
+/// stops being finite ([`Plant::is_broken`]): an absurd airframe can do that, and no later number would mean
+/// anything.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    dynamics: Dynamics,
+    trim: Trim,
+    period_us: u64,
+    step_us: u64,
+    time: SimTime,
+    state: State,
+    held: Held,
+    truth: Truth,
+    faults: Faults,
+    turbulence: Turbulence,
+    sensors: SensorSet,
+    reports: VecDeque<PlantReport>,
+    reports_dropped: u64,
+    on_ground: bool,
+    broken: bool,
+}
+
+impl Plant {
+    /// Checks the setup, trims the aircraft, and stands at time zero; faults due at zero act already.
+    ///
+    /// # Errors
+    /// [`SetupError`] if a number is out of range, a fault is impossible, or there is no level flight.
+    pub fn new(setup: &PlantSetup) -> Result<Self, SetupError> {
+        setup.check()?;
+        let earth = Earth::new(setup.earth, setup.start.geodetic());
+        let dynamics = Dynamics::new(setup.airframe.clone(), earth)
+            .expect("the check of the airframe refuses impossible masses");
+        let steady = wind::steady(&setup.wind);
+        let trim = trim::solve(&dynamics, &setup.start, &steady)?;
+        let state = trim.state();
+        let mut turbulence = Turbulence::new(
+            setup.wind.turbulence_m_s,
+            setup.period.as_seconds(),
+            setup.seed,
+            setup.run,
+        );
+        let held = Held {
+            commands: state.positions,
+            wind: steady,
+            gust: turbulence.step(setup.start.airspeed_m_s),
+            effects: Effects::none(),
+        };
+        let time = SimTime::ZERO;
+        let mut plant = Self {
+            truth: Truth::of(&dynamics, time, &state, &held),
+            faults: scheduled(setup)?,
+            sensors: SensorSet::new(setup.sensors.gyro_noise_rad_s, setup.seed, setup.run),
+            reports: VecDeque::with_capacity(REPORTS_MAX),
+            reports_dropped: 0,
+            period_us: u64::from(setup.period.as_micros()),
+            step_us: u64::from(setup.step_us),
+            on_ground: false,
+            broken: false,
+            dynamics,
+            trim,
+            time,
+            state,
+            held,
+            turbulence,
+        };
+        plant.let_events_happen();
+        plant.observe();
+        Ok(plant)
+    }
+
+    /// Simulation time: a multiple of the control period.
+    #[must_use]
+    pub fn time(&self) -> SimTime {
+        self.time
+    }
+
+    /// Whether the flight is over.
+    #[must_use]
+    pub fn on_ground(&self) -> bool {
+        self.on_ground
+    }
+
+    /// Whether the flight is over because the state was not finite any more.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.broken
+    }
+
+    /// The steady flight in which it started.
+    #[must_use]
+    pub fn trim(&self) -> &Trim {
+        &self.trim
+    }
+
+    /// The aircraft, the air and the Earth.
+    #[must_use]
+    pub fn dynamics(&self) -> &Dynamics {
+        &self.dynamics
+    }
+
+    /// What the aircraft senses now. Draws this tick's noise: call it once each control tick.
+    pub fn sense(&mut self) -> Sensors {
+        self.sensors.sense(&self.truth)
+    }
+
+    /// What is really the case now.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        self.truth
+    }
+
+    /// One control period on, with these commands held.
+    ///
+    /// Commands beyond the travel count as its end; a command that is not finite counts as the effector's last
+    /// one. On the ground nothing happens.
+    pub fn advance(&mut self, actuators: &Actuators) {
+        if self.on_ground {
+            return;
+        }
+        let servos = &self.dynamics.airframe().servos;
+        self.held.commands = servos::accepted(servos, &actuators.commands, &self.held.commands);
+        let before = self.state;
+        self.integrate(self.time.as_micros() + self.period_us);
+        if !self.state.is_finite() {
+            self.state = before;
+            self.broken = true;
+            self.touch_down();
+        }
+        self.held.gust = self.turbulence.step(self.truth.airspeed_m_s);
+        self.observe();
+        if !self.on_ground && self.truth.altitude_m <= 0.0 {
+            self.touch_down();
+        }
+    }
+
+    /// Breaks or mends something, now or later, and says what became of it.
+    pub fn request(&mut self, request: &FaultRequest) -> FaultReply {
+        if self.on_ground {
+            return FaultReply::Refused(Refusal::FlightOver);
+        }
+        let Self { faults, state, dynamics, reports, reports_dropped, time, .. } = self;
+        let servos = &dynamics.airframe().servos;
+        let reply = faults.request(request, *time, &mut state.positions, servos, &mut |report| {
+            push(reports, reports_dropped, report);
+        });
+        self.held.effects = *self.faults.effects();
+        self.observe();
+        reply
+    }
+
+    /// What happened and was not fetched yet, oldest first.
+    pub fn pop_report(&mut self) -> Option<PlantReport> {
+        self.reports.pop_front()
+    }
+
+    /// How many reports were dropped because nobody fetched them.
+    #[must_use]
+    pub fn reports_dropped(&self) -> u64 {
+        self.reports_dropped
+    }
+
+    /// Steps on the grid of multiples of the step; a step in which something happens is split there.
+    fn integrate(&mut self, end_us: u64) {
+        let mut now_us = self.time.as_micros();
+        while now_us < end_us {
+            let grid_us = (now_us / self.step_us + 1) * self.step_us;
+            let event_us = self.faults.next_event().map_or(end_us, SimTime::as_micros);
+            let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
+            let step_s = seconds(next_us - now_us);
+            self.state = self.dynamics.step(&self.state, &self.held, step_s);
+            now_us = next_us;
+            self.time = SimTime::from_micros(now_us);
+            if event_us <= now_us {
+                self.let_events_happen();
+            }
+        }
+    }
+
+    fn let_events_happen(&mut self) {
+        let Self { faults, state, dynamics, reports, reports_dropped, time, .. } = self;
+        let servos = &dynamics.airframe().servos;
+        faults.act(*time, &mut state.positions, servos, &mut |report| {
+            push(reports, reports_dropped, report);
+        });
+        self.held.effects = *self.faults.effects();
+    }
+
+    /// Everything that sensors and judges will ask about this instant, worked out once.
+    fn observe(&mut self) {
+        self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.held);
+    }
+
+    fn touch_down(&mut self) {
+        self.on_ground = true;
+        let report = PlantReport::GroundContact { at: self.time };
+        push(&mut self.reports, &mut self.reports_dropped, report);
+    }
+}
+
+/// Length of a step, s; it is at most one control period.
+fn seconds(micros: u64) -> f64 {
+    SimTime::from_micros(micros).as_seconds()
+}
+
+fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantReport) {
+    if reports.len() == REPORTS_MAX {
+        reports.pop_front();
+        *dropped += 1;
+    }
+    reports.push_back(report);
+}
+
+/// The faults of the setup, waiting.
+fn scheduled(setup: &PlantSetup) -> Result<Faults, SetupError> {
+    let mut faults = Faults::none();
+    for (index, fault) in setup.faults.iter().enumerate() {
+        let number = index + 1;
+        if fault.until.is_some_and(|until| until <= fault.at) {
+            return Err(SetupError::FaultEndsEarly { number });
+        }
+        faults
+            .schedule(fault, &setup.airframe.servos)
+            .map_err(|refusal| SetupError::Fault { number, refusal })?;
+    }
+    Ok(faults)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,380 @@
+//! What is flown: a scenario file becomes a [`Scenario`].
+//!
+//! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is passed
+//! over unread, so that neither side needs to know the other's keys.
+
+use icd::fault::{FaultKind, Travel};
+use icd::{ControlPeriod, Effector, SimTime};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::airframe::Airframe;
+use crate::config::{self, ConfigError, RangeError, check_range};
+use crate::earth::EarthModel;
+use crate::faults::ScheduledFault;
+use crate::setup::{PlantSetup, SensorSettings, Start, WindSettings};
+
+/// Level flight, nothing asked, nothing broken.
+pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
+/// The paper's first case: climb with a left elevator that jams at +30 degrees.
+pub const CASE1: &str = include_str!("../scenarios/case1.toml");
+/// The paper's second case: turn with a rudder that jams at +7 degrees.
+pub const CASE2: &str = include_str!("../scenarios/case2.toml");
+
+/// One scenario, as far as the plant is concerned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// The plant's part.
+    pub plant: PlantPart,
+}
+
+/// What a scenario says about the plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlantPart {
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// How long a batch run flies, s; a live flight goes on.
+    pub duration_s: f64,
+    /// Where the flight starts.
+    pub start: Start,
+    /// What it flies over; flat if the file does not say.
+    pub earth: EarthModel,
+    /// How the air moves; calm if the file does not say.
+    pub wind: WindSettings,
+    /// What is wrong with the sensors; nothing if the file does not say.
+    pub sensors: SensorSettings,
+    /// What breaks and when.
+    pub faults: Vec<ScheduledFault>,
+}
+
+impl Scenario {
+    /// Reads a scenario file; `name` stands for it in errors.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
+    /// for a number that cannot be. Whether the aircraft can have the faults is found out by
+    /// [`crate::Plant::new`].
+    pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
+        let file = config::parse::<File>(name, text)?;
+        Ok(Self { plant: file.plant.into_part(name)? })
+    }
+}
+
+impl PlantPart {
+    /// The flight of this scenario with an aircraft, as run number `run`.
+    #[must_use]
+    pub fn setup(
+        &self,
+        airframe: Airframe,
+        run: u64,
+        period: ControlPeriod,
+        step_us: u32,
+    ) -> PlantSetup {
+        PlantSetup {
+            airframe,
+            start: self.start,
+            earth: self.earth,
+            wind: self.wind,
+            sensors: self.sensors,
+            faults: self.faults.clone(),
+            seed: self.seed,
+            run,
+            period,
+            step_us,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    plant: PlantTable,
+    #[serde(default, rename = "autopilot")]
+    _autopilot: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlantTable {
+    seed: u64,
+    duration_s: f64,
+    earth: Option<EarthModel>,
+    start: StartTable,
+    wind: Option<WindTable>,
+    sensors: Option<SensorTable>,
+    #[serde(default)]
+    fault: Vec<FaultTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StartTable {
+    altitude_m: f64,
+    airspeed_m_s: f64,
+    heading_deg: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WindTable {
+    speed_m_s: f64,
+    towards_deg: f64,
+    down_m_s: f64,
+    turbulence_m_s: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SensorTable {
+    gyro_noise_deg_s: f64,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum KindKey {
+    StuckHere,
+    StuckAt,
+    PartialLoss,
+    Float,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum TravelKey {
+    Jump,
+    ActuatorRate,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FaultTable {
+    effector: Effector,
+    kind: KindKey,
+    angle_deg: Option<f64>,
+    travel: Option<TravelKey>,
+    remaining_percent: Option<f64>,
+    onset_s: f64,
+    clear_s: Option<f64>,
+}
+
+impl PlantTable {
+    fn into_part(self, file: &str) -> Result<PlantPart, ConfigError> {
+        let range = config::in_file(file);
+        check_range("plant", "duration_s", self.duration_s, 0.001, SimTime::MAX_SECONDS)
+            .map_err(&range)?;
+        let start = Start {
+            altitude_m: self.start.altitude_m,
+            airspeed_m_s: self.start.airspeed_m_s,
+            heading_rad: self.start.heading_deg.to_radians(),
+            latitude_rad: self.start.latitude_deg.to_radians(),
+            longitude_rad: self.start.longitude_deg.to_radians(),
+        };
+        start.check().map_err(&range)?;
+        let wind = self.wind.map_or(WindSettings::CALM, |w| WindSettings {
+            speed_m_s: w.speed_m_s,
+            towards_rad: w.towards_deg.to_radians(),
+            down_m_s: w.down_m_s,
+            turbulence_m_s: w.turbulence_m_s,
+        });
+        wind.check().map_err(&range)?;
+        let sensors = self.sensors.map_or(SensorSettings::IDEAL, |s| SensorSettings {
+            gyro_noise_rad_s: s.gyro_noise_deg_s.to_radians(),
+        });
+        sensors.check().map_err(&range)?;
+        let faults = self.fault.iter().enumerate();
+        Ok(PlantPart {
+            seed: self.seed,
+            duration_s: self.duration_s,
+            start,
+            earth: self.earth.unwrap_or(EarthModel::Flat),
+            wind,
+            sensors,
+            faults: faults.map(|(i, f)| f.read(file, i + 1)).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// Which keys belong to which kind of fault.
+struct Keys<'a> {
+    file: &'a str,
+    number: usize,
+    kind: &'static str,
+}
+
+impl Keys<'_> {
+    fn error(&self, key: &'static str, problem: &'static str) -> ConfigError {
+        let Self { file, number, kind } = *self;
+        ConfigError::FaultKey { file: file.to_owned(), number, kind, key, problem }
+    }
+
+    fn needed(&self, key: &'static str, value: Option<f64>) -> Result<f64, ConfigError> {
+        value.ok_or_else(|| self.error(key, "is missing"))
+    }
+
+    fn absent<T>(&self, key: &'static str, value: Option<T>) -> Result<(), ConfigError> {
+        value.map_or(Ok(()), |_| Err(self.error(key, "has no meaning here")))
+    }
+}
+
+impl FaultTable {
+    fn read(&self, file: &str, number: usize) -> Result<ScheduledFault, ConfigError> {
+        let range = config::in_file(file);
+        let kind = self.kind(file, number)?;
+        let at = time("onset_s", self.onset_s).map_err(&range)?;
+        let until = match self.clear_s {
+            None => None,
+            Some(clear_s) => {
+                let until = time("clear_s", clear_s).map_err(&range)?;
+                if until <= at {
+                    let (file, onset_s) = (file.to_owned(), self.onset_s);
+                    return Err(ConfigError::FaultEndsEarly { file, number, onset_s, clear_s });
+                }
+                Some(until)
+            }
+        };
+        Ok(ScheduledFault { effector: self.effector, kind, at, until })
+    }
+
+    fn kind(&self, file: &str, number: usize) -> Result<FaultKind, ConfigError> {
+        let range = config::in_file(file);
+        let kind = match self.kind {
+            KindKey::StuckHere => "stuck_here",
+            KindKey::StuckAt => "stuck_at",
+            KindKey::PartialLoss => "partial_loss",
+            KindKey::Float => "float",
+        };
+        let keys = Keys { file, number, kind };
+        if !matches!(self.kind, KindKey::StuckAt) {
+            keys.absent("angle_deg", self.angle_deg)?;
+            keys.absent("travel", self.travel)?;
+        }
+        if !matches!(self.kind, KindKey::PartialLoss) {
+            keys.absent("remaining_percent", self.remaining_percent)?;
+        }
+        Ok(match self.kind {
+            KindKey::StuckHere => FaultKind::StuckHere,
+            KindKey::Float => FaultKind::Float,
+            KindKey::StuckAt => {
+                let angle_deg = keys.needed("angle_deg", self.angle_deg)?;
+                check_range("plant.fault", "angle_deg", angle_deg, -90.0, 90.0).map_err(&range)?;
+                let travel = match self.travel {
+                    None | Some(TravelKey::Jump) => Travel::Jump,
+                    Some(TravelKey::ActuatorRate) => Travel::AtActuatorRate,
+                };
+                FaultKind::StuckAt { angle_rad: angle_deg.to_radians(), travel }
+            }
+            KindKey::PartialLoss => {
+                let percent = keys.needed("remaining_percent", self.remaining_percent)?;
+                check_range("plant.fault", "remaining_percent", percent, 0.0, 100.0)
+                    .map_err(&range)?;
+                FaultKind::PartialLoss { remaining: percent / 100.0 }
+            }
+        })
+    }
+}
+
+fn time(key: &'static str, seconds: f64) -> Result<SimTime, RangeError> {
+    let max = SimTime::MAX_SECONDS;
+    let refused = RangeError { section: "plant.fault", key, value: seconds, min: 0.0, max };
+    SimTime::from_seconds(seconds).ok_or(refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(scenario: &str, from: &str, to: &str) -> String {
+        assert!(scenario.contains(from), "the file has no {from}");
+        let text = scenario.replacen(from, to, 1);
+        Scenario::from_toml("my.toml", &text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_scenarios_of_the_crate_are_those_of_the_paper() {
+        let nominal = Scenario::from_toml("nominal.toml", NOMINAL).unwrap().plant;
+        assert_eq!(nominal.faults, []);
+        assert_eq!((nominal.start.airspeed_m_s, nominal.start.altitude_m), (264.0, 5_000.0));
+
+        let case1 = Scenario::from_toml("case1.toml", CASE1).unwrap().plant;
+        let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
+            effector,
+            kind: FaultKind::StuckAt { angle_rad: degrees.to_radians(), travel: Travel::Jump },
+            at: SimTime::from_micros(seconds * 1_000_000),
+            until: None,
+        };
+        assert_eq!(case1.faults, [jam(Effector::LeftElevator, 30.0, 3)]);
+        assert_eq!(case1.duration_s, 90.0);
+
+        let case2 = Scenario::from_toml("case2.toml", CASE2).unwrap().plant;
+        assert_eq!(case2.faults, [jam(Effector::Rudder, 7.0, 1)]);
+        assert_eq!(case2.duration_s, 40.0);
+    }
+
+    #[test]
+    fn every_kind_of_fault_can_be_written() {
+        let text = format!(
+            "{NOMINAL}\n[[plant.fault]]\neffector = \"rudder\"\nkind = \"stuck_here\"\nonset_s = 1.0\nclear_s = 2.5\n\
+             [[plant.fault]]\neffector = \"engine\"\nkind = \"partial_loss\"\nremaining_percent = 40\nonset_s = 2\n\
+             [[plant.fault]]\neffector = \"nozzle_yaw\"\nkind = \"float\"\nonset_s = 3\n\
+             [[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = -5\n\
+             travel = \"actuator_rate\"\nonset_s = 4\n"
+        );
+        let faults = Scenario::from_toml("my.toml", &text).unwrap().plant.faults;
+        assert_eq!(faults[0].until, Some(SimTime::from_micros(2_500_000)));
+        assert_eq!(faults[1].kind, FaultKind::PartialLoss { remaining: 0.4 });
+        assert_eq!(faults[2].kind, FaultKind::Float);
+        let angle_rad = (-5.0_f64).to_radians();
+        let travel = Travel::AtActuatorRate;
+        assert_eq!(faults[3].kind, FaultKind::StuckAt { angle_rad, travel });
+    }
+
+    #[test]
+    fn the_autopilots_table_is_not_read() {
+        let text = format!("{NOMINAL}\n[autopilot.whatever]\nit = \"likes\"\n");
+        assert!(Scenario::from_toml("my.toml", &text).is_ok());
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line() {
+        let message = refusal(NOMINAL, "seed", "sead");
+        assert!(message.contains("sead") && message.contains("line"), "{message}");
+    }
+
+    #[test]
+    fn values_out_of_range_name_key_value_and_range() {
+        assert_eq!(
+            refusal(NOMINAL, "altitude_m = 5000.0", "altitude_m = -5.0"),
+            "my.toml: [plant.start] altitude_m = -5 is outside 1 to 25000"
+        );
+        assert_eq!(
+            refusal(CASE1, "onset_s = 3.0", "onset_s = -3.0"),
+            "my.toml: [plant.fault] onset_s = -3 is outside 0 to 2592000"
+        );
+        assert_eq!(
+            refusal(CASE1, "angle_deg = 30.0", "angle_deg = nan"),
+            "my.toml: [plant.fault] angle_deg = NaN is outside -90 to 90"
+        );
+    }
+
+    #[test]
+    fn a_fault_with_too_few_or_too_many_keys_is_refused() {
+        assert_eq!(
+            refusal(CASE1, "angle_deg = 30.0", ""),
+            "my.toml: [[plant.fault]] number 1, kind stuck_at: angle_deg is missing"
+        );
+        assert_eq!(
+            refusal(CASE1, "stuck_at", "float"),
+            "my.toml: [[plant.fault]] number 1, kind float: angle_deg has no meaning here"
+        );
+    }
+
+    #[test]
+    fn a_fault_that_ends_before_it_begins_is_refused() {
+        assert_eq!(
+            refusal(CASE1, "onset_s = 3.0", "onset_s = 3.0\nclear_s = 2.0"),
+            "my.toml: [[plant.fault]] number 1: clear_s = 2 is not after onset_s = 3"
+        );
+    }
+}

@@ -1,0 +1,187 @@
+//! Everything that defines a flight, as plain data, and what can be wrong with it.
+
+use icd::ControlPeriod;
+use icd::fault::Refusal;
+
+use crate::airframe::Airframe;
+use crate::config::{RangeError, check_range};
+use crate::earth::EarthModel;
+use crate::faults::ScheduledFault;
+use crate::geodesy::Geodetic;
+use crate::trim::TrimError;
+
+/// Integration step where nothing else is asked for, µs.
+pub const DEFAULT_STEP_US: u32 = 1_000;
+
+/// Everything that defines a flight; the same setup and the same commands give the same bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlantSetup {
+    /// The aircraft.
+    pub airframe: Airframe,
+    /// Where and how it starts.
+    pub start: Start,
+    /// What it flies over.
+    pub earth: EarthModel,
+    /// How the air moves.
+    pub wind: WindSettings,
+    /// What is wrong with the sensors.
+    pub sensors: SensorSettings,
+    /// What breaks and when.
+    pub faults: Vec<ScheduledFault>,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Number of the run under that seed: other runs have other random streams.
+    pub run: u64,
+    /// Control period.
+    pub period: ControlPeriod,
+    /// Step of the integration, µs; must divide the period.
+    pub step_us: u32,
+}
+
+/// Where the flight starts: wings level, no sideslip, level flight, trimmed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Altitude above the ellipsoid or the plane, m.
+    pub altitude_m: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Heading of the nose, rad, clockwise from north.
+    pub heading_rad: f64,
+    /// Geodetic latitude, rad.
+    pub latitude_rad: f64,
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+}
+
+/// How the air moves over the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindSettings {
+    /// Horizontal speed of the steady wind, m/s.
+    pub speed_m_s: f64,
+    /// Where the steady wind blows to, rad, clockwise from north.
+    pub towards_rad: f64,
+    /// Vertical speed of the steady wind, m/s, down positive.
+    pub down_m_s: f64,
+    /// Intensity σ of the turbulence, m/s rms on each axis.
+    pub turbulence_m_s: f64,
+}
+
+impl WindSettings {
+    /// No wind, no turbulence.
+    pub const CALM: Self =
+        Self { speed_m_s: 0.0, towards_rad: 0.0, down_m_s: 0.0, turbulence_m_s: 0.0 };
+}
+
+/// What is wrong with the sensors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorSettings {
+    /// White noise of each gyro, rad/s rms of the control samples.
+    pub gyro_noise_rad_s: f64,
+}
+
+impl SensorSettings {
+    /// Sensors that report the truth.
+    pub const IDEAL: Self = Self { gyro_noise_rad_s: 0.0 };
+}
+
+/// Why a flight cannot start.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// A number outside its range, in the unit of the configuration files.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// The step does not fit the control period.
+    #[error("integration step {step_us} us does not divide the control period of {period_us} us")]
+    Step {
+        /// The refused step, µs.
+        step_us: u32,
+        /// The control period, µs.
+        period_us: u32,
+    },
+    /// A fault that the aircraft cannot have.
+    #[error("fault number {number}: {refusal}")]
+    Fault {
+        /// Which one, counted from 1 in the order of the setup.
+        number: usize,
+        /// Why not.
+        refusal: Refusal,
+    },
+    /// A fault that ends before it begins.
+    #[error("fault number {number} ends before it begins")]
+    FaultEndsEarly {
+        /// Which one, counted from 1 in the order of the setup.
+        number: usize,
+    },
+    /// Level flight is not possible, so there is nothing to start from.
+    #[error(transparent)]
+    Trim(#[from] TrimError),
+}
+
+impl Start {
+    /// The place.
+    #[must_use]
+    pub fn geodetic(&self) -> Geodetic {
+        Geodetic {
+            latitude_rad: self.latitude_rad,
+            longitude_rad: self.longitude_rad,
+            altitude_m: self.altitude_m,
+        }
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        const SECTION: &str = "plant.start";
+        check_range(SECTION, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
+        check_range(SECTION, "airspeed_m_s", self.airspeed_m_s, 20.0, 1_000.0)?;
+        check_range(SECTION, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;
+        // North and east lose their meaning at the poles.
+        check_range(SECTION, "latitude_deg", self.latitude_rad.to_degrees(), -89.0, 89.0)?;
+        check_range(SECTION, "longitude_deg", self.longitude_rad.to_degrees(), -180.0, 180.0)
+    }
+}
+
+impl WindSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        const SECTION: &str = "plant.wind";
+        check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
+        check_range(SECTION, "towards_deg", self.towards_rad.to_degrees(), -360.0, 360.0)?;
+        check_range(SECTION, "down_m_s", self.down_m_s, -50.0, 50.0)?;
+        check_range(SECTION, "turbulence_m_s", self.turbulence_m_s, 0.0, 20.0)
+    }
+}
+
+impl SensorSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] if it cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
+        check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)
+    }
+}
+
+impl PlantSetup {
+    /// Checks all that can be checked without flying.
+    ///
+    /// # Errors
+    /// [`SetupError`], the first one found; faults and trim are left to [`crate::Plant::new`].
+    pub fn check(&self) -> Result<(), SetupError> {
+        self.airframe.check()?;
+        self.start.check()?;
+        self.wind.check()?;
+        self.sensors.check()?;
+        let period_us = self.period.as_micros();
+        if self.step_us == 0 || !period_us.is_multiple_of(self.step_us) {
+            return Err(SetupError::Step { step_us: self.step_us, period_us });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,83 @@
+//! What really happens: the judges may look at it, the autopilot may not.
+
+use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
+use serde::{Deserialize, Serialize};
+
+use crate::atmosphere::STANDARD_GRAVITY;
+use crate::dynamics::{Dynamics, Held, State};
+
+/// The state of the flight at one instant, complete and without error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Simulation time.
+    pub time: SimTime,
+    /// Body rates p, q, r relative to inertial space, rad/s.
+    pub body_rates: Body,
+    /// Attitude relative to the local NED axes.
+    pub attitude: Attitude,
+    /// The same as roll, pitch, yaw, rad.
+    pub euler: EulerAngles,
+    /// True airspeed, m/s, gusts included.
+    pub airspeed_m_s: f64,
+    /// Angle of attack, rad, gusts included.
+    pub alpha_rad: f64,
+    /// Sideslip, rad, gusts included.
+    pub beta_rad: f64,
+    /// Altitude above the ellipsoid or the plane, m.
+    pub altitude_m: f64,
+    /// Geodetic latitude, rad.
+    pub latitude_rad: f64,
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+    /// Velocity over the ground, m/s.
+    pub velocity: Ned,
+    /// Position from the start point at altitude zero, m, in the NED axes of that point.
+    pub position: Ned,
+    /// Rate of change of the components of `body_rates`, rad/s².
+    pub angular_acceleration: Body,
+    /// Specific force (all forces but gravity, per mass), m/s².
+    pub specific_force: Body,
+    /// Normal load factor, g: minus the z component of the specific force over 9.80665 m/s².
+    pub normal_load_factor_g: f64,
+    /// What acts of each effector after the faults, rad; thrust, N.
+    pub deflections: PerEffector<f64>,
+    /// Velocity of the air over the ground, gusts included, m/s, where it blows to.
+    pub wind: Ned,
+    /// Density of the air, kg/m³.
+    pub density_kg_m3: f64,
+}
+
+impl Truth {
+    /// Of a state at `time` with what is held there; one evaluation of the forces.
+    #[must_use]
+    pub fn of(dynamics: &Dynamics, time: SimTime, state: &State, held: &Held) -> Self {
+        let deflections = dynamics.effective(state, &held.effects);
+        let rigid = &state.rigid;
+        let e = dynamics.evaluate(rigid, &deflections, &held.wind, &held.gust);
+        let earth = dynamics.earth();
+        let here = earth.geodetic(&rigid.position);
+        let attitude = earth.attitude(&here, &rigid.q_e_from_body);
+        let ned = |v: &Body| Ned(e.place.e_from_ned.tr_mul(&(e.e_from_body * v.0)));
+        let specific_force = Body(e.wrench.force.0 / dynamics.mass().mass_kg);
+        Self {
+            time,
+            body_rates: rigid.rates,
+            attitude,
+            euler: attitude.euler(),
+            airspeed_m_s: e.air.airspeed_m_s,
+            alpha_rad: e.air.alpha_rad,
+            beta_rad: e.air.beta_rad,
+            altitude_m: e.place.altitude_m,
+            latitude_rad: here.latitude_rad,
+            longitude_rad: here.longitude_rad,
+            velocity: ned(&rigid.velocity),
+            position: earth.local_position(&rigid.position),
+            angular_acceleration: e.derivative.rates,
+            specific_force,
+            normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
+            deflections,
+            wind: Ned(held.wind.0 + ned(&held.gust).0),
+            density_kg_m3: e.density,
+        }
+    }
+}

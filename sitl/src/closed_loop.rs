@@ -1,0 +1,100 @@
+//! The closed loop in one process: plant and autopilot take turns, without sockets, threads or clocks.
+//!
+//! A run is a function of its [`FlightSetup`]; campaigns, tests and the paper's figures share it.
+
+use autopilot::autopilot::{Autopilot, Settings};
+use autopilot::parameters::Parameters;
+use autopilot::vehicle::schedule::ReferenceSchedule;
+use flight_control::{Belief, DesignModel, Gains, State, StepLog};
+use icd::SimTime;
+use nalgebra::Vector3;
+use plant_sim::{Plant, PlantSetup, SetupError, Truth};
+use serde::{Deserialize, Serialize};
+
+/// Everything that defines a flight of both sides.
+#[derive(Debug, Clone)]
+pub struct FlightSetup {
+    /// The aircraft and the world.
+    pub plant: PlantSetup,
+    /// What the controller believes about the aircraft.
+    pub belief: Belief,
+    /// Validated gains.
+    pub gains: Gains,
+    /// References by time.
+    pub references: ReferenceSchedule,
+    /// The flight ends at this time, or on the ground.
+    pub duration: SimTime,
+}
+
+/// One control tick: what was true, and what the controller made of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The plant's truth at the tick.
+    pub truth: Truth,
+    /// The signals of the control step at the tick.
+    pub log: StepLog,
+}
+
+/// How a flight ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct End {
+    /// Time of the last tick.
+    pub time: SimTime,
+    /// The aircraft touched the ground.
+    pub on_ground: bool,
+}
+
+/// Flies a setup from its start to its end and hands every tick to `sink`.
+///
+/// # Errors
+/// [`SetupError`] if the plant cannot start.
+pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, SetupError> {
+    let mut plant = Plant::new(&setup.plant)?;
+    let mut autopilot = Autopilot::new(&settings(setup));
+    autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    loop {
+        let time = plant.time();
+        let sensors = plant.sense();
+        let output = autopilot.step(time, &sensors);
+        sink(&Record { truth: plant.truth(), log: output.log });
+        while autopilot.pop_event().is_some() {}
+        if time + setup.plant.period > setup.duration {
+            return Ok(End { time, on_ground: false });
+        }
+        plant.advance(&output.actuators);
+        if plant.on_ground() {
+            return Ok(End { time: plant.time(), on_ground: true });
+        }
+    }
+}
+
+/// The control side of a setup.
+#[must_use]
+pub fn settings(setup: &FlightSetup) -> Settings {
+    Settings {
+        belief: setup.belief,
+        gains: setup.gains,
+        limits: Parameters::default().limits,
+        references: setup.references.clone(),
+    }
+}
+
+/// F: the truth that z2 estimates, rad/s².
+///
+/// True angular acceleration minus what the design model gives at the true state for healthy effectors
+/// at their modelled positions.
+#[must_use]
+pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> {
+    let Record { truth, log } = record;
+    let state = State {
+        rates: truth.body_rates.0,
+        attitude: truth.euler,
+        alpha: truth.alpha_rad,
+        beta: truth.beta_rad,
+        airspeed_m_s: truth.airspeed_m_s,
+        altitude_m: truth.altitude_m,
+        climb_rate_m_s: -truth.velocity.0.z,
+        thrust_n: truth.deflections[icd::Effector::Engine],
+    };
+    truth.angular_acceleration.0 - model.acceleration(&state, &log.modelled)
+}

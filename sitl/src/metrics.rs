@@ -1,0 +1,205 @@
+//! Measures of signals and flights, each defined once.
+//!
+//! Angles in rad, times in s. Every function is total: no values give NaN unless the doc says otherwise, and a
+//! NaN in a signal comes out as NaN. A NaN passes no limit, so neither can hide a failure.
+
+use crate::table::Row;
+
+/// Beyond this roll angle a flight is lost, rad.
+pub const LOST_ROLL_RAD: f64 = 90.0 * DEG;
+/// Beyond this angle of attack a flight is lost, rad.
+pub const LOST_ALPHA_RAD: f64 = 25.0 * DEG;
+/// Beyond this sideslip a flight is lost, rad.
+pub const LOST_BETA_RAD: f64 = 20.0 * DEG;
+/// Beyond this pitch angle a flight is lost, rad.
+pub const LOST_PITCH_RAD: f64 = 74.5 * DEG;
+/// Below this altitude a flight is lost, m.
+pub const LOST_ALTITUDE_M: f64 = 500.0;
+
+/// One degree, rad.
+pub const DEG: f64 = std::f64::consts::PI / 180.0;
+
+/// Quantile of the normal distribution for a two-sided interval of 95 %.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Whether the aircraft is lost at this tick: the one definition of the project.
+///
+/// Written so that a NaN counts as lost.
+#[must_use]
+pub fn is_lost(row: &Row) -> bool {
+    let inside = row.phi_rad.abs() <= LOST_ROLL_RAD
+        && row.alpha_rad.abs() <= LOST_ALPHA_RAD
+        && row.beta_rad.abs() <= LOST_BETA_RAD
+        && row.theta_rad.abs() <= LOST_PITCH_RAD
+        && row.altitude_m >= LOST_ALTITUDE_M;
+    !inside
+}
+
+/// Largest value.
+pub fn max(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+    values.into_iter().reduce(larger).unwrap_or(f64::NAN)
+}
+
+/// Smallest value.
+pub fn min(values: impl IntoIterator<Item = f64>) -> f64 {
+    let smaller = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
+    values.into_iter().reduce(smaller).unwrap_or(f64::NAN)
+}
+
+/// Largest magnitude.
+pub fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
+    max(values.into_iter().map(f64::abs))
+}
+
+/// Largest minus smallest.
+pub fn peak_to_peak(values: impl IntoIterator<Item = f64> + Clone) -> f64 {
+    max(values.clone()) - min(values)
+}
+
+/// Mean.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = values.into_iter().fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+    sum / count
+}
+
+/// Root of the mean square.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    mean(values.into_iter().map(|v| v * v)).sqrt()
+}
+
+/// Total way travelled, the integral of the magnitude of the rate, in the unit of the signal;
+/// zero for no values.
+pub fn travel(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut last = None;
+    values.into_iter().fold(0.0, |sum, value| {
+        let step = last.map_or(0.0, |last: f64| (value - last).abs());
+        last = Some(value);
+        sum + step
+    })
+}
+
+/// How far a signal falls below the largest value that it had before; zero for one that only rises.
+pub fn drop_below_running_max(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut highest = f64::NEG_INFINITY;
+    max(values.into_iter().map(|value| {
+        highest = highest.max(value);
+        highest - value
+    }))
+}
+
+/// Change of an angle from the first to the last value, rad, followed through its wraps;
+/// zero for no values.
+///
+/// Right as long as the angle moves by less than half a turn between values.
+pub fn turned(angles: impl IntoIterator<Item = f64>) -> f64 {
+    let mut last = None;
+    angles.into_iter().fold(0.0, |sum, angle| {
+        let step = last.map_or(0.0, |last: f64| wrap(angle - last));
+        last = Some(angle);
+        sum + step
+    })
+}
+
+/// The same angle in [-pi, pi].
+#[must_use]
+pub fn wrap(angle_rad: f64) -> f64 {
+    libm::remainder(angle_rad, 2.0 * std::f64::consts::PI)
+}
+
+/// Fraction of the values for which `holds` is true.
+pub fn fraction(values: impl IntoIterator<Item = f64>, holds: impl Fn(f64) -> bool) -> f64 {
+    mean(values.into_iter().map(|value| f64::from(u8::from(holds(value)))))
+}
+
+/// Wilson's 95 % interval of a probability, from `hits` in `of` draws; (0, 1) for no draws.
+#[must_use]
+pub fn wilson_95(hits: u32, of: u32) -> (f64, f64) {
+    if of == 0 {
+        return (0.0, 1.0);
+    }
+    let (n, share) = (f64::from(of), f64::from(hits) / f64::from(of));
+    let z2 = NORMAL_95 * NORMAL_95;
+    let centre = share + z2 / (2.0 * n);
+    let half = NORMAL_95 * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + z2 / n;
+    (((centre - half) / scale).max(0.0), ((centre + half) / scale).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn level() -> Row {
+        Row { altitude_m: 5_000.0, ..Row::default() }
+    }
+
+    #[test]
+    fn a_flight_is_lost_beyond_each_limit_and_not_at_it() {
+        assert!(!is_lost(&level()));
+        let at_limit = Row {
+            phi_rad: -LOST_ROLL_RAD,
+            alpha_rad: LOST_ALPHA_RAD,
+            beta_rad: -LOST_BETA_RAD,
+            theta_rad: LOST_PITCH_RAD,
+            altitude_m: LOST_ALTITUDE_M,
+            ..level()
+        };
+        assert!(!is_lost(&at_limit));
+        for beyond in [
+            Row { phi_rad: -90.1 * DEG, ..level() },
+            Row { alpha_rad: 25.1 * DEG, ..level() },
+            Row { beta_rad: -20.1 * DEG, ..level() },
+            Row { theta_rad: 74.6 * DEG, ..level() },
+            Row { altitude_m: 499.9, ..level() },
+            Row { alpha_rad: f64::NAN, ..level() },
+        ] {
+            assert!(is_lost(&beyond), "{beyond:?}");
+        }
+    }
+
+    #[test]
+    fn a_nan_in_a_signal_and_a_signal_without_values_are_never_hidden() {
+        for signal in [vec![1.0, f64::NAN, 0.5], vec![f64::NAN, 1.0], vec![]] {
+            let measures: [fn(Vec<f64>) -> f64; 6] = [max, min, max_abs, peak_to_peak, mean, rms];
+            for (number, measure) in measures.iter().enumerate() {
+                assert!(measure(signal.clone()).is_nan(), "measure {number} of {signal:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn measures_of_a_sine_are_those_of_the_textbook() {
+        let sine = || (0..10_000).map(|k| 2.0 * libm::sin(2.0 * PI * f64::from(k) / 1_000.0));
+        // Ten whole periods: sums over whole periods are exact to rounding.
+        assert!((rms(sine()) - 2.0_f64.sqrt()).abs() < 1.0e-12, "{}", rms(sine()));
+        assert!(mean(sine()).abs() < 1.0e-12);
+        assert!((peak_to_peak(sine()) - 4.0).abs() < 1.0e-12);
+        // Four amplitudes a period, less the last sample, which is one step short.
+        assert!((travel(sine()) - 80.0).abs() < 0.02, "{}", travel(sine()));
+    }
+
+    #[test]
+    fn the_drop_is_measured_from_the_highest_value_so_far() {
+        assert_eq!(drop_below_running_max([0.0, 1.0, 2.0]), 0.0);
+        assert_eq!(drop_below_running_max([0.0, 5.0, 3.0, 4.0, 6.0, 5.5]), 2.0);
+    }
+
+    #[test]
+    fn a_turn_is_followed_through_the_wrap() {
+        let degrees = [170.0, 179.0, -172.0, -163.0];
+        let turn = turned(degrees.map(|d: f64| d * DEG));
+        assert!((turn - 27.0 * DEG).abs() < 1.0e-12, "{turn} rad");
+    }
+
+    #[test]
+    fn wilsons_interval_matches_a_published_example() {
+        // Newcombe 1998, table I: 81 of 263 gives 0.2553 to 0.3662; 0 of 20 gives 0 to 0.1611.
+        let (low, high) = wilson_95(81, 263);
+        assert!((low - 0.2553).abs() < 5.0e-5 && (high - 0.3662).abs() < 5.0e-5, "{low} {high}");
+        let (low, high) = wilson_95(0, 20);
+        assert!(low.abs() < 1.0e-12 && (high - 0.1611).abs() < 5.0e-5, "{low} {high}");
+        assert_eq!(wilson_95(0, 0), (0.0, 1.0));
+    }
+}

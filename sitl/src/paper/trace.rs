@@ -1,0 +1,249 @@
+//! One flight at the full control rate, with what the claims look at.
+
+use flight_control::{Compensation, DesignModel};
+use icd::{ControlPeriod, Effector};
+
+use crate::closed_loop::{Record, fault_acceleration};
+use crate::metrics::is_lost;
+use crate::table::{self, Row};
+
+/// Times closer than this are the same tick, s.
+const SAME_TICK_S: f64 = 0.5e-6;
+
+/// One control tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// The columns of the tables.
+    pub row: Row,
+    /// Climb rate over the ground, m/s.
+    pub climb_rate_m_s: f64,
+    /// Position north of the start, m.
+    pub north_m: f64,
+    /// Position east of the start, m.
+    pub east_m: f64,
+    /// Density of the air, kg/m³.
+    pub density_kg_m3: f64,
+    /// Compensation that was let through and applied, rad.
+    pub applied: Compensation,
+}
+
+impl Sample {
+    /// From a record; `model` is the controller's, against which the truth F is measured.
+    #[must_use]
+    pub fn of(model: &DesignModel, record: &Record) -> Self {
+        let (truth, log) = (&record.truth, &record.log);
+        let fault = fault_acceleration(model, record);
+        let (at, told) = (&truth.deflections, &log.commands);
+        let row = Row {
+            t_s: truth.time.as_seconds(),
+            p_rad_s: truth.body_rates.0.x,
+            q_rad_s: truth.body_rates.0.y,
+            r_rad_s: truth.body_rates.0.z,
+            phi_rad: truth.euler.phi,
+            theta_rad: truth.euler.theta,
+            psi_rad: truth.euler.psi,
+            airspeed_m_s: truth.airspeed_m_s,
+            alpha_rad: truth.alpha_rad,
+            beta_rad: truth.beta_rad,
+            altitude_m: truth.altitude_m,
+            left_aileron_rad: at[Effector::LeftAileron],
+            right_aileron_rad: at[Effector::RightAileron],
+            left_elevator_rad: at[Effector::LeftElevator],
+            right_elevator_rad: at[Effector::RightElevator],
+            rudder_rad: at[Effector::Rudder],
+            nozzle_pitch_rad: at[Effector::NozzlePitch],
+            nozzle_yaw_rad: at[Effector::NozzleYaw],
+            thrust_n: at[Effector::Engine],
+            z2_p_rad_s2: log.z2.x,
+            z2_q_rad_s2: log.z2.y,
+            z2_r_rad_s2: log.z2.z,
+            fault_p_rad_s2: fault.x,
+            fault_q_rad_s2: fault.y,
+            fault_r_rad_s2: fault.z,
+            compensator_active: f64::from(u8::from(log.compensator_active)),
+            nz_g: truth.normal_load_factor_g,
+            cmd_left_aileron_rad: told[Effector::LeftAileron],
+            cmd_right_aileron_rad: told[Effector::RightAileron],
+            cmd_left_elevator_rad: told[Effector::LeftElevator],
+            cmd_right_elevator_rad: told[Effector::RightElevator],
+            cmd_rudder_rad: told[Effector::Rudder],
+            cmd_nozzle_pitch_rad: told[Effector::NozzlePitch],
+            cmd_nozzle_yaw_rad: told[Effector::NozzleYaw],
+            cmd_thrust_n: told[Effector::Engine],
+            main_aileron_rad: log.main.aileron_rad,
+            ucf_aileron_rad: log.compensation.aileron_rad,
+            ucf_nozzle_pitch_rad: log.compensation.nozzle_pitch_rad,
+            ucf_nozzle_yaw_rad: log.compensation.nozzle_yaw_rad,
+        };
+        Self {
+            row,
+            climb_rate_m_s: -truth.velocity.0.z,
+            north_m: truth.position.0.x,
+            east_m: truth.position.0.y,
+            density_kg_m3: truth.density_kg_m3,
+            applied: log.applied_compensation,
+        }
+    }
+
+    /// Whether two ticks are the same to the bit, signs of zeros included.
+    #[must_use]
+    pub fn is_identical(&self, other: &Self) -> bool {
+        let bits = |s: &Self| {
+            let extra = [
+                s.climb_rate_m_s,
+                s.north_m,
+                s.east_m,
+                s.density_kg_m3,
+                s.applied.aileron_rad,
+                s.applied.nozzle_pitch_rad,
+                s.applied.nozzle_yaw_rad,
+            ];
+            (s.row.values().map(f64::to_bits), extra.map(f64::to_bits))
+        };
+        bits(self) == bits(other)
+    }
+}
+
+/// One flight, every control tick of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    samples: Vec<Sample>,
+    period: ControlPeriod,
+    on_ground: bool,
+}
+
+impl Trace {
+    /// From the ticks of a flight, in order, one each control period; `on_ground` says how it ended.
+    #[must_use]
+    pub fn new(samples: Vec<Sample>, period: ControlPeriod, on_ground: bool) -> Self {
+        Self { samples, period, on_ground }
+    }
+
+    /// Every tick.
+    #[must_use]
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Whether the flight ended on the ground.
+    #[must_use]
+    pub fn on_ground(&self) -> bool {
+        self.on_ground
+    }
+
+    /// Time of the last tick, s; zero for a flight without ticks.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        self.samples.last().map_or(0.0, |sample| sample.row.t_s)
+    }
+
+    /// The ticks from `from_s` to `to_s`, both included.
+    #[must_use]
+    pub fn window(&self, from_s: f64, to_s: f64) -> &[Sample] {
+        let first = self.samples.partition_point(|s| s.row.t_s < from_s - SAME_TICK_S);
+        let past = self.samples.partition_point(|s| s.row.t_s <= to_s + SAME_TICK_S);
+        &self.samples[first..past.max(first)]
+    }
+
+    /// The ticks before `t_s`.
+    #[must_use]
+    pub fn before(&self, t_s: f64) -> &[Sample] {
+        &self.samples[..self.samples.partition_point(|s| s.row.t_s < t_s - SAME_TICK_S)]
+    }
+
+    /// The ticks from `from_s` on.
+    #[must_use]
+    pub fn from(&self, from_s: f64) -> &[Sample] {
+        self.window(from_s, f64::MAX)
+    }
+
+    /// The ticks of the last `seconds` of the flight.
+    #[must_use]
+    pub fn last(&self, seconds: f64) -> &[Sample] {
+        self.from(self.end_s() - seconds)
+    }
+
+    /// The first tick at or after `t_s`, or the last one of a flight that ended earlier.
+    ///
+    /// `None` only for a flight without ticks.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Option<&Sample> {
+        self.from(t_s).first().or(self.samples.last())
+    }
+
+    /// When the aircraft was lost, s; `None` if it was not.
+    #[must_use]
+    pub fn lost_at(&self) -> Option<f64> {
+        self.samples.iter().find(|s| is_lost(&s.row)).map(|s| s.row.t_s)
+    }
+
+    /// The rows of the table: every tick that [`table::ticks_per_row`] picks.
+    pub fn table_rows(&self) -> impl Iterator<Item = &Row> {
+        self.samples.iter().step_by(table::ticks_per_row(self.period)).map(|s| &s.row)
+    }
+}
+
+/// One signal of some ticks.
+pub fn column(
+    samples: &[Sample],
+    signal: impl Fn(&Row) -> f64 + Clone,
+) -> impl Iterator<Item = f64> + Clone {
+    samples.iter().map(move |sample| signal(&sample.row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(period_us: u32, ticks: u32) -> Trace {
+        let period = ControlPeriod::from_micros(period_us).unwrap();
+        let sample = |k: u32| Sample {
+            row: Row {
+                t_s: f64::from(k) * period.as_seconds(),
+                altitude_m: 1_000.0 - f64::from(k),
+                ..Row::default()
+            },
+            ..Sample::default()
+        };
+        Trace::new((0..ticks).map(sample).collect(), period, false)
+    }
+
+    #[test]
+    fn a_window_includes_both_of_its_ends() {
+        let trace = ramp(2_000, 1_000);
+        let window = trace.window(0.1, 0.2);
+        assert_eq!(window.len(), 51);
+        assert_eq!(trace.before(0.1).len(), 50);
+        assert_eq!(trace.last(0.01).len(), 6);
+        assert!(trace.window(0.2, 0.1).is_empty());
+    }
+
+    #[test]
+    fn after_the_end_the_last_tick_stands() {
+        let trace = ramp(1_000, 100);
+        assert_eq!(trace.at(7.0).unwrap().row.t_s, trace.end_s());
+        assert!(Trace::new(vec![], ControlPeriod::DEFAULT, false).at(0.0).is_none());
+    }
+
+    #[test]
+    fn the_loss_is_the_first_tick_outside_the_envelope() {
+        // Altitude 1000 - k m at 1 ms: below 500 m first at k = 501.
+        let trace = ramp(1_000, 700);
+        assert_eq!(trace.lost_at(), Some(0.501));
+        assert_eq!(ramp(1_000, 400).lost_at(), None);
+    }
+
+    #[test]
+    fn table_rows_start_at_zero_and_are_12_ms_apart_at_4_ms() {
+        let times: Vec<f64> = ramp(4_000, 10).table_rows().map(|row| row.t_s).collect();
+        assert_eq!(times, [0.0, 0.012, 0.024, 0.036]);
+    }
+
+    #[test]
+    fn identical_means_the_bits_not_the_numbers() {
+        let plus = Sample::default();
+        let minus = Sample { north_m: -0.0, ..plus };
+        assert_eq!(plus, minus);
+        assert!(plus.is_identical(&plus) && !plus.is_identical(&minus));
+    }
+}

@@ -1,0 +1,231 @@
+//! Flights as tables: one row a sampled control tick, one column a signal.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use icd::ControlPeriod;
+
+/// Rows of a file are at least this far apart, us: 100 Hz.
+const ROW_SPACING_US: u32 = 10_000;
+
+// One list makes the struct, the header and the order of the values, so they cannot differ.
+macro_rules! columns {
+    ($($(#[$doc:meta])* $name:ident,)+) => {
+        /// The signals of one control tick, in the order of the columns.
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        pub struct Row {
+            $($(#[$doc])* pub $name: f64,)+
+        }
+
+        impl Row {
+            /// Names of the columns: the unit is the last word.
+            pub const COLUMNS: &'static [&'static str] = &[$(stringify!($name)),+];
+
+            /// The values in the order of [`Row::COLUMNS`].
+            #[must_use]
+            pub fn values(&self) -> [f64; Self::COLUMNS.len()] {
+                [$(self.$name),+]
+            }
+
+            /// From values in the order of [`Row::COLUMNS`].
+            #[must_use]
+            pub fn from_values(values: &[f64; Self::COLUMNS.len()]) -> Self {
+                let [$($name),+] = *values;
+                Self { $($name),+ }
+            }
+        }
+    };
+}
+
+columns! {
+    /// Simulation time, s.
+    t_s,
+    /// True roll rate, rad/s.
+    p_rad_s,
+    /// True pitch rate, rad/s.
+    q_rad_s,
+    /// True yaw rate, rad/s.
+    r_rad_s,
+    /// True roll angle, rad, in (-pi, pi].
+    phi_rad,
+    /// True pitch angle, rad.
+    theta_rad,
+    /// True yaw angle, rad.
+    psi_rad,
+    /// True airspeed, m/s.
+    airspeed_m_s,
+    /// True angle of attack, rad.
+    alpha_rad,
+    /// True sideslip, rad.
+    beta_rad,
+    /// True altitude, m.
+    altitude_m,
+    /// Left aileron, rad, trailing edge down positive.
+    left_aileron_rad,
+    /// Right aileron, rad, trailing edge down positive.
+    right_aileron_rad,
+    /// Left elevator, rad, trailing edge down positive.
+    left_elevator_rad,
+    /// Right elevator, rad, trailing edge down positive.
+    right_elevator_rad,
+    /// Rudder, rad, trailing edge left positive.
+    rudder_rad,
+    /// Nozzle pitch, rad, positive pitches the nose up.
+    nozzle_pitch_rad,
+    /// Nozzle yaw, rad, positive yaws the nose right.
+    nozzle_yaw_rad,
+    /// Thrust, N.
+    thrust_n,
+    /// Estimated fault acceleration in roll, rad/s².
+    z2_p_rad_s2,
+    /// Estimated fault acceleration in pitch, rad/s².
+    z2_q_rad_s2,
+    /// Estimated fault acceleration in yaw, rad/s².
+    z2_r_rad_s2,
+    /// True fault acceleration F in roll, rad/s².
+    fault_p_rad_s2,
+    /// True fault acceleration F in pitch, rad/s².
+    fault_q_rad_s2,
+    /// True fault acceleration F in yaw, rad/s².
+    fault_r_rad_s2,
+    /// 1 while the detector says that something is wrong, also where the compensator is off; else 0.
+    compensator_active,
+    /// Normal load factor, g.
+    nz_g,
+    /// Commanded left aileron, rad.
+    cmd_left_aileron_rad,
+    /// Commanded right aileron, rad.
+    cmd_right_aileron_rad,
+    /// Commanded left elevator, rad.
+    cmd_left_elevator_rad,
+    /// Commanded right elevator, rad.
+    cmd_right_elevator_rad,
+    /// Commanded rudder, rad.
+    cmd_rudder_rad,
+    /// Commanded nozzle pitch, rad.
+    cmd_nozzle_pitch_rad,
+    /// Commanded nozzle yaw, rad.
+    cmd_nozzle_yaw_rad,
+    /// Commanded thrust, N.
+    cmd_thrust_n,
+    /// Aileron that the main controller asks for, before limits, rad.
+    main_aileron_rad,
+    /// Aileron that the compensator asks for, before limits, rad.
+    ucf_aileron_rad,
+    /// Nozzle pitch that the compensator asks for, before limits, rad.
+    ucf_nozzle_pitch_rad,
+    /// Nozzle yaw that the compensator asks for, before limits, rad.
+    ucf_nozzle_yaw_rad,
+}
+
+/// Control ticks from one row to the next: as close to 100 Hz as whole ticks come without exceeding it.
+///
+/// 10 ms at periods of 1, 2 and 2.5 ms, 12 ms at 3 and 4 ms.
+#[must_use]
+pub fn ticks_per_row(period: ControlPeriod) -> usize {
+    ROW_SPACING_US.div_ceil(period.as_micros()) as usize
+}
+
+/// Header and rows as comma-separated text; every value reads back as the same bits.
+#[must_use]
+pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
+    let mut text = Row::COLUMNS.join(",");
+    text.push('\n');
+    for row in rows {
+        for (index, value) in row.values().iter().enumerate() {
+            if index > 0 {
+                text.push(',');
+            }
+            push_value(&mut text, *value);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Writes [`to_csv`] to a file.
+///
+/// # Errors
+/// What the operating system says; the caller names the path.
+pub fn write_csv<'a>(path: &Path, rows: impl IntoIterator<Item = &'a Row>) -> io::Result<()> {
+    fs::write(path, to_csv(rows))
+}
+
+/// The shortest digits that read back as `value`, with an exponent where plain digits would be many.
+fn push_value(text: &mut String, value: f64) {
+    let plain = value == 0.0 || (1.0e-5..1.0e15).contains(&value.abs());
+    let written =
+        if plain { write!(text, "{value}") } else { write!(text, "{value:e}") };
+    written.expect("writing to a String cannot fail");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const COUNT: usize = Row::COLUMNS.len();
+
+    /// The columns as the documentation promises them to users' scripts.
+    const PROMISED: &str = "t_s p_rad_s q_rad_s r_rad_s phi_rad theta_rad psi_rad airspeed_m_s alpha_rad \
+        beta_rad altitude_m left_aileron_rad right_aileron_rad left_elevator_rad right_elevator_rad \
+        rudder_rad nozzle_pitch_rad nozzle_yaw_rad thrust_n z2_p_rad_s2 z2_q_rad_s2 z2_r_rad_s2 \
+        fault_p_rad_s2 fault_q_rad_s2 fault_r_rad_s2 compensator_active nz_g cmd_left_aileron_rad \
+        cmd_right_aileron_rad cmd_left_elevator_rad cmd_right_elevator_rad cmd_rudder_rad \
+        cmd_nozzle_pitch_rad cmd_nozzle_yaw_rad cmd_thrust_n main_aileron_rad ucf_aileron_rad \
+        ucf_nozzle_pitch_rad ucf_nozzle_yaw_rad";
+
+    fn parse(line: &str) -> Vec<f64> {
+        line.split(',').map(|field| field.parse().unwrap()).collect()
+    }
+
+    #[test]
+    fn the_columns_are_those_promised_in_that_order() {
+        let promised: Vec<_> = PROMISED.split_whitespace().collect();
+        assert_eq!(Row::COLUMNS, promised.as_slice());
+    }
+
+    proptest! {
+        #[test]
+        fn every_value_reads_back_as_the_same_bits(bits in proptest::array::uniform32(any::<u64>())) {
+            let mut values = [0.5; COUNT];
+            for (value, bits) in values.iter_mut().zip(bits) {
+                let drawn = f64::from_bits(bits);
+                // What is not finite never reaches a table.
+                *value = if drawn.is_finite() { drawn } else { -0.0 };
+            }
+            let text = to_csv([&Row::from_values(&values)]);
+            let back = parse(text.lines().nth(1).unwrap());
+            prop_assert_eq!(back.len(), COUNT);
+            for (index, (sent, read)) in values.iter().zip(&back).enumerate() {
+                prop_assert_eq!(sent.to_bits(), read.to_bits(), "column {}: {} {}", index, sent, read);
+            }
+        }
+    }
+
+    #[test]
+    fn a_value_stands_under_its_own_name() {
+        let row = Row { nz_g: 1.25, t_s: 3.0, ucf_nozzle_yaw_rad: -0.1, ..Row::default() };
+        let text = to_csv([&row]);
+        let mut lines = text.lines();
+        let header: Vec<_> = lines.next().unwrap().split(',').collect();
+        let values = parse(lines.next().unwrap());
+        let column = |name: &str| values[header.iter().position(|n| *n == name).unwrap()];
+        assert_eq!((column("t_s"), column("nz_g")), (3.0, 1.25));
+        assert_eq!(column("ucf_nozzle_yaw_rad"), -0.1);
+        assert_eq!(column("cmd_thrust_n"), 0.0);
+    }
+
+    #[test]
+    fn rows_are_closest_to_100_hz_from_above() {
+        let expected =
+            [(1_000, 10_000), (2_000, 10_000), (2_500, 10_000), (3_000, 12_000), (4_000, 12_000), (1_100, 11_000)];
+        for (period_us, spacing_us) in expected {
+            let period = ControlPeriod::from_micros(period_us).unwrap();
+            let spacing = ticks_per_row(period) * period_us as usize;
+            assert_eq!(spacing, spacing_us, "period {period_us} us");
+        }
+    }
+}
