@@ -13,8 +13,10 @@
 //! I/O outside `io/`, and no clock outside `clock.rs`.
 
 pub mod autopilot;
+pub mod clock;
 pub mod config;
 pub mod event;
+pub mod io;
 pub mod parameters;
 pub mod transitions;
 pub mod vehicle;

@@ -1,0 +1,134 @@
+//! What only plant and controller together can promise.
+
+mod flights;
+
+use flight_control::{CompensatorMode, Gains};
+use flights::{case_1, case_2, fly, healthy};
+use icd::{Effector, FaultKind};
+use plant_sim::EarthModel;
+use sitl::closed_loop::{FlightSetup, Record};
+
+/// The same flight seen in a mirror: faults on the other side, roll references and rudder the other way.
+fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
+    let mut mirrored = setup.clone();
+    for fault in &mut mirrored.plant.faults {
+        fault.effector = fault.effector.mirrored();
+        if let (Effector::Rudder, FaultKind::StuckAt { angle_rad, .. }) = (fault.effector, &mut fault.kind) {
+            *angle_rad = -*angle_rad;
+        }
+    }
+    mirrored.references = autopilot::config::references("mirrored", references).expect("written here");
+    mirrored
+}
+
+/// Quantities that change their sign in a mirror, and those that do not.
+fn mirror_pairs(a: &Record, b: &Record) -> [(&'static str, f64, f64); 12] {
+    let (t, u) = (&a.truth, &b.truth);
+    [
+        ("p", t.body_rates.0.x, -u.body_rates.0.x),
+        ("q", t.body_rates.0.y, u.body_rates.0.y),
+        ("r", t.body_rates.0.z, -u.body_rates.0.z),
+        ("phi", t.euler.phi, -u.euler.phi),
+        ("theta", t.euler.theta, u.euler.theta),
+        ("airspeed", t.airspeed_m_s, u.airspeed_m_s),
+        ("alpha", t.alpha_rad, u.alpha_rad),
+        ("beta", t.beta_rad, -u.beta_rad),
+        ("altitude", t.altitude_m, u.altitude_m),
+        ("z2_p", a.log.z2.x, -b.log.z2.x),
+        ("z2_q", a.log.z2.y, b.log.z2.y),
+        ("z2_r", a.log.z2.z, -b.log.z2.z),
+    ]
+}
+
+fn assert_mirrored(setup: &FlightSetup, other: &FlightSetup) {
+    let (one, other) = (fly(setup), fly(other));
+    assert_eq!(one.len(), other.len(), "both flights end at the same tick");
+    for (a, b) in one.iter().zip(&other) {
+        for (name, value, mirrored) in mirror_pairs(a, b) {
+            // Left and right are added in another order here and there; nothing amplifies the rounding
+            // of a compensated flight.
+            let tolerance = 1.0e-9 * (1.0 + value.abs());
+            assert!(
+                (value - mirrored).abs() <= tolerance,
+                "{name} at {}: {value} against {mirrored}",
+                a.truth.time
+            );
+        }
+    }
+}
+
+#[test]
+fn on_the_flat_earth_the_mirrored_elevator_fault_flies_the_mirrored_trajectory() {
+    let setup = case_1(EarthModel::Flat);
+    let references = "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = 6000.0\n";
+    assert_mirrored(&setup, &mirrored(&setup, references));
+}
+
+#[test]
+fn on_the_flat_earth_the_mirrored_rudder_fault_flies_the_mirrored_trajectory() {
+    let setup = case_2(EarthModel::Flat);
+    let references = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = -15.0\n";
+    assert_mirrored(&setup, &mirrored(&setup, references));
+}
+
+#[test]
+fn the_belief_is_current() {
+    let setup = healthy(EarthModel::Wgs84);
+    let belief = sitl::linearize::linearize(&setup.plant).expect("the shipped aircraft can be trimmed");
+    let text = sitl::linearize::to_toml(&belief).expect("finite numbers");
+    assert_eq!(
+        text,
+        autopilot::config::DEFAULT_BELIEF,
+        "autopilot/models/tvc_jet.toml is out of date: run `cargo run --release -- linearize`"
+    );
+}
+
+#[test]
+fn the_nominal_belief_explains_the_nominal_plant() {
+    for earth in [EarthModel::Flat, EarthModel::Wgs84] {
+        let mut setup = healthy(earth);
+        setup.references =
+            autopilot::config::references("s", "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 30.0\n")
+                .expect("written here");
+        let model = flight_control::DesignModel::new(setup.belief);
+        for record in fly(&setup) {
+            let f = sitl::closed_loop::fault_acceleration(&model, &record);
+            // 0.003 rad/s²: the linear nozzle, the rounding of the belief, and the turning Earth.
+            assert!(f.norm() < 3.0e-3, "{earth:?} {}: {f}", record.truth.time);
+        }
+    }
+}
+
+#[test]
+fn a_belief_that_is_wrong_shows_in_the_estimate() {
+    let mut setup = case_2(EarthModel::Flat);
+    setup.plant.faults.clear();
+    setup.belief.airframe.c_roll_p *= 0.5;
+    let worst = fly(&setup).iter().map(|record| record.log.z2.x.abs()).fold(0.0, f64::max);
+    assert!(worst > 0.05, "largest |z2_p| {worst} rad/s2");
+}
+
+#[test]
+fn smaller_plant_steps_change_nothing_that_matters() {
+    let at = |step_us: u32| {
+        let mut setup = case_1(EarthModel::Wgs84);
+        setup.plant.step_us = step_us;
+        fly(&setup)
+    };
+    let (fine, coarse) = (at(250), at(2_000));
+    for (a, b) in fine.iter().zip(&coarse) {
+        let difference = (a.truth.euler.phi - b.truth.euler.phi).abs().to_degrees();
+        // The commands are held for the period, so only the integration error is left.
+        assert!(difference < 1.0e-3, "{} deg at {}", difference, a.truth.time);
+    }
+}
+
+#[test]
+fn without_the_compensator_the_detector_still_speaks() {
+    let mut setup = case_1(EarthModel::Wgs84);
+    setup.gains = Gains::REFERENCE;
+    setup.gains.selection.compensator = CompensatorMode::Off;
+    let records = fly(&setup);
+    assert!(records.iter().any(|record| record.log.compensator_active));
+    assert!(records.iter().all(|record| record.log.fade == 0.0));
+}

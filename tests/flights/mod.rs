@@ -1,0 +1,51 @@
+//! The paper's flights as setups, and a way to fly them to a list of ticks.
+#![allow(dead_code, reason = "each test file uses what it needs")]
+
+use autopilot::config;
+use flight_control::Gains;
+use icd::{ControlPeriod, SimTime};
+use plant_sim::{Airframe, EarthModel, Scenario, scenario};
+use sitl::closed_loop::{self, FlightSetup, Record};
+
+/// A scenario text with the shipped airframe, belief and gains at 2 ms and one plant step a millisecond.
+pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
+    let scenario = Scenario::from_toml(name, text).expect("a shipped scenario");
+    let mut plant = scenario.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
+    plant.earth = earth;
+    FlightSetup {
+        plant,
+        belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
+        gains: Gains::REFERENCE,
+        references: config::references(name, text).expect("a shipped scenario"),
+        duration: SimTime::from_seconds(scenario.plant.duration_s).expect("checked by the scenario"),
+    }
+}
+
+/// Case 1 with its fault, compensator armed.
+pub fn case_1(earth: EarthModel) -> FlightSetup {
+    setup("case1.toml", scenario::CASE1, earth)
+}
+
+/// Case 2 with its fault, compensator armed.
+pub fn case_2(earth: EarthModel) -> FlightSetup {
+    setup("case2.toml", scenario::CASE2, earth)
+}
+
+/// Level flight without a fault, 20 s.
+pub fn healthy(earth: EarthModel) -> FlightSetup {
+    let mut setup = setup("nominal.toml", scenario::NOMINAL, earth);
+    setup.duration = SimTime::from_micros(20_000_000);
+    setup
+}
+
+/// All ticks of a flight.
+pub fn fly(setup: &FlightSetup) -> Vec<Record> {
+    let mut records = Vec::new();
+    closed_loop::fly(setup, &mut |record| records.push(*record)).expect("the shipped aircraft flies");
+    records
+}
+
+/// Every number of every tick, as bytes.
+pub fn bytes(records: &[Record]) -> Vec<u8> {
+    records.iter().flat_map(|record| postcard::to_stdvec(record).expect("plain numbers")).collect()
+}
