@@ -18,5 +18,6 @@ pub mod config;
 pub mod event;
 pub mod io;
 pub mod parameters;
+pub mod run;
 pub mod transitions;
 pub mod vehicle;

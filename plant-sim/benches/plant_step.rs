@@ -5,13 +5,15 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use icd::{Actuators, ControlPeriod};
+use plant_sim::atmosphere::LocalDensity;
 use plant_sim::dynamics::Held;
 use plant_sim::faults::Effects;
 use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
 
 /// The nominal flight with one step for each period of 2 ms.
 fn plant(earth: EarthModel) -> Plant {
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).expect("file of the crate");
+    let nominal =
+        Scenario::from_toml("nominal.toml", scenario::NOMINAL).expect("file of the crate");
     let mut setup = nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 2_000);
     setup.earth = earth;
     Plant::new(&setup).expect("the paper's aircraft can fly")
@@ -26,12 +28,20 @@ fn bench(c: &mut Criterion) {
             commands,
             wind: icd::Ned::zero(),
             gust: icd::Body::zero(),
+            density: LocalDensity::around(5_000.0),
             effects: Effects::none(),
         };
         let dynamics = flight.dynamics().clone();
         c.bench_function(&format!("rk4_step/{name}"), |b| {
             let state = trim.state();
-            b.iter(|| dynamics.step(black_box(&state), black_box(&held), black_box(0.002)));
+            b.iter(|| {
+                let (state, held) = (black_box(&state), black_box(&held));
+                let present = dynamics.present(state, held);
+                dynamics.step(state, &present.derivative, held, black_box(0.002))
+            });
+        });
+        c.bench_function(&format!("sense_and_truth/{name}"), |b| {
+            b.iter(|| (flight.sense(), flight.truth()));
         });
         c.bench_function(&format!("advance_2ms_and_sense/{name}"), |b| {
             let actuators = Actuators { commands };

@@ -3,7 +3,7 @@
 //! Every sum keeps left and right together, so that a mirrored flight gets mirrored bits.
 
 use icd::{Body, Effector, PerEffector};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Serialize};
 
 use crate::rigid_body::Wrench;
 
@@ -16,7 +16,7 @@ pub const SLOWEST_M_S: f64 = 20.0;
 /// these letters. Surfaces: "per side" is the effect of one of the pair.
 ///
 /// Read from the `[aerodynamics]` table of the airframe file, key by key.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Aero {
     /// Reference area S, m².
@@ -26,16 +26,16 @@ pub struct Aero {
     /// Mean chord c, m.
     pub chord_m: f64,
     /// Angle of attack up to which the coefficients are linear, rad.
-    #[serde(rename = "alpha_linear_deg", deserialize_with = "degrees")]
+    #[serde(rename = "alpha_linear_deg", with = "degrees")]
     pub alpha_linear_rad: f64,
     /// What the effective angle of attack tends to beyond, rad.
-    #[serde(rename = "alpha_max_deg", deserialize_with = "degrees")]
+    #[serde(rename = "alpha_max_deg", with = "degrees")]
     pub alpha_max_rad: f64,
     /// Sideslip up to which the coefficients are linear, rad.
-    #[serde(rename = "beta_linear_deg", deserialize_with = "degrees")]
+    #[serde(rename = "beta_linear_deg", with = "degrees")]
     pub beta_linear_rad: f64,
     /// What the effective sideslip tends to beyond, rad.
-    #[serde(rename = "beta_max_deg", deserialize_with = "degrees")]
+    #[serde(rename = "beta_max_deg", with = "degrees")]
     pub beta_max_rad: f64,
     /// CL0, lift at zero angle of attack.
     pub c_lift_zero: f64,
@@ -103,9 +103,23 @@ pub struct Aero {
     pub c_yaw_rudder: f64,
 }
 
-/// An angle that the file has in degrees.
-fn degrees<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    f64::deserialize(deserializer).map(f64::to_radians)
+/// An angle that files for people have in degrees, and binary ones bit for bit as it is.
+mod degrees {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(angle_rad: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            angle_rad.to_degrees().serialize(serializer)
+        } else {
+            angle_rad.serialize(serializer)
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        let for_people = deserializer.is_human_readable();
+        let angle = f64::deserialize(deserializer)?;
+        Ok(if for_people { angle.to_radians() } else { angle })
+    }
 }
 
 /// Motion relative to the air.
@@ -148,11 +162,8 @@ impl AirState {
     pub fn new(velocity: &Body, rates: Body) -> Self {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let airspeed_m_s = (u * u + v * v + w * w).sqrt();
-        let beta_rad = if airspeed_m_s > 0.0 {
-            libm::asin((v / airspeed_m_s).clamp(-1.0, 1.0))
-        } else {
-            0.0
-        };
+        let beta_rad =
+            if airspeed_m_s > 0.0 { libm::asin((v / airspeed_m_s).clamp(-1.0, 1.0)) } else { 0.0 };
         Self { airspeed_m_s, alpha_rad: libm::atan2(w, u), beta_rad, rates }
     }
 }
@@ -244,7 +255,13 @@ pub fn coefficients(aero: &Aero, air: &AirState, deflections: &PerEffector<f64>)
 /// `velocity` is that relative to the air (m/s, body axes) and belongs to `air`; `density` in kg/m³.
 #[inline]
 #[must_use]
-pub fn wrench(aero: &Aero, air: &AirState, velocity: &Body, density: f64, c: &Coefficients) -> Wrench {
+pub fn wrench(
+    aero: &Aero,
+    air: &AirState,
+    velocity: &Body,
+    density: f64,
+    c: &Coefficients,
+) -> Wrench {
     let (u, w) = (velocity.0.x, velocity.0.z);
     let in_plane = (u * u + w * w).sqrt();
     let (cos_alpha, sin_alpha) =

@@ -2,7 +2,7 @@
 
 use icd::{Effector, PerEffector};
 use nalgebra::Matrix3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::aerodynamics::Aero;
 use crate::config::{self, ConfigError, RangeError, check_range};
@@ -17,7 +17,7 @@ pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
 const LAG_MIN_S: f64 = 0.005;
 
 /// Mass and moments of inertia about the centre of gravity, body axes.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mass {
     /// Mass, kg.
@@ -33,7 +33,7 @@ pub struct Mass {
 }
 
 /// Everything that makes one aircraft differ from another.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Airframe {
     /// Mass and inertia.
     pub mass: Mass,
@@ -75,9 +75,15 @@ impl Airframe {
     pub fn inertia(&self) -> Matrix3<f64> {
         let m = &self.mass;
         Matrix3::new(
-            m.ixx_kg_m2, 0.0, -m.ixz_kg_m2, //
-            0.0, m.iyy_kg_m2, 0.0, //
-            -m.ixz_kg_m2, 0.0, m.izz_kg_m2,
+            m.ixx_kg_m2,
+            0.0,
+            -m.ixz_kg_m2, //
+            0.0,
+            m.iyy_kg_m2,
+            0.0, //
+            -m.ixz_kg_m2,
+            0.0,
+            m.izz_kg_m2,
         )
     }
 
@@ -257,15 +263,14 @@ mod tests {
     #[test]
     fn a_value_that_is_no_number_is_refused() {
         let message = refusal("c_pitch_q = -5.245", "c_pitch_q = nan");
-        assert_eq!(
-            message,
-            "jet.toml: [aerodynamics] c_pitch_q = NaN is outside -1000 to 1000"
-        );
+        assert_eq!(message, "jet.toml: [aerodynamics] c_pitch_q = NaN is outside -1000 to 1000");
     }
 
     #[test]
     fn an_impossible_product_of_inertia_is_refused() {
-        assert!(refusal("ixz_kg_m2 = 1331.0", "ixz_kg_m2 = 40000").contains("ixz_kg_m2 = 40000 is"));
+        assert!(
+            refusal("ixz_kg_m2 = 1331.0", "ixz_kg_m2 = 40000").contains("ixz_kg_m2 = 40000 is")
+        );
     }
 
     #[test]

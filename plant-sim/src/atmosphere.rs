@@ -56,21 +56,23 @@ const fn layer(base_m: f64, base_temperature: f64, base_pressure: f64, gradient:
     Layer { base_m, base_temperature, base_pressure, gradient }
 }
 
+/// The layer of an altitude inside the model.
+fn layer_at(altitude_m: f64) -> usize {
+    LAYERS.iter().rposition(|layer| layer.base_m <= altitude_m).unwrap_or(0)
+}
+
+/// The altitude inside the model; a NaN becomes the lowest one, so that everything below is total.
+fn inside(geopotential_altitude_m: f64) -> f64 {
+    geopotential_altitude_m.max(LOWEST_M).min(HIGHEST_M)
+}
+
 /// Temperature (K) and pressure (Pa) at a geopotential altitude.
-#[inline]
 fn temperature_and_pressure(geopotential_altitude_m: f64) -> (f64, f64) {
-    // max before min: a NaN becomes the lowest altitude, so that the function is total.
-    let altitude = geopotential_altitude_m.max(LOWEST_M).min(HIGHEST_M);
-    let mut at = &LAYERS[0];
-    for next in &LAYERS[1..] {
-        if altitude < next.base_m {
-            break;
-        }
-        at = next;
-    }
+    let altitude = inside(geopotential_altitude_m);
+    let at = &LAYERS[layer_at(altitude)];
     let height = altitude - at.base_m;
     let temperature = at.base_temperature + at.gradient * height;
-    // exp(y ln x) instead of pow: half the time, and good to 1e-15 for these small exponents.
+    // exp(y ln x) instead of pow: a third of the time, and good to 1e-15 for these small exponents.
     let exponent = if at.gradient == 0.0 {
         -STANDARD_GRAVITY * height / (GAS_CONSTANT * at.base_temperature)
     } else {
@@ -94,12 +96,66 @@ pub fn isa(geopotential_altitude_m: f64) -> Air {
     }
 }
 
-/// Density alone, kg/m³: what each stage of the integration needs; the same bits as [`isa`].
-#[inline]
-#[must_use]
-pub fn density(geopotential_altitude_m: f64) -> f64 {
-    let (temperature, pressure) = temperature_and_pressure(geopotential_altitude_m);
-    pressure / (GAS_CONSTANT * temperature)
+/// The density around one altitude: a power series instead of logarithm and exponential in each stage of the
+/// integration, which moves some millimetres to metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalDensity {
+    altitude_m: f64,
+    /// How far up and down the series is good, m: never beyond the layer.
+    up_m: f64,
+    down_m: f64,
+    density: f64,
+    /// Coefficients of the first to fourth power of the height difference, 1/m to 1/m^4.
+    series: [f64; 4],
+}
+
+/// Farther than this from its centre, m, the series is not used: its fifth power would reach 1e-16.
+const SERIES_M: f64 = 10.0;
+
+impl LocalDensity {
+    /// Around a geopotential altitude in m.
+    #[must_use]
+    pub fn around(geopotential_altitude_m: f64) -> Self {
+        let altitude_m = inside(geopotential_altitude_m);
+        let index = layer_at(altitude_m);
+        let top_m = LAYERS.get(index + 1).map_or(HIGHEST_M, |next| next.base_m);
+        let bottom_m = if index == 0 { LOWEST_M } else { LAYERS[index].base_m };
+        let air = isa(altitude_m);
+        // d(rho)/dH = -k rho / T with T linear: the binomial series, for any gradient including zero.
+        let gradient = LAYERS[index].gradient;
+        let k = STANDARD_GRAVITY / GAS_CONSTANT + gradient;
+        let y = -1.0 / air.temperature;
+        let first = k * y;
+        let second = first * (k + gradient) * y / 2.0;
+        let third = second * (k + 2.0 * gradient) * y / 3.0;
+        let fourth = third * (k + 3.0 * gradient) * y / 4.0;
+        Self {
+            altitude_m,
+            up_m: (top_m - altitude_m).min(SERIES_M),
+            down_m: (bottom_m - altitude_m).max(-SERIES_M),
+            density: air.density,
+            series: [first, second, third, fourth],
+        }
+    }
+
+    /// Whether the series is good at this altitude and half its width around it: time for another one if not.
+    #[inline]
+    #[must_use]
+    pub fn covers(&self, geopotential_altitude_m: f64) -> bool {
+        (geopotential_altitude_m - self.altitude_m).abs() < 0.5 * SERIES_M
+    }
+
+    /// Density at a geopotential altitude in m, kg/m³; that of [`isa`] to the last digits, anywhere.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, geopotential_altitude_m: f64) -> f64 {
+        let x = geopotential_altitude_m - self.altitude_m;
+        if x < self.down_m || x > self.up_m {
+            return isa(geopotential_altitude_m).density;
+        }
+        let [c1, c2, c3, c4] = self.series;
+        self.density * (1.0 + x * (c1 + x * (c2 + x * (c3 + x * c4))))
+    }
 }
 
 #[cfg(test)]
@@ -145,9 +201,30 @@ mod tests {
     }
 
     #[test]
-    fn the_short_cut_for_density_has_the_same_bits() {
-        for altitude in [-100.0, 0.0, 4_321.0, 12_000.0, 90_000.0] {
-            assert_eq!(density(altitude).to_bits(), isa(altitude).density.to_bits(), "{altitude} m");
+    fn the_local_series_is_the_density_of_the_atmosphere() {
+        for centre in
+            [-5_100.0, 0.0, 4_996.0, 10_999.0, 11_000.0, 15_000.0, 25_000.0, 84_851.0, 9e4]
+        {
+            let local = LocalDensity::around(centre);
+            assert_eq!(local.at(centre), isa(centre).density, "{centre} m");
+            for offset in [-300.0, -9.9, -1.5, 1e-3, 0.7, 9.9, 12.0, 500.0] {
+                let (ours, exact) = (local.at(centre + offset), isa(centre + offset).density);
+                // 1e-14: rounding of the exponent, which the pressure has 34 times; the series is better.
+                assert!(
+                    (ours / exact - 1.0).abs() < 1e-14,
+                    "{centre} + {offset} m: {ours}, {exact}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_local_series_is_total() {
+        for centre in [f64::NAN, f64::INFINITY, 0.0] {
+            for altitude in [f64::NAN, f64::NEG_INFINITY, 1e300] {
+                let density = LocalDensity::around(centre).at(altitude);
+                assert!(density > 0.0 || altitude.is_nan(), "{density} kg/m3 at {altitude} m");
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::aerodynamics::{self, AirState};
 use crate::airframe::Airframe;
-use crate::atmosphere;
+use crate::atmosphere::LocalDensity;
 use crate::earth::{Earth, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
@@ -26,7 +26,7 @@ pub struct State {
     pub positions: PerEffector<f64>,
 }
 
-/// What stands still during one step.
+/// What stands still during one control period.
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
     /// Commands inside the travel, rad and N.
@@ -35,6 +35,8 @@ pub struct Held {
     pub wind: Ned,
     /// Gust, m/s, body axes, where it blows to.
     pub gust: Body,
+    /// Density of the still air around the present altitude.
+    pub density: LocalDensity,
     /// What the faults do.
     pub effects: Effects,
 }
@@ -122,27 +124,24 @@ impl Dynamics {
         effective: &PerEffector<f64>,
         wind: &Ned,
         gust: &Body,
+        density: &LocalDensity,
     ) -> Evaluation {
         let place = self.earth.place(&rigid.position);
         let e_from_body = rigid.e_from_body();
-        let wind_body = e_from_body.tr_mul(&(place.e_from_ned * wind.0));
-        let velocity = Body(rigid.velocity.0 - wind_body - gust.0);
+        let mut velocity = Body(rigid.velocity.0 - gust.0);
+        if *wind != Ned::zero() {
+            velocity.0 -= e_from_body.tr_mul(&(place.e_from_ned * wind.0));
+        }
         // The air turns with the Earth, so damping knows only the rates relative to the Earth.
         let rates = Body(rigid.rates.0 - e_from_body.tr_mul(&self.earth.rotation()));
         let air = AirState::new(&velocity, rates);
-        let density = atmosphere::density(place.geopotential_altitude_m);
+        let density = density.at(place.geopotential_altitude_m);
         let coefficients = aerodynamics::coefficients(&self.airframe.aero, &air, effective);
         let wrench =
             aerodynamics::wrench(&self.airframe.aero, &air, &velocity, density, &coefficients)
                 .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
-        let derivative = rigid_body::derivative(
-            rigid,
-            &e_from_body,
-            &self.mass,
-            &wrench,
-            &self.earth,
-            &place,
-        );
+        let derivative =
+            rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &self.earth, &place);
         Evaluation { place, e_from_body, air, density, wrench, derivative }
     }
 
@@ -153,13 +152,19 @@ impl Dynamics {
         PerEffector::from_fn(|e| effects.effective_deflection(e, state.positions[e]))
     }
 
+    /// Forces and motion of a state with what is held.
     #[inline]
-    fn derivative(&self, x: &[f64; STATES], held: &Held) -> [f64; STATES] {
-        let state = State::from_array(x);
-        let effective = self.effective(&state, &held.effects);
-        let evaluation = self.evaluate(&state.rigid, &effective, &held.wind, &held.gust);
+    #[must_use]
+    pub fn present(&self, state: &State, held: &Held) -> Evaluation {
+        let effective = self.effective(state, &held.effects);
+        self.evaluate(&state.rigid, &effective, &held.wind, &held.gust, &held.density)
+    }
+
+    /// Everything's derivative, from that of the body.
+    #[inline]
+    fn with_servos(&self, body: &RigidDerivative, state: &State, held: &Held) -> [f64; STATES] {
         let mut rates = [0.0; STATES];
-        rates[..rigid_body::STATES].copy_from_slice(&evaluation.derivative.to_array());
+        rates[..rigid_body::STATES].copy_from_slice(&body.to_array());
         for (e, servo) in self.airframe.servos.iter() {
             let healthy = servo.rate(held.commands[e], state.positions[e]);
             rates[rigid_body::STATES + e.index()] = held.effects.rate(e, healthy);
@@ -167,10 +172,15 @@ impl Dynamics {
         rates
     }
 
-    /// The state `step_s` seconds later.
+    /// The state `step_s` seconds later. `body` is the body's derivative at `state`, from
+    /// [`Dynamics::present`]: who looks at every state has it already.
     #[must_use]
-    pub fn step(&self, state: &State, held: &Held, step_s: f64) -> State {
-        let x = rk4(&state.to_array(), step_s, |x| self.derivative(x, held));
+    pub fn step(&self, state: &State, body: &RigidDerivative, held: &Held, step_s: f64) -> State {
+        let k1 = self.with_servos(body, state, held);
+        let x = rk4(&state.to_array(), &k1, step_s, |x| {
+            let state = State::from_array(x);
+            self.with_servos(&self.present(&state, held).derivative, &state, held)
+        });
         let next = State::from_array(&x);
         State { rigid: next.rigid.normalised(), ..next }
     }

@@ -13,6 +13,7 @@
 
 use icd::fault::{FaultKind, FaultReply, FaultRequest, Onset, PlantReport, Refusal, Travel};
 use icd::{Effector, PerEffector, SimTime};
+use serde::{Deserialize, Serialize};
 
 use crate::servos::Servo;
 
@@ -20,7 +21,7 @@ use crate::servos::Servo;
 pub const SCHEDULE_MAX: usize = 64;
 
 /// A fault of the scenario.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
     /// Which effector.
     pub effector: Effector,
@@ -62,6 +63,9 @@ impl Effects {
     }
 
     /// What the air and the jet see of an effector at `position`, rad or N.
+    ///
+    /// Implements Eq. (12) in what faults add to it, u = u1 + u_f: what acts is the healthy deflection plus
+    /// u_f, for every kind in the table at the top of this file.
     #[inline]
     #[must_use]
     pub fn effective_deflection(&self, effector: Effector, position: f64) -> f64 {
@@ -241,7 +245,9 @@ impl Faults {
                     self.begin(event.effector, kind, event.number, now, positions, servos, report);
                 }
                 // The end belongs to its own fault: not to one that replaced it.
-                Action::End if self.active[event.effector].is_some_and(|a| a.number == event.number) => {
+                Action::End
+                    if self.active[event.effector].is_some_and(|a| a.number == event.number) =>
+                {
                     self.end(event.effector, now, report);
                 }
                 Action::End => {}
@@ -272,7 +278,9 @@ impl Faults {
         let (mut following, mut runaway, mut remaining) = (0.0, 0.0, 1.0);
         match kind {
             FaultKind::StuckHere => positions[effector] = here,
-            FaultKind::StuckAt { angle_rad, travel: Travel::Jump } => positions[effector] = angle_rad,
+            FaultKind::StuckAt { angle_rad, travel: Travel::Jump } => {
+                positions[effector] = angle_rad
+            }
             FaultKind::StuckAt { angle_rad, travel: Travel::AtActuatorRate } => {
                 positions[effector] = here;
                 let rate = servos[effector].rate_limit;

@@ -98,7 +98,8 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
     let horizontal = (x * x + y * y).sqrt();
     let radius = (x * x + y * y + z * z).sqrt().max(AXIS_M);
     // Reduced latitude, as sine and cosine times an unknown length.
-    let reduced_sin = SEMI_MINOR_M * z * (1.0 + SECOND_ECCENTRICITY_SQUARED * SEMI_MINOR_M / radius);
+    let reduced_sin =
+        SEMI_MINOR_M * z * (1.0 + SECOND_ECCENTRICITY_SQUARED * SEMI_MINOR_M / radius);
     let reduced_cos = SEMI_MAJOR_M * horizontal;
     let (sin_reduced, cos_reduced) = unit(reduced_sin, reduced_cos);
     let (sin_latitude, cos_latitude) = unit(

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! [`Plant`] is the way in: [`Plant::sense`], [`Plant::advance`], [`Plant::truth`], [`Plant::request`].
-//! Nothing here reads a clock or opens a socket; the same [`PlantSetup`] and the same commands give the
+//! Nothing outside [`io`] reads a clock or opens a socket; the same [`PlantSetup`] and the same commands give the
 //! same bits. Transcendental functions come from `libm`, so that a new host does not change them.
 //!
 //! | question | file |
@@ -30,6 +30,7 @@ pub mod earth;
 pub mod faults;
 pub mod geodesy;
 pub mod integrator;
+pub mod io;
 pub mod noise;
 pub mod plant;
 pub mod propulsion;

@@ -6,7 +6,8 @@ use icd::fault::PlantReport;
 use icd::fault::Refusal;
 use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
 
-use crate::dynamics::{Dynamics, Held, State};
+use crate::atmosphere::LocalDensity;
+use crate::dynamics::{Dynamics, Evaluation, Held, State};
 use crate::earth::Earth;
 use crate::faults::{Effects, Faults};
 use crate::sensors::SensorSet;
@@ -38,6 +39,8 @@ pub struct Plant {
     time: SimTime,
     state: State,
     held: Held,
+    /// Of `state` with `held`: the first stage of the next step needs it as much as `truth`.
+    present: Evaluation,
     truth: Truth,
     faults: Faults,
     turbulence: Turbulence,
@@ -67,15 +70,19 @@ impl Plant {
             setup.seed,
             setup.run,
         );
+        let place = dynamics.earth().place(&state.rigid.position);
         let held = Held {
             commands: state.positions,
             wind: steady,
             gust: turbulence.step(setup.start.airspeed_m_s),
+            density: LocalDensity::around(place.geopotential_altitude_m),
             effects: Effects::none(),
         };
         let time = SimTime::ZERO;
+        let present = dynamics.present(&state, &held);
         let mut plant = Self {
-            truth: Truth::of(&dynamics, time, &state, &held),
+            truth: Truth::of(&dynamics, time, &state, &held, &present),
+            present,
             faults: scheduled(setup)?,
             sensors: SensorSet::new(setup.sensors.gyro_noise_rad_s, setup.seed, setup.run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
@@ -188,18 +195,24 @@ impl Plant {
     }
 
     /// Steps on the grid of multiples of the step; a step in which something happens is split there.
+    ///
+    /// The caller observes the end.
     fn integrate(&mut self, end_us: u64) {
         let mut now_us = self.time.as_micros();
         while now_us < end_us {
             let grid_us = (now_us / self.step_us + 1) * self.step_us;
             let event_us = self.faults.next_event().map_or(end_us, SimTime::as_micros);
             let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
-            let step_s = seconds(next_us - now_us);
-            self.state = self.dynamics.step(&self.state, &self.held, step_s);
+            let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
+            let body = &self.present.derivative;
+            self.state = self.dynamics.step(&self.state, body, &self.held, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
             if event_us <= now_us {
                 self.let_events_happen();
+            }
+            if now_us < end_us {
+                self.present = self.dynamics.present(&self.state, &self.held);
             }
         }
     }
@@ -213,9 +226,14 @@ impl Plant {
         self.held.effects = *self.faults.effects();
     }
 
-    /// Everything that sensors and judges will ask about this instant, worked out once.
+    /// Everything that sensors, judges and the next step will ask about this instant, worked out once.
     fn observe(&mut self) {
-        self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.held);
+        self.present = self.dynamics.present(&self.state, &self.held);
+        let altitude_m = self.present.place.geopotential_altitude_m;
+        if !self.held.density.covers(altitude_m) {
+            self.held.density = LocalDensity::around(altitude_m);
+        }
+        self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.held, &self.present);
     }
 
     fn touch_down(&mut self) {
@@ -223,11 +241,6 @@ impl Plant {
         let report = PlantReport::GroundContact { at: self.time };
         push(&mut self.reports, &mut self.reports_dropped, report);
     }
-}
-
-/// Length of a step, s; it is at most one control period.
-fn seconds(micros: u64) -> f64 {
-    SimTime::from_micros(micros).as_seconds()
 }
 
 fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantReport) {

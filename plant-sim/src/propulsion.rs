@@ -6,9 +6,10 @@ use crate::rigid_body::Wrench;
 
 /// Force and moment of the jet about the centre of gravity.
 ///
-/// Exact trigonometry, see Eq. (4) and Eq. (5): T_x = T cos δz cos δy, T_y = −T cos δz sin δy, T_z = T sin δz
-/// at the nozzle, `arm_m` behind the centre of gravity; m = T_z arm, n = −T_y arm. Positive nozzle angles give
-/// positive pitch and yaw. `effective` holds δz and δy in rad and the thrust in N.
+/// Implements Eq. (4) with exact trigonometry: T_x = T cos δz cos δy, T_y = −T cos δz sin δy, T_z = T sin δz
+/// at the nozzle, `arm_m` behind the centre of gravity.
+/// Implements Eq. (5): l = 0, m = T_z arm, n = −T_y arm.
+/// Positive nozzle angles give positive pitch and yaw. `effective` holds δz and δy in rad and the thrust in N.
 #[inline]
 #[must_use]
 pub fn wrench(arm_m: f64, effective: &PerEffector<f64>) -> Wrench {

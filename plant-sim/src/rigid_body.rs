@@ -144,8 +144,13 @@ impl RigidDerivative {
 /// Equations of motion of a rigid body over a rotating Earth.
 ///
 /// With the rate ω of the body and Ω of the Earth, both in body axes, and the velocity v relative to the Earth:
-/// v̇ = F/m + g − (ω + Ω)×v, where g holds gravitation and −Ω×(Ω×r); ω̇ = I⁻¹(M − ω×Iω), which for the
-/// inertia of an aircraft is Eq. (1) with Eqs. (2) and (3); attitude turns with ω − Ω.
+/// v̇ = F/m + g − (ω + Ω)×v, where g holds gravitation and −Ω×(Ω×r).
+///
+/// Implements Eq. (1) as ω̇ = I⁻¹(M − ω×Iω) with the moments of air and jet together in M; see Eq. (2) and
+/// Eq. (3) for the paper's form.
+/// Implements Eq. (13): the position moves with v turned into E.
+/// Implements Eq. (14) with the quaternion in the place of the Euler angles; attitude turns with ω − Ω.
+///
 /// `e_from_body` and `place` belong to `state`; the caller has them already.
 #[inline]
 #[must_use]
@@ -197,11 +202,13 @@ mod tests {
     fn fly(mut state: RigidState, earth: &Earth, steps: u32, h: f64) -> RigidState {
         let mass = brick();
         for _ in 0..steps {
-            let x = rk4(&state.to_array(), h, |x| {
+            let slope = |x: &[f64; STATES]| {
                 let s = RigidState::from_array(x);
                 derivative(&s, &s.e_from_body(), &mass, &FREE, earth, &earth.place(&s.position))
                     .to_array()
-            });
+            };
+            let x = state.to_array();
+            let x = rk4(&x, &slope(&x), h, slope);
             state = RigidState::from_array(&x).normalised();
         }
         state
@@ -259,11 +266,12 @@ mod tests {
         let first = start(&earth, &here, Body::zero());
         let last = fly(first, &earth, 1_000, 0.03);
         let mut x = [first.position.x, 0.0, 0.0, ROTATION_RAD_S * first.position.x];
+        let slope = |x: &[f64; 4]| {
+            let g = crate::earth::gravitation(&Vector3::new(x[0], x[1], 0.0));
+            [x[2], x[3], g.x, g.y]
+        };
         for _ in 0..1_000 {
-            x = rk4(&x, 0.03, |x| {
-                let g = crate::earth::gravitation(&Vector3::new(x[0], x[1], 0.0));
-                [x[2], x[3], g.x, g.y]
-            });
+            x = rk4(&x, &slope(&x), 0.03, slope);
         }
         let (s, c) = libm::sincos(ROTATION_RAD_S * 30.0);
         let expected = Vector3::new(c * x[0] + s * x[1], c * x[1] - s * x[0], 0.0);

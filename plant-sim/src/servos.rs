@@ -1,9 +1,10 @@
 //! Command to position: lag, rate limit, travel. The healthy actuator; what breaks it is in [`crate::faults`].
 
 use icd::PerEffector;
+use serde::{Deserialize, Serialize};
 
 /// One actuator: angles in rad, the engine in newton.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Servo {
     /// Time constant of the first-order lag, s.
     pub lag_s: f64,
@@ -28,7 +29,10 @@ impl Servo {
     #[inline]
     #[must_use]
     pub fn rate(&self, command: f64, position: f64) -> f64 {
-        ((command - position) / self.lag_s).max(-self.rate_limit).min(self.rate_limit)
+        let free = (command - position) / self.lag_s;
+        // Comparisons instead of max and min: two instructions each, and this runs 32 times a step.
+        let above = if free < -self.rate_limit { -self.rate_limit } else { free };
+        if above > self.rate_limit { self.rate_limit } else { above }
     }
 }
 

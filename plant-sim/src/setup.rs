@@ -2,6 +2,7 @@
 
 use icd::ControlPeriod;
 use icd::fault::Refusal;
+use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
 use crate::config::{RangeError, check_range};
@@ -14,7 +15,7 @@ use crate::trim::TrimError;
 pub const DEFAULT_STEP_US: u32 = 1_000;
 
 /// Everything that defines a flight; the same setup and the same commands give the same bits.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantSetup {
     /// The aircraft.
     pub airframe: Airframe,
@@ -39,7 +40,7 @@ pub struct PlantSetup {
 }
 
 /// Where the flight starts: wings level, no sideslip, level flight, trimmed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Altitude above the ellipsoid or the plane, m.
     pub altitude_m: f64,
@@ -54,7 +55,7 @@ pub struct Start {
 }
 
 /// How the air moves over the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WindSettings {
     /// Horizontal speed of the steady wind, m/s.
     pub speed_m_s: f64,
@@ -73,7 +74,7 @@ impl WindSettings {
 }
 
 /// What is wrong with the sensors.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SensorSettings {
     /// White noise of each gyro, rad/s rms of the control samples.
     pub gyro_noise_rad_s: f64,

@@ -4,7 +4,7 @@ use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
 use crate::atmosphere::STANDARD_GRAVITY;
-use crate::dynamics::{Dynamics, Held, State};
+use crate::dynamics::{Dynamics, Evaluation, Held, State};
 
 /// The state of the flight at one instant, complete and without error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,12 +48,17 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Of a state at `time` with what is held there; one evaluation of the forces.
+    /// Of a state at `time`, with what is held there and what was found out about it.
     #[must_use]
-    pub fn of(dynamics: &Dynamics, time: SimTime, state: &State, held: &Held) -> Self {
+    pub fn of(
+        dynamics: &Dynamics,
+        time: SimTime,
+        state: &State,
+        held: &Held,
+        e: &Evaluation,
+    ) -> Self {
         let deflections = dynamics.effective(state, &held.effects);
         let rigid = &state.rigid;
-        let e = dynamics.evaluate(rigid, &deflections, &held.wind, &held.gust);
         let earth = dynamics.earth();
         let here = earth.geodetic(&rigid.position);
         let attitude = earth.attitude(&here, &rigid.q_e_from_body);

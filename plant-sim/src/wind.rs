@@ -158,11 +158,16 @@ mod tests {
         let lag = 5;
         let x = AIRSPEED * 0.2 * 5.0 / LENGTH_M;
         let (square, product) = statistics(lag);
-        let expected = [libm::exp(-x), (1.0 - 0.5 * x) * libm::exp(-x), (1.0 - 0.5 * x) * libm::exp(-x)];
+        let expected =
+            [libm::exp(-x), (1.0 - 0.5 * x) * libm::exp(-x), (1.0 - 0.5 * x) * libm::exp(-x)];
         for i in 0..3 {
             let ours = product[i] / square[i];
             // 1e4 independent samples: 0.01, three times that allowed.
-            assert!((ours - expected[i]).abs() < 0.03, "axis {i}: {ours} instead of {}", expected[i]);
+            assert!(
+                (ours - expected[i]).abs() < 0.03,
+                "axis {i}: {ours} instead of {}",
+                expected[i]
+            );
         }
     }
 
@@ -170,9 +175,7 @@ mod tests {
     fn two_short_ticks_spread_like_one_long_tick() {
         // Covariance that one tick adds, against that of two half ticks.
         let (one, half) = (Transition::new(0.02), Transition::new(0.01));
-        let added = |t: &Transition| {
-            [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22]
-        };
+        let added = |t: &Transition| [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22];
         let [a, b, c] = added(&half);
         let (e2, r) = (half.decay * half.decay, half.ratio);
         let twice = [a + e2 * a, b + e2 * (r * a + b), c + e2 * (r * r * a + 2.0 * r * b + c)];

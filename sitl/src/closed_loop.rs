@@ -83,6 +83,9 @@ pub fn settings(setup: &FlightSetup) -> Settings {
 ///
 /// True angular acceleration minus what the design model gives at the true state for healthy effectors
 /// at their modelled positions.
+///
+/// Implements Eq. (17): faults and disturbances as one acceleration, F = g u_f + Δ.
+/// Implements Eq. (18), solved for F, with the compensation inside the modelled positions.
 #[must_use]
 pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> {
     let Record { truth, log } = record;

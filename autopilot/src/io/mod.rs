@@ -1,3 +1,7 @@
 //! Sockets and waiting: everything of the autopilot that touches the outside.
 
 pub mod channels;
+pub mod complaints;
+pub mod plant_link;
+pub mod presence;
+pub mod status;

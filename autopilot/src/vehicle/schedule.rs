@@ -1,7 +1,7 @@
 //! References by simulation time, from the autopilot's part of a scenario.
 
 use icd::SimTime;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Entries that a schedule may have.
 const ENTRIES_MAX: usize = 1000;
@@ -23,7 +23,7 @@ pub struct ReferenceEntry {
 }
 
 /// What the references become at a time; what is not named stays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledReference {
     /// When.
     pub at: SimTime,
@@ -36,7 +36,7 @@ pub struct ScheduledReference {
 }
 
 /// References by time.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceSchedule(Vec<ScheduledReference>);
 
 /// A schedule that cannot be flown.

@@ -229,6 +229,7 @@ fn the_schedule_has_a_limit() {
         let reply = bench.inject_at(at, Effector::Rudder, FaultKind::Float);
         assert_eq!(reply, FaultReply::Scheduled { at });
     }
-    let reply = bench.inject_at(SimTime::from_micros(9_000_000), Effector::Rudder, FaultKind::Float);
+    let reply =
+        bench.inject_at(SimTime::from_micros(9_000_000), Effector::Rudder, FaultKind::Float);
     assert_eq!(reply, FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }));
 }

@@ -168,7 +168,8 @@ fn gusts_show_in_the_air_data() {
 #[test]
 fn angular_acceleration_is_the_slope_of_the_rates() {
     for earth in [EarthModel::Flat, EarthModel::Wgs84] {
-        let setup = PlantSetup { period: ControlPeriod::from_micros(1_000).unwrap(), ..setup(earth) };
+        let setup =
+            PlantSetup { period: ControlPeriod::from_micros(1_000).unwrap(), ..setup(earth) };
         let mut plant = plant(&setup);
         fly(&mut plant, 200, wiggle);
         let before = plant.truth();
@@ -325,7 +326,10 @@ fn val_effectiveness_at_the_design_point_is_that_of_the_parameter_set() {
         let ours = plant(&setup).truth().angular_acceleration.0 * 1_000.0;
         for axis in 0..3 {
             let (ours, printed) = (ours[axis], printed[axis]);
-            assert!((ours - printed).abs() < 1e-3, "{effector}, axis {axis}: {ours}, not {printed}");
+            assert!(
+                (ours - printed).abs() < 1e-3,
+                "{effector}, axis {axis}: {ours}, not {printed}"
+            );
         }
     }
 }
@@ -397,7 +401,8 @@ fn the_wildest_commands_keep_every_number_finite() {
     let mut worst = 0.0_f64;
     fly(&mut plant, 15_000, |time, commands| {
         let sign = if (time.as_micros() / 700_000).is_multiple_of(2) { 1.0 } else { -1.0 };
-        *commands = PerEffector::from_fn(|e| if e.index() % 2 == 0 { sign * 1e9 } else { -sign * 1e9 });
+        *commands =
+            PerEffector::from_fn(|e| if e.index() % 2 == 0 { sign * 1e9 } else { -sign * 1e9 });
     });
     for number in numbers(&plant.truth()) {
         assert!(number.is_finite());
@@ -462,7 +467,9 @@ fn a_setup_that_cannot_be_is_refused_with_the_reason() {
 
 #[test]
 fn every_step_that_divides_the_period_is_allowed() {
-    for (period, step_us) in [(1_000, 1_000), (2_500, 500), (2_500, 2_500), (4_000, 1), (3_001, 3_001)] {
+    for (period, step_us) in
+        [(1_000, 1_000), (2_500, 500), (2_500, 2_500), (4_000, 1), (3_001, 3_001)]
+    {
         let period = ControlPeriod::from_micros(period).unwrap();
         let mut plant = plant(&PlantSetup { period, step_us, ..flat() });
         coast(&mut plant, 3);

@@ -1,0 +1,76 @@
+//! What is wrong with packets, told to the operator without repeating it for every packet.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use icd::lockstep::Refused;
+use icd::wire::{RefusalPacket, RefusalReason, VERSION, WireError};
+use tracing::{error, warn};
+
+use crate::clock::WallTime;
+
+/// Time between two complaints of the same kind.
+const INTERVAL: Duration = Duration::from_secs(5);
+/// Kinds of complaints.
+const KINDS: usize = 4;
+
+/// When each kind was told last.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Complaints {
+    told: [Option<WallTime>; KINDS],
+}
+
+impl Complaints {
+    /// A packet was refused.
+    pub fn refused(&mut self, why: Refused, from: SocketAddr, now: WallTime) {
+        match why {
+            Refused::Busy { .. } if self.is_due(0, now) => {
+                warn!(%from, "refused a second plant; the first one is alive");
+            }
+            Refused::Packet(WireError::Version { theirs, .. }) if self.is_due(1, now) => {
+                error!(%from, theirs, ours = VERSION, "refused a plant of another link version");
+            }
+            Refused::Packet(WireError::Value { field, value, .. }) if self.is_due(2, now) => {
+                error!(%from, field, value, "refused a packet with a value that cannot be");
+            }
+            Refused::Busy { .. } | Refused::Packet(_) => {}
+        }
+    }
+
+    /// The plant refuses this autopilot.
+    pub fn refused_by_plant(&mut self, refusal: RefusalPacket, from: SocketAddr, now: WallTime) {
+        if !self.is_due(3, now) {
+            return;
+        }
+        match refusal.reason {
+            RefusalReason::Version => {
+                error!(%from, theirs = refusal.version, ours = VERSION, "the plant speaks another link version");
+            }
+            RefusalReason::Value => error!(%from, "the plant refuses a value of this autopilot's packet"),
+            RefusalReason::Busy => error!(%from, "the plant flies with another autopilot"),
+        }
+    }
+
+    fn is_due(&mut self, kind: usize, now: WallTime) -> bool {
+        let due = self.told[kind].is_none_or(|told| now.since(told) >= INTERVAL);
+        if due {
+            self.told[kind] = Some(now);
+        }
+        due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_told_at_once_and_then_only_now_and_then() {
+        let mut complaints = Complaints::default();
+        let at = |s: u64| WallTime::from_micros(1_000_000 * s);
+        assert!(complaints.is_due(0, at(1)));
+        assert!(!complaints.is_due(0, at(5)));
+        assert!(complaints.is_due(1, at(5)));
+        assert!(complaints.is_due(0, at(6)));
+    }
+}

@@ -1,0 +1,210 @@
+//! The control thread: answers the plant, and between two packets looks after intents and events.
+//!
+//! Nothing here waits for anything but the plant. What ground stations want comes through bounded
+//! channels, what they should know leaves through them, and a full one delays nothing.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use flight_control::StepLog;
+use host_io::tick_log::{LogError, TickLogWriter};
+use host_io::{LinkSocket, Stop};
+use icd::SimTime;
+use icd::lockstep::{FlightEvent, FlightSide};
+use icd::wire::{PACKET_MAX, Phase, SensorPacket};
+use tracing::{error, info, warn};
+
+use super::channels::ControlChannels;
+use super::complaints::Complaints;
+use super::presence::Presence;
+use super::status::{PlantState, StatusSource};
+use crate::autopilot::Autopilot;
+use crate::clock;
+
+/// Longest wait for a packet: intents are looked after at least this often, also without a plant.
+pub const PATIENCE: Duration = Duration::from_millis(50);
+/// Intents taken in one tick; a flood waits in its channel.
+const INTENTS_PER_TICK: usize = 64;
+
+/// Entry of the step log: simulation time and the signals of that step.
+pub type LoggedStep = (SimTime, StepLog);
+
+/// Everything that the control thread owns.
+#[derive(Debug)]
+pub struct PlantLink {
+    socket: LinkSocket,
+    autopilot: Autopilot,
+    channels: ControlChannels,
+    status: Option<StatusSource>,
+    step_log: Option<TickLogWriter>,
+    stop: Stop,
+    side: FlightSide,
+    plant: Option<SocketAddr>,
+    presence: Presence,
+    complaints: Complaints,
+}
+
+impl PlantLink {
+    /// Ready to wait for a plant.
+    #[must_use]
+    pub fn new(
+        socket: LinkSocket,
+        autopilot: Autopilot,
+        channels: ControlChannels,
+        status: Option<StatusSource>,
+        step_log: Option<TickLogWriter>,
+        stop: Stop,
+    ) -> Self {
+        Self {
+            socket,
+            autopilot,
+            channels,
+            status,
+            step_log,
+            stop,
+            side: FlightSide::new(),
+            plant: None,
+            presence: Presence::default(),
+            complaints: Complaints::default(),
+        }
+    }
+
+    /// Answers plants until the process is to end.
+    ///
+    /// # Errors
+    /// [`PlantLinkError`] if the socket is no use any more, or the step log is incomplete.
+    pub fn run(mut self) -> Result<(), PlantLinkError> {
+        let mut buffer = [0; PACKET_MAX + 1];
+        while !self.stop.is_requested() {
+            match self.socket.receive_from(&mut buffer)? {
+                Some((bytes, from)) => self.take(&buffer[..bytes], from),
+                None => {
+                    self.look_at_clock();
+                    self.take_intents();
+                    self.tell();
+                }
+            }
+        }
+        self.step_log.map_or(Ok(()), TickLogWriter::finish)?;
+        Ok(())
+    }
+
+    /// One datagram.
+    fn take(&mut self, datagram: &[u8], from: SocketAddr) {
+        let may_change_flight = match self.plant {
+            None => true,
+            Some(plant) if plant == from => true,
+            Some(_) => {
+                self.look_at_clock();
+                self.presence.is_lost()
+            }
+        };
+        match self.side.handle(datagram, may_change_flight) {
+            FlightEvent::Next(packet) => {
+                if self.presence.hear() {
+                    info!("the plant is back");
+                    self.autopilot.plant_back();
+                }
+                self.plant = Some(from);
+                self.answer(&packet, from);
+            }
+            FlightEvent::NewFlight(packet) => {
+                self.presence.hear();
+                self.plant = Some(from);
+                let joined_in_flight = packet.sequence > 0;
+                let t_s = packet.time.as_seconds();
+                info!(plant = %from, t_s, joined_in_flight, "a flight begins");
+                self.autopilot.begin_flight(packet.period, packet.time, joined_in_flight);
+                self.answer(&packet, from);
+            }
+            FlightEvent::Repeat(answer) => {
+                // What does not leave is lost, and will be asked for again.
+                let _ = self.socket.send_to(answer, from);
+                if self.presence.hear() {
+                    info!("the plant is back");
+                    self.autopilot.plant_back();
+                }
+            }
+            FlightEvent::Refuse(refusal, why) => {
+                // Told once for each packet; if it gets lost, the next packet is refused as well.
+                let _ = self.socket.send_to(refusal, from);
+                self.complaints.refused(why, from, clock::now());
+            }
+            FlightEvent::Refused(refusal) => {
+                self.complaints.refused_by_plant(refusal, from, clock::now());
+            }
+            FlightEvent::Ignored(_) => {}
+        }
+    }
+
+    /// Answers first; everything that can wait comes after the answer is on its way.
+    fn answer(&mut self, packet: &SensorPacket, to: SocketAddr) {
+        for report in &packet.reports {
+            self.autopilot.handle_report(report);
+        }
+        self.take_intents();
+        let (actuators, log) = match packet.phase {
+            Phase::Flying => {
+                let output = self.autopilot.step(packet.time, &packet.sensors);
+                (output.actuators, Some(output.log))
+            }
+            Phase::Holding => (self.autopilot.hold(&packet.sensors, false), None),
+            Phase::OnGround => (self.autopilot.hold(&packet.sensors, true), None),
+        };
+        let request = self.autopilot.next_request();
+        if let Some(answer) = self.side.answer(&actuators, request) {
+            // What does not leave is lost, and will be asked for again.
+            let _ = self.socket.send_to(answer, to);
+        }
+        if let (Some(writer), Some(log)) = (self.step_log.as_mut(), log)
+            && let Err(problem) = writer.write(&(packet.time, log))
+        {
+            error!(%problem, "the step log ends here");
+        }
+        self.tell();
+    }
+
+    fn take_intents(&mut self) {
+        for _ in 0..INTENTS_PER_TICK {
+            let Some(intent) = self.channels.next_intent() else { return };
+            self.autopilot.handle_intent(intent);
+        }
+    }
+
+    /// Passes on what the ground-station side wants to know, as far as there is room.
+    fn tell(&mut self) {
+        while self.channels.has_room_for_event()
+            && let Some(event) = self.autopilot.pop_event()
+        {
+            // There was room a moment ago, and nobody else sends.
+            let _ = self.channels.tell(event);
+        }
+        if self.channels.snapshot_wanted()
+            && let Some(snapshot) = self.autopilot.snapshot()
+        {
+            self.channels.show(snapshot);
+        }
+        if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
+            let plant = if self.presence.is_lost() { PlantState::Lost } else { PlantState::Flying };
+            status.show(plant, self.autopilot.snapshot());
+        }
+    }
+
+    fn look_at_clock(&mut self) {
+        if self.plant.is_some() && self.presence.look(clock::now()) {
+            warn!("the plant does not answer any more; waiting for it or for another one");
+            self.autopilot.plant_lost();
+        }
+    }
+}
+
+/// Why the control thread ended.
+#[derive(Debug, thiserror::Error)]
+pub enum PlantLinkError {
+    /// The socket is no use any more.
+    #[error("plant link: {0}")]
+    Socket(#[from] std::io::Error),
+    /// The step log is incomplete.
+    #[error("step log: {0}")]
+    Log(#[from] LogError),
+}

@@ -1,0 +1,341 @@
+//! Frames and payloads: bytes of a datagram to messages, messages to bytes.
+//!
+//! Own splitter, since the crate's reader loses good frames behind a truncated one and tells nothing of
+//! what it skips. Fields that are enums in the definitions are read as integers, since a value that is
+//! newer than the definitions must not make the message disappear: a command that nobody knows still gets
+//! its answer.
+
+use ::mavlink::dialects::common::{
+    COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, HEARTBEAT_DATA, MavMessage, MavResult,
+    PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA,
+    SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA, TIMESYNC_DATA,
+};
+use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, calculate_crc};
+
+/// System and component id of this autopilot.
+pub const OWN: Identity = Identity { system: 1, component: 1 };
+
+/// Longest payload of a frame.
+const PAYLOAD_MAX: usize = 255;
+/// Longest frame that this autopilot sends.
+pub const FRAME_MAX: usize = HEADER_V2 + PAYLOAD_MAX + CRC;
+const HEADER_V1: usize = 6;
+const HEADER_V2: usize = 10;
+const CRC: usize = 2;
+const SIGNATURE: usize = 13;
+/// The one incompatibility flag that is understood; the signature itself is not looked at.
+const SIGNED: u8 = 0x01;
+
+/// Who sent a message, or to whom it goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identity {
+    /// System id; 0 as a target means all.
+    pub system: u8,
+    /// Component id; 0 as a target means all.
+    pub component: u8,
+}
+
+impl Identity {
+    /// A message with this target is for the autopilot.
+    #[must_use]
+    pub fn reaches_us(self) -> bool {
+        [0, OWN.system].contains(&self.system) && [0, OWN.component].contains(&self.component)
+    }
+}
+
+/// What was skipped in the input, since start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Skipped {
+    /// Bytes that begin no frame.
+    pub noise_bytes: u64,
+    /// Frames that end after the datagram.
+    pub truncated: u64,
+    /// Frames with a wrong checksum.
+    pub bad_crc: u64,
+    /// Frames with flags that change the format in an unknown way.
+    pub unknown_flags: u64,
+    /// Frames whose message is in no definition.
+    pub unknown_id: u64,
+}
+
+/// One frame whose checksum is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Who sent it.
+    pub sender: Identity,
+    /// Message id.
+    pub id: u32,
+    /// Payload as it came; trailing zeros may be missing.
+    pub payload: &'a [u8],
+}
+
+/// Takes the next good frame out of `rest`; `None` at the end of the datagram.
+pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Frame<'a>> {
+    while let Some(&first) = rest.first() {
+        let layout = match first {
+            MAV_STX_V2 => Layout::v2(rest),
+            MAV_STX => Layout::v1(rest),
+            _ => {
+                skipped.noise_bytes += 1;
+                *rest = &rest[1..];
+                continue;
+            }
+        };
+        let Some((layout, frame)) = layout.and_then(|layout| Some((layout, rest.get(..layout.length)?)))
+        else {
+            // Only the marker is given up: a good frame may stand right behind it.
+            skipped.truncated += 1;
+            *rest = &rest[1..];
+            continue;
+        };
+        if layout.unknown_flags {
+            skipped.unknown_flags += 1;
+            *rest = &rest[layout.length..];
+            continue;
+        }
+        if !MavMessage::all_ids().contains(&layout.id) {
+            skipped.unknown_id += 1;
+            *rest = &rest[layout.length..];
+            continue;
+        }
+        let end = layout.payload_at + layout.payload_length;
+        let crc = calculate_crc(&frame[1..end], MavMessage::extra_crc(layout.id));
+        if frame[end..end + CRC] != crc.to_le_bytes() {
+            skipped.bad_crc += 1;
+            *rest = &rest[1..];
+            continue;
+        }
+        *rest = &rest[layout.length..];
+        let payload = &frame[layout.payload_at..end];
+        return Some(Frame { sender: layout.sender, id: layout.id, payload });
+    }
+    None
+}
+
+/// Where the parts of a frame are.
+struct Layout {
+    sender: Identity,
+    id: u32,
+    payload_at: usize,
+    payload_length: usize,
+    length: usize,
+    unknown_flags: bool,
+}
+
+impl Layout {
+    fn v1(bytes: &[u8]) -> Option<Self> {
+        let &[_, length, _, system, component, id] = bytes.first_chunk::<HEADER_V1>()?;
+        let payload_length = usize::from(length);
+        Some(Self {
+            sender: Identity { system, component },
+            id: u32::from(id),
+            payload_at: HEADER_V1,
+            payload_length,
+            length: HEADER_V1 + payload_length + CRC,
+            unknown_flags: false,
+        })
+    }
+
+    fn v2(bytes: &[u8]) -> Option<Self> {
+        let &[_, length, flags, _, _, system, component, id0, id1, id2] =
+            bytes.first_chunk::<HEADER_V2>()?;
+        let payload_length = usize::from(length);
+        let signature = if flags & SIGNED == 0 { 0 } else { SIGNATURE };
+        Some(Self {
+            sender: Identity { system, component },
+            id: u32::from_le_bytes([id0, id1, id2, 0]),
+            payload_at: HEADER_V2,
+            payload_length,
+            length: HEADER_V2 + payload_length + CRC + signature,
+            unknown_flags: flags & !SIGNED != 0,
+        })
+    }
+}
+
+/// A message that the autopilot reacts to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Message {
+    /// HEARTBEAT of a ground station or another vehicle.
+    Heartbeat,
+    /// PING.
+    Ping(PING_DATA),
+    /// TIMESYNC.
+    TimeSync(TIMESYNC_DATA),
+    /// SET_MODE.
+    SetMode(SET_MODE_DATA),
+    /// PARAM_REQUEST_READ.
+    ParamRequestRead(PARAM_REQUEST_READ_DATA),
+    /// PARAM_REQUEST_LIST.
+    ParamRequestList,
+    /// PARAM_SET.
+    ParamSet(ParamSet),
+    /// COMMAND_LONG or COMMAND_INT.
+    Command(Command),
+    /// SET_ATTITUDE_TARGET.
+    SetAttitudeTarget(SET_ATTITUDE_TARGET_DATA),
+}
+
+/// PARAM_SET with its type as a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParamSet {
+    /// Name, NUL-padded.
+    pub id: [u8; 16],
+    /// The four bytes of the value.
+    pub value: [u8; 4],
+    /// MAV_PARAM_TYPE.
+    pub kind: u8,
+}
+
+/// COMMAND_LONG or COMMAND_INT with the command as a number.
+#[derive(Debug, Clone, Copy)]
+pub struct Command {
+    /// MAV_CMD.
+    pub id: u16,
+    /// param1 to param7. In a COMMAND_INT five and six are scaled integers that no command here uses; they
+    /// are NaN, that is "not given".
+    pub params: [f32; 7],
+    /// MAV_FRAME of a COMMAND_INT.
+    pub frame: Option<u8>,
+}
+
+impl PartialEq for Command {
+    /// The same bits, so that two commands with NaN for "not given" are the same.
+    fn eq(&self, other: &Self) -> bool {
+        (self.id, self.frame, self.params.map(f32::to_bits))
+            == (other.id, other.frame, other.params.map(f32::to_bits))
+    }
+}
+
+/// Reads a payload, zero-extended; what is longer than the definition is left unread.
+struct Fields<const N: usize>([u8; N]);
+
+impl<const N: usize> Fields<N> {
+    fn new(payload: &[u8]) -> Self {
+        let mut fields = [0; N];
+        let length = payload.len().min(N);
+        fields[..length].copy_from_slice(&payload[..length]);
+        Self(fields)
+    }
+
+    fn bytes<const K: usize>(&self, at: usize) -> [u8; K] {
+        let mut bytes = [0; K];
+        bytes.copy_from_slice(&self.0[at..at + K]);
+        bytes
+    }
+
+    fn f32(&self, at: usize) -> f32 {
+        f32::from_le_bytes(self.bytes(at))
+    }
+
+    fn identity(&self, at: usize) -> Identity {
+        Identity { system: self.0[at], component: self.0[at + 1] }
+    }
+}
+
+/// The message in a frame and its target; `None` if the autopilot has no use for it.
+#[must_use]
+pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
+    let payload = frame.payload;
+    let at = |system, component| Identity { system, component };
+    Some(match frame.id {
+        HEARTBEAT_DATA::ID => (at(0, 0), Message::Heartbeat),
+        PING_DATA::ID => {
+            let data: PING_DATA = read(payload)?;
+            (at(data.target_system, data.target_component), Message::Ping(data))
+        }
+        TIMESYNC_DATA::ID => {
+            let data: TIMESYNC_DATA = read(payload)?;
+            (at(data.target_system, data.target_component), Message::TimeSync(data))
+        }
+        SET_MODE_DATA::ID => {
+            let data: SET_MODE_DATA = read(payload)?;
+            (at(data.target_system, 0), Message::SetMode(data))
+        }
+        PARAM_REQUEST_READ_DATA::ID => {
+            let data: PARAM_REQUEST_READ_DATA = read(payload)?;
+            (at(data.target_system, data.target_component), Message::ParamRequestRead(data))
+        }
+        PARAM_REQUEST_LIST_DATA::ID => {
+            let data: PARAM_REQUEST_LIST_DATA = read(payload)?;
+            (at(data.target_system, data.target_component), Message::ParamRequestList)
+        }
+        PARAM_SET_DATA::ID => {
+            let fields = Fields::<{ PARAM_SET_DATA::ENCODED_LEN }>::new(payload);
+            let set = ParamSet { value: fields.bytes(0), id: fields.bytes(6), kind: fields.0[22] };
+            (fields.identity(4), Message::ParamSet(set))
+        }
+        COMMAND_LONG_DATA::ID => {
+            let fields = Fields::<{ COMMAND_LONG_DATA::ENCODED_LEN }>::new(payload);
+            let params = core::array::from_fn(|i| fields.f32(4 * i));
+            let id = u16::from_le_bytes(fields.bytes(28));
+            (fields.identity(30), Message::Command(Command { id, params, frame: None }))
+        }
+        COMMAND_INT_DATA::ID => {
+            let fields = Fields::<{ COMMAND_INT_DATA::ENCODED_LEN }>::new(payload);
+            let [p1, p2, p3, p4] = core::array::from_fn(|i| fields.f32(4 * i));
+            let params = [p1, p2, p3, p4, f32::NAN, f32::NAN, fields.f32(24)];
+            let id = u16::from_le_bytes(fields.bytes(28));
+            let frame = Some(fields.0[32]);
+            (fields.identity(30), Message::Command(Command { id, params, frame }))
+        }
+        SET_ATTITUDE_TARGET_DATA::ID => {
+            let data: SET_ATTITUDE_TARGET_DATA = read(payload)?;
+            (at(data.target_system, data.target_component), Message::SetAttitudeTarget(data))
+        }
+        _ => return None,
+    })
+}
+
+/// Reads a message whose definition has no enum in it, so that every payload can be read.
+fn read<D: MessageData>(payload: &[u8]) -> Option<D> {
+    D::deser(MavlinkVersion::V2, payload).ok()
+}
+
+/// A message ready to be sent, but for the sequence number of its link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Encoded {
+    id: u32,
+    extra_crc: u8,
+    payload: Vec<u8>,
+}
+
+impl Encoded {
+    /// Any message but COMMAND_ACK.
+    #[must_use]
+    pub fn new<D: MessageData>(data: &D) -> Self {
+        let mut payload = vec![0; PAYLOAD_MAX];
+        let length = data.ser(MavlinkVersion::V2, &mut payload);
+        payload.truncate(length);
+        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload }
+    }
+
+    /// COMMAND_ACK, also for a command that the definitions do not have.
+    #[must_use]
+    pub fn command_ack(command: u16, result: MavResult, to: Identity) -> Self {
+        let mut payload = Vec::with_capacity(COMMAND_ACK_DATA::ENCODED_LEN);
+        payload.extend_from_slice(&command.to_le_bytes());
+        // Progress and the second result are zero: no command here takes its time.
+        payload.extend_from_slice(&[result as u8, 0, 0, 0, 0, 0, to.system, to.component]);
+        while payload.len() > 1 && payload.last() == Some(&0) {
+            payload.pop();
+        }
+        Self { id: COMMAND_ACK_DATA::ID, extra_crc: COMMAND_ACK_DATA::EXTRA_CRC, payload }
+    }
+
+    /// The frame with this sequence number, MAVLink 2, not signed.
+    #[must_use]
+    pub fn frame(&self, sequence: u8) -> Vec<u8> {
+        let mut frame = Vec::with_capacity(HEADER_V2 + self.payload.len() + CRC);
+        let length = u8::try_from(self.payload.len()).expect("a payload has at most 255 bytes");
+        let [id0, id1, id2, _] = self.id.to_le_bytes();
+        frame.extend_from_slice(&[MAV_STX_V2, length, 0, 0, sequence, OWN.system, OWN.component]);
+        frame.extend_from_slice(&[id0, id1, id2]);
+        frame.extend_from_slice(&self.payload);
+        let crc = calculate_crc(&frame[1..], self.extra_crc);
+        frame.extend_from_slice(&crc.to_le_bytes());
+        frame
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,32 @@
+//! What every service may read and write beside its own state.
+
+use super::aircraft::Aircraft;
+use super::codec::Identity;
+use super::intents::Intents;
+use super::peers::Peer;
+use super::statustext::StatusTexts;
+use crate::parameters::Parameters;
+
+/// Who sent a message, and over which link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct From {
+    /// The link.
+    pub peer: Peer,
+    /// System and component of the sender.
+    pub sender: Identity,
+}
+
+/// What the services share.
+#[derive(Debug)]
+pub struct Context<'a> {
+    /// The authoritative parameters.
+    pub parameters: &'a mut Parameters,
+    /// What is known about the aircraft.
+    pub aircraft: &'a Aircraft,
+    /// To the control thread.
+    pub intents: &'a mut Intents,
+    /// To the operators.
+    pub texts: &'a mut StatusTexts,
+    /// A usable offboard setpoint came a moment ago.
+    pub setpoint_is_fresh: bool,
+}

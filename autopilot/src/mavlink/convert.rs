@@ -1,0 +1,183 @@
+//! The only unit conversions of the ground-station side: from the project's SI and radians to MAVLink's
+//! fields and back.
+//!
+//! A value that does not fit its field saturates and never wraps; what is not a number becomes zero, since
+//! an integer field has nothing else for it.
+
+use icd::{EulerAngles, SimTime};
+
+macro_rules! saturating {
+    ($($name:ident -> $type:ty;)*) => {$(
+        #[expect(clippy::cast_possible_truncation, reason = "`as` saturates from float to integer")]
+        #[allow(clippy::cast_sign_loss, reason = "negative values saturate at zero in unsigned fields")]
+        fn $name(value: f64) -> $type {
+            libm::round(value) as $type
+        }
+    )*};
+}
+
+saturating! {
+    to_i16 -> i16;
+    to_u16 -> u16;
+    to_i32 -> i32;
+}
+
+/// 32-bit float field.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "MAVLink floats have 32 bits")]
+pub fn float(value: f64) -> f32 {
+    value as f32
+}
+
+/// The number that a person meant who typed a decimal which became `value` on the wire: 0.35, not
+/// 0.3499999940395355. So a default that is sent back is the default again, to the bit.
+#[must_use]
+pub fn decimal(value: f32) -> f64 {
+    // The shortest decimal text of a float always reads back, also "NaN" and "inf".
+    value.to_string().parse().unwrap_or(f64::NAN)
+}
+
+/// time_boot_ms, milliseconds of simulation time.
+#[must_use]
+pub fn boot_ms(time: SimTime) -> u32 {
+    u32::try_from(time.as_micros() / 1000).unwrap_or(u32::MAX)
+}
+
+/// Microseconds of simulation time in a 32-bit field; wraps after 71 minutes, as the field's users expect.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "SERVO_OUTPUT_RAW.time_usec is the low 32 bits")]
+pub fn boot_us_low(time: SimTime) -> u32 {
+    (time.as_micros() & u64::from(u32::MAX)) as u32
+}
+
+/// Latitude or longitude, 1e-7 deg.
+#[must_use]
+pub fn degrees_e7(angle_rad: f64) -> i32 {
+    to_i32(angle_rad.to_degrees() * 1.0e7)
+}
+
+/// Millimetres.
+#[must_use]
+pub fn millimetres(metres: f64) -> i32 {
+    to_i32(metres * 1.0e3)
+}
+
+/// Speed component, cm/s; ±327.67 m/s at most.
+#[must_use]
+pub fn centimetres_per_second(metres_per_second: f64) -> i16 {
+    to_i16(metres_per_second * 1.0e2)
+}
+
+/// Heading, 0 to 35999 centidegrees.
+#[must_use]
+pub fn heading_centidegrees(psi_rad: f64) -> u16 {
+    let centidegrees = to_i32(psi_rad.to_degrees() * 1.0e2).rem_euclid(36_000);
+    u16::try_from(centidegrees).unwrap_or(0)
+}
+
+/// Heading, 0 to 359 degrees.
+#[must_use]
+pub fn heading_degrees(psi_rad: f64) -> i16 {
+    to_i16(psi_rad.to_degrees()).rem_euclid(360)
+}
+
+/// Fraction of a range in percent, 0 to 100.
+#[must_use]
+pub fn percent(fraction: f64) -> u16 {
+    to_u16(fraction.clamp(0.0, 1.0) * 100.0)
+}
+
+/// Percent to a fraction.
+#[must_use]
+pub fn fraction(percent: f64) -> f64 {
+    percent / 100.0
+}
+
+/// Degrees to radians.
+#[must_use]
+pub fn radians(degrees: f64) -> f64 {
+    degrees.to_radians()
+}
+
+/// A deflection as a servo pulse: 1500 us in the middle, 500 us to either end of the travel.
+#[must_use]
+pub fn servo_pulse_us(fraction_of_travel: f64) -> u16 {
+    to_u16(1500.0 + 500.0 * fraction_of_travel.clamp(-1.0, 1.0))
+}
+
+/// A throttle as a servo pulse: 1000 us closed, 2000 us full.
+#[must_use]
+pub fn throttle_pulse_us(fraction: f64) -> u16 {
+    to_u16(1000.0 + 1000.0 * fraction.clamp(0.0, 1.0))
+}
+
+/// Roll, pitch and yaw of a quaternion (scalar first) that should have unit length; `None` if it is not
+/// finite or its squared length is more than 2 % off, which is beyond any rounding.
+#[must_use]
+pub fn euler_of(q: [f32; 4]) -> Option<EulerAngles> {
+    let [w, x, y, z] = q.map(f64::from);
+    let squared = w * w + x * x + y * y + z * z;
+    if !(0.98..=1.02).contains(&squared) {
+        return None;
+    }
+    Some(icd::Attitude::from_quaternion(w, x, y, z).euler())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_speed_beyond_its_field_saturates() {
+        assert_eq!(centimetres_per_second(264.0), 26_400);
+        assert_eq!(centimetres_per_second(400.0), 32_767);
+        assert_eq!(centimetres_per_second(-400.0), -32_768);
+        assert_eq!(millimetres(1.0e9), i32::MAX);
+        assert_eq!(centimetres_per_second(f64::NAN), 0);
+    }
+
+    #[test]
+    fn headings_stay_on_the_compass() {
+        assert_eq!(heading_centidegrees(-0.5_f64.to_radians()), 35_950);
+        assert_eq!(heading_degrees(-0.4_f64.to_radians()), 0);
+        assert_eq!(heading_degrees(-90.0_f64.to_radians()), 270);
+        assert_eq!(heading_centidegrees(core::f64::consts::TAU), 0);
+    }
+
+    #[test]
+    fn a_typed_decimal_survives_the_wire() {
+        for typed in [0.35, 0.1, 30.0, -7.1, 1.0e-7, 12.3] {
+            assert_eq!(decimal(float(typed)).to_bits(), typed.to_bits(), "{typed}");
+        }
+        assert!(decimal(f32::NAN).is_nan());
+        assert_eq!(decimal(f32::NEG_INFINITY), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn a_quaternion_that_is_none_gives_no_angles() {
+        assert_eq!(euler_of([f32::NAN, 0.0, 0.0, 0.0]), None);
+        assert_eq!(euler_of([0.0; 4]), None);
+        assert_eq!(euler_of([2.0, 0.0, 0.0, 0.0]), None);
+        let roll = euler_of([0.991_444_9, 0.130_526_2, 0.0, 0.0]).map(|euler| euler.phi);
+        // 1e-6 rad: the quaternion has seven digits.
+        assert!(roll.is_some_and(|phi| (phi - 15.0_f64.to_radians()).abs() < 1.0e-6), "{roll:?} rad");
+    }
+
+    proptest! {
+        #[test]
+        fn every_float_reads_back_from_its_decimal(bits in any::<u32>()) {
+            let value = f32::from_bits(bits);
+            prop_assume!(!value.is_nan());
+            prop_assert_eq!(float(decimal(value)), value);
+        }
+
+        #[test]
+        fn no_value_leaves_its_field(value in any::<f64>()) {
+            prop_assert!(heading_centidegrees(value) < 36_000);
+            prop_assert!((0..360).contains(&heading_degrees(value)));
+            prop_assert!(percent(value) <= 100);
+            prop_assert!((1000..=2000).contains(&servo_pulse_us(value)) || value.is_nan());
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Ground stations: bytes in, bytes out, in between one file for each service. No sockets, no clock.
+//!
+//! ```text
+//!  datagrams ─> codec ─> Ground ─┬─ heartbeat   telemetry  statustext ─┐
+//!                                ├─ command ── failure                 ├─> peers (outboxes) ─> datagrams
+//!     events ──────────────────> ├─ modes       offboard               │
+//!  snapshots ──────────────────> └─ param       ping ──────────────────┘
+//!                                       └──> intents ──> control thread
+//! ```
+//!
+//! A service has up to three verbs: `handle` reacts to one message, `poll` does what is due, and
+//! `next_deadline` says when that will be. Time is an argument.
+
+use std::net::SocketAddr;
+
+use flight_control::Belief;
+
+use crate::clock::WallTime;
+use crate::event::{Event, EventKind, Intent, Snapshot};
+use crate::parameters::Parameters;
+use crate::vehicle::Mode;
+
+pub mod aircraft;
+pub mod codec;
+pub mod command;
+pub mod compatibility;
+pub mod context;
+pub mod convert;
+pub mod failure;
+pub mod heartbeat;
+pub mod intents;
+pub mod modes;
+pub mod offboard;
+pub mod outbox;
+pub mod param;
+pub mod peers;
+pub mod pending;
+pub mod ping;
+pub mod refused;
+pub mod statustext;
+pub mod telemetry;
+
+use aircraft::Aircraft;
+use codec::{Identity, Message, OWN, Skipped};
+use command::CommandService;
+use context::{Context, From};
+use heartbeat::Heartbeat;
+use intents::Intents;
+use offboard::Offboard;
+use param::ParamService;
+use peers::Peers;
+use statustext::StatusTexts;
+use telemetry::Telemetry;
+
+/// The ground-station side without its sockets.
+#[derive(Debug)]
+pub struct Ground {
+    parameters: Parameters,
+    aircraft: Aircraft,
+    intents: Intents,
+    peers: Peers,
+    texts: StatusTexts,
+    heartbeat: Heartbeat,
+    telemetry: Telemetry,
+    command: CommandService,
+    param: ParamService,
+    offboard: Offboard,
+    skipped: Skipped,
+}
+
+impl Ground {
+    /// Knows the configured peers and no aircraft yet. `belief` scales the effectors' commands.
+    #[must_use]
+    pub fn new(parameters: &Parameters, belief: &Belief, configured: &[SocketAddr]) -> Self {
+        Self {
+            parameters: *parameters,
+            aircraft: Aircraft::default(),
+            intents: Intents::default(),
+            peers: Peers::new(configured),
+            texts: StatusTexts::default(),
+            heartbeat: Heartbeat::default(),
+            telemetry: Telemetry::new(belief),
+            command: CommandService::default(),
+            param: ParamService::default(),
+            offboard: Offboard::default(),
+            skipped: Skipped::default(),
+        }
+    }
+
+    /// Takes one datagram.
+    pub fn handle_datagram(&mut self, address: SocketAddr, datagram: &[u8], now: WallTime) {
+        let mut rest = datagram;
+        while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
+            if frame.sender == OWN {
+                // Our own words, sent back by somebody.
+                continue;
+            }
+            let Some(peer) = self.peers.hear(address, now) else { return };
+            let from = From { peer, sender: frame.sender };
+            if let Some((target, message)) = codec::decode(&frame) {
+                self.dispatch(from, target, &message, now);
+            }
+        }
+        self.texts.poll(&mut self.peers);
+    }
+
+    fn dispatch(&mut self, from: From, target: Identity, message: &Message, now: WallTime) {
+        // A ping is the one message whose target says whether it is a question.
+        if let Message::Ping(data) = message {
+            return ping::handle_ping(from, data, &mut self.peers);
+        }
+        if !target.reaches_us() {
+            return;
+        }
+        let (services, mut ctx, out) = self.split(now);
+        match message {
+            Message::Heartbeat | Message::Ping(_) => {}
+            Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
+            Message::SetMode(data) => modes::handle(data, now, &mut ctx),
+            Message::ParamRequestRead(data) => services.param.handle_read(from, data, &mut ctx, out),
+            Message::ParamRequestList => services.param.handle_list(from),
+            Message::ParamSet(set) => services.param.handle_set(from, set, now, &mut ctx, out),
+            Message::Command(command) => services.command.handle(from, command, now, &mut ctx, out),
+            Message::SetAttitudeTarget(data) => services.offboard.handle(data, now, &mut ctx),
+        }
+    }
+
+    /// The services with state, what they share, and the way out.
+    fn split(&mut self, now: WallTime) -> (Services<'_>, Context<'_>, &mut Peers) {
+        let setpoint_is_fresh = self.offboard.is_fresh(now);
+        let services = Services {
+            command: &mut self.command,
+            param: &mut self.param,
+            offboard: &mut self.offboard,
+        };
+        let context = Context {
+            parameters: &mut self.parameters,
+            aircraft: &self.aircraft,
+            intents: &mut self.intents,
+            texts: &mut self.texts,
+            setpoint_is_fresh,
+        };
+        (services, context, &mut self.peers)
+    }
+
+    /// Takes what happened on the control side.
+    pub fn handle_event(&mut self, event: &Event, now: WallTime) {
+        self.aircraft.handle_event(&event.kind);
+        self.texts.handle_event(&event.kind, &self.parameters);
+        let (services, mut ctx, out) = self.split(now);
+        match event.kind {
+            EventKind::Outcome { number, outcome } => {
+                services.command.handle_outcome(number, &outcome, now, &mut ctx, out);
+            }
+            EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
+            _ => {}
+        }
+        // The heartbeat tells a change at once, before the acknowledgement that waits for it.
+        self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// Takes the state at one tick.
+    pub fn handle_snapshot(&mut self, snapshot: &Snapshot, now: WallTime) {
+        self.aircraft.handle_snapshot(snapshot);
+        self.telemetry.handle_snapshot(now, &self.aircraft, &mut self.peers);
+        self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
+    }
+
+    /// Does what is due.
+    pub fn poll(&mut self, now: WallTime) {
+        self.peers.poll(now);
+        let (services, mut ctx, out) = self.split(now);
+        services.command.poll(now, &mut ctx, out);
+        services.param.poll(now, &mut ctx, out);
+        services.offboard.poll(now, &mut ctx);
+        self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
+        self.telemetry.poll(now, &self.aircraft, &mut self.peers);
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// When [`Ground::poll`] has something to do.
+    #[must_use]
+    pub fn next_deadline(&self) -> WallTime {
+        let always = self.heartbeat.next_deadline().min(self.telemetry.next_deadline());
+        let sometimes = [
+            self.peers.next_deadline(),
+            self.command.next_deadline(),
+            self.param.next_deadline(),
+            self.offboard.next_deadline(self.aircraft.mode()),
+        ];
+        sometimes.into_iter().flatten().fold(always, WallTime::min)
+    }
+
+    /// A snapshot of the next tick is wanted.
+    #[must_use]
+    pub fn wants_snapshot(&self) -> bool {
+        self.telemetry.wants_snapshot()
+    }
+
+    /// Next intent for the control thread.
+    pub fn pop_intent(&mut self) -> Option<Intent> {
+        self.intents.pop()
+    }
+
+    /// An intent waits.
+    #[must_use]
+    pub fn has_intents(&self) -> bool {
+        !self.intents.is_empty()
+    }
+
+    /// Next datagram to send and its destination.
+    pub fn pop_datagram(&mut self) -> Option<(SocketAddr, Vec<u8>)> {
+        self.peers.pop()
+    }
+
+    /// The parameters now.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// What was skipped in the input so far.
+    #[must_use]
+    pub fn skipped(&self) -> Skipped {
+        self.skipped
+    }
+}
+
+/// The services that remember something and react to messages.
+struct Services<'a> {
+    command: &'a mut CommandService,
+    param: &'a mut ParamService,
+    offboard: &'a mut Offboard,
+}
+
+#[cfg(test)]
+mod tests;

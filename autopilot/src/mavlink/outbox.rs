@@ -1,0 +1,116 @@
+//! What waits to be sent to one peer. Answers and telemetry wait apart, so that a peer that reads slowly
+//! loses telemetry and never an acknowledgement.
+
+use std::collections::VecDeque;
+
+use super::codec::Encoded;
+
+/// Answers that may wait: more than the frames of one datagram can ask for, a burst of the parameter list
+/// and the texts of a moment.
+pub const ANSWERS_MAX: usize = 256;
+/// Telemetry that may wait: about a quarter of a second of it.
+const TELEMETRY_MAX: usize = 64;
+
+/// Two bounded queues and the sequence number of the link.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    answers: VecDeque<Encoded>,
+    telemetry: VecDeque<Encoded>,
+    sequence: u8,
+    dropped_telemetry: u64,
+    dropped_answers: u64,
+}
+
+impl Outbox {
+    /// Queues an answer, a text or a heartbeat. Dropped and counted if there is no room at all.
+    pub fn answer(&mut self, message: Encoded) {
+        if self.answers.len() < ANSWERS_MAX {
+            self.answers.push_back(message);
+        } else {
+            self.dropped_answers += 1;
+        }
+    }
+
+    /// Queues telemetry; the oldest makes room.
+    pub fn stream(&mut self, message: Encoded) {
+        if self.telemetry.len() >= TELEMETRY_MAX {
+            self.telemetry.pop_front();
+            self.dropped_telemetry += 1;
+        }
+        self.telemetry.push_back(message);
+    }
+
+    /// Answers that still fit.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        ANSWERS_MAX - self.answers.len()
+    }
+
+    /// An answer waits.
+    #[must_use]
+    pub fn has_answer(&self) -> bool {
+        !self.answers.is_empty()
+    }
+
+    /// Anything waits.
+    #[must_use]
+    pub fn has_any(&self) -> bool {
+        self.has_answer() || !self.telemetry.is_empty()
+    }
+
+    /// Next frame to send, answers first. The sequence number counts what is sent, so that a ground
+    /// station sees no loss where telemetry was dropped.
+    pub fn pop(&mut self) -> Option<Vec<u8>> {
+        let message = self.answers.pop_front().or_else(|| self.telemetry.pop_front())?;
+        let frame = message.frame(self.sequence);
+        self.sequence = self.sequence.wrapping_add(1);
+        Some(frame)
+    }
+
+    /// Telemetry messages dropped so far.
+    #[must_use]
+    pub fn dropped_telemetry(&self) -> u64 {
+        self.dropped_telemetry
+    }
+
+    /// Answers dropped so far.
+    #[must_use]
+    pub fn dropped_answers(&self) -> u64 {
+        self.dropped_answers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mavlink::codec::OWN;
+    use ::mavlink::dialects::common::{MavResult, PING_DATA};
+
+    fn ping(seq: u32) -> Encoded {
+        Encoded::new(&PING_DATA { time_usec: 0, seq, target_system: 0, target_component: 0 })
+    }
+
+    #[test]
+    fn a_slow_peer_loses_old_telemetry_and_no_acknowledgement() {
+        let mut outbox = Outbox::default();
+        for seq in 0..1000 {
+            outbox.stream(ping(seq));
+        }
+        let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
+        outbox.answer(ack.clone());
+        assert_eq!(outbox.pop(), Some(ack.frame(0)), "the answer goes first");
+        assert_eq!(outbox.pop(), Some(ping(1000 - 64).frame(1)));
+        assert_eq!(outbox.dropped_telemetry(), 1000 - 64);
+    }
+
+    #[test]
+    fn both_queues_are_bounded() {
+        let mut outbox = Outbox::default();
+        for seq in 0..10_000 {
+            outbox.answer(ping(seq));
+            outbox.stream(ping(seq));
+        }
+        assert_eq!(std::iter::from_fn(|| outbox.pop()).count(), ANSWERS_MAX + TELEMETRY_MAX);
+        assert_eq!(outbox.dropped_answers(), 10_000 - ANSWERS_MAX as u64);
+    }
+}

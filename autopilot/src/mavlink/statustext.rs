@@ -1,0 +1,228 @@
+//! STATUSTEXT: what happened, in words, once.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
+use flight_control::CompensatorMode;
+
+use super::codec::Encoded;
+use super::failure;
+use super::peers::Peers;
+use crate::clock::WallTime;
+use crate::event::EventKind;
+use crate::parameters::Parameters;
+
+/// Texts that may wait; they are sent with the next poll.
+const TEXTS_MAX: usize = 32;
+/// Texts in reply to requests, in a burst.
+const REPLIES_BURST: u32 = 20;
+/// After a burst, one of them in this time: a flood of bad requests must not hide what matters.
+const REPLY_INTERVAL: Duration = Duration::from_millis(200);
+/// Characters of one message.
+const CHUNK: usize = 50;
+/// Chunks of one text; what is longer is cut.
+const CHUNKS_MAX: usize = 5;
+
+/// The texts that wait.
+#[derive(Debug)]
+pub struct StatusTexts {
+    queue: VecDeque<(MavSeverity, String)>,
+    replies: u32,
+    refilled: WallTime,
+    unsaid: u64,
+    dropped: u64,
+    next_id: u16,
+}
+
+impl Default for StatusTexts {
+    fn default() -> Self {
+        Self {
+            queue: VecDeque::with_capacity(TEXTS_MAX),
+            replies: REPLIES_BURST,
+            refilled: WallTime::ZERO,
+            unsaid: 0,
+            dropped: 0,
+            next_id: 1,
+        }
+    }
+}
+
+impl StatusTexts {
+    /// Something worth telling.
+    pub fn say(&mut self, severity: MavSeverity, text: impl Into<String>) {
+        if self.queue.len() >= TEXTS_MAX {
+            self.queue.pop_front();
+            self.dropped += 1;
+        }
+        self.queue.push_back((severity, text.into()));
+    }
+
+    /// Why a request was refused.
+    pub fn refuse(&mut self, now: WallTime, text: impl Into<String>) {
+        self.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
+    }
+
+    /// Something that a request causes; limited in rate, since requests are not.
+    pub fn reply(&mut self, severity: MavSeverity, now: WallTime, text: impl Into<String>) {
+        let refill = now.since(self.refilled).as_micros() / REPLY_INTERVAL.as_micros();
+        if refill > 0 {
+            let refill = u32::try_from(refill).unwrap_or(u32::MAX);
+            self.replies = self.replies.saturating_add(refill).min(REPLIES_BURST);
+            self.refilled = now;
+        }
+        if self.replies == 0 {
+            self.unsaid += 1;
+            return;
+        }
+        self.replies -= 1;
+        let mut text = text.into();
+        if self.unsaid > 0 {
+            text = format!("{text} ({} more were not shown)", self.unsaid);
+            self.unsaid = 0;
+        }
+        self.say(severity, text);
+    }
+
+    /// Tells an event.
+    pub fn handle_event(&mut self, kind: &EventKind, parameters: &Parameters) {
+        if let Some((severity, text)) = text_of(kind, parameters) {
+            self.say(severity, text);
+        }
+    }
+
+    /// Sends what waits.
+    pub fn poll(&mut self, peers: &mut Peers) {
+        while let Some((severity, text)) = self.queue.pop_front() {
+            for message in self.chunks(severity, &text) {
+                peers.announce(&message);
+            }
+        }
+    }
+
+    /// Something waits.
+    #[must_use]
+    pub fn is_due(&self) -> bool {
+        !self.queue.is_empty()
+    }
+
+    /// Texts dropped so far.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn chunks(&mut self, severity: MavSeverity, text: &str) -> Vec<Encoded> {
+        // One byte a character, so that no character is cut in two.
+        let bytes: Vec<u8> = text
+            .chars()
+            .map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?'))
+            .take(CHUNK * CHUNKS_MAX - 1)
+            .collect();
+        let id = if bytes.len() <= CHUNK { 0 } else { self.take_id() };
+        let mut parts: Vec<&[u8]> = bytes.chunks(CHUNK).collect();
+        if id != 0 && parts.last().is_some_and(|part| part.len() == CHUNK) {
+            // The end of a long text is a NUL, and here there was no room for it.
+            parts.push(&[]);
+        }
+        parts
+            .into_iter()
+            .zip(0..)
+            .map(|(part, chunk_seq)| {
+                let mut text = [0; CHUNK];
+                text[..part.len()].copy_from_slice(part);
+                Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
+            })
+            .collect()
+    }
+
+    fn take_id(&mut self) -> u16 {
+        let id = self.next_id;
+        self.next_id = self.next_id.checked_add(1).unwrap_or(1);
+        id
+    }
+}
+
+fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, String)> {
+    use MavSeverity as S;
+    let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
+    Some(match *kind {
+        EventKind::Outcome { .. } => return None,
+        EventKind::FlightBegan { joined_in_flight: false } => {
+            (S::MAV_SEVERITY_INFO, "Flight began".into())
+        }
+        EventKind::FlightBegan { joined_in_flight: true } => {
+            (S::MAV_SEVERITY_NOTICE, "Joined a flight under way".into())
+        }
+        EventKind::Mode(mode) => (S::MAV_SEVERITY_INFO, format!("Mode {mode}")),
+        EventKind::CompensatorActive { axis } if compensator_off => {
+            (S::MAV_SEVERITY_WARNING, format!("Fault detected: {} (compensator off)", axis.name()))
+        }
+        EventKind::CompensatorActive { axis } => {
+            (S::MAV_SEVERITY_WARNING, format!("Compensator active: {}", axis.name()))
+        }
+        EventKind::CompensatorReleased if compensator_off => {
+            (S::MAV_SEVERITY_NOTICE, "Fault no longer detected".into())
+        }
+        EventKind::CompensatorReleased => (S::MAV_SEVERITY_NOTICE, "Compensator released".into()),
+        EventKind::Saturated(limit) => {
+            (S::MAV_SEVERITY_WARNING, format!("Saturated: {}", limit.name()))
+        }
+        EventKind::SaturationEnded(limit) => {
+            (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))
+        }
+        EventKind::FaultActs { effector, kind } => {
+            let (unit, instance) = failure::unit_and_instance(effector);
+            (S::MAV_SEVERITY_WARNING, format!("Injected: {unit} {kind}, instance {instance}"))
+        }
+        EventKind::FaultEnded { effector } => {
+            let (unit, instance) = failure::unit_and_instance(effector);
+            (S::MAV_SEVERITY_NOTICE, format!("Cleared: {unit}, instance {instance}"))
+        }
+        EventKind::GroundContact => {
+            (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())
+        }
+        EventKind::PlantLost => {
+            (S::MAV_SEVERITY_CRITICAL, "Aircraft lost: no packet for a second".into())
+        }
+        EventKind::PlantBack => (S::MAV_SEVERITY_NOTICE, "Aircraft is back".into()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lengths(text: &str) -> usize {
+        StatusTexts::default().chunks(MavSeverity::MAV_SEVERITY_INFO, text).len()
+    }
+
+    #[test]
+    fn long_texts_come_in_chunks_that_end_with_a_nul() {
+        assert_eq!(lengths("short"), 1);
+        assert_eq!(lengths(&"x".repeat(50)), 1);
+        assert_eq!(lengths(&"x".repeat(51)), 2);
+        assert_eq!(lengths(&"x".repeat(100)), 3, "an empty chunk ends a text that fills its chunks");
+        assert_eq!(lengths(&"x".repeat(10_000)), CHUNKS_MAX);
+    }
+
+    #[test]
+    fn a_flood_of_refusals_is_limited_and_counted_and_leaves_room_for_events() {
+        let mut texts = StatusTexts::default();
+        for _ in 0..1000 {
+            texts.refuse(WallTime::ZERO, "no");
+        }
+        assert_eq!(texts.queue.len(), REPLIES_BURST as usize);
+        texts.refuse(WallTime::from_micros(1_000_000), "no");
+        assert_eq!(texts.queue.back().unwrap().1, "no (980 more were not shown)");
+    }
+
+    #[test]
+    fn with_the_compensator_off_the_text_does_not_claim_that_it_acts() {
+        let mut parameters = Parameters::default();
+        let kind = EventKind::CompensatorActive { axis: crate::event::Axis::Yaw };
+        assert_eq!(text_of(&kind, &parameters).unwrap().1, "Compensator active: yaw");
+        parameters.gains.selection.compensator = CompensatorMode::Off;
+        assert_eq!(text_of(&kind, &parameters).unwrap().1, "Fault detected: yaw (compensator off)");
+    }
+}

@@ -1,0 +1,210 @@
+//! Command line of the autopilot.
+
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use flight_control::{Belief, Gains};
+use host_io::Wait;
+use serde::{Deserialize, Serialize};
+use tracing::warn;
+
+use super::RunError;
+use crate::config;
+use crate::parameters::Parameters;
+use crate::vehicle::schedule::ReferenceSchedule;
+
+/// Name of the belief that comes with the program, for messages.
+const DEFAULT_BELIEF_NAME: &str = "tvc_jet.toml";
+
+/// The scenarios that both programs know by name. Only the autopilot's part is read here.
+const SCENARIOS: [(&str, &str); 3] = [
+    ("nominal", include_str!("../../../plant-sim/scenarios/nominal.toml")),
+    ("case1", include_str!("../../../plant-sim/scenarios/case1.toml")),
+    ("case2", include_str!("../../../plant-sim/scenarios/case2.toml")),
+];
+
+/// Whether the compensator acts: parameter `FTC_MODE` by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Ftc {
+    /// Never.
+    Off,
+    /// When a fault is seen (normal).
+    Armed,
+    /// All the time.
+    Always,
+}
+
+impl Ftc {
+    /// Name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Armed => "armed",
+            Self::Always => "always",
+        }
+    }
+}
+
+/// One parameter from the command line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterSetting {
+    name: String,
+    value: f64,
+}
+
+/// Options of the autopilot.
+#[derive(Debug, Clone, clap::Args)]
+pub struct AutopilotArgs {
+    /// Where to wait for the plant
+    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9960")]
+    pub plant_link: SocketAddr,
+    /// What the controller believes about the aircraft, instead of what comes with the program
+    #[arg(long, value_name = "FILE")]
+    pub belief: Option<PathBuf>,
+    /// References by time: nominal, case1, case2, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    pub scenario: String,
+    /// Whether the compensator acts
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub ftc: Option<Ftc>,
+    /// Set a parameter; may be repeated
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    pub parameters: Vec<ParameterSetting>,
+    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
+    #[arg(long = "gcs", value_name = "IP:PORT")]
+    pub ground_stations: Vec<SocketAddr>,
+    /// No ground stations at all
+    #[arg(long, conflicts_with = "ground_stations")]
+    pub no_gcs: bool,
+    /// Write the signals of every control step to this file
+    #[arg(long, value_name = "FILE")]
+    pub step_log: Option<PathBuf>,
+    /// Run the control thread on this core only
+    #[arg(long, value_name = "CORE")]
+    pub cpu: Option<usize>,
+    /// How to wait for the plant: block, yield or spin
+    #[arg(long, value_name = "HOW", default_value = "block")]
+    pub wait: Wait,
+    /// Print one line of JSON about the flight ten times a second
+    #[arg(long)]
+    pub status: bool,
+    /// Fly exactly this setup (postcard), whatever the options above say
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub setup: Option<PathBuf>,
+    /// End when the standard input ends
+    #[arg(long, hide = true)]
+    pub with_parent: bool,
+}
+
+/// What defines the control side of a flight, as it is handed to a process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControlSetup {
+    /// What the controller believes about the aircraft.
+    pub belief: Belief,
+    /// Gains.
+    pub gains: Gains,
+    /// References by time.
+    pub references: ReferenceSchedule,
+}
+
+impl AutopilotArgs {
+    /// The control side that the options ask for, validated.
+    ///
+    /// # Errors
+    /// [`RunError`] names file or parameter, value and allowed range.
+    pub fn control_setup(&self) -> Result<(ControlSetup, Parameters), RunError> {
+        let mut parameters = Parameters::default();
+        if let Some(path) = &self.setup {
+            let setup = read_setup(path)?;
+            parameters.gains = setup.gains;
+            return Ok((setup, parameters));
+        }
+        if let Some(ftc) = self.ftc {
+            let mode = match ftc {
+                Ftc::Off => 0.0,
+                Ftc::Armed => 1.0,
+                Ftc::Always => 2.0,
+            };
+            parameters.set("FTC_MODE", mode)?;
+        }
+        for ParameterSetting { name, value } in &self.parameters {
+            if let Some(warning) = parameters.set(name, *value)? {
+                warn!("{name} = {value}: {warning}");
+            }
+        }
+        let belief = match &self.belief {
+            None => config::belief(DEFAULT_BELIEF_NAME, config::DEFAULT_BELIEF)?,
+            Some(path) => config::belief(&path.display().to_string(), &config::read(path)?)?,
+        };
+        let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
+        let references = match known {
+            Some((name, text)) => config::references(name, text)?,
+            None => config::references(&self.scenario, &config::read(Path::new(&self.scenario))?)?,
+        };
+        Ok((ControlSetup { belief, gains: parameters.gains, references }, parameters))
+    }
+}
+
+fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
+    let refused = || RunError::Setup { path: path.to_path_buf() };
+    let bytes = fs::read(path).map_err(|_| refused())?;
+    let setup: ControlSetup = postcard::from_bytes(&bytes).map_err(|_| refused())?;
+    let file = path.display().to_string();
+    let belief = setup.belief.validate();
+    belief.map_err(|source| config::ConfigError::Belief { file, source })?;
+    setup.gains.validate().map_err(crate::parameters::ParameterError::from)?;
+    Ok(setup)
+}
+
+fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
+    let refused = || format!("{text} is not NAME=VALUE with a number");
+    let (name, value) = text.split_once('=').ok_or_else(refused)?;
+    let value = value.trim().parse().map_err(|_| refused())?;
+    Ok(ParameterSetting { name: name.trim().to_owned(), value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Args, Command, FromArgMatches};
+    use flight_control::CompensatorMode;
+
+    fn parse(options: &[&str]) -> Result<AutopilotArgs, clap::Error> {
+        let command = AutopilotArgs::augment_args(Command::new("autopilot"));
+        let words = ["autopilot"].iter().chain(options);
+        AutopilotArgs::from_arg_matches(&command.try_get_matches_from(words)?)
+    }
+
+    fn error(options: &[&str]) -> String {
+        parse(options).unwrap().control_setup().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn options_become_parameters_and_references() {
+        let options = ["--ftc", "off", "--param", "OBS_W0=40", "--scenario", "case1"];
+        let (setup, parameters) = parse(&options).unwrap().control_setup().unwrap();
+        assert_eq!(setup.gains.selection.compensator, CompensatorMode::Off);
+        assert_eq!(setup.gains.observer.bandwidth, 40.0);
+        assert_eq!(setup.gains, parameters.gains);
+        assert_eq!(setup.references.entry(0).unwrap().altitude_m, Some(6_000.0));
+    }
+
+    #[test]
+    fn wrong_parameters_name_the_parameter_and_its_range() {
+        assert_eq!(error(&["--param", "NOPE=1"]), "--param: there is no parameter NOPE");
+        let message = error(&["--param", "REF_ROLL_MAX=NaN"]);
+        assert_eq!(message, "--param: REF_ROLL_MAX = NaN is outside 1 to 80 deg");
+        let message = parse(&["--param", "OBS_W0"]).unwrap_err().to_string();
+        assert!(message.contains("OBS_W0 is not NAME=VALUE"), "{message}");
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        for option in ["--scenario", "--belief"] {
+            let message = error(&[option, "no.toml"]);
+            assert!(message.starts_with("no.toml: "), "{message}");
+        }
+    }
+}

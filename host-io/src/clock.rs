@@ -1,0 +1,27 @@
+//! The wall clock. It decides when to wait and when to send again, never what is computed.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Wall time now.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "the wall clock of waiting and sending again")]
+pub fn now() -> Instant {
+    Instant::now()
+}
+
+/// Lets wall time pass.
+#[expect(clippy::disallowed_methods, reason = "waiting for a tick that is due later")]
+pub fn sleep(duration: Duration) {
+    std::thread::sleep(duration);
+}
+
+/// A number that no earlier call on this machine gave: names a flight, enters no result.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "only to be different each time")]
+pub fn unique_number() -> u64 {
+    // A clock before 1970 still leaves the process number to tell two flights apart.
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
+    let nanos =
+        since_1970.as_secs().wrapping_mul(1_000_000_000) + u64::from(since_1970.subsec_nanos());
+    nanos ^ (u64::from(std::process::id()) << 40)
+}

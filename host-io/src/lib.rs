@@ -1,0 +1,21 @@
+//! What both programs need of the operating system, and nothing about aircraft.
+//!
+//! The autopilot and the plant may not know each other, but both wait on a datagram socket, run on a
+//! core, end when they are told to, and write a log. Those four things are here once.
+//!
+//! | question | file |
+//! |---|---|
+//! | how does a process wait for a packet? | [`socket`] |
+//! | on which core does a thread run? | [`cpu`] |
+//! | who tells a process to end? | [`stop`] |
+//! | how are ticks written to a file and read back? | [`tick_log`] |
+//! | who reads a clock? | [`clock`] |
+
+pub mod clock;
+pub mod cpu;
+pub mod socket;
+pub mod stop;
+pub mod tick_log;
+
+pub use socket::{BindError, LinkSocket, Wait};
+pub use stop::Stop;

@@ -1,0 +1,317 @@
+//! The link's socket, and the three ways to wait on it.
+
+use std::io::{self, ErrorKind};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::os::fd::AsFd;
+use std::str::FromStr;
+use std::time::Duration;
+
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+
+use crate::clock;
+
+/// Attempts between two looks at the clock while spinning: about 20 us.
+const ATTEMPTS_PER_LOOK: u32 = 64;
+
+/// How a process waits for a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wait {
+    /// Asleep in the kernel: costs nothing, wakes a few microseconds late.
+    #[default]
+    Block,
+    /// Asks again and again, and lets others on the same core run in between.
+    Yield,
+    /// Asks again and again: fastest on a core of its own, and burns it.
+    Spin,
+}
+
+impl Wait {
+    /// Name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Block => "block",
+            Self::Yield => "yield",
+            Self::Spin => "spin",
+        }
+    }
+}
+
+/// Not a way to wait.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is none of block, yield, spin")]
+pub struct UnknownWait(String);
+
+impl FromStr for Wait {
+    type Err = UnknownWait;
+    fn from_str(text: &str) -> Result<Self, UnknownWait> {
+        [Self::Block, Self::Yield, Self::Spin]
+            .into_iter()
+            .find(|wait| wait.name() == text)
+            .ok_or_else(|| UnknownWait(text.to_owned()))
+    }
+}
+
+/// Why a socket is not there.
+#[derive(Debug, thiserror::Error)]
+pub enum BindError {
+    /// Somebody has the port.
+    #[error(
+        "{process}: cannot bind the {link} to {address}: address in use; is another {process} running?"
+    )]
+    InUse {
+        /// Who wanted it.
+        process: &'static str,
+        /// What for.
+        link: &'static str,
+        /// Where.
+        address: SocketAddr,
+    },
+    /// Anything else.
+    #[error("{process}: cannot bind the {link} to {address}: {source}")]
+    Other {
+        /// Who wanted it.
+        process: &'static str,
+        /// What for.
+        link: &'static str,
+        /// Where.
+        address: SocketAddr,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// A UDP socket that waits in a chosen way and never longer than its patience.
+#[derive(Debug)]
+pub struct LinkSocket {
+    socket: UdpSocket,
+    wait: Wait,
+    patience: Duration,
+    /// Nothing came last time, so it is not worth burning a core.
+    quiet: bool,
+}
+
+impl LinkSocket {
+    /// Listens at `address`.
+    ///
+    /// # Errors
+    /// [`BindError`] names process, link and address.
+    pub fn listen(
+        process: &'static str,
+        link: &'static str,
+        address: SocketAddr,
+        wait: Wait,
+        patience: Duration,
+    ) -> Result<Self, BindError> {
+        Self::open(address, wait, patience).map_err(|source| match source.kind() {
+            ErrorKind::AddrInUse => BindError::InUse { process, link, address },
+            _ => BindError::Other { process, link, address, source },
+        })
+    }
+
+    /// Talks to `peer` only, from a port that the system chooses.
+    ///
+    /// # Errors
+    /// [`BindError`] names process, link and address.
+    pub fn connect(
+        process: &'static str,
+        link: &'static str,
+        peer: SocketAddr,
+        wait: Wait,
+        patience: Duration,
+    ) -> Result<Self, BindError> {
+        let own = match peer {
+            SocketAddr::V4(_) => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
+            SocketAddr::V6(_) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
+        };
+        let socket = Self::listen(process, link, own, wait, patience)?;
+        match socket.socket.connect(peer) {
+            Ok(()) => Ok(socket),
+            Err(source) => Err(BindError::Other { process, link, address: peer, source }),
+        }
+    }
+
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the one socket of the plant link in each process"
+    )]
+    fn open(address: SocketAddr, wait: Wait, patience: Duration) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        match wait {
+            Wait::Block => socket.set_read_timeout(Some(patience))?,
+            Wait::Yield | Wait::Spin => socket.set_nonblocking(true)?,
+        }
+        Ok(Self { socket, wait, patience, quiet: false })
+    }
+
+    /// Where it listens.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn local_address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    /// Waits for a datagram from anyone; `None` when the patience is at its end.
+    ///
+    /// # Errors
+    /// What the system says; that the peer is not there is no error.
+    pub fn receive_from(&mut self, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
+        self.wait_for(|socket| socket.recv_from(buffer))
+    }
+
+    /// Waits for a datagram from the peer; `None` when the patience is at its end.
+    ///
+    /// # Errors
+    /// What the system says; that the peer is not there is no error.
+    pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        self.wait_for(|socket| socket.recv(buffer))
+    }
+
+    /// Sends to `to`.
+    ///
+    /// # Errors
+    /// What the system says. The link treats it as a lost packet.
+    pub fn send_to(&self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
+        self.socket.send_to(datagram, to).map(|_| ())
+    }
+
+    /// Sends to the peer.
+    ///
+    /// # Errors
+    /// What the system says. The link treats it as a lost packet.
+    pub fn send(&self, datagram: &[u8]) -> io::Result<()> {
+        match self.socket.send(datagram) {
+            // The news that an earlier packet found nobody; this one has not been sent yet.
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => {
+                self.socket.send(datagram)
+            }
+            other => other,
+        }
+        .map(|_| ())
+    }
+
+    fn wait_for<T>(
+        &mut self,
+        mut attempt: impl FnMut(&UdpSocket) -> io::Result<T>,
+    ) -> io::Result<Option<T>> {
+        if self.quiet && self.wait != Wait::Block {
+            self.sleep_until_readable();
+        }
+        let mut deadline = None;
+        for attempts in 1_u32.. {
+            match attempt(&self.socket) {
+                Ok(received) => {
+                    self.quiet = false;
+                    return Ok(Some(received));
+                }
+                Err(error) => match Trouble::of(&error) {
+                    Trouble::Nothing if self.wait == Wait::Block || self.quiet => return Ok(None),
+                    // Waiting was cut short by this news, so it begins again.
+                    Trouble::NoPeer if self.quiet => self.sleep_until_readable(),
+                    Trouble::Nothing | Trouble::NoPeer => {}
+                    Trouble::Fatal => return Err(error),
+                },
+            }
+            match self.wait {
+                Wait::Block => {}
+                Wait::Yield => std::thread::yield_now(),
+                Wait::Spin => std::hint::spin_loop(),
+            }
+            if attempts.is_multiple_of(ATTEMPTS_PER_LOOK) {
+                let now = clock::now();
+                if now >= *deadline.get_or_insert(now + self.patience) {
+                    self.quiet = true;
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn sleep_until_readable(&self) {
+        let mut sockets = [PollFd::new(self.socket.as_fd(), PollFlags::POLLIN)];
+        let timeout = PollTimeout::try_from(self.patience).unwrap_or(PollTimeout::MAX);
+        // An interrupted wait is a short wait.
+        let _ = poll(&mut sockets, timeout);
+    }
+}
+
+/// What an error of a receive call means.
+enum Trouble {
+    /// Nothing came yet.
+    Nothing,
+    /// The last packet found nobody; reported once for each packet.
+    NoPeer,
+    /// The socket is no use.
+    Fatal,
+}
+
+impl Trouble {
+    fn of(error: &io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Self::Nothing,
+            ErrorKind::ConnectionRefused
+            | ErrorKind::ConnectionReset
+            | ErrorKind::HostUnreachable
+            | ErrorKind::NetworkUnreachable
+            | ErrorKind::NetworkDown => Self::NoPeer,
+            _ => Self::Fatal,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_millis(200);
+
+    fn listen(wait: Wait) -> LinkSocket {
+        let anywhere = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        LinkSocket::listen("test", "link", anywhere, wait, PATIENCE).unwrap()
+    }
+
+    #[test]
+    fn a_datagram_goes_there_and_back_however_both_wait() {
+        for wait in [Wait::Block, Wait::Yield, Wait::Spin] {
+            let mut server = listen(wait);
+            let address = server.local_address().unwrap();
+            let mut client = LinkSocket::connect("test", "link", address, wait, PATIENCE).unwrap();
+            let mut buffer = [0; 16];
+            client.send(b"there").unwrap();
+            let (bytes, from) = server.receive_from(&mut buffer).unwrap().unwrap();
+            assert_eq!(&buffer[..bytes], b"there", "{wait:?}");
+            server.send_to(b"back", from).unwrap();
+            let bytes = client.receive(&mut buffer).unwrap().unwrap();
+            assert_eq!(&buffer[..bytes], b"back", "{wait:?}");
+        }
+    }
+
+    #[test]
+    fn patience_ends_also_when_nobody_listens_at_the_other_end() {
+        for wait in [Wait::Block, Wait::Yield, Wait::Spin] {
+            let gone = listen(wait).local_address().unwrap();
+            let mut client = LinkSocket::connect("test", "link", gone, wait, PATIENCE).unwrap();
+            for _ in 0..2 {
+                client.send(b"anyone?").unwrap();
+                let asked = clock::now();
+                assert_eq!(client.receive(&mut [0; 16]).unwrap(), None, "{wait:?}");
+                let waited = clock::now() - asked;
+                assert!(waited >= PATIENCE.mul_f64(0.9), "{wait:?} gave up after {waited:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_port_in_use_names_process_link_and_address() {
+        let first = listen(Wait::Block);
+        let address = first.local_address().unwrap();
+        let error = LinkSocket::listen("autopilot", "plant link", address, Wait::Block, PATIENCE)
+            .unwrap_err();
+        let expected = format!(
+            "autopilot: cannot bind the plant link to {address}: address in use; is another autopilot running?"
+        );
+        assert_eq!(error.to_string(), expected);
+    }
+}

@@ -1,0 +1,271 @@
+//! Files with one entry a control tick, bit for bit.
+//!
+//! ```text
+//! "2STPTICK"  version u16  kind u16       then for each tick:
+//! length u16, bytes (postcard)
+//! ```
+//!
+//! All numbers are little endian. A writer thread takes full buffers, so that a slow disk delays the loop
+//! only when [`QUEUE_MAX`] buffers wait already; simulation time stands still then, so nothing is lost.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+const MAGIC: [u8; 8] = *b"2STPTICK";
+const VERSION: u16 = 1;
+const HEADER_BYTES: usize = 12;
+/// One buffer, bytes: a few hundred ticks.
+const BUFFER_BYTES: usize = 256 * 1024;
+/// Full buffers that wait for the disk.
+const QUEUE_MAX: usize = 16;
+/// Longest entry, bytes.
+const ENTRY_MAX: usize = 4096;
+
+/// What is in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Kind {
+    /// The plant's truth.
+    Truth = 1,
+    /// The signals of the autopilot's control steps.
+    ControlSteps = 2,
+}
+
+/// Why a log cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The system refuses.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Not a log of this kind and version.
+    #[error("{}: not a version {VERSION} log of {kind:?}", path.display())]
+    Header {
+        /// The file.
+        path: PathBuf,
+        /// What was expected.
+        kind: Kind,
+    },
+    /// An entry that is damaged or cut off.
+    #[error("{}: entry {number} is damaged", path.display())]
+    Entry {
+        /// The file.
+        path: PathBuf,
+        /// Which one, from 0.
+        number: u64,
+    },
+}
+
+/// Writes a log.
+#[derive(Debug)]
+pub struct TickLogWriter {
+    path: PathBuf,
+    buffer: Vec<u8>,
+    full: Option<SyncSender<Vec<u8>>>,
+    writer: Option<JoinHandle<io::Result<()>>>,
+}
+
+impl TickLogWriter {
+    /// Creates the file, or empties it.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] names the file.
+    pub fn create(path: &Path, kind: Kind) -> Result<Self, LogError> {
+        let failed = |source| LogError::Io { path: path.to_path_buf(), source };
+        let mut file = File::create(path).map_err(failed)?;
+        let (full, queue) = sync_channel(QUEUE_MAX);
+        let mut buffer = Vec::with_capacity(BUFFER_BYTES);
+        buffer.extend_from_slice(&MAGIC);
+        buffer.extend_from_slice(&VERSION.to_le_bytes());
+        buffer.extend_from_slice(&(kind as u16).to_le_bytes());
+        let writer = thread::Builder::new()
+            .name("tick log".to_owned())
+            .spawn(move || write_all(&mut file, &queue))
+            .map_err(failed)?;
+        Ok(Self { path: path.to_path_buf(), buffer, full: Some(full), writer: Some(writer) })
+    }
+
+    /// Adds an entry.
+    ///
+    /// # Errors
+    /// [`LogError`] if the file cannot take it; the log is over then and further entries are dropped.
+    pub fn write(&mut self, entry: &impl Serialize) -> Result<(), LogError> {
+        if self.full.is_none() {
+            return Ok(());
+        }
+        let mut scratch = [0; ENTRY_MAX];
+        let used = match postcard::to_slice(entry, &mut scratch) {
+            Ok(used) => used.len(),
+            Err(error) => return Err(self.give_up(io::Error::other(error))),
+        };
+        let length = u16::try_from(used).unwrap_or(u16::MAX);
+        self.buffer.extend_from_slice(&length.to_le_bytes());
+        self.buffer.extend_from_slice(&scratch[..used]);
+        if self.buffer.len() + ENTRY_MAX + 2 > BUFFER_BYTES {
+            let buffer = std::mem::replace(&mut self.buffer, Vec::with_capacity(BUFFER_BYTES));
+            let accepted = self.full.as_ref().is_some_and(|full| full.send(buffer).is_ok());
+            if !accepted {
+                return Err(self.finish_writer().err().unwrap_or_else(|| self.stopped()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and closes the file.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] if anything could not be written.
+    pub fn finish(mut self) -> Result<(), LogError> {
+        if let Some(full) = &self.full {
+            // A writer that has ended already tells why below.
+            let _ = full.send(std::mem::take(&mut self.buffer));
+        }
+        self.finish_writer()
+    }
+
+    fn finish_writer(&mut self) -> Result<(), LogError> {
+        self.full = None;
+        match self.writer.take().map(JoinHandle::join) {
+            None | Some(Ok(Ok(()))) => Ok(()),
+            Some(Ok(Err(source))) => Err(LogError::Io { path: self.path.clone(), source }),
+            Some(Err(_)) => Err(self.stopped()),
+        }
+    }
+
+    fn give_up(&mut self, source: io::Error) -> LogError {
+        self.full = None;
+        LogError::Io { path: self.path.clone(), source }
+    }
+
+    fn stopped(&self) -> LogError {
+        let source = io::Error::other("the writer thread has ended");
+        LogError::Io { path: self.path.clone(), source }
+    }
+}
+
+fn write_all(file: &mut File, queue: &Receiver<Vec<u8>>) -> io::Result<()> {
+    while let Ok(buffer) = queue.recv() {
+        file.write_all(&buffer)?;
+    }
+    file.flush()
+}
+
+/// Reads a log.
+#[derive(Debug)]
+pub struct TickLogReader {
+    path: PathBuf,
+    file: io::BufReader<File>,
+    number: u64,
+}
+
+impl TickLogReader {
+    /// Opens a log of this kind.
+    ///
+    /// # Errors
+    /// [`LogError`] if it cannot be read, or is something else.
+    pub fn open(path: &Path, kind: Kind) -> Result<Self, LogError> {
+        let failed = |source| LogError::Io { path: path.to_path_buf(), source };
+        let mut file =
+            io::BufReader::with_capacity(BUFFER_BYTES, File::open(path).map_err(failed)?);
+        let mut header = [0; HEADER_BYTES];
+        file.read_exact(&mut header).map_err(failed)?;
+        let word = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
+        if header[..8] != MAGIC || word(8) != VERSION || word(10) != kind as u16 {
+            return Err(LogError::Header { path: path.to_path_buf(), kind });
+        }
+        Ok(Self { path: path.to_path_buf(), file, number: 0 })
+    }
+
+    /// Next entry; `None` at the end.
+    ///
+    /// # Errors
+    /// [`LogError::Entry`] if it is damaged or cut off.
+    pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, LogError> {
+        let mut length = [0; 2];
+        match self.file.read(&mut length[..1]) {
+            Ok(0) => return Ok(None),
+            Ok(_) => {}
+            Err(source) => return Err(LogError::Io { path: self.path.clone(), source }),
+        }
+        let entry = self.read_entry(&mut length);
+        let entry = entry
+            .ok_or_else(|| LogError::Entry { path: self.path.clone(), number: self.number })?;
+        self.number += 1;
+        Ok(Some(entry))
+    }
+
+    fn read_entry<T: DeserializeOwned>(&mut self, length: &mut [u8; 2]) -> Option<T> {
+        self.file.read_exact(&mut length[1..]).ok()?;
+        let mut scratch = [0; ENTRY_MAX];
+        let bytes = scratch.get_mut(..usize::from(u16::from_le_bytes(*length)))?;
+        self.file.read_exact(bytes).ok()?;
+        postcard::from_bytes(bytes).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(path: &Path, ticks: u64) {
+        let mut log = TickLogWriter::create(path, Kind::Truth).unwrap();
+        for tick in 0..ticks {
+            log.write(&(tick, 0.1 * tick as f64)).unwrap();
+        }
+        log.finish().unwrap();
+    }
+
+    #[test]
+    fn what_was_written_is_read_back_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        // More than one buffer.
+        write(&path, 100_000);
+        let mut log = TickLogReader::open(&path, Kind::Truth).unwrap();
+        for tick in 0..100_000 {
+            let entry: (u64, f64) = log.next_entry().unwrap().unwrap();
+            assert_eq!((entry.0, entry.1.to_bits()), (tick, (0.1 * tick as f64).to_bits()));
+        }
+        assert_eq!(log.next_entry::<(u64, f64)>().unwrap(), None);
+    }
+
+    #[test]
+    fn a_cut_log_and_a_log_of_another_kind_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        write(&path, 3);
+        assert!(matches!(
+            TickLogReader::open(&path, Kind::ControlSteps),
+            Err(LogError::Header { kind: Kind::ControlSteps, .. })
+        ));
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+        let mut log = TickLogReader::open(&path, Kind::Truth).unwrap();
+        log.next_entry::<(u64, f64)>().unwrap().unwrap();
+        log.next_entry::<(u64, f64)>().unwrap().unwrap();
+        let error = log.next_entry::<(u64, f64)>().unwrap_err().to_string();
+        assert!(error.contains("entry 2 is damaged"), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_is_named() {
+        let error =
+            TickLogWriter::create(Path::new("/nowhere/log"), Kind::Truth).unwrap_err();
+        assert!(error.to_string().starts_with("/nowhere/log: "), "{error}");
+        // Always full: every write fails.
+        let full = Path::new("/dev/full");
+        let mut log = TickLogWriter::create(full, Kind::Truth).unwrap();
+        log.write(&1_u8).unwrap();
+        assert!(log.finish().unwrap_err().to_string().starts_with("/dev/full: "));
+    }
+}

@@ -1,0 +1,203 @@
+//! Command line of the plant.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_io::Wait;
+use icd::{ControlPeriod, SimTime};
+
+pub use super::pacer::Speed;
+use super::run::RunError;
+use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
+use crate::earth::EarthModel;
+use crate::scenario::{CASE1, CASE2, NOMINAL, Scenario};
+use crate::setup::{DEFAULT_STEP_US, PlantSetup};
+
+/// Name of the airframe that comes with the program, for messages.
+const DEFAULT_AIRFRAME_NAME: &str = "tvc_jet.toml";
+/// Run number of a live flight; campaigns count from 0.
+const RUN: u64 = 0;
+
+/// Options of the plant.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PlantArgs {
+    /// What is flown: nominal, case1, case2, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    pub scenario: String,
+    /// The aircraft, instead of the one that comes with the program
+    #[arg(long, value_name = "FILE")]
+    pub airframe: Option<PathBuf>,
+    /// Where the autopilot listens
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:9960")]
+    pub autopilot: String,
+    /// Simulation time per wall time, 0.01 to 1000, or max
+    #[arg(long, value_name = "FACTOR|max", default_value = "1")]
+    pub speed: Speed,
+    /// Control period, 1 to 4 ms
+    #[arg(long, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    pub period_ms: ControlPeriod,
+    /// Integration step, us; divides the control period
+    #[arg(long, value_name = "US", default_value_t = DEFAULT_STEP_US)]
+    pub step_us: u32,
+    /// flat or wgs84, instead of the scenario's
+    #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
+    pub earth: Option<EarthModel>,
+    /// Seed of all random streams, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// White noise of the gyros, deg/s rms, instead of the scenario's
+    #[arg(long, value_name = "DEG_S")]
+    pub gyro_noise_deg_s: Option<f64>,
+    /// Turbulence, m/s rms, instead of the scenario's
+    #[arg(long, value_name = "M_S")]
+    pub turbulence_m_s: Option<f64>,
+    /// End after this simulation time, or on the ground
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub until_s: Option<SimTime>,
+    /// Write the truth of every tick to this file
+    #[arg(long, value_name = "FILE")]
+    pub truth_log: Option<PathBuf>,
+    /// Run the link on this core only
+    #[arg(long, value_name = "CORE")]
+    pub cpu: Option<usize>,
+    /// How to wait for answers: block, yield or spin
+    #[arg(long, value_name = "HOW", default_value = "block")]
+    pub wait: Wait,
+    /// Fly exactly this setup (postcard), whatever the options above say
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub setup: Option<PathBuf>,
+    /// Print one line of JSON about the flight at its end
+    #[arg(long, hide = true)]
+    pub report: bool,
+    /// End when the standard input ends
+    #[arg(long, hide = true)]
+    pub with_parent: bool,
+}
+
+impl PlantArgs {
+    /// The flight that the options ask for.
+    ///
+    /// # Errors
+    /// [`RunError`] names file, key, value and allowed range.
+    pub fn plant_setup(&self) -> Result<PlantSetup, RunError> {
+        if let Some(path) = &self.setup {
+            let failed = || RunError::Setup { path: path.clone() };
+            let bytes = fs::read(path).map_err(|_| failed())?;
+            return postcard::from_bytes(&bytes).map_err(|_| failed());
+        }
+        let plant = match self.scenario.as_str() {
+            "nominal" => Scenario::from_toml("nominal", NOMINAL)?,
+            "case1" => Scenario::from_toml("case1", CASE1)?,
+            "case2" => Scenario::from_toml("case2", CASE2)?,
+            file => Scenario::from_toml(file, &read(Path::new(file))?)?,
+        }
+        .plant;
+        let airframe = match &self.airframe {
+            None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
+            Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
+        };
+        let mut setup = plant.setup(airframe, RUN, self.period_ms, self.step_us);
+        setup.earth = self.earth.unwrap_or(setup.earth);
+        setup.seed = self.seed.unwrap_or(setup.seed);
+        if let Some(noise) = self.gyro_noise_deg_s {
+            setup.sensors.gyro_noise_rad_s = noise.to_radians();
+        }
+        setup.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(setup.wind.turbulence_m_s);
+        setup.check()?;
+        Ok(setup)
+    }
+}
+
+fn read(path: &Path) -> Result<String, RunError> {
+    fs::read_to_string(path).map_err(|source| RunError::Read { path: path.to_path_buf(), source })
+}
+
+fn parse_period(text: &str) -> Result<ControlPeriod, String> {
+    let (min, max) = (ControlPeriod::MIN_MICROS, ControlPeriod::MAX_MICROS);
+    let (min_ms, max_ms) = (f64::from(min) / 1.0e3, f64::from(max) / 1.0e3);
+    let refused = || format!("{text} is not a number from {min_ms} to {max_ms}");
+    let ms: f64 = text.parse().map_err(|_| refused())?;
+    if !(min_ms..=max_ms).contains(&ms) {
+        return Err(refused());
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the range was checked above"
+    )]
+    let micros = libm::round(ms * 1.0e3) as u32;
+    ControlPeriod::from_micros(micros).map_err(|error| error.to_string())
+}
+
+fn parse_earth(text: &str) -> Result<EarthModel, String> {
+    match text {
+        "flat" => Ok(EarthModel::Flat),
+        "wgs84" => Ok(EarthModel::Wgs84),
+        _ => Err("the models are flat and wgs84".to_owned()),
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<SimTime, String> {
+    let seconds = text.parse().ok().and_then(SimTime::from_seconds);
+    seconds.ok_or_else(|| format!("{text} is not a number from 0 to {}", SimTime::MAX_SECONDS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Args, Command, FromArgMatches};
+
+    fn parse(options: &[&str]) -> Result<PlantArgs, clap::Error> {
+        let command = PlantArgs::augment_args(Command::new("plant-sim"));
+        let words = ["plant-sim"].iter().chain(options);
+        PlantArgs::from_arg_matches(&command.try_get_matches_from(words)?)
+    }
+
+    #[test]
+    fn options_replace_what_the_scenario_says() {
+        let options = ["--scenario", "case1", "--earth", "flat", "--seed", "7", "--period-ms", "4"];
+        let setup = parse(&options).unwrap().plant_setup().unwrap();
+        assert_eq!((setup.earth, setup.seed), (EarthModel::Flat, 7));
+        assert_eq!(setup.period.as_micros(), 4_000);
+        assert_eq!(setup.faults.len(), 1);
+    }
+
+    #[test]
+    fn options_out_of_range_name_the_range() {
+        for (option, value, range) in [
+            ("--period-ms", "5", "1 to 4"),
+            ("--period-ms", "NaN", "1 to 4"),
+            ("--speed", "0", "0.01 to 1000"),
+            ("--until-s", "-1", "0 to 2592000"),
+            ("--earth", "round", "flat and wgs84"),
+        ] {
+            let error = parse(&[option, value]).unwrap_err().to_string();
+            assert!(error.contains(option) && error.contains(range), "{error}");
+        }
+        for (option, value, key) in [
+            ("--gyro-noise-deg-s", "1e9", "gyro_noise_deg_s"),
+            ("--turbulence-m-s", "NaN", "turbulence_m_s"),
+            ("--step-us", "300", "300 us"),
+        ] {
+            let error = parse(&[option, value]).unwrap().plant_setup().unwrap_err().to_string();
+            assert!(error.contains(key), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_missing_scenario_is_named() {
+        let error = parse(&["--scenario", "no.toml"]).unwrap().plant_setup().unwrap_err();
+        assert!(error.to_string().starts_with("no.toml: "), "{error}");
+    }
+
+    #[test]
+    fn a_setup_comes_through_a_file_bit_for_bit() {
+        let folder = std::env::temp_dir().join(format!("plant-setup-{}", std::process::id()));
+        let setup = parse(&["--scenario", "case2"]).unwrap().plant_setup().unwrap();
+        fs::write(&folder, postcard::to_stdvec(&setup).unwrap()).unwrap();
+        let path = folder.to_str().unwrap();
+        let read_back = parse(&["--setup", path]).unwrap().plant_setup();
+        fs::remove_file(&folder).unwrap();
+        assert_eq!(read_back.unwrap(), setup);
+    }
+}

@@ -1,0 +1,178 @@
+//! The asking side on a socket: sends again what is not answered, and tells the operator what is wrong.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use host_io::{LinkSocket, Stop, clock};
+use icd::lockstep::{PlantEvent, PlantSide};
+use icd::wire::{self, ActuatorPacket, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports, VERSION};
+use icd::{ControlPeriod, Sensors, SimTime};
+use tracing::{info, warn};
+
+/// An unanswered packet is sent again after this time.
+pub(super) const RESEND_AFTER: Duration = Duration::from_millis(20);
+/// The operator is told after this silence.
+const SILENCE_MAX: Duration = Duration::from_secs(1);
+
+/// Why the link is over.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    /// The socket is no use any more.
+    #[error("plant link: {0}")]
+    Socket(#[from] io::Error),
+    /// The autopilot speaks another version.
+    #[error("the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}")]
+    Version {
+        /// The autopilot's.
+        theirs: u16,
+    },
+    /// The autopilot found a value that cannot be.
+    #[error("the autopilot refused the sensor packet: {0}")]
+    Value(String),
+}
+
+/// The link to the autopilot.
+#[derive(Debug)]
+pub(super) struct Link {
+    socket: LinkSocket,
+    side: PlantSide,
+    stop: Stop,
+    buffer: [u8; PACKET_MAX + 1],
+    trouble: Option<Trouble>,
+}
+
+/// A question that was not answered at once.
+#[derive(Debug)]
+struct Trouble {
+    since: Instant,
+    sent: Instant,
+    told: bool,
+    nonsense_told: bool,
+}
+
+impl Link {
+    pub(super) fn new(socket: LinkSocket, stop: Stop) -> Self {
+        let side = PlantSide::new(clock::unique_number());
+        Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None }
+    }
+
+    /// The next exchange belongs to a new flight.
+    pub(super) fn begin_session(&mut self) {
+        let old = self.side.session();
+        let new = clock::unique_number();
+        self.side = PlantSide::new(if new == old { old.wrapping_add(1) } else { new });
+    }
+
+    /// The flight's number.
+    pub(super) fn session(&self) -> u64 {
+        self.side.session()
+    }
+
+    /// Sends a question.
+    pub(super) fn ask(
+        &mut self,
+        time: SimTime,
+        phase: Phase,
+        period: ControlPeriod,
+        sensors: &Sensors,
+        reports: Reports,
+    ) {
+        let question = self.side.ask(time, phase, period, sensors, reports);
+        // A packet that does not leave is a lost packet.
+        let _ = self.socket.send(question);
+    }
+
+    /// Waits for the answer, as long as it takes; `None` if the process is to end.
+    pub(super) fn answer(&mut self) -> Result<Option<ActuatorPacket>, LinkError> {
+        loop {
+            let Some(bytes) = self.socket.receive(&mut self.buffer)? else {
+                if self.stop.is_requested() {
+                    return Ok(None);
+                }
+                self.insist(clock::now());
+                continue;
+            };
+            let nonsense = match self.side.handle(&self.buffer[..bytes]) {
+                PlantEvent::Answer(packet) => {
+                    if let Some(trouble) = self.trouble.take() {
+                        trouble.end();
+                    }
+                    return Ok(Some(packet));
+                }
+                PlantEvent::Refused(refusal) => {
+                    self.refused(refusal)?;
+                    None
+                }
+                PlantEvent::Refuse(refusal, error) => {
+                    // The autopilot is told; whether that arrives changes nothing here.
+                    let _ = self.socket.send(refusal);
+                    Some(error)
+                }
+                PlantEvent::Ignored(_) => None,
+            };
+            if self.stop.is_requested() {
+                return Ok(None);
+            }
+            let trouble = self.insist(clock::now());
+            if let Some(error) = nonsense.filter(|_| !trouble.nonsense_told) {
+                trouble.nonsense_told = true;
+                warn!(%error, "refused a packet of the autopilot");
+            }
+        }
+    }
+
+    /// Sends the question again when it is time to.
+    fn insist(&mut self, now: Instant) -> &mut Trouble {
+        let asked = now.checked_sub(RESEND_AFTER).unwrap_or(now);
+        let trouble = self.trouble.get_or_insert(Trouble {
+            since: asked,
+            sent: asked,
+            told: false,
+            nonsense_told: false,
+        });
+        if now - trouble.sent >= RESEND_AFTER
+            && let Some(question) = self.side.unanswered()
+        {
+            trouble.sent = now;
+            // As above: what does not leave is lost, and asked again.
+            let _ = self.socket.send(question);
+        }
+        if !trouble.told && now - trouble.since >= SILENCE_MAX {
+            trouble.told = true;
+            warn!("the autopilot does not answer; the aircraft waits for it");
+        }
+        trouble
+    }
+
+    fn refused(&mut self, refusal: RefusalPacket) -> Result<(), LinkError> {
+        match refusal.reason {
+            RefusalReason::Version => Err(LinkError::Version { theirs: refusal.version }),
+            RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
+            RefusalReason::Busy => {
+                let trouble = self.insist(clock::now());
+                if !trouble.told {
+                    trouble.told = true;
+                    warn!("the autopilot is flying another plant; asking again until it is free");
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Which value of the open question the autopilot cannot have liked.
+    fn impossible_value(&self) -> String {
+        match self.side.unanswered().map(wire::decode) {
+            Some(Err(error)) => error.to_string(),
+            _ => "it was damaged on the way".to_owned(),
+        }
+    }
+}
+
+impl Trouble {
+    fn end(self) {
+        if self.told {
+            let silence_s = (clock::now() - self.since).as_secs_f64();
+            info!(silence_s, "the autopilot answers again");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The plant process from its options to its end.
+
+use std::io::{self, Write};
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
+
+use host_io::tick_log::{Kind, LogError, TickLogWriter};
+use host_io::{BindError, LinkSocket, Stop, cpu};
+use tracing::{info, warn};
+
+use super::args::PlantArgs;
+use super::flight::{Flight, FlightEnd, FlightReport};
+use super::link::{Link, LinkError, RESEND_AFTER};
+use crate::config::ConfigError;
+use crate::plant::Plant;
+use crate::setup::{PlantSetup, SetupError};
+
+/// Why the plant ended in order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ExitReason {
+    /// It was told to.
+    Stopped,
+    /// The flight is complete.
+    Complete(FlightReport),
+}
+
+/// Why the plant cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file that is not a setup.
+    #[error("{}: not a plant setup of this version", path.display())]
+    Setup {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A configuration file is wrong.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The flight cannot start.
+    #[error(transparent)]
+    Start(#[from] SetupError),
+    /// No such host.
+    #[error("--autopilot {name}: {source}")]
+    Resolve {
+        /// What was asked for.
+        name: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// No socket.
+    #[error(transparent)]
+    Bind(#[from] BindError),
+    /// The link is over.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The truth log is incomplete.
+    #[error("truth log: {0}")]
+    Log(#[from] LogError),
+    /// The system refuses signals, threads or output.
+    #[error("plant-sim: {0}")]
+    System(#[from] io::Error),
+}
+
+/// Flies until the flight is complete or the process is told to end.
+///
+/// Call it before the process starts any thread: it changes how the process takes signals.
+///
+/// # Errors
+/// [`RunError`] tells the operator what to mend.
+pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
+    let stop = Stop::new();
+    stop.on_signals()?;
+    if args.with_parent {
+        stop.with_parent()?;
+    }
+    let setup = args.plant_setup()?;
+    // Before the socket: a flight that cannot start should say so, not wait for an autopilot.
+    let plant = Plant::new(&setup)?;
+    let peer = resolve(&args.autopilot)?;
+    let socket = LinkSocket::connect("plant-sim", "plant link", peer, args.wait, RESEND_AFTER)?;
+    let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
+    let mut truth_log = args.truth_log.as_ref().map(create).transpose()?;
+    if let Some(cpu) = args.cpu
+        && let Err(error) = cpu::pin_this_thread(cpu)
+    {
+        warn!(%error, "running on any core");
+    }
+    info!(autopilot = %peer, speed = %args.speed, "plant ready");
+    let end = fly(args, &setup, plant, socket, &stop, &mut truth_log);
+    if let Some(log) = truth_log {
+        log.finish()?;
+    }
+    let exit = end?;
+    if let (true, ExitReason::Complete(report)) = (args.report, exit) {
+        let line = serde_json::to_string(&report).map_err(io::Error::other)?;
+        writeln!(io::stdout(), "{line}")?;
+    }
+    Ok(exit)
+}
+
+fn fly(
+    args: &PlantArgs,
+    setup: &PlantSetup,
+    first: Plant,
+    socket: LinkSocket,
+    stop: &Stop,
+    truth_log: &mut Option<TickLogWriter>,
+) -> Result<ExitReason, RunError> {
+    let mut link = Link::new(socket, stop.clone());
+    let mut plant = first;
+    loop {
+        let mut flight = Flight {
+            plant,
+            period: setup.period,
+            until: args.until_s,
+            link: &mut link,
+            stop,
+            truth_log,
+            reply: None,
+            all_told: true,
+            ticks: 0,
+        };
+        match flight.fly(args.speed)? {
+            FlightEnd::Stop => return Ok(ExitReason::Stopped),
+            FlightEnd::Complete(report) => return Ok(ExitReason::Complete(report)),
+            FlightEnd::Restart => {
+                info!("the autopilot asks for a new flight");
+                plant = Plant::new(setup)?;
+                link.begin_session();
+            }
+        }
+    }
+}
+
+fn resolve(name: &str) -> Result<SocketAddr, RunError> {
+    let failed = |source| RunError::Resolve { name: name.to_owned(), source };
+    let mut addresses = name.to_socket_addrs().map_err(failed)?;
+    let nothing = || failed(io::Error::other("the name has no address"));
+    addresses.next().ok_or_else(nothing)
+}

@@ -1,0 +1,171 @@
+//! Figures 4 and 7: how the aircraft answers, in the three runs of a case.
+
+use super::curve::{Point, thin, unwrap};
+use super::panel::{Curve, Event, Panel};
+use super::{
+    COMPENSATED, Entry, FAULT, FaultName, Figure, FigureError, NO_FAULT, PID_ONLY, range, sheet,
+};
+use crate::metrics::DEG;
+use crate::paper::cases::Flown;
+use crate::paper::trace::Trace;
+use crate::table::Row;
+
+/// The rates of case 1 are over after this time; the climb goes on, s.
+const RATES_END_S: f64 = 20.0;
+/// A diverging curve may widen a panel by this share of what the others need.
+const DIVERGING_SHARE: f64 = 0.5;
+
+/// What a panel shows.
+struct Signal {
+    title: &'static str,
+    y_label: &'static str,
+    value: fn(&Row) -> f64,
+    /// The value is an angle in deg that runs on at half a turn.
+    is_heading: bool,
+    /// Smallest height of the panel, in the unit of the values.
+    span_min: f64,
+}
+
+const P: Signal = Signal {
+    title: "Roll rate p",
+    y_label: "p, deg/s",
+    value: |row| row.p_rad_s / DEG,
+    is_heading: false,
+    span_min: 2.0,
+};
+const Q: Signal = Signal {
+    title: "Pitch rate q",
+    y_label: "q, deg/s",
+    value: |row| row.q_rad_s / DEG,
+    is_heading: false,
+    span_min: 2.0,
+};
+const R: Signal = Signal {
+    title: "Yaw rate r",
+    y_label: "r, deg/s",
+    value: |row| row.r_rad_s / DEG,
+    is_heading: false,
+    span_min: 2.0,
+};
+const PSI: Signal = Signal {
+    title: "Yaw angle",
+    y_label: "psi, deg",
+    value: |row| row.psi_rad / DEG,
+    is_heading: true,
+    span_min: 10.0,
+};
+const PHI: Signal = Signal {
+    title: "Roll angle",
+    y_label: "phi, deg",
+    value: |row| row.phi_rad / DEG,
+    is_heading: false,
+    span_min: 10.0,
+};
+const ALTITUDE: Signal = Signal {
+    title: "Altitude",
+    y_label: "altitude, m",
+    value: |row| row.altitude_m,
+    is_heading: false,
+    span_min: 40.0,
+};
+
+const LEGEND: [Entry; 3] = [
+    Entry { ink: NO_FAULT, name: "no fault" },
+    Entry { ink: PID_ONLY, name: "fault, PID only" },
+    Entry { ink: COMPENSATED, name: "fault, PID and compensator" },
+];
+
+/// Case 1: p, q, r, altitude.
+///
+/// # Errors
+/// [`FigureError`] with what the drawing library says.
+pub fn figure_4(flown: &Flown) -> Result<Figure, FigureError> {
+    let end_s = flown.case.duration_s();
+    let rates_end_s = RATES_END_S.min(end_s);
+    let panels = [
+        panel(flown, 'a', &P, rates_end_s),
+        panel(flown, 'b', &Q, rates_end_s),
+        panel(flown, 'c', &R, rates_end_s),
+        panel(flown, 'd', &ALTITUDE, end_s),
+    ];
+    figure("fig4", "Figure 4", flown, &panels)
+}
+
+/// Case 2: p, q, r, yaw angle, roll angle, altitude.
+///
+/// # Errors
+/// [`FigureError`] with what the drawing library says.
+pub fn figure_7(flown: &Flown) -> Result<Figure, FigureError> {
+    let end_s = flown.case.duration_s();
+    let panels = [
+        panel(flown, 'a', &P, end_s),
+        panel(flown, 'b', &Q, end_s),
+        panel(flown, 'c', &R, end_s),
+        panel(flown, 'd', &PSI, end_s),
+        panel(flown, 'e', &PHI, end_s),
+        panel(flown, 'f', &ALTITUDE, end_s),
+    ];
+    figure("fig7", "Figure 7", flown, &panels)
+}
+
+fn figure(
+    name: &'static str,
+    number: &str,
+    flown: &Flown,
+    panels: &[Panel],
+) -> Result<Figure, FigureError> {
+    let title = format!("{number}. Case {}: {}", flown.case.number, FaultName(flown));
+    let lost = flown.pid_only.lost_at().map_or_else(String::new, |t| {
+        format!(" The run with the PID only is lost at {t:.1} s and then leaves the frames.")
+    });
+    let caption = format!("{title}. Response of the aircraft in the three runs.{lost}");
+    Ok(Figure { name, caption, svg: sheet(&title, &LEGEND, panels)? })
+}
+
+fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel {
+    let curve = |trace: &Trace| points(trace, signal, end_s);
+    let (no_fault, pid, compensated) =
+        (curve(&flown.no_fault), curve(&flown.pid_only), curve(&flown.compensated));
+    let readable = no_fault.iter().chain(&compensated).map(|point| point.1);
+    let y = widened(range(readable, signal.span_min), &pid);
+    let mut events = vec![Event {
+        t_s: flown.case.fault_s,
+        label: "fault".to_owned(),
+        colour: FAULT,
+        at_bottom: false,
+    }];
+    events.extend(flown.pid_only.lost_at().map(|t_s| Event {
+        t_s,
+        label: format!("PID only lost at {t_s:.1} s"),
+        colour: PID_ONLY.colour,
+        at_bottom: true,
+    }));
+    Panel {
+        title: format!("({letter}) {}", signal.title),
+        y_label: signal.y_label.to_owned(),
+        x: (0.0, end_s),
+        y,
+        curves: vec![
+            Curve { points: pid, ink: PID_ONLY },
+            Curve { points: no_fault, ink: NO_FAULT },
+            Curve { points: compensated, ink: COMPENSATED },
+        ],
+        rules: Vec::new(),
+        events,
+    }
+}
+
+fn points(trace: &Trace, signal: &Signal, end_s: f64) -> Vec<Point> {
+    let raw = trace.samples().iter().map(|s| (s.row.t_s, (signal.value)(&s.row)));
+    if signal.is_heading { thin(unwrap(raw, 360.0), 0.0, end_s) } else { thin(raw, 0.0, end_s) }
+}
+
+/// A range with some room for a curve that leaves it.
+fn widened((low, high): (f64, f64), diverging: &[Point]) -> (f64, f64) {
+    let room = DIVERGING_SHARE * (high - low);
+    let values = || diverging.iter().map(|point| point.1);
+    (
+        values().fold(low, f64::min).max(low - room),
+        values().fold(high, f64::max).min(high + room),
+    )
+}

@@ -1,0 +1,336 @@
+//! The paper: its two cases flown, its claims checked, its figures drawn.
+//!
+//! ```text
+//! Options ─> cases (fly) ─> trace ─> case1, case2, both, model_error (claims) ─> claims.json, stdout
+//!                             │                                              └─> report.html
+//!                             └─> table (CSV), figures (SVG, PNG), comparisons ────^
+//! ```
+
+use std::error::Error;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use icd::ControlPeriod;
+use plant_sim::EarthModel;
+
+use crate::closed_loop::{End, FlightSetup, Record, fly};
+use crate::dispersion::UnknownDerivative;
+use crate::figures::{self, Figure, FigureError};
+use crate::{report, runner, table};
+
+pub mod both;
+pub mod case1;
+pub mod case2;
+pub mod cases;
+pub mod claim;
+pub mod comparisons;
+pub mod estimates;
+pub mod model_error;
+pub mod sensitivity;
+pub mod trace;
+
+#[cfg(test)]
+mod tests;
+
+use both::Noisy;
+use cases::{Case, Conditions, Flown, Run};
+use claim::{ClaimResult, all_hold};
+use model_error::SurvivalPoint;
+
+/// Seeds of claim 4.
+const NOISE_SEEDS: u64 = 10;
+/// Gyro noise of claim 4, deg/s rms of each control sample.
+const NOISE_DEG_S: f64 = 0.1;
+/// Turbulence of claim 4, m/s rms: light.
+const NOISE_TURBULENCE_M_S: f64 = 1.5;
+
+/// Why a flight could not be flown.
+pub type FlightError = Box<dyn Error + Send + Sync>;
+
+/// Flies a setup and hands every control tick to the sink: in process, or through the two real processes.
+pub type Fly<'a> =
+    dyn Fn(&FlightSetup, &mut dyn FnMut(&Record)) -> Result<End, FlightError> + Sync + 'a;
+
+/// What is to be flown and checked, and where it goes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What is flown over.
+    pub earth: EarthModel,
+    /// Control period.
+    pub period: ControlPeriod,
+    /// Step of the plant's integration, us; must divide the period.
+    pub step_us: u32,
+    /// White noise of each gyro, deg/s rms of each control sample.
+    pub gyro_noise_deg_s: f64,
+    /// Intensity of the turbulence, m/s rms.
+    pub turbulence_m_s: f64,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Claims 4 and 5 too.
+    pub full: bool,
+    /// Folder for everything that is written.
+    pub out: PathBuf,
+    /// How plant and autopilot talk in the paper's runs.
+    pub link: Link,
+}
+
+/// How plant and autopilot talk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Link {
+    /// Function calls in one process; all cores.
+    InProcess,
+    /// Two processes over UDP, one flight after the other.
+    Udp,
+}
+
+/// Why the paper could not be flown.
+#[derive(Debug, thiserror::Error)]
+pub enum PaperError {
+    /// A shipped plant file is not what it should be.
+    #[error(transparent)]
+    PlantConfig(#[from] plant_sim::ConfigError),
+    /// A shipped autopilot file is not what it should be.
+    #[error(transparent)]
+    AutopilotConfig(#[from] autopilot::config::ConfigError),
+    /// A case must break one surface at an angle.
+    #[error("{file}: the first fault must be one that sticks at an angle")]
+    NoFault {
+        /// The scenario file.
+        file: &'static str,
+    },
+    /// A run of a case could not be flown.
+    #[error("case {case}, {run}: {reason}")]
+    Flight {
+        /// 1 or 2.
+        case: u32,
+        /// Which run.
+        run: &'static str,
+        /// Why.
+        reason: FlightError,
+    },
+    /// A run with a changed aircraft could not be flown.
+    #[error("case {case}, {aircraft}: {reason}")]
+    Dispersed {
+        /// 1 or 2.
+        case: u32,
+        /// What was changed.
+        aircraft: String,
+        /// Why.
+        reason: FlightError,
+    },
+    /// A healthy flight in turbulence could not be flown.
+    #[error("healthy flight in turbulence of {turbulence_m_s} m/s: {reason}")]
+    Turbulence {
+        /// Intensity, m/s rms.
+        turbulence_m_s: f64,
+        /// Why.
+        reason: FlightError,
+    },
+    /// The airframe lacks a derivative that is dispersed.
+    #[error(transparent)]
+    Derivative(#[from] UnknownDerivative),
+    /// A file or folder cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Which one.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+    /// The claims cannot be put into a file.
+    #[error("claims.json: {0}")]
+    Claims(#[from] serde_json::Error),
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Every measured value.
+    pub results: Vec<ClaimResult>,
+}
+
+impl Outcome {
+    /// Whether every checked claim holds.
+    #[must_use]
+    pub fn all_hold(&self) -> bool {
+        all_hold(&self.results)
+    }
+}
+
+/// The flown cases and their claims.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    /// Case 1 and case 2.
+    pub flown: [Flown; 2],
+    /// Every measured value.
+    pub results: Vec<ClaimResult>,
+    /// The survival curve; empty unless all claims are checked.
+    pub survival: Vec<SurvivalPoint>,
+}
+
+/// Flies in this process.
+///
+/// # Errors
+/// What the plant says about the setup.
+pub fn in_process(
+    setup: &FlightSetup,
+    sink: &mut dyn FnMut(&Record),
+) -> Result<End, FlightError> {
+    Ok(fly(setup, sink)?)
+}
+
+impl Options {
+    /// What is the same in all of the paper's runs.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions {
+        Conditions {
+            earth: self.earth,
+            period: self.period,
+            step_us: self.step_us,
+            gyro_noise_rad_s: self.gyro_noise_deg_s.to_radians(),
+            turbulence_m_s: self.turbulence_m_s,
+            seed: self.seed,
+        }
+    }
+}
+
+/// Flies the paper in process and checks its claims, without writing anything.
+///
+/// # Errors
+/// [`PaperError`] if a run could not be flown.
+pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, PaperError> {
+    fly_and_check(options, &in_process).map(|evaluation| evaluation.results)
+}
+
+/// Flies the paper's runs with `fly` and checks the claims, without writing anything.
+///
+/// Claims 4 and 5 are always flown in process: both ways of flying give the same bits.
+///
+/// # Errors
+/// [`PaperError`] if a run could not be flown.
+pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperError> {
+    let conditions = options.conditions();
+    let cases = [Case::new(1, &conditions)?, Case::new(2, &conditions)?];
+    let parallel = options.link == Link::InProcess;
+    let flown =
+        [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
+    let mut results = Vec::new();
+    if conditions.are_ideal() {
+        results.extend(case1::claims(&flown[0].runs()));
+        results.extend(case2::claims(&flown[1].runs()));
+    }
+    results.extend(flown.iter().flat_map(both::claim_3));
+    if options.full {
+        results.extend(both::claim_4(&fly_in_noise(&cases, &conditions, NOISE_SEEDS)?));
+    } else if !conditions.are_ideal() {
+        let noisy = |f: &Flown| Noisy::new(format!("case {}", f.case.number), &f.runs());
+        results.extend(both::claim_4(&flown.iter().map(noisy).collect::<Vec<_>>()));
+    }
+    let mut survival = Vec::new();
+    if options.full {
+        let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..conditions };
+        let campaign = model_error::campaign(&cases.map(|case| case.under(&still)), options.seed)?;
+        results.extend(campaign.claims);
+        survival = campaign.survival;
+    }
+    Ok(Evaluation { flown, results, survival })
+}
+
+/// The runs of claim 4: both cases under each seed, from that of `conditions` on.
+///
+/// Noise and turbulence are those of `conditions`, or those that the claim names if they are zero.
+///
+/// # Errors
+/// [`PaperError`] if a run could not be flown.
+pub fn fly_in_noise(
+    cases: &[Case; 2],
+    conditions: &Conditions,
+    seeds: u64,
+) -> Result<Vec<Noisy>, PaperError> {
+    let mut noise = *conditions;
+    if conditions.are_ideal() {
+        noise.gyro_noise_rad_s = NOISE_DEG_S.to_radians();
+        noise.turbulence_m_s = NOISE_TURBULENCE_M_S;
+    }
+    let flights: Vec<(Case, u64)> = (0..seeds)
+        .map(|number| conditions.seed.wrapping_add(number))
+        .flat_map(|seed| cases.iter().map(move |case| (case.clone(), seed)))
+        .collect();
+    let results = runner::map("claim 4, noise and air", &flights, |(case, seed)| {
+        let case = case.under(&Conditions { seed: *seed, ..noise });
+        let no_fault = case.fly(Run::NoFault, &in_process)?;
+        let pid_only = case.fly(Run::PidOnly, &in_process)?;
+        let compensated = case.fly(Run::Compensated, &in_process)?;
+        let runs = cases::Runs {
+            case: &case,
+            no_fault: &no_fault,
+            pid_only: &pid_only,
+            compensated: &compensated,
+        };
+        Ok(Noisy::new(format!("case {}, seed {seed}", case.number), &runs))
+    });
+    results.into_iter().collect()
+}
+
+/// Flies the paper with `fly`, checks its claims, and writes tables, claims, figures and report.
+///
+/// A short table of the claims goes to standard output.
+///
+/// # Errors
+/// [`PaperError`] if a run could not be flown or a file could not be written.
+pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
+    let out = options.out.as_path();
+    // First, so that a folder that cannot be written is told before minutes of flying.
+    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let evaluation = fly_and_check(options, fly)?;
+    let [first, second] = &evaluation.flown;
+    for flown in &evaluation.flown {
+        write_tables(out, flown)?;
+    }
+    let json = serde_json::to_string_pretty(&evaluation.results)?;
+    write(&out.join("claims.json"), json.as_bytes())?;
+
+    let mut figures = figures::of_the_paper(first, second)?;
+    if !evaluation.survival.is_empty() {
+        figures.push(figures::survival(&evaluation.survival)?);
+    }
+    write_figures(out, &figures)?;
+    let comparisons = comparisons::compare([first, second], &options.conditions())?;
+    let sensitivity = sensitivity::study(&options.conditions())?;
+    let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
+    write(&out.join("report.html"), page.as_bytes())?;
+
+    print!("{}", report::text_table(&evaluation.results));
+    Ok(Outcome { results: evaluation.results })
+}
+
+fn write_tables(out: &Path, flown: &Flown) -> Result<(), PaperError> {
+    let runs =
+        [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
+    for (name, trace) in runs {
+        let path = out.join(format!("case{}_{name}.csv", flown.case.number));
+        table::write_csv(&path, trace.table_rows())
+            .map_err(|source| cannot_write(&path, source))?;
+    }
+    Ok(())
+}
+
+fn write_figures(out: &Path, figures: &[Figure]) -> Result<(), PaperError> {
+    for figure in figures {
+        write(&out.join(format!("{}.svg", figure.name)), figure.svg.as_bytes())?;
+        write(&out.join(format!("{}.png", figure.name)), &figure.png()?)?;
+    }
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), PaperError> {
+    fs::write(path, bytes).map_err(|source| cannot_write(path, source))
+}
+
+fn cannot_write(path: &Path, source: io::Error) -> PaperError {
+    PaperError::Write { path: path.to_path_buf(), source }
+}

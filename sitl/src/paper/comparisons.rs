@@ -1,0 +1,305 @@
+//! Three comparisons that the paper does not make, so that a reader can judge what the compensator itself adds.
+
+use std::array;
+
+use flight_control::{CompensatorMode, Gains, MainLaw, ObserverMode};
+use icd::SimTime;
+use plant_sim::{Scenario, scenario};
+use rayon::prelude::*;
+
+use super::cases::{Case, Conditions, Flown, Run, Runs, fly_once};
+use super::claim::ClaimResult;
+use super::estimates::Axis;
+use super::trace::{Trace, column};
+use super::{PaperError, both, case1, case2, in_process};
+use crate::closed_loop::FlightSetup;
+use crate::metrics::{mean, rms, travel};
+
+/// Seeds over which the healthy flights in turbulence are averaged.
+const SEEDS: u64 = 10;
+/// Length of a healthy flight in turbulence, s.
+const TURBULENT_S: u64 = 60;
+/// Light and moderate turbulence, m/s rms.
+const TURBULENCE_M_S: [f64; 2] = [1.5, 3.0];
+/// Gyro noise of the flights in turbulence, deg/s rms: that of claim 4.
+const GYRO_NOISE_DEG_S: f64 = 0.1;
+/// The end of a run, over which means are taken, s.
+const SETTLED_S: f64 = 10.0;
+
+/// All three.
+#[derive(Debug, Clone)]
+pub struct Comparisons {
+    /// The observer as equations 21 to 23 literally say, case by case.
+    pub literal: [Literal; 2],
+    /// Claims of the faults with the compensator always on, case by case.
+    pub always_on: [Vec<ClaimResult>; 2],
+    /// Healthy flight in turbulence, light and moderate.
+    pub turbulence: [Turbulence; 2],
+    /// The same effectors without observer, case by case.
+    pub ganged: [Ganged; 2],
+}
+
+/// One case with the observer that is not told the compensation, beside the normal one.
+#[derive(Debug, Clone)]
+pub struct Literal {
+    /// Mean z2 of the last 10 s, rad/s², by axis.
+    pub z2: [f64; 3],
+    /// Mean F of the last 10 s, rad/s², by axis.
+    pub fault: [f64; 3],
+    /// The flight with the literal observer.
+    pub flight: Summary,
+    /// The flight with the informed observer.
+    pub informed: Summary,
+    /// The flight without fault.
+    pub no_fault: Summary,
+}
+
+/// How a flight ended, in three numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// When the aircraft was lost, s.
+    pub lost_s: Option<f64>,
+    /// Mean roll of the last 10 s, rad.
+    pub roll_rad: f64,
+    /// Altitude at the end, m.
+    pub end_altitude_m: f64,
+}
+
+/// Healthy flight in turbulence, means over the seeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turbulence {
+    /// Intensity, m/s rms.
+    pub turbulence_m_s: f64,
+    /// Compensator armed.
+    pub switched: Healthy,
+    /// Compensator always on.
+    pub always_on: Healthy,
+    /// Flights averaged.
+    pub flights: u64,
+}
+
+/// What a healthy flight costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Healthy {
+    /// rms of the roll angle, rad.
+    pub roll_rms_rad: f64,
+    /// rms of the roll rate, rad/s.
+    pub roll_rate_rms_rad_s: f64,
+    /// Way travelled by one aileron a second, rad/s.
+    pub aileron_rad_s: f64,
+    /// Way travelled by the nozzle a second, both axes, rad/s.
+    pub nozzle_rad_s: f64,
+}
+
+/// One case flown by the PID alone, the PID with ganged nozzle, and the two-step controller.
+#[derive(Debug, Clone)]
+pub struct Ganged {
+    /// Claims a and c with the PID alone.
+    pub pid_only: Vec<ClaimResult>,
+    /// Claims a and c with the ganged nozzle, measured against its own flight without fault.
+    pub ganged: Vec<ClaimResult>,
+    /// Claims a and c with the two-step controller.
+    pub two_step: Vec<ClaimResult>,
+    /// The flights with the fault, in the same order.
+    pub flights: [Summary; 3],
+}
+
+/// Flies and compares; `flown` are the paper's runs.
+///
+/// # Errors
+/// [`PaperError`] names the first run that could not be flown.
+pub fn compare(flown: [&Flown; 2], conditions: &Conditions) -> Result<Comparisons, PaperError> {
+    let (literal, (always_on, (ganged, turbulence))) = rayon::join(
+        || both_cases(flown, literal),
+        || {
+            rayon::join(
+                || both_cases(flown, always_on),
+                || {
+                    rayon::join(
+                        || both_cases(flown, ganged),
+                        || turbulence_pair(flown[0], conditions),
+                    )
+                },
+            )
+        },
+    );
+    Ok(Comparisons {
+        literal: literal?,
+        always_on: always_on?,
+        turbulence: turbulence?,
+        ganged: ganged?,
+    })
+}
+
+fn both_cases<T: Send>(
+    flown: [&Flown; 2],
+    one: impl Fn(&Flown) -> Result<T, PaperError> + Sync,
+) -> Result<[T; 2], PaperError> {
+    let (first, second) = rayon::join(|| one(flown[0]), || one(flown[1]));
+    Ok([first?, second?])
+}
+
+fn gains(change: impl Fn(&mut Gains)) -> Gains {
+    let mut gains = Gains::REFERENCE;
+    change(&mut gains);
+    gains
+}
+
+fn literal(flown: &Flown) -> Result<Literal, PaperError> {
+    let case = flown.case.with_gains(gains(|g| g.selection.observer = ObserverMode::Literal));
+    let flight = case.fly(Run::Compensated, &in_process)?;
+    let end = flight.last(SETTLED_S);
+    let mean_of = |signal: fn(Axis, &crate::table::Row) -> f64| {
+        Axis::ALL.map(|axis| mean(column(end, |row| signal(axis, row))))
+    };
+    Ok(Literal {
+        z2: mean_of(|axis, row| axis.estimate(row)),
+        fault: mean_of(|axis, row| axis.fault(row)),
+        flight: Summary::of(&flight),
+        informed: Summary::of(&flown.compensated),
+        no_fault: Summary::of(&flown.no_fault),
+    })
+}
+
+fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, PaperError> {
+    let case =
+        flown.case.with_gains(gains(|g| g.selection.compensator = CompensatorMode::AlwaysOn));
+    let (no_fault, compensated) = rayon::join(
+        || case.fly(Run::NoFault, &in_process),
+        || case.fly(Run::Compensated, &in_process),
+    );
+    let flown = Flown {
+        no_fault: no_fault?,
+        compensated: compensated?,
+        case,
+        no_fault_off: flown.no_fault_off.clone(),
+        pid_only: flown.pid_only.clone(),
+    };
+    let mut results = case_claims(&flown.runs());
+    results.extend(both::claim_3(&flown));
+    Ok(results)
+}
+
+fn case_claims(runs: &Runs) -> Vec<ClaimResult> {
+    match runs.case.number {
+        1 => case1::claims(runs),
+        _ => case2::claims(runs),
+    }
+}
+
+/// The claims about how well the aircraft flies, without and with the fault: those that any controller can meet.
+fn performance_claims(runs: &Runs) -> Vec<ClaimResult> {
+    match runs.case.number {
+        1 => [case1::claim_1a(runs), case1::claim_1c(runs)].concat(),
+        _ => [case2::claim_2a(runs), case2::claim_2c(runs)].concat(),
+    }
+}
+
+fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
+    let case = flown.case.with_gains(gains(|g| g.selection.main = MainLaw::PidGangedNozzle));
+    let (no_fault, faulty) = rayon::join(
+        || case.fly(Run::NoFaultOff, &in_process),
+        || case.fly(Run::PidOnly, &in_process),
+    );
+    let (no_fault, faulty) = (no_fault?, faulty?);
+    let runs =
+        Runs { case: &case, no_fault: &no_fault, pid_only: &flown.pid_only, compensated: &faulty };
+    let pid = Runs { compensated: &flown.pid_only, ..flown.runs() };
+    Ok(Ganged {
+        pid_only: performance_claims(&pid),
+        ganged: performance_claims(&runs),
+        two_step: performance_claims(&flown.runs()),
+        flights: [
+            Summary::of(&flown.pid_only),
+            Summary::of(&faulty),
+            Summary::of(&flown.compensated),
+        ],
+    })
+}
+
+fn turbulence_pair(flown: &Flown, conditions: &Conditions) -> Result<[Turbulence; 2], PaperError> {
+    let [light, moderate] = TURBULENCE_M_S.map(|m_s| turbulence(&flown.case, conditions, m_s));
+    Ok([light?, moderate?])
+}
+
+fn turbulence(
+    case: &Case,
+    conditions: &Conditions,
+    turbulence_m_s: f64,
+) -> Result<Turbulence, PaperError> {
+    let level = level_flight(case)?;
+    let fly_all = |mode: CompensatorMode| -> Result<Healthy, PaperError> {
+        let flights = (0..SEEDS).into_par_iter().map(|number| {
+            let conditions = Conditions {
+                turbulence_m_s,
+                gyro_noise_rad_s: GYRO_NOISE_DEG_S.to_radians(),
+                seed: conditions.seed.wrapping_add(number),
+                ..*conditions
+            };
+            let mut case = Case { setup: level.clone(), ..case.clone() }.under(&conditions);
+            case.setup.gains.selection.compensator = mode;
+            let flight = fly_once(&case.setup, &in_process);
+            flight
+                .map(|trace| Healthy::of(&trace))
+                .map_err(|reason| PaperError::Turbulence { turbulence_m_s, reason })
+        });
+        flights.collect::<Result<Vec<Healthy>, PaperError>>().map(|all| Healthy::mean(&all))
+    };
+    Ok(Turbulence {
+        turbulence_m_s,
+        switched: fly_all(CompensatorMode::Armed)?,
+        always_on: fly_all(CompensatorMode::AlwaysOn)?,
+        flights: SEEDS,
+    })
+}
+
+/// Level flight with nothing asked and nothing broken.
+fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
+    let plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
+    let like = &case.setup.plant;
+    Ok(FlightSetup {
+        plant: plant.setup(like.airframe.clone(), 0, like.period, like.step_us),
+        references: autopilot::config::references("nominal.toml", scenario::NOMINAL)?,
+        duration: SimTime::from_micros(TURBULENT_S * 1_000_000),
+        ..case.setup.clone()
+    })
+}
+
+impl Summary {
+    /// Of a flight.
+    #[must_use]
+    pub fn of(trace: &Trace) -> Self {
+        Self {
+            lost_s: trace.lost_at(),
+            roll_rad: mean(column(trace.last(SETTLED_S), |row| row.phi_rad)),
+            end_altitude_m: trace.samples().last().map_or(f64::NAN, |s| s.row.altitude_m),
+        }
+    }
+}
+
+impl Healthy {
+    fn of(trace: &Trace) -> Self {
+        let samples = trace.samples();
+        let way = |signal: fn(&crate::table::Row) -> f64| {
+            travel(column(samples, signal)) / trace.end_s()
+        };
+        Self {
+            roll_rms_rad: rms(column(samples, |row| row.phi_rad)),
+            roll_rate_rms_rad_s: rms(column(samples, |row| row.p_rad_s)),
+            aileron_rad_s: way(|row| row.right_aileron_rad),
+            nozzle_rad_s: way(|row| row.nozzle_pitch_rad) + way(|row| row.nozzle_yaw_rad),
+        }
+    }
+
+    fn mean(all: &[Self]) -> Self {
+        let fields: [fn(&Self) -> f64; 4] = [
+            |h| h.roll_rms_rad,
+            |h| h.roll_rate_rms_rad_s,
+            |h| h.aileron_rad_s,
+            |h| h.nozzle_rad_s,
+        ];
+        let [roll_rms_rad, roll_rate_rms_rad_s, aileron_rad_s, nozzle_rad_s] =
+            array::from_fn(|i| mean(all.iter().map(fields[i])));
+        Self { roll_rms_rad, roll_rate_rms_rad_s, aileron_rad_s, nozzle_rad_s }
+    }
+}

@@ -1,0 +1,98 @@
+//! Runs over all cores, with progress on standard error.
+//!
+//! The order of the results is that of the items, whatever the threads do, so the outcome of a campaign does
+//! not depend on how many there are.
+
+use std::io::{IsTerminal, stderr};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
+
+/// Without a terminal, a line is printed each time this share of the runs is done, percent.
+const LINE_EVERY_PERCENT: usize = 20;
+
+/// Applies `run` to every item on all cores.
+///
+/// `label` stands before the progress: a bar on a terminal, plain lines elsewhere.
+pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let progress = Progress::new(label, items.len());
+    let one = |item: &T| {
+        let result = run(item);
+        progress.one_done();
+        result
+    };
+    let results = items.par_iter().map(one).collect();
+    progress.finish();
+    results
+}
+
+/// Tells how far a campaign is.
+struct Progress {
+    label: String,
+    total: usize,
+    done: AtomicUsize,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    fn new(label: &str, total: usize) -> Self {
+        let bar = stderr().is_terminal().then(|| {
+            let length = u64::try_from(total).unwrap_or(u64::MAX);
+            let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+            let template = "{msg:32} [{bar:40}] {pos}/{len}, {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style.progress_chars("=> "));
+            }
+            bar.with_message(label.to_owned())
+        });
+        Self { label: label.to_owned(), total, done: AtomicUsize::new(0), bar }
+    }
+
+    fn one_done(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        match &self.bar {
+            Some(bar) => bar.inc(1),
+            None => {
+                if let Some(percent) = line_due(done, self.total) {
+                    eprintln!("{}: {percent} % of {} runs", self.label, self.total);
+                }
+            }
+        }
+    }
+
+    fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish();
+        }
+    }
+}
+
+/// The percentage to report when `done` runs of `total` are through, if a line is due.
+fn line_due(done: usize, total: usize) -> Option<usize> {
+    let steps = |done: usize| done * 100 / (total.max(1) * LINE_EVERY_PERCENT);
+    (steps(done) > steps(done - 1)).then(|| steps(done) * LINE_EVERY_PERCENT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_stand_in_the_order_of_the_items_whatever_the_threads_do() {
+        let items: Vec<u64> = (0..500).collect();
+        let squares = map("squares", &items, |n| {
+            // The first ones take longest.
+            (0..(500 - n) * 50).fold(0_u64, |a, b| a.wrapping_add(b)).min(0) + n * n
+        });
+        assert_eq!(squares, items.iter().map(|n| n * n).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_line_is_due_five_times_in_a_campaign_of_any_size() {
+        for total in [5, 7, 100, 936] {
+            let lines: Vec<_> = (1..=total).filter_map(|done| line_due(done, total)).collect();
+            assert_eq!(lines, [20, 40, 60, 80, 100], "{total} runs");
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! The rules of ARCHITECTURE.md, checked against the manifests and the sources.
+//!
+//! A rule that hurts is changed here and in ARCHITECTURE.md together, with a record in docs/decisions.md.
+
+#[path = "architecture/dependencies.rs"]
+mod dependencies;
+#[path = "architecture/documents.rs"]
+mod documents;
+#[path = "architecture/equations.rs"]
+mod equations;
+#[path = "architecture/no_std.rs"]
+mod no_std;
+#[path = "architecture/source_rules.rs"]
+mod source_rules;
+#[path = "architecture/sources.rs"]
+mod sources;

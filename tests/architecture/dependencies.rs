@@ -1,0 +1,118 @@
+//! Who may depend on whom: section "Dependencies" of ARCHITECTURE.md.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::process::Command;
+
+use crate::sources::root;
+
+/// Runs `cargo tree` without network and gives its lines.
+fn tree(arguments: &[&str]) -> Vec<String> {
+    let cargo = env::var("CARGO").unwrap_or("cargo".to_owned());
+    let output = Command::new(cargo)
+        .current_dir(root())
+        .args(["tree", "--offline", "--prefix", "none"])
+        .args(arguments)
+        .output()
+        .expect("cargo runs this test, so it can be started");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "cargo tree {arguments:?}: {said}");
+    String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
+}
+
+fn names(lines: &[String]) -> BTreeSet<String> {
+    lines.iter().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
+}
+
+/// Everything that a package is built from, itself left out.
+fn closure(package: &str) -> BTreeSet<String> {
+    let mut names = names(&tree(&["-p", package, "-e", "normal,build"]));
+    assert!(names.remove(package), "cargo tree does not know {package}");
+    names
+}
+
+/// What stands in the package's own manifest.
+fn direct(package: &str) -> BTreeSet<String> {
+    let mut names = names(&tree(&["-p", package, "-e", "normal,build", "--depth", "1"]));
+    assert!(names.remove(package), "cargo tree does not know {package}");
+    names
+}
+
+fn assert_without(package: &str, used: &BTreeSet<String>, forbidden: &[&str]) {
+    let found: Vec<_> = forbidden.iter().filter(|name| used.contains(**name)).collect();
+    assert!(found.is_empty(), "{package} must not depend on {found:?}");
+}
+
+fn assert_only(package: &str, allowed: &[&str]) {
+    let direct = direct(package);
+    let more: Vec<_> = direct.iter().filter(|name| !allowed.contains(&name.as_str())).collect();
+    assert!(more.is_empty(), "{package} depends on {more:?}; allowed is {allowed:?}");
+}
+
+/// What waits, sends, logs, or draws from the system: no business of the pure crates.
+const IMPURE: [&str; 9] =
+    ["tokio", "mio", "socket2", "nix", "mavlink", "tracing", "rand", "rand_chacha", "getrandom"];
+
+#[test]
+fn icd_needs_nothing_but_numbers_and_bytes() {
+    assert_only("icd", &["nalgebra", "libm", "serde", "crc32fast", "arrayvec"]);
+    assert_without("icd", &closure("icd"), &IMPURE);
+}
+
+#[test]
+fn flight_control_needs_nothing_but_icd_and_numbers() {
+    assert_only("flight-control", &["icd", "nalgebra", "libm", "serde"]);
+    assert_without("flight-control", &closure("flight-control"), &IMPURE);
+}
+
+#[test]
+fn what_both_programs_need_of_the_system_knows_no_aircraft() {
+    let forbidden = ["icd", "flight-control", "autopilot", "plant-sim", "sitl", "mavlink", "tokio"];
+    assert_without("host-io", &closure("host-io"), &forbidden);
+}
+
+#[test]
+fn autopilot_does_not_know_the_plant() {
+    assert_without("autopilot", &closure("autopilot"), &["plant-sim", "sitl"]);
+}
+
+#[test]
+fn plant_does_not_know_the_flight_software() {
+    let forbidden = ["autopilot", "flight-control", "mavlink", "sitl"];
+    assert_without("plant-sim", &closure("plant-sim"), &forbidden);
+}
+
+#[test]
+fn only_the_autopilot_names_mavlink_as_a_dependency() {
+    assert!(direct("autopilot").contains("mavlink"), "the rule looks for the wrong name");
+    for package in ["icd", "host-io", "flight-control", "plant-sim", "sitl"] {
+        assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
+    }
+}
+
+#[test]
+fn the_mavlink_crate_brings_no_sockets_of_its_own() {
+    // It is a codec here: its connections know a single peer and swallow errors.
+    let lines = tree(&["--workspace", "-e", "normal,build,dev", "-f", "{p} [{f}]"]);
+    let features: Vec<_> = lines.iter().filter(|line| line.starts_with("mavlink v")).collect();
+    assert!(!features.is_empty(), "mavlink is not in the tree");
+    for line in features {
+        for feature in ["transport", "tokio"] {
+            assert!(!line.contains(feature), "feature {feature} is on: {line}");
+        }
+    }
+}
+
+#[test]
+fn no_crate_turns_on_std_in_nalgebra() {
+    // It would change result bits for every crate in the build.
+    let lines = tree(&["--workspace", "-e", "normal,build,dev", "-f", "{p} [{f}]"]);
+    let nalgebra: Vec<_> = lines.iter().filter(|line| line.starts_with("nalgebra v")).collect();
+    assert!(!nalgebra.is_empty(), "nalgebra is not in the tree");
+    for line in nalgebra {
+        let (_, features) = line.split_once('[').unwrap_or_default();
+        let features: Vec<&str> = features.split([']', ',']).collect();
+        assert!(!features.contains(&"std"), "std is on: {line}");
+        assert!(features.contains(&"libm-force"), "libm-force is off: {line}");
+    }
+}

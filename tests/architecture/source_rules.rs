@@ -1,0 +1,217 @@
+//! What may be written where.
+
+use crate::sources::{Source, assert_none, contains_word, files, shipped};
+
+/// Longest file, lines before its tests.
+const LINES_MAX: usize = 500;
+
+/// Where the lint `disallowed_methods` may be lifted, and why. An entry that ends in `/` is a folder.
+const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 3] = [
+    ("autopilot/src/clock.rs", "the one clock of the ground-station side"),
+    ("host-io/src/clock.rs", "the one clock of the plant link: waiting and sending again"),
+    ("host-io/src/socket.rs", "the one socket of the plant link"),
+];
+
+fn starts(path: &str, places: &[&str]) -> bool {
+    places.iter().any(|place| path.starts_with(place))
+}
+
+#[test]
+fn mavlink_types_stay_under_the_mavlink_folder() {
+    let mut offences = Vec::new();
+    let mut inside = 0;
+    for source in shipped() {
+        let uses: Vec<String> = source
+            .code()
+            .into_iter()
+            .filter(|(_, code)| names_mavlink_crate(code))
+            .map(|(number, code)| format!("{}:{number}: {}", source.path, code.trim()))
+            .collect();
+        if source.path.starts_with("autopilot/src/mavlink/") {
+            inside += uses.len();
+        } else {
+            offences.extend(uses);
+        }
+    }
+    assert_none("the mavlink crate is used outside autopilot/src/mavlink", &offences);
+    assert!(
+        inside > 0,
+        "no use of the mavlink crate found at all: the rule looks for the wrong words"
+    );
+}
+
+/// The crate, not the module of the same name (`crate::mavlink`, `autopilot::mavlink`).
+fn names_mavlink_crate(code: &str) -> bool {
+    let identifier = |c: char| c.is_alphanumeric() || c == '_';
+    code.match_indices("mavlink::").any(|(at, _)| {
+        let before = &code[..at];
+        // `::mavlink` names the crate unless something stands before the colons.
+        let before = before.strip_suffix("::").unwrap_or(before);
+        !before.ends_with(identifier)
+    }) || contains_word(code, "mavlink_core")
+}
+
+#[test]
+fn clocks_sockets_and_sleeps_are_only_where_they_are_allowed() {
+    let allowed: Vec<&str> = MAY_TOUCH_THE_OUTSIDE.iter().map(|(place, _)| *place).collect();
+    let mut offences = Vec::new();
+    let mut used = vec![false; allowed.len()];
+    for source in shipped() {
+        let lifted = source.uses(&["disallowed_methods"]);
+        if lifted.is_empty() {
+            continue;
+        }
+        match allowed.iter().position(|place| source.path.starts_with(place)) {
+            Some(place) => used[place] = true,
+            None => offences.extend(lifted),
+        }
+    }
+    assert_none("disallowed_methods is lifted in a place that has no reason here", &offences);
+    for (place, used) in allowed.iter().zip(used) {
+        assert!(used, "{place} is allowed and does not need it: take it from the list");
+    }
+}
+
+#[test]
+fn the_laws_never_name_a_fault() {
+    let words = [
+        "fault::",
+        "FaultKind",
+        "FaultRequest",
+        "FaultReply",
+        "PlantReport",
+        "PlantRequest",
+        "PlantAction",
+        "Refusal",
+        "Truth",
+    ];
+    let laws = files("autopilot/flight-control/src", &["rs"]);
+    let offences: Vec<String> = laws.iter().flat_map(|source| source.uses(&words)).collect();
+    assert_none("flight-control can only notice a fault, not be told of it", &offences);
+}
+
+#[test]
+fn the_flight_software_never_names_the_truth() {
+    let sources = files("autopilot", &["rs"]);
+    let offences: Vec<String> = sources.iter().flat_map(|source| source.uses(&["Truth"])).collect();
+    assert_none("the truth belongs to the judges", &offences);
+}
+
+#[test]
+fn a_fault_acts_in_one_file_of_the_plant() {
+    // faults.rs acts, scenario.rs reads them from a file; nobody else looks at the kind.
+    let allowed = ["plant-sim/src/faults.rs", "plant-sim/src/scenario.rs"];
+    let mut offences = Vec::new();
+    for source in files("plant-sim/src", &["rs"]) {
+        if !allowed.contains(&source.path.as_str()) {
+            offences.extend(source.uses(&["FaultKind"]));
+        }
+    }
+    assert_none("only faults.rs decides what a kind of fault does", &offences);
+    let acts =
+        |source: &Source| source.path == allowed[0] && !source.uses(&["FaultKind"]).is_empty();
+    assert!(files("plant-sim/src", &["rs"]).iter().any(acts), "faults.rs does not name FaultKind");
+}
+
+#[test]
+fn transcendental_functions_of_laws_and_plant_come_from_libm() {
+    // Those of std differ from platform to platform, and with them the bits of a flight.
+    let methods = [
+        ".sin()",
+        ".cos()",
+        ".tan()",
+        ".sin_cos()",
+        ".asin()",
+        ".acos()",
+        ".atan()",
+        ".atan2(",
+        ".sinh()",
+        ".cosh()",
+        ".tanh()",
+        ".exp()",
+        ".exp_m1()",
+        ".exp2()",
+        ".ln()",
+        ".ln_1p()",
+        ".log(",
+        ".log2()",
+        ".log10()",
+        ".powf(",
+        ".powi(",
+        ".cbrt()",
+        ".hypot(",
+        ".mul_add(",
+    ];
+    let pure = ["icd/src", "autopilot/flight-control/src", "plant-sim/src"];
+    let mut offences = Vec::new();
+    for source in shipped() {
+        if starts(&source.path, &pure) {
+            offences.extend(source.uses(&methods));
+        }
+    }
+    assert_none("use libm::", &offences);
+}
+
+#[test]
+fn no_file_is_longer_than_500_lines_before_its_tests() {
+    let mut offences = Vec::new();
+    for source in shipped() {
+        let lines = source.lines().len();
+        if lines > LINES_MAX {
+            offences.push(format!("{}: {lines} lines", source.path));
+        }
+    }
+    assert_none("split it", &offences);
+}
+
+#[test]
+fn there_is_no_home_for_strays() {
+    let strays = ["utils", "util", "common", "types", "helpers", "helper", "manager", "misc"];
+    let mut offences = Vec::new();
+    for source in files("", &["rs", "py"]) {
+        let stem = source.path.rsplit('/').next().unwrap_or_default();
+        let stem = stem.split('.').next().unwrap_or_default();
+        let folders = source.path.split('/').any(|part| strays.contains(&part));
+        if strays.contains(&stem) || folders {
+            offences.push(source.path.clone());
+        }
+    }
+    assert_none("name the file after what it is about", &offences);
+}
+
+#[test]
+fn every_module_opens_with_its_place() {
+    let mut offences = Vec::new();
+    for source in shipped() {
+        if !source.is_test() && !source.text.starts_with("//!") {
+            offences.push(source.path.clone());
+        }
+    }
+    assert_none("the first line says what the module is", &offences);
+}
+
+#[test]
+fn nothing_unfinished_and_nothing_of_the_workshop_is_in_the_repository() {
+    // Written in pieces, so that this file does not find itself.
+    let words = [
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
+        concat!("XX", "X:"),
+        concat!("unimplemented", "!("),
+        concat!("/wo", "rk/"),
+        concat!("/tmp/", "target"),
+        concat!("Clau", "de"),
+        concat!("Anthro", "pic"),
+        concat!("Chat", "GPT"),
+        concat!("language ", "model"),
+    ];
+    let mut offences = Vec::new();
+    for source in files("", &["rs", "toml", "md", "py", "yml", "yaml", "sh", "txt"]) {
+        for (number, line) in source.text.lines().enumerate() {
+            if words.iter().any(|word| line.contains(word)) {
+                offences.push(format!("{}:{}: {}", source.path, number + 1, line.trim()));
+            }
+        }
+    }
+    assert_none("not for the repository", &offences);
+}

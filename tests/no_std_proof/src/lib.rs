@@ -1,0 +1,35 @@
+//! The pure crates in a program without `std` and without an allocator.
+//!
+//! A panic handler of its own: a second one, which `std` would bring, is an error. No global allocator:
+//! `alloc` anywhere below is an error.
+
+#![no_std]
+
+use core::panic::PanicInfo;
+
+use flight_control::{Belief, Demand, FlightControl, Gains, StepOutput};
+use icd::lockstep::{FlightEvent, FlightSide};
+use icd::{ControlPeriod, Sensors};
+
+/// The laws, from construction to one step.
+#[used]
+static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepOutput = step;
+
+/// The link, from datagram to event.
+#[used]
+static HANDLE: for<'a> fn(&'a mut FlightSide, &[u8], bool) -> FlightEvent<'a> = FlightSide::handle;
+
+fn step(
+    period: ControlPeriod,
+    belief: &Belief,
+    gains: &Gains,
+    sensors: &Sensors,
+    demand: &Demand,
+) -> StepOutput {
+    FlightControl::new(period, belief, gains).step(sensors, demand)
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    loop {}
+}
