@@ -151,14 +151,20 @@ impl Autopilot {
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
-                let Some(place) = self.unanswered.iter().position(|number| *number == request) else {
+                let Some(place) = self.unanswered.iter().position(|number| *number == request)
+                else {
                     return;
                 };
                 self.unanswered.swap_remove(place);
                 let outcome = Outcome::Plant(reply);
-                (reply_time(&reply).unwrap_or(self.time), EventKind::Outcome { number: request, outcome })
+                (
+                    reply_time(&reply).unwrap_or(self.time),
+                    EventKind::Outcome { number: request, outcome },
+                )
             }
-            PlantReport::FaultActs { effector, kind, at } => (at, EventKind::FaultActs { effector, kind }),
+            PlantReport::FaultActs { effector, kind, at } => {
+                (at, EventKind::FaultActs { effector, kind })
+            }
             PlantReport::FaultEnded { effector, at } => (at, EventKind::FaultEnded { effector }),
             PlantReport::GroundContact { at } => (at, EventKind::GroundContact),
         };
@@ -268,7 +274,9 @@ impl Autopilot {
 fn reply_time(reply: &FaultReply) -> Option<SimTime> {
     match *reply {
         FaultReply::Applied { at } | FaultReply::Cleared { at } => Some(at),
-        FaultReply::Unchanged { .. } | FaultReply::Scheduled { .. } | FaultReply::Refused(_) => None,
+        FaultReply::Unchanged { .. } | FaultReply::Scheduled { .. } | FaultReply::Refused(_) => {
+            None
+        }
     }
 }
 

@@ -64,9 +64,7 @@ pub fn read(path: &Path) -> Result<String, ConfigError> {
 /// [`ConfigError`] names file, key, value and range.
 pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
     let belief: Belief = parse(file, text)?;
-    belief
-        .validate()
-        .map_err(|source| ConfigError::Belief { file: file.to_owned(), source })?;
+    belief.validate().map_err(|source| ConfigError::Belief { file: file.to_owned(), source })?;
     Ok(belief)
 }
 
@@ -127,7 +125,8 @@ mod tests {
 
     #[test]
     fn the_plant_part_of_a_scenario_is_not_looked_at() {
-        let text = "[plant]\nanything = true\n[[autopilot.reference]]\nat_s = 1.0\nroll_deg = 15.0\n";
+        let text =
+            "[plant]\nanything = true\n[[autopilot.reference]]\nat_s = 1.0\nroll_deg = 15.0\n";
         assert!(references("s.toml", text).is_ok());
         assert!(references("s.toml", "[autopilot]\nrefs = 1\n").is_err());
         assert!(references("s.toml", "[pilot]\n").is_err());

@@ -133,8 +133,14 @@ pub enum Limit {
 
 impl Limit {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Aileron, Self::Elevator, Self::Rudder, Self::NozzlePitch, Self::NozzleYaw, Self::Thrust];
+    pub const ALL: [Self; 6] = [
+        Self::Aileron,
+        Self::Elevator,
+        Self::Rudder,
+        Self::NozzlePitch,
+        Self::NozzleYaw,
+        Self::Thrust,
+    ];
 
     /// Name for people.
     #[must_use]

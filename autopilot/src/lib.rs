@@ -17,6 +17,7 @@ pub mod clock;
 pub mod config;
 pub mod event;
 pub mod io;
+pub mod mavlink;
 pub mod parameters;
 pub mod run;
 pub mod transitions;

@@ -1,24 +1,25 @@
 //! The autopilot process from its options to its end.
 
 use std::io;
-use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
 use host_io::{BindError, LinkSocket, Stop, cpu};
+use tokio::sync::watch;
 use tracing::{info, warn};
 
 use crate::autopilot::{Autopilot, Settings};
 use crate::config::ConfigError;
-use crate::io::channels;
+use crate::io::channels::{self, GroundChannels};
+use crate::io::gcs_link::{self, GcsConfig, GcsError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
 use crate::io::status::{self, StatusLine};
-use crate::parameters::ParameterError;
+use crate::parameters::{ParameterError, Parameters};
 
 mod args;
 
-pub use args::{AutopilotArgs, ControlSetup, Ftc};
+pub use args::{AutopilotArgs, ControlSetup, DEFAULT_GROUND_STATIONS, Ftc};
 
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +46,9 @@ pub enum RunError {
     /// No socket.
     #[error(transparent)]
     Bind(#[from] BindError),
+    /// Ground stations cannot be served.
+    #[error(transparent)]
+    Gcs(#[from] GcsError),
     /// The link is over.
     #[error(transparent)]
     Link(#[from] PlantLinkError),
@@ -80,7 +84,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let listening = socket.local_address()?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
     let step_log = args.step_log.as_ref().map(create).transpose()?;
-    let (_ground, channels) = channels::channels();
+    let (ground, control) = channels::channels();
+    let ground_stations = GroundStations::start(args, &settings, &parameters, ground, &stop)?;
     let status = if args.status {
         Some(status::start(StatusLine::Listening { plant_link: listening }, stop.clone())?)
     } else {
@@ -88,7 +93,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     };
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
-    let link = PlantLink::new(socket, autopilot, channels, status, step_log, stop);
+    let link = PlantLink::new(socket, autopilot, control, status, step_log, stop);
     let cpu = args.cpu;
     let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(move || {
         if let Some(cpu) = cpu
@@ -102,12 +107,54 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         Ok(result) => result?,
         Err(_) => return Err(io::Error::other("the control thread has broken down").into()),
     }
+    ground_stations.map_or(Ok(()), GroundStations::end)?;
     Ok(ExitReason::Stopped)
 }
 
-/// Where ground stations listen if nothing else is asked for: QGroundControl, and offboard scripts.
-pub const DEFAULT_GROUND_STATIONS: [SocketAddr; 2] = [local(14_550), local(14_540)];
+/// The thread that serves ground stations.
+struct GroundStations {
+    thread: JoinHandle<Result<(), GcsError>>,
+    shutdown: watch::Sender<bool>,
+}
 
-const fn local(port: u16) -> SocketAddr {
-    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), port)
+impl GroundStations {
+    /// `None` if there are to be no ground stations. If they cannot be served, the process ends.
+    fn start(
+        args: &AutopilotArgs,
+        settings: &Settings,
+        parameters: &Parameters,
+        channels: GroundChannels,
+        stop: &Stop,
+    ) -> io::Result<Option<Self>> {
+        if args.no_gcs {
+            return Ok(None);
+        }
+        let config = GcsConfig {
+            bind: args.gcs_bind(),
+            endpoints: args.ground_stations().to_vec(),
+            parameters: *parameters,
+            belief: settings.belief,
+        };
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let (shutdown, told) = watch::channel(false);
+        let stop = stop.clone();
+        let serve = move || {
+            let result = runtime.block_on(gcs_link::run(config, channels, told));
+            stop.request();
+            result
+        };
+        let thread = thread::Builder::new().name("ground stations".to_owned()).spawn(serve)?;
+        Ok(Some(Self { thread, shutdown }))
+    }
+
+    fn end(self) -> Result<(), RunError> {
+        // A thread that has ended already needs no telling.
+        let _ = self.shutdown.send(true);
+        match self.thread.join() {
+            // The control thread ends first when all is well.
+            Ok(Ok(()) | Err(GcsError::ControlEnded)) => Ok(()),
+            Ok(Err(error)) => Err(error.into()),
+            Err(_) => Err(io::Error::other("the ground-station thread has broken down").into()),
+        }
+    }
 }

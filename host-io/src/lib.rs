@@ -1,7 +1,8 @@
 //! What both programs need of the operating system, and nothing about aircraft.
 //!
 //! The autopilot and the plant may not know each other, but both wait on a datagram socket, run on a
-//! core, end when they are told to, and write a log. Those four things are here once.
+//! core, end when they are told to, tell their operator what happens, and write a log. Those things are
+//! here once.
 //!
 //! | question | file |
 //! |---|---|
@@ -9,9 +10,11 @@
 //! | on which core does a thread run? | [`cpu`] |
 //! | who tells a process to end? | [`stop`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
+//! | what does the operator read? | [`console`] |
 //! | who reads a clock? | [`clock`] |
 
 pub mod clock;
+pub mod console;
 pub mod cpu;
 pub mod socket;
 pub mod stop;

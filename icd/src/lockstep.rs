@@ -156,10 +156,6 @@ struct Exchange {
 
 /// What a datagram means to the autopilot.
 #[derive(Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "short-lived and on the stack: the link may not allocate"
-)]
 pub enum FlightEvent<'a> {
     /// The first packet of a flight that this autopilot sees; call [`FlightSide::answer`].
     ///

@@ -1,5 +1,4 @@
 //! Time of one integration step, one control period and one look at the sensors, on both Earths.
-#![expect(missing_docs, reason = "criterion's macro makes undocumented functions")]
 
 use std::hint::black_box;
 

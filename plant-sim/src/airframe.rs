@@ -74,17 +74,13 @@ impl Airframe {
     #[must_use]
     pub fn inertia(&self) -> Matrix3<f64> {
         let m = &self.mass;
-        Matrix3::new(
-            m.ixx_kg_m2,
-            0.0,
-            -m.ixz_kg_m2, //
-            0.0,
-            m.iyy_kg_m2,
-            0.0, //
-            -m.ixz_kg_m2,
-            0.0,
-            m.izz_kg_m2,
-        )
+        #[rustfmt::skip]
+        let inertia = Matrix3::new(
+            m.ixx_kg_m2,            0.0, -m.ixz_kg_m2,
+                    0.0,    m.iyy_kg_m2,          0.0,
+            -m.ixz_kg_m2,           0.0,  m.izz_kg_m2,
+        );
+        inertia
     }
 
     /// Mass and inertia for the equations of motion; `None` for what [`Airframe::check`] refuses.

@@ -63,7 +63,10 @@ fn layer_at(altitude_m: f64) -> usize {
 
 /// The altitude inside the model; a NaN becomes the lowest one, so that everything below is total.
 fn inside(geopotential_altitude_m: f64) -> f64 {
-    geopotential_altitude_m.max(LOWEST_M).min(HIGHEST_M)
+    if geopotential_altitude_m.is_nan() {
+        return LOWEST_M;
+    }
+    geopotential_altitude_m.clamp(LOWEST_M, HIGHEST_M)
 }
 
 /// Temperature (K) and pressure (Pa) at a geopotential altitude.

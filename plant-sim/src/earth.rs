@@ -109,22 +109,18 @@ impl Earth {
                 let v = geodesy::vertical(position);
                 let (sp, cp) = (v.sin_latitude, v.cos_latitude);
                 let (sl, cl) = (v.sin_longitude, v.cos_longitude);
+                #[rustfmt::skip]
+                let e_from_ned = Matrix3::new(
+                    -sp * cl, -sl, -cp * cl,
+                    -sp * sl,  cl, -cp * sl,
+                          cp, 0.0,      -sp,
+                );
                 Place {
                     altitude_m: v.altitude_m,
                     geopotential_altitude_m: GEOPOTENTIAL_RADIUS_M * v.altitude_m
                         / (GEOPOTENTIAL_RADIUS_M + v.altitude_m),
                     gravity: gravitation(position) + centrifugal(position),
-                    e_from_ned: Matrix3::new(
-                        -sp * cl,
-                        -sl,
-                        -cp * cl, //
-                        -sp * sl,
-                        cl,
-                        -cp * sl, //
-                        cp,
-                        0.0,
-                        -sp,
-                    ),
+                    e_from_ned,
                 }
             }
         }

@@ -279,7 +279,7 @@ impl Faults {
         match kind {
             FaultKind::StuckHere => positions[effector] = here,
             FaultKind::StuckAt { angle_rad, travel: Travel::Jump } => {
-                positions[effector] = angle_rad
+                positions[effector] = angle_rad;
             }
             FaultKind::StuckAt { angle_rad, travel: Travel::AtActuatorRate } => {
                 positions[effector] = here;

@@ -147,7 +147,7 @@ mod tests {
     proptest! {
         #[test]
         fn closed_height_agrees_with_the_iterated_one(
-            latitude_rad in -1.570..1.570, longitude_rad in -3.14..3.14, altitude_m in -1.0e3..1.0e5,
+            latitude_rad in -1.570..1.570, longitude_rad in -3.1..3.1, altitude_m in -1.0e3..1.0e5,
         ) {
             let position = ecef(&Geodetic { latitude_rad, longitude_rad, altitude_m });
             let ours = vertical(&position);
@@ -160,7 +160,7 @@ mod tests {
 
         #[test]
         fn geodetic_coordinates_survive_the_round_trip(
-            latitude_rad in -1.57..1.57, longitude_rad in -3.14..3.14, altitude_m in -1.0e3..1.0e5,
+            latitude_rad in -1.57..1.57, longitude_rad in -3.1..3.1, altitude_m in -1.0e3..1.0e5,
         ) {
             let back = vertical(&ecef(&Geodetic { latitude_rad, longitude_rad, altitude_m })).geodetic();
             // 1e-9 rad are 6 mm, 1e-8 m as above.

@@ -188,7 +188,7 @@ impl PlantTable {
             seed: self.seed,
             duration_s: self.duration_s,
             start,
-            earth: self.earth.unwrap_or(EarthModel::Flat),
+            earth: self.earth.unwrap_or(EarthModel::Wgs84),
             wind,
             sensors,
             faults: faults.map(|(i, f)| f.read(file, i + 1)).collect::<Result<_, _>>()?,

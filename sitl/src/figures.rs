@@ -18,14 +18,20 @@ mod survive;
 
 pub use survive::survival;
 
-use panel::{DARK, Ink, LABEL_SIZE, Panel, Pattern, TITLE_SIZE, draw_sample, text};
+use panel::{DARK, Event, Ink, LABEL_SIZE, Panel, Pattern, TITLE_SIZE, draw_sample, text};
 
 /// Width of a figure, pixels.
 const WIDTH: u32 = 1_800;
 /// Height of a row of panels, pixels.
 const ROW_HEIGHT: u32 = 560;
-/// Height of title and legend, pixels.
-const HEADER_HEIGHT: u32 = 124;
+/// Height of the title, pixels.
+const TITLE_HEIGHT: i32 = 66;
+/// Height of a line of the legend, pixels.
+const LEGEND_HEIGHT: i32 = 46;
+/// Width of a letter of the legend, about, pixels.
+const LETTER: i32 = 14;
+/// Space around title and legend, pixels.
+const MARGIN: i32 = 24;
 /// Length of a curve's sample in the legend, pixels.
 const SAMPLE: i32 = 80;
 
@@ -38,8 +44,10 @@ const PID_ONLY: Ink =
 /// Flight with the compensator.
 const COMPENSATED: Ink =
     Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Dotted, width: 4 };
-/// Vertical lines and names of faults.
-const FAULT: RGBColor = RGBColor(70, 70, 70);
+/// Vertical line at the fault.
+const FAULT: Ink = Ink { colour: RGBColor(70, 70, 70), pattern: Pattern::Fine, width: 3 };
+/// Vertical line where the flight with the PID only is lost.
+const LOST: Ink = Ink { colour: PID_ONLY.colour, pattern: Pattern::Fine, width: 3 };
 
 /// A drawn figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,9 +103,37 @@ pub fn of_the_paper(case1: &Flown, case2: &Flown) -> Result<Vec<Figure>, FigureE
 }
 
 /// A legend's entry.
+#[derive(Debug, Clone)]
 struct Entry {
     ink: Ink,
-    name: &'static str,
+    name: String,
+}
+
+impl Entry {
+    fn new(ink: Ink, name: impl Into<String>) -> Self {
+        Self { ink, name: name.into() }
+    }
+
+    /// About how wide it is with the gap after it, pixels.
+    fn width(&self) -> i32 {
+        let letters = i32::try_from(self.name.chars().count()).unwrap_or(i32::MAX / 100);
+        SAMPLE + 16 + LETTER * letters + 40
+    }
+}
+
+/// Where each entry of a legend stands: x in pixels, and the line from 0 on.
+fn lay_out(legend: &[Entry]) -> Vec<(i32, i32)> {
+    let right = i32::try_from(WIDTH).unwrap_or(i32::MAX) - MARGIN;
+    let (mut x, mut line) = (MARGIN, 0);
+    let place = |entry: &Entry| {
+        if x > MARGIN && x + entry.width() > right {
+            (x, line) = (MARGIN, line + 1);
+        }
+        let at = (x, line);
+        x += entry.width();
+        at
+    };
+    legend.iter().map(place).collect()
 }
 
 /// Draws panels in two columns under a title and a legend.
@@ -117,13 +153,20 @@ fn framed(
     rows: usize,
     mut draw: impl FnMut(&panel::Area, usize) -> Result<(), FigureError>,
 ) -> Result<String, FigureError> {
-    let height = HEADER_HEIGHT + ROW_HEIGHT * u32::try_from(rows).unwrap_or(1);
+    let places = lay_out(legend);
+    let lines = places.last().map_or(0, |(_, line)| line + 1);
+    let header_height = u32::try_from(TITLE_HEIGHT + LEGEND_HEIGHT * lines + 6).unwrap_or(0);
+    let height = header_height + ROW_HEIGHT * u32::try_from(rows).unwrap_or(1);
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
         root.fill(&WHITE)?;
-        let (header, body) = root.split_vertically(HEADER_HEIGHT);
-        draw_header(&header, title, legend)?;
+        let (header, body) = root.split_vertically(header_height);
+        let style = text(TITLE_SIZE + 6, DARK).pos(Pos::new(HPos::Left, VPos::Top));
+        header.draw(&Text::new(title.to_owned(), (MARGIN, 12), style))?;
+        for (entry, place) in legend.iter().zip(places) {
+            draw_entry(&header, entry, place)?;
+        }
         for (index, area) in body.split_evenly((rows, 2)).iter().enumerate() {
             draw(area, index)?;
         }
@@ -132,17 +175,26 @@ fn framed(
     Ok(svg)
 }
 
-fn draw_header(area: &panel::Area, title: &str, legend: &[Entry]) -> Result<(), FigureError> {
-    let title_style = text(TITLE_SIZE + 6, DARK).pos(Pos::new(HPos::Left, VPos::Top));
-    area.draw(&Text::new(title.to_owned(), (24, 12), title_style))?;
-    let style = text(LABEL_SIZE + 4, DARK).pos(Pos::new(HPos::Left, VPos::Center));
-    let width = i32::try_from(WIDTH).unwrap_or(i32::MAX) - 48;
-    let step = width / i32::try_from(legend.len().max(3)).unwrap_or(1);
-    for (x, entry) in (24..).step_by(usize::try_from(step).unwrap_or(1)).zip(legend) {
-        draw_sample(area, x, 92, SAMPLE, &entry.ink)?;
-        area.draw(&Text::new(entry.name, (x + SAMPLE + 16, 92), style.clone()))?;
-    }
+fn draw_entry(
+    header: &panel::Area,
+    entry: &Entry,
+    (x, line): (i32, i32),
+) -> Result<(), FigureError> {
+    let y = TITLE_HEIGHT + LEGEND_HEIGHT * line + LEGEND_HEIGHT / 2;
+    draw_sample(header, x, y, SAMPLE, &entry.ink)?;
+    let style = text(LABEL_SIZE + 2, DARK).pos(Pos::new(HPos::Left, VPos::Center));
+    header.draw(&Text::new(entry.name.clone(), (x + SAMPLE + 16, y), style))?;
     Ok(())
+}
+
+/// The legend's entry of the vertical line at the fault.
+fn fault_entry(flown: &Flown) -> Entry {
+    Entry::new(FAULT, format!("fault, at {} s", flown.case.fault_s))
+}
+
+/// The vertical line at the fault.
+fn fault_event(flown: &Flown) -> Event {
+    Event { t_s: flown.case.fault_s, ink: FAULT }
 }
 
 /// A range around values with room above and below, never narrower than `span_min`.
@@ -177,6 +229,14 @@ impl fmt::Display for FaultName<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_legend_that_is_too_long_goes_on_in_the_next_line() {
+        let entry = |letters: usize| Entry::new(NO_FAULT, "x".repeat(letters));
+        let places = lay_out(&[entry(30), entry(30), entry(30), entry(5)]);
+        assert_eq!(places.iter().map(|place| place.1).collect::<Vec<_>>(), [0, 0, 0, 1]);
+        assert_eq!(places[3].0, MARGIN);
+    }
 
     #[test]
     fn a_range_has_room_around_the_values_and_never_collapses() {

@@ -1,11 +1,16 @@
 //! Sees both sides: flies plant and autopilot together and judges the flights.
 
+pub mod arrangement;
+pub mod bench;
 pub mod closed_loop;
-pub mod linearize;
 pub mod dispersion;
+pub mod echo;
 pub mod figures;
+pub mod launch;
+pub mod linearize;
 pub mod metrics;
 pub mod paper;
 pub mod report;
 pub mod runner;
 pub mod table;
+pub mod udp_flight;

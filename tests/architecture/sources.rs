@@ -79,7 +79,9 @@ fn collect(folder: &Path, endings: &[&str], found: &mut Vec<Source>) {
 impl Source {
     /// Files that only tests compile.
     pub fn is_test(&self) -> bool {
-        self.path.ends_with("/tests.rs") || self.path.ends_with("/testing.rs")
+        self.path.ends_with("/tests.rs")
+            || self.path.ends_with("/testing.rs")
+            || self.path.contains("/src/") && self.path.contains("/tests/")
     }
 
     /// Lines before the file's own test module; none for a file that only tests compile.

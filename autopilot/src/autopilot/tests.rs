@@ -32,7 +32,10 @@ fn flying() -> Autopilot {
 fn break_rudder(number: u32) -> Intent {
     let kind = FaultKind::StuckHere;
     let onset = icd::fault::Onset::AtOnce;
-    Intent { number, wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, onset }) }
+    Intent {
+        number,
+        wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, onset }),
+    }
 }
 
 fn outcomes(autopilot: &mut Autopilot) -> Vec<(u32, Outcome)> {

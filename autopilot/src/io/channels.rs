@@ -78,7 +78,6 @@ impl ControlChannels {
     ///
     /// # Errors
     /// The event, if there is no room.
-    #[expect(clippy::result_large_err, reason = "the event itself is the error")]
     pub fn tell(&self, event: Event) -> Result<(), Event> {
         match self.events.try_send(event) {
             Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),

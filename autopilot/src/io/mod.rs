@@ -2,6 +2,7 @@
 
 pub mod channels;
 pub mod complaints;
+pub mod gcs_link;
 pub mod plant_link;
 pub mod presence;
 pub mod status;

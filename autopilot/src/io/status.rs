@@ -82,7 +82,11 @@ impl StatusSource {
         self.wanted.store(false, Ordering::Relaxed);
         let line = snapshot.map_or(StatusLine::NoPlant, |s| {
             StatusLine::Flight(FlightStatus {
-                plant: if s.on_ground && plant == PlantState::Flying { PlantState::OnGround } else { plant },
+                plant: if s.on_ground && plant == PlantState::Flying {
+                    PlantState::OnGround
+                } else {
+                    plant
+                },
                 t_s: s.time.as_seconds(),
                 altitude_m: s.log.state.altitude_m,
                 airspeed_m_s: s.log.state.airspeed_m_s,

@@ -5,6 +5,8 @@
 //! newer than the definitions must not make the message disappear: a command that nobody knows still gets
 //! its answer.
 
+#![expect(deprecated, reason = "ground stations still send PING and SET_MODE")]
+
 use ::mavlink::dialects::common::{
     COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, HEARTBEAT_DATA, MavMessage, MavResult,
     PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA,
@@ -81,8 +83,8 @@ pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Fram
                 continue;
             }
         };
-        let Some((layout, frame)) = layout.and_then(|layout| Some((layout, rest.get(..layout.length)?)))
-        else {
+        let whole = layout.and_then(|layout| Some((rest.get(..layout.length)?, layout)));
+        let Some((frame, layout)) = whole else {
             // Only the marker is given up: a good frame may stand right behind it.
             skipped.truncated += 1;
             *rest = &rest[1..];

@@ -226,7 +226,9 @@ fn change_speed(command: &Command, ctx: &Context) -> Result<Decision, Refused> {
 
 fn change_altitude(altitude: f32, frame: u8, ctx: &Context) -> Result<Decision, Refused> {
     if !FRAMES_SEA_LEVEL.contains(&frame) && !FRAMES_ABOVE_HOME.contains(&frame) {
-        return Err(Refused::denied(format!("Altitude refused: frame {frame} is not 0, 3, 5 or 6")));
+        return Err(Refused::denied(format!(
+            "Altitude refused: frame {frame} is not 0, 3, 5 or 6"
+        )));
     }
     refer(Reference::Altitude(convert::decimal(altitude)), ctx)
 }
@@ -272,7 +274,5 @@ fn request_message(id: f32, ctx: &Context) -> Result<Decision, Refused> {
 }
 
 fn show(message: Option<Encoded>) -> Result<Decision, Refused> {
-    message
-        .map(Decision::Show)
-        .ok_or(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
+    message.map(Decision::Show).ok_or(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
 }

@@ -64,7 +64,12 @@ mod tests {
         for row in &TABLE {
             assert!(row.name.len() <= 16, "{}", row.name);
             assert!(table().iter().all(|real| real.name != row.name), "{}", row.name);
-            assert_eq!(TABLE.iter().filter(|other| other.name == row.name).count(), 1, "{}", row.name);
+            assert_eq!(
+                TABLE.iter().filter(|other| other.name == row.name).count(),
+                1,
+                "{}",
+                row.name
+            );
         }
     }
 }

@@ -45,7 +45,10 @@ pub fn boot_ms(time: SimTime) -> u32 {
 
 /// Microseconds of simulation time in a 32-bit field; wraps after 71 minutes, as the field's users expect.
 #[must_use]
-#[expect(clippy::cast_possible_truncation, reason = "SERVO_OUTPUT_RAW.time_usec is the low 32 bits")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "SERVO_OUTPUT_RAW.time_usec is the low 32 bits"
+)]
 pub fn boot_us_low(time: SimTime) -> u32 {
     (time.as_micros() & u64::from(u32::MAX)) as u32
 }
@@ -161,7 +164,10 @@ mod tests {
         assert_eq!(euler_of([2.0, 0.0, 0.0, 0.0]), None);
         let roll = euler_of([0.991_444_9, 0.130_526_2, 0.0, 0.0]).map(|euler| euler.phi);
         // 1e-6 rad: the quaternion has seven digits.
-        assert!(roll.is_some_and(|phi| (phi - 15.0_f64.to_radians()).abs() < 1.0e-6), "{roll:?} rad");
+        assert!(
+            roll.is_some_and(|phi| (phi - 15.0_f64.to_radians()).abs() < 1.0e-6),
+            "{roll:?} rad"
+        );
     }
 
     proptest! {

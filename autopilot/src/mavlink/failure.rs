@@ -72,7 +72,11 @@ pub fn requests(command: &Command, parameters: &Parameters) -> Result<Requests, 
     let effectors = match integer("unit", unit)? {
         UNIT_SERVO => &SERVOS[..],
         UNIT_MOTOR => &MOTORS[..],
-        other => return Err(Refused::unsupported(format!("Fault refused: no failures of unit {other}"))),
+        other => {
+            return Err(Refused::unsupported(format!(
+                "Fault refused: no failures of unit {other}"
+            )));
+        }
     };
     let failure_type = integer("type", failure_type)?;
     let magnitude = Magnitude::of(command)?;
@@ -147,13 +151,19 @@ fn is_given(value: f32) -> bool {
 fn integer(what: &str, value: f32) -> Result<i32, Refused> {
     let value = f64::from(value);
     if value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value) {
-        #[expect(clippy::cast_possible_truncation, reason = "whole and in range, as just checked")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "whole and in range, as just checked"
+        )]
         return Ok(value as i32);
     }
     Err(Refused::denied(format!("Fault refused: {what} {value} is no whole number")))
 }
 
-fn chosen(command: &Command, effectors: &[Effector]) -> Result<ArrayVec<Effector, { Effector::COUNT }>, Refused> {
+fn chosen(
+    command: &Command,
+    effectors: &[Effector],
+) -> Result<ArrayVec<Effector, { Effector::COUNT }>, Refused> {
     let [_, _, instance, mask, ..] = command.params;
     let count = effectors.len();
     let of_bits = |bits: u32| {
@@ -208,7 +218,9 @@ fn request(
             return Err(Refused::denied("Fault refused: this type has no such value (p4)"));
         }
         (other, _) => {
-            return Err(Refused::unsupported(format!("Fault refused: no failures of type {other}")));
+            return Err(Refused::unsupported(format!(
+                "Fault refused: no failures of type {other}"
+            )));
         }
     };
     Ok(FaultRequest::Inject { effector, kind, onset })
@@ -269,7 +281,11 @@ mod tests {
             assert_eq!(inject(unit, 2.0, 1.0, 0.0), Err(UNSUPPORTED), "unit {unit}");
         }
         for failure_type in [3.0, 5.0, 6.0, 7.0, 8.0, 99.0] {
-            assert_eq!(inject(102.0, failure_type, 1.0, 0.0), Err(UNSUPPORTED), "type {failure_type}");
+            assert_eq!(
+                inject(102.0, failure_type, 1.0, 0.0),
+                Err(UNSUPPORTED),
+                "type {failure_type}"
+            );
         }
         for odd in [NAN, f32::INFINITY, 102.5, 1.0e20] {
             assert_eq!(inject(odd, 2.0, 1.0, 0.0), Err(DENIED), "unit {odd}");
@@ -317,19 +333,22 @@ mod tests {
     #[test]
     fn magnitudes_of_420_come_from_the_parameters() {
         let mut parameters = Parameters::default();
-        for (name, value) in [("FLT_STUCK_MODE", 1.0), ("FLT_STUCK_DEG", -7.0), ("FLT_STUCK_RATE", 1.0)] {
+        for (name, value) in
+            [("FLT_STUCK_MODE", 1.0), ("FLT_STUCK_DEG", -7.0), ("FLT_STUCK_RATE", 1.0)]
+        {
             parameters.set(name, value).unwrap();
         }
         let command = |unit, failure_type| {
             let params = [unit, failure_type, 1.0, NAN, NAN, NAN, NAN];
             Command { id: INJECT_FAILURE, params, frame: None }
         };
-        let kind_of = |command: &Command, parameters: &Parameters| {
-            match requests(command, parameters).unwrap()[0] {
+        let kind_of =
+            |command: &Command, parameters: &Parameters| match requests(command, parameters)
+                .unwrap()[0]
+            {
                 FaultRequest::Inject { kind, .. } => kind,
                 FaultRequest::Clear { .. } => panic!("a fault was asked for"),
-            }
-        };
+            };
         let travel = Travel::AtActuatorRate;
         let at = FaultKind::StuckAt { angle_rad: (-7.0_f64).to_radians(), travel };
         assert_eq!(kind_of(&command(102.0, 2.0), &parameters), at);

@@ -117,7 +117,9 @@ impl Ground {
             Message::Heartbeat | Message::Ping(_) => {}
             Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
             Message::SetMode(data) => modes::handle(data, now, &mut ctx),
-            Message::ParamRequestRead(data) => services.param.handle_read(from, data, &mut ctx, out),
+            Message::ParamRequestRead(data) => {
+                services.param.handle_read(from, data, &mut ctx, out)
+            }
             Message::ParamRequestList => services.param.handle_list(from),
             Message::ParamSet(set) => services.param.handle_set(from, set, now, &mut ctx, out),
             Message::Command(command) => services.command.handle(from, command, now, &mut ctx, out),

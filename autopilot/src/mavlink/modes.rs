@@ -1,5 +1,7 @@
 //! Flight modes in PX4's encoding: main mode in the third byte, sub mode in the fourth.
 
+#![expect(deprecated, reason = "ground stations still send PING and SET_MODE")]
+
 use ::mavlink::dialects::common::{MavModeFlag, SET_MODE_DATA};
 
 use super::context::Context;

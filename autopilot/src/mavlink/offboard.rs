@@ -43,7 +43,8 @@ impl Offboard {
 
     /// Takes a setpoint.
     pub fn handle(&mut self, data: &SET_ATTITUDE_TARGET_DATA, now: WallTime, ctx: &mut Context) {
-        if data.type_mask.contains(AttitudeTargetTypemask::ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE) {
+        if data.type_mask.contains(AttitudeTargetTypemask::ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE)
+        {
             self.complain("Setpoint refused: the attitude is marked as ignored", now, ctx);
         } else if let Some(euler) = convert::euler_of(data.q) {
             self.setpoint = Some((now, euler.phi));

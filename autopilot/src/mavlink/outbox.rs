@@ -84,31 +84,31 @@ impl Outbox {
 mod tests {
     use super::*;
     use crate::mavlink::codec::OWN;
-    use ::mavlink::dialects::common::{MavResult, PING_DATA};
+    use ::mavlink::dialects::common::{MavResult, NAMED_VALUE_FLOAT_DATA};
 
-    fn ping(seq: u32) -> Encoded {
-        Encoded::new(&PING_DATA { time_usec: 0, seq, target_system: 0, target_component: 0 })
+    fn value(time_boot_ms: u32) -> Encoded {
+        Encoded::new(&NAMED_VALUE_FLOAT_DATA { time_boot_ms, value: 0.0, name: "x".into() })
     }
 
     #[test]
     fn a_slow_peer_loses_old_telemetry_and_no_acknowledgement() {
         let mut outbox = Outbox::default();
-        for seq in 0..1000 {
-            outbox.stream(ping(seq));
+        for ms in 0..1000 {
+            outbox.stream(value(ms));
         }
         let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
         outbox.answer(ack.clone());
         assert_eq!(outbox.pop(), Some(ack.frame(0)), "the answer goes first");
-        assert_eq!(outbox.pop(), Some(ping(1000 - 64).frame(1)));
+        assert_eq!(outbox.pop(), Some(value(1000 - 64).frame(1)));
         assert_eq!(outbox.dropped_telemetry(), 1000 - 64);
     }
 
     #[test]
     fn both_queues_are_bounded() {
         let mut outbox = Outbox::default();
-        for seq in 0..10_000 {
-            outbox.answer(ping(seq));
-            outbox.stream(ping(seq));
+        for ms in 0..10_000 {
+            outbox.answer(value(ms));
+            outbox.stream(value(ms));
         }
         assert_eq!(std::iter::from_fn(|| outbox.pop()).count(), ANSWERS_MAX + TELEMETRY_MAX);
         assert_eq!(outbox.dropped_answers(), 10_000 - ANSWERS_MAX as u64);

@@ -257,6 +257,3 @@ impl ParamService {
         has_work.then_some(self.next_burst)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -37,8 +37,7 @@ impl Peers {
     /// The configured addresses; those beyond the limit are left out.
     #[must_use]
     pub fn new(configured: &[SocketAddr]) -> Self {
-        let mut peers =
-            Self { entries: Vec::with_capacity(PEERS_MAX), next: 0, turned_away: 0 };
+        let mut peers = Self { entries: Vec::with_capacity(PEERS_MAX), next: 0, turned_away: 0 };
         for &address in configured.iter().take(PEERS_MAX) {
             peers.add(address, true, WallTime::ZERO);
         }
@@ -169,7 +168,8 @@ mod tests {
     #[test]
     fn the_table_is_bounded() {
         let mut peers = Peers::new(&[]);
-        let let_in = (1..=100).filter(|port| peers.hear(address(*port), seconds(0)).is_some()).count();
+        let let_in =
+            (1..=100).filter(|port| peers.hear(address(*port), seconds(0)).is_some()).count();
         assert_eq!(let_in, PEERS_MAX);
         assert_eq!(peers.turned_away(), 100 - PEERS_MAX as u64);
     }

@@ -137,10 +137,7 @@ impl Pending {
 
 fn acknowledge(open: &Open, result: MavResult, out: &mut Peers) {
     for _ in 0..open.copies {
-        out.answer(
-            open.from.peer,
-            Encoded::command_ack(open.command.id, result, open.from.sender),
-        );
+        out.answer(open.from.peer, Encoded::command_ack(open.command.id, result, open.from.sender));
     }
 }
 
@@ -156,7 +153,9 @@ fn told(
         format!("{unit} {instance}")
     });
     match reply {
-        FaultReply::Applied { .. } | FaultReply::Unchanged { .. } | FaultReply::Cleared { .. } => None,
+        FaultReply::Applied { .. } | FaultReply::Unchanged { .. } | FaultReply::Cleared { .. } => {
+            None
+        }
         FaultReply::Scheduled { at } => {
             let text = format!("Scheduled: {name} at {at}");
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);

@@ -1,5 +1,7 @@
 //! PING and TIMESYNC: answered at once, wall time.
 
+#![expect(deprecated, reason = "ground stations still send PING and SET_MODE")]
+
 use ::mavlink::dialects::common::{PING_DATA, TIMESYNC_DATA};
 
 use super::codec::Encoded;

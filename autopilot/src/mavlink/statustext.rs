@@ -202,7 +202,11 @@ mod tests {
         assert_eq!(lengths("short"), 1);
         assert_eq!(lengths(&"x".repeat(50)), 1);
         assert_eq!(lengths(&"x".repeat(51)), 2);
-        assert_eq!(lengths(&"x".repeat(100)), 3, "an empty chunk ends a text that fills its chunks");
+        assert_eq!(
+            lengths(&"x".repeat(100)),
+            3,
+            "an empty chunk ends a text that fills its chunks"
+        );
         assert_eq!(lengths(&"x".repeat(10_000)), CHUNKS_MAX);
     }
 

@@ -1,7 +1,7 @@
 //! Command line of the autopilot.
 
 use std::fs;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use flight_control::{Belief, Gains};
@@ -11,6 +11,7 @@ use tracing::warn;
 
 use super::RunError;
 use crate::config;
+use crate::io::gcs_link::GcsConfig;
 use crate::parameters::Parameters;
 use crate::vehicle::schedule::ReferenceSchedule;
 
@@ -23,6 +24,13 @@ const SCENARIOS: [(&str, &str); 3] = [
     ("case1", include_str!("../../../plant-sim/scenarios/case1.toml")),
     ("case2", include_str!("../../../plant-sim/scenarios/case2.toml")),
 ];
+
+/// Where ground stations listen if nothing else is asked for: QGroundControl, and offboard scripts.
+pub const DEFAULT_GROUND_STATIONS: [SocketAddr; 2] = [local(14_550), local(14_540)];
+
+const fn local(port: u16) -> SocketAddr {
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
+}
 
 /// Whether the compensator acts: parameter `FTC_MODE` by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -75,8 +83,11 @@ pub struct AutopilotArgs {
     /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
     #[arg(long = "gcs", value_name = "IP:PORT")]
     pub ground_stations: Vec<SocketAddr>,
+    /// Own address for ground stations [default: any port of loopback, or of every address if one of them is elsewhere]
+    #[arg(long, value_name = "IP:PORT")]
+    pub gcs_bind: Option<SocketAddr>,
     /// No ground stations at all
-    #[arg(long, conflicts_with = "ground_stations")]
+    #[arg(long, conflicts_with_all = ["ground_stations", "gcs_bind"])]
     pub no_gcs: bool,
     /// Write the signals of every control step to this file
     #[arg(long, value_name = "FILE")]
@@ -110,6 +121,30 @@ pub struct ControlSetup {
 }
 
 impl AutopilotArgs {
+    /// Ground stations that are always spoken to.
+    #[must_use]
+    pub fn ground_stations(&self) -> &[SocketAddr] {
+        if self.ground_stations.is_empty() {
+            &DEFAULT_GROUND_STATIONS
+        } else {
+            &self.ground_stations
+        }
+    }
+
+    /// Own address for ground stations.
+    #[must_use]
+    pub fn gcs_bind(&self) -> SocketAddr {
+        let everywhere = match self.ground_stations().first() {
+            Some(SocketAddr::V6(_)) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
+            Some(SocketAddr::V4(_)) | None => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
+        };
+        self.gcs_bind.unwrap_or_else(|| {
+            let here = |address: &SocketAddr| address.ip() == GcsConfig::DEFAULT_BIND.ip();
+            let all_here = self.ground_stations().iter().all(here);
+            if all_here { GcsConfig::DEFAULT_BIND } else { everywhere }
+        })
+    }
+
     /// The control side that the options ask for, validated.
     ///
     /// # Errors

@@ -89,7 +89,8 @@ impl Vehicle {
             roll_rad: 0.0,
             airspeed_m_s: sensors.airspeed_m_s,
         });
-        while let Some(entry) = self.schedule.entry(self.scheduled).filter(|entry| entry.at <= time) {
+        while let Some(entry) = self.schedule.entry(self.scheduled).filter(|entry| entry.at <= time)
+        {
             demand.altitude_m = entry.altitude_m.unwrap_or(demand.altitude_m);
             demand.roll_rad = entry.roll_rad.unwrap_or(demand.roll_rad);
             demand.airspeed_m_s = entry.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
@@ -102,7 +103,11 @@ impl Vehicle {
     ///
     /// # Errors
     /// [`VehicleRefusal`] says why not; nothing changes then.
-    pub fn refer(&mut self, reference: Reference, limits: &ReferenceLimits) -> Result<(), VehicleRefusal> {
+    pub fn refer(
+        &mut self,
+        reference: Reference,
+        limits: &ReferenceLimits,
+    ) -> Result<(), VehicleRefusal> {
         limits.check(reference)?;
         let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
         match reference {

@@ -57,7 +57,9 @@ pub enum ScheduleError {
         max: f64,
     },
     /// The entries are not in the order of their times.
-    #[error("[[autopilot.reference]] number {number}: at_s is earlier than that of the entry before")]
+    #[error(
+        "[[autopilot.reference]] number {number}: at_s is earlier than that of the entry before"
+    )]
     Order {
         /// Which entry, from 1.
         number: usize,

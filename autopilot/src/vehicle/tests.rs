@@ -55,7 +55,8 @@ fn references_outside_the_limits_or_not_finite_change_nothing() {
     vehicle.set_mode(Mode::Offboard);
     let before = vehicle.demand().copied();
     for bad in [f64::NAN, f64::INFINITY, 1.0e6, -1.0e6] {
-        for reference in [Reference::Altitude(bad), Reference::Airspeed(bad), Reference::Roll(bad)] {
+        for reference in [Reference::Altitude(bad), Reference::Airspeed(bad), Reference::Roll(bad)]
+        {
             assert!(vehicle.refer(reference, &limits()).is_err(), "{reference:?}");
         }
     }

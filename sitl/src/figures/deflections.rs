@@ -3,8 +3,8 @@
 use plotters::prelude::RGBColor;
 
 use super::curve::thin;
-use super::panel::{Curve, Event, Ink, Panel, Pattern, Rule};
-use super::{Entry, FAULT, FaultName, Figure, FigureError, range, sheet};
+use super::panel::{Curve, Ink, Panel, Pattern, Rule};
+use super::{Entry, FaultName, Figure, FigureError, fault_entry, fault_event, range, sheet};
 use crate::metrics::DEG;
 use crate::paper::cases::Flown;
 use crate::table::Row;
@@ -17,11 +17,6 @@ const SECOND: Ink = Ink { colour: RGBColor(200, 90, 0), pattern: Pattern::Dashed
 const SPAN_MIN_DEG: f64 = 4.0;
 /// A limit is drawn where a curve comes this close to it, as a share of the limit.
 const NEAR: f64 = 0.5;
-
-const LEGEND: [Entry; 2] = [
-    Entry { ink: FIRST, name: "left; rudder; nozzle pitch" },
-    Entry { ink: SECOND, name: "right; nozzle yaw" },
-];
 
 /// The four panels of the paper: elevators, ailerons, rudder, nozzle.
 ///
@@ -47,7 +42,12 @@ pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure,
          right. Dashed grey: limits of travel.",
         FaultName(flown)
     );
-    Ok(Figure { name, caption, svg: sheet(&title, &LEGEND, &panels)? })
+    let legend = [
+        Entry::new(FIRST, "left; rudder; nozzle pitch"),
+        Entry::new(SECOND, "right; nozzle yaw"),
+        fault_entry(flown),
+    ];
+    Ok(Figure { name, caption, svg: sheet(&title, &legend, &panels)? })
 }
 
 fn panel(flown: &Flown, title: &str, limit_deg: f64, signals: &[fn(&Row) -> f64]) -> Panel {
@@ -75,11 +75,7 @@ fn panel(flown: &Flown, title: &str, limit_deg: f64, signals: &[fn(&Row) -> f64]
         y,
         curves,
         rules,
-        events: vec![Event {
-            t_s: flown.case.fault_s,
-            label: "fault".to_owned(),
-            colour: FAULT,
-            at_bottom: true,
-        }],
+        events: vec![fault_event(flown)],
+        ends: Vec::new(),
     }
 }

@@ -3,8 +3,8 @@
 use plotters::prelude::RGBColor;
 
 use super::curve::thin;
-use super::panel::{Curve, Event, Ink, Panel, Pattern};
-use super::{Entry, FAULT, FaultName, Figure, FigureError, range, sheet};
+use super::panel::{Curve, Ink, Panel, Pattern};
+use super::{Entry, FaultName, Figure, FigureError, fault_entry, fault_event, range, sheet};
 use crate::paper::cases::Flown;
 use crate::paper::estimates::Axis;
 use crate::paper::trace::Trace;
@@ -20,11 +20,6 @@ const SPAN_MIN: f64 = 0.02;
 const TRUTH: Ink = Ink { colour: RGBColor(250, 170, 90), pattern: Pattern::Solid, width: 9 };
 /// z2.
 const ESTIMATE: Ink = Ink { colour: RGBColor(0, 60, 140), pattern: Pattern::Solid, width: 3 };
-
-const LEGEND: [Entry; 2] = [
-    Entry { ink: ESTIMATE, name: "z2, the observer's estimate" },
-    Entry { ink: TRUTH, name: "F, the truth of the simulation" },
-];
 
 /// The estimate of each axis of the compensated run: the whole run, and close up around the fault.
 ///
@@ -48,7 +43,12 @@ pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure,
          the whole run; right: the same around the fault.",
         FaultName(flown)
     );
-    Ok(Figure { name, caption, svg: sheet(&title, &LEGEND, &panels)? })
+    let legend = [
+        Entry::new(ESTIMATE, "z2, the observer's estimate"),
+        Entry::new(TRUTH, "F, the truth of the simulation"),
+        fault_entry(flown),
+    ];
+    Ok(Figure { name, caption, svg: sheet(&title, &legend, &panels)? })
 }
 
 fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> Panel {
@@ -69,12 +69,8 @@ fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> 
             Curve { points: estimate, ink: ESTIMATE },
         ],
         rules: Vec::new(),
-        events: vec![Event {
-            t_s: flown.case.fault_s,
-            label: "fault".to_owned(),
-            colour: FAULT,
-            at_bottom: false,
-        }],
+        events: vec![fault_event(flown)],
+        ends: Vec::new(),
     }
 }
 

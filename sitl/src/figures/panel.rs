@@ -1,5 +1,8 @@
 //! One panel of a figure: axes, curves, marks.
 
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -10,7 +13,31 @@ use super::curve::{Point, clip};
 
 /// Where a panel is drawn.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Axes to draw into.
+pub type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<Scale, Scale>>;
+
+/// A linear axis with labels at round numbers; the library's own choice leaves some out.
+pub struct Scale {
+    inner: RangedCoordf64,
+    ticks: Vec<f64>,
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.inner.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.inner.range()
+    }
+}
 
 /// The drawing library's sizes are 1.24 times the size in pixels.
 pub const TITLE_SIZE: i32 = 40;
@@ -22,6 +49,8 @@ pub const FAMILY: &str = "sans-serif";
 /// Text and frame.
 pub const DARK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(222, 222, 222);
+/// More labels than this on one axis would crowd.
+const TICKS_MAX: f64 = 7.0;
 const RULE: RGBColor = RGBColor(120, 120, 120);
 
 /// How a curve looks. The pattern differs too, so that a greyscale print can be read.
@@ -44,6 +73,18 @@ pub enum Pattern {
     Dashed,
     /// Dots.
     Dotted,
+    /// Short dashes: vertical lines.
+    Fine,
+}
+
+impl Pattern {
+    /// Dash and gap, pixels.
+    const fn dashes(self) -> (u32, u32) {
+        match self {
+            Self::Fine => (4, 6),
+            _ => (16, 8),
+        }
+    }
 }
 
 /// A curve.
@@ -64,17 +105,13 @@ pub struct Rule {
     pub label: String,
 }
 
-/// A vertical line with a name: something that happened.
-#[derive(Debug, Clone, PartialEq)]
+/// A vertical line: something that happened. The legend says what.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// When, s.
     pub t_s: f64,
-    /// What.
-    pub label: String,
-    /// Colour.
-    pub colour: RGBColor,
-    /// The name stands at the bottom of the panel, not at the top.
-    pub at_bottom: bool,
+    /// How it looks.
+    pub ink: Ink,
 }
 
 /// A panel.
@@ -94,6 +131,8 @@ pub struct Panel {
     pub rules: Vec<Rule>,
     /// What happened.
     pub events: Vec<Event>,
+    /// A curve that ends before the panel does: a cross stands there.
+    pub ends: Vec<(Point, Ink)>,
 }
 
 impl Panel {
@@ -102,15 +141,7 @@ impl Panel {
     /// # Errors
     /// [`FigureError`] with what the drawing library says.
     pub fn draw(&self, area: &Area) -> Result<(), FigureError> {
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, text(TITLE_SIZE, DARK))
-            .margin_top(10)
-            .margin_right(34)
-            .margin_left(6)
-            .x_label_area_size(76)
-            .y_label_area_size(126)
-            .build_cartesian_2d(self.x.0..self.x.1, self.y.0..self.y.1)?;
-        axes(&mut chart, "time, s", &self.y_label, self.x, self.y)?;
+        let mut chart = open(area, &self.title, ["time, s", &self.y_label], self.x, self.y)?;
         for rule in &self.rules {
             self.rule(&mut chart, rule)?;
         }
@@ -120,6 +151,11 @@ impl Panel {
         for curve in &self.curves {
             for piece in clip(&curve.points, self.y.0, self.y.1) {
                 draw_curve(&mut chart, &piece, &curve.ink)?;
+            }
+        }
+        for (at, ink) in &self.ends {
+            if (self.y.0..=self.y.1).contains(&at.1) {
+                chart.draw_series([Cross::new(*at, 11, ink.colour.stroke_width(4))])?;
             }
         }
         Ok(())
@@ -143,17 +179,7 @@ impl Panel {
         if !(self.x.0..=self.x.1).contains(&event.t_s) {
             return Ok(());
         }
-        let ends = [(event.t_s, self.y.0), (event.t_s, self.y.1)];
-        chart.draw_series(DashedLineSeries::new(ends, 4, 6, event.colour.stroke_width(2)))?;
-        let (end, v_pos, shift) =
-            if event.at_bottom { (ends[0], VPos::Bottom, -8) } else { (ends[1], VPos::Top, 6) };
-        // Beside the line, on the side with more room.
-        let is_late = event.t_s > 0.6 * self.x.1 + 0.4 * self.x.0;
-        let (h_pos, aside) = if is_late { (HPos::Right, -10) } else { (HPos::Left, 10) };
-        let style = text(LABEL_SIZE, event.colour).pos(Pos::new(h_pos, v_pos));
-        let at = EmptyElement::at(end) + Text::new(event.label.clone(), (aside, shift), style);
-        chart.draw_series([at])?;
-        Ok(())
+        draw_curve(chart, &[(event.t_s, self.y.0), (event.t_s, self.y.1)], &event.ink)
     }
 }
 
@@ -166,24 +192,34 @@ pub fn text(size: i32, colour: RGBColor) -> TextStyle<'static> {
     }
 }
 
-/// Draws axes, grid and labels.
+/// Opens a panel: title, axes, grid and labels; `names` are those of the axes.
 ///
 /// # Errors
 /// [`FigureError`] with what the drawing library says.
-pub fn axes(
-    chart: &mut Chart,
-    x_label: &str,
-    y_label: &str,
+pub fn open<'a, 'b>(
+    area: &'b Area<'a>,
+    title: &str,
+    names: [&str; 2],
     x: (f64, f64),
     y: (f64, f64),
-) -> Result<(), FigureError> {
-    let (x_decimals, y_decimals) = (decimals(x), decimals(y));
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let (x_ticks, x_decimals) = ticks(x);
+    let (y_ticks, y_decimals) = ticks(y);
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, text(TITLE_SIZE, DARK))
+        .margin_top(10)
+        .margin_right(34)
+        .margin_left(6)
+        .x_label_area_size(76)
+        .y_label_area_size(126)
+        .build_cartesian_2d(
+            Scale { inner: (x.0..x.1).into(), ticks: x_ticks },
+            Scale { inner: (y.0..y.1).into(), ticks: y_ticks },
+        )?;
     chart
         .configure_mesh()
-        .x_desc(x_label)
-        .y_desc(y_label)
-        .x_labels(7)
-        .y_labels(7)
+        .x_desc(names[0])
+        .y_desc(names[1])
         .x_label_formatter(&|value| number(*value, x_decimals))
         .y_label_formatter(&|value| number(*value, y_decimals))
         .label_style(text(LABEL_SIZE, DARK))
@@ -192,7 +228,7 @@ pub fn axes(
         .bold_line_style(GRID.stroke_width(2))
         .light_line_style(TRANSPARENT)
         .draw()?;
-    Ok(())
+    Ok(chart)
 }
 
 /// Draws points as a curve; they must lie inside the frame.
@@ -204,8 +240,9 @@ pub fn draw_curve(chart: &mut Chart, points: &[Point], ink: &Ink) -> Result<(), 
     let points = points.iter().copied();
     match ink.pattern {
         Pattern::Solid => chart.draw_series(LineSeries::new(points, style)).map(drop)?,
-        Pattern::Dashed => {
-            chart.draw_series(DashedLineSeries::new(points, 16, 8, style)).map(drop)?;
+        Pattern::Dashed | Pattern::Fine => {
+            let (dash, gap) = ink.pattern.dashes();
+            chart.draw_series(DashedLineSeries::new(points, dash, gap, style)).map(drop)?;
         }
         Pattern::Dotted => {
             let (radius, colour) = (ink.width, ink.colour);
@@ -227,7 +264,10 @@ pub fn draw_sample(area: &Area, x: i32, y: i32, length: i32, ink: &Ink) -> Resul
     let ends = [(x, y), (x + length, y)];
     match ink.pattern {
         Pattern::Solid => area.draw(&PathElement::new(ends, style))?,
-        Pattern::Dashed => area.draw(&DashedPathElement::new(ends, 16, 8, style))?,
+        Pattern::Dashed | Pattern::Fine => {
+            let (dash, gap) = ink.pattern.dashes();
+            area.draw(&DashedPathElement::new(ends, dash, gap, style))?;
+        }
         Pattern::Dotted => {
             let step = i32::try_from(3 * ink.width + 2).unwrap_or(i32::MAX);
             for at in (x..=x + length).step_by(usize::try_from(step).unwrap_or(1)) {
@@ -238,14 +278,24 @@ pub fn draw_sample(area: &Area, x: i32, y: i32, length: i32, ink: &Ink) -> Resul
     Ok(())
 }
 
-/// Decimals that seven labels over a range need.
-fn decimals((low, high): (f64, f64)) -> usize {
-    match (high - low).abs() {
-        span if span >= 12.0 => 0,
-        span if span >= 1.2 => 1,
-        span if span >= 0.12 => 2,
-        _ => 3,
-    }
+/// Labels on an axis: multiples of 1, 2 or 5 times a power of ten, and the decimals that they need.
+fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
+    let span = (high - low).abs().max(f64::MIN_POSITIVE);
+    // At least this far apart, so that there are at most TICKS_MAX.
+    let coarse = span / TICKS_MAX;
+    let power = libm::pow(10.0, libm::floor(libm::log10(coarse)));
+    let step = [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|step| *step >= coarse);
+    let step = step.unwrap_or(10.0 * power);
+    let first = libm::ceil(low / step - 1.0e-9);
+    let ticks = (0..).map(|k| (first + f64::from(k)) * step);
+    let ticks = ticks.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
+    let decimals = (-libm::floor(libm::log10(step * 1.000_001))).max(0.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small whole number"
+    )]
+    (ticks, decimals as usize)
 }
 
 /// A label; a rounded zero has no sign.
@@ -262,10 +312,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_have_the_decimals_that_tell_them_apart() {
-        assert_eq!(number(0.05, decimals((0.0, 0.5))), "0.05");
-        assert_eq!(number(20.0, decimals((0.0, 90.0))), "20");
-        assert_eq!(number(-0.0, 1), "0.0");
-        assert_eq!(number(-1.5, 1), "-1.5");
+    fn labels_stand_at_round_numbers_with_the_decimals_that_they_need() {
+        let labels = |range| -> Vec<String> {
+            let (ticks, decimals) = ticks(range);
+            ticks.into_iter().map(|tick| number(tick, decimals)).collect()
+        };
+        assert_eq!(labels((2.8, 3.8)), ["2.8", "3.0", "3.2", "3.4", "3.6", "3.8"]);
+        assert_eq!(labels((0.0, 90.0)), ["0", "20", "40", "60", "80"]);
+        assert_eq!(labels((-0.03, 0.03)), ["-0.03", "-0.02", "-0.01", "0.00", "0.01", "0.02", "0.03"]);
+        assert_eq!(labels((-2.2, 2.4)), ["-2", "-1", "0", "1", "2"]);
     }
 }

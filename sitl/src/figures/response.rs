@@ -3,7 +3,8 @@
 use super::curve::{Point, thin, unwrap};
 use super::panel::{Curve, Event, Panel};
 use super::{
-    COMPENSATED, Entry, FAULT, FaultName, Figure, FigureError, NO_FAULT, PID_ONLY, range, sheet,
+    COMPENSATED, Entry, FaultName, Figure, FigureError, LOST, NO_FAULT, PID_ONLY, fault_entry,
+    fault_event, range, sheet,
 };
 use crate::metrics::DEG;
 use crate::paper::cases::Flown;
@@ -15,6 +16,9 @@ const RATES_END_S: f64 = 20.0;
 /// A diverging curve may widen a panel by this share of what the others need.
 const DIVERGING_SHARE: f64 = 0.5;
 
+/// Room beyond the end of such a curve, for its cross, as a share of the same.
+const END_SHARE: f64 = 0.08;
+
 /// What a panel shows.
 struct Signal {
     title: &'static str,
@@ -22,6 +26,8 @@ struct Signal {
     value: fn(&Row) -> f64,
     /// The value is an angle in deg that runs on at half a turn.
     is_heading: bool,
+    /// After the loss the value tumbles about and says nothing; only the altitude goes on.
+    ends_when_lost: bool,
     /// Smallest height of the panel, in the unit of the values.
     span_min: f64,
 }
@@ -31,6 +37,7 @@ const P: Signal = Signal {
     y_label: "p, deg/s",
     value: |row| row.p_rad_s / DEG,
     is_heading: false,
+    ends_when_lost: true,
     span_min: 2.0,
 };
 const Q: Signal = Signal {
@@ -38,6 +45,7 @@ const Q: Signal = Signal {
     y_label: "q, deg/s",
     value: |row| row.q_rad_s / DEG,
     is_heading: false,
+    ends_when_lost: true,
     span_min: 2.0,
 };
 const R: Signal = Signal {
@@ -45,6 +53,7 @@ const R: Signal = Signal {
     y_label: "r, deg/s",
     value: |row| row.r_rad_s / DEG,
     is_heading: false,
+    ends_when_lost: true,
     span_min: 2.0,
 };
 const PSI: Signal = Signal {
@@ -52,6 +61,7 @@ const PSI: Signal = Signal {
     y_label: "psi, deg",
     value: |row| row.psi_rad / DEG,
     is_heading: true,
+    ends_when_lost: true,
     span_min: 10.0,
 };
 const PHI: Signal = Signal {
@@ -59,6 +69,7 @@ const PHI: Signal = Signal {
     y_label: "phi, deg",
     value: |row| row.phi_rad / DEG,
     is_heading: false,
+    ends_when_lost: true,
     span_min: 10.0,
 };
 const ALTITUDE: Signal = Signal {
@@ -66,14 +77,21 @@ const ALTITUDE: Signal = Signal {
     y_label: "altitude, m",
     value: |row| row.altitude_m,
     is_heading: false,
+    ends_when_lost: false,
     span_min: 40.0,
 };
 
-const LEGEND: [Entry; 3] = [
-    Entry { ink: NO_FAULT, name: "no fault" },
-    Entry { ink: PID_ONLY, name: "fault, PID only" },
-    Entry { ink: COMPENSATED, name: "fault, PID and compensator" },
-];
+fn legend(flown: &Flown) -> Vec<Entry> {
+    let mut legend = vec![
+        Entry::new(NO_FAULT, "no fault"),
+        Entry::new(PID_ONLY, "fault, PID only"),
+        Entry::new(COMPENSATED, "fault, PID and compensator"),
+        fault_entry(flown),
+    ];
+    let lost = flown.pid_only.lost_at();
+    legend.extend(lost.map(|t| Entry::new(LOST, format!("PID only: lost at {t:.1} s"))));
+    legend
+}
 
 /// Case 1: p, q, r, altitude.
 ///
@@ -116,35 +134,32 @@ fn figure(
 ) -> Result<Figure, FigureError> {
     let title = format!("{number}. Case {}: {}", flown.case.number, FaultName(flown));
     let lost = flown.pid_only.lost_at().map_or_else(String::new, |t| {
-        format!(" The run with the PID only is lost at {t:.1} s and then leaves the frames.")
+        format!(
+            " The run with the PID only is lost at {t:.1} s; its rates and angles are drawn up to there (cross), \
+             its altitude until it leaves the frame."
+        )
     });
     let caption = format!("{title}. Response of the aircraft in the three runs.{lost}");
-    Ok(Figure { name, caption, svg: sheet(&title, &LEGEND, panels)? })
+    Ok(Figure { name, caption, svg: sheet(&title, &legend(flown), panels)? })
 }
 
 fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel {
-    let curve = |trace: &Trace| points(trace, signal, end_s);
-    let (no_fault, pid, compensated) =
-        (curve(&flown.no_fault), curve(&flown.pid_only), curve(&flown.compensated));
+    let curve = |trace: &Trace, to_s: f64| points(trace, signal, end_s, to_s);
+    let (no_fault, compensated) =
+        (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
+    let lost = flown.pid_only.lost_at().filter(|_| signal.ends_when_lost);
+    let pid = curve(&flown.pid_only, lost.unwrap_or(end_s));
     let readable = no_fault.iter().chain(&compensated).map(|point| point.1);
     let y = widened(range(readable, signal.span_min), &pid);
-    let mut events = vec![Event {
-        t_s: flown.case.fault_s,
-        label: "fault".to_owned(),
-        colour: FAULT,
-        at_bottom: false,
-    }];
-    events.extend(flown.pid_only.lost_at().map(|t_s| Event {
-        t_s,
-        label: format!("PID only lost at {t_s:.1} s"),
-        colour: PID_ONLY.colour,
-        at_bottom: true,
-    }));
+    let mut events = vec![fault_event(flown)];
+    events.extend(flown.pid_only.lost_at().map(|t_s| Event { t_s, ink: LOST }));
+    let ends = lost.and(pid.last()).map(|at| (*at, PID_ONLY));
     Panel {
         title: format!("({letter}) {}", signal.title),
         y_label: signal.y_label.to_owned(),
         x: (0.0, end_s),
         y,
+        ends: ends.into_iter().collect(),
         curves: vec![
             Curve { points: pid, ink: PID_ONLY },
             Curve { points: no_fault, ink: NO_FAULT },
@@ -155,17 +170,18 @@ fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel {
     }
 }
 
-fn points(trace: &Trace, signal: &Signal, end_s: f64) -> Vec<Point> {
-    let raw = trace.samples().iter().map(|s| (s.row.t_s, (signal.value)(&s.row)));
+/// The signal up to `to_s`, thinned for a panel that ends at `end_s`.
+fn points(trace: &Trace, signal: &Signal, end_s: f64, to_s: f64) -> Vec<Point> {
+    let raw = trace.window(0.0, to_s).iter().map(|s| (s.row.t_s, (signal.value)(&s.row)));
     if signal.is_heading { thin(unwrap(raw, 360.0), 0.0, end_s) } else { thin(raw, 0.0, end_s) }
 }
 
 /// A range with some room for a curve that leaves it.
 fn widened((low, high): (f64, f64), diverging: &[Point]) -> (f64, f64) {
-    let room = DIVERGING_SHARE * (high - low);
+    let (room, margin) = (DIVERGING_SHARE * (high - low), END_SHARE * (high - low));
     let values = || diverging.iter().map(|point| point.1);
     (
-        values().fold(low, f64::min).max(low - room),
-        values().fold(high, f64::max).min(high + room),
+        values().fold(low, |low, value| low.min(value - margin)).max(low - room),
+        values().fold(high, |high, value| high.max(value + margin)).min(high + room),
     )
 }

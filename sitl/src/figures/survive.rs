@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::panel::{Area, DARK, Ink, TITLE_SIZE, axes, draw_curve, text};
+use super::panel::{Area, Ink, draw_curve, open};
 use super::{COMPENSATED, Entry, Figure, FigureError, PID_ONLY, Pattern, framed};
 use crate::paper::model_error::SurvivalPoint;
 
@@ -13,11 +13,6 @@ const BAR: f64 = 0.4;
 /// The two curves stand this far apart, so that their bars do not cover each other, percent of dispersion.
 const APART: f64 = 0.25;
 
-const LEGEND: [Entry; 2] = [
-    Entry { ink: WITH, name: "PID and compensator" },
-    Entry { ink: PID_ONLY, name: "PID only" },
-];
-
 /// Share of aircraft that survive, over the half width of the dispersion of all derivatives together.
 ///
 /// # Errors
@@ -25,7 +20,8 @@ const LEGEND: [Entry; 2] = [
 pub fn survival(points: &[SurvivalPoint]) -> Result<Figure, FigureError> {
     let draws = points.first().map_or(0, |point| point.draws);
     let title = format!("Survival under model error, {draws} aircraft a point");
-    let svg = framed(&title, &LEGEND, 1, |area, index| {
+    let legend = [Entry::new(WITH, "PID and compensator"), Entry::new(PID_ONLY, "PID only")];
+    let svg = framed(&title, &legend, 1, |area, index| {
         let case = if index == 0 { 1 } else { 2 };
         let points: Vec<_> = points.iter().filter(|p| p.case == case).copied().collect();
         panel(area, case, &points)
@@ -43,15 +39,8 @@ type Share = (f64, (f64, f64));
 fn panel(area: &Area, case: u32, points: &[SurvivalPoint]) -> Result<(), FigureError> {
     let (x, y) = ((0.0, 32.0), (-4.0, 104.0));
     let letter = if case == 1 { 'a' } else { 'b' };
-    let mut chart = ChartBuilder::on(area)
-        .caption(format!("({letter}) Case {case}"), text(TITLE_SIZE, DARK))
-        .margin_top(10)
-        .margin_right(34)
-        .margin_left(6)
-        .x_label_area_size(76)
-        .y_label_area_size(126)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    axes(&mut chart, "dispersion of every derivative, ± %", "aircraft that survive, %", x, y)?;
+    let names = ["dispersion of every derivative, ± %", "aircraft that survive, %"];
+    let mut chart = open(area, &format!("({letter}) Case {case}"), names, x, y)?;
     let curves: [(Ink, f64, fn(&SurvivalPoint) -> Share); 2] = [
         (PID_ONLY, APART, SurvivalPoint::pid_only_share),
         (WITH, -APART, SurvivalPoint::compensated_share),

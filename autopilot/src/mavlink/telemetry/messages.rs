@@ -183,15 +183,23 @@ fn fraction_of_range(state: &Snapshot, effector: Effector, belief: &Belief) -> f
 
 /// SERVO_OUTPUT_RAW: outputs 1 to 8 are the effectors in their order.
 pub fn servo_output_raw(state: &Snapshot, belief: &Belief) -> Encoded {
-    let [servo1_raw, servo2_raw, servo3_raw, servo4_raw, servo5_raw, servo6_raw, servo7_raw, servo8_raw] =
-        Effector::ALL.map(|effector| {
-            let fraction = fraction_of_range(state, effector, belief);
-            if effector.is_angle() {
-                convert::servo_pulse_us(fraction)
-            } else {
-                convert::throttle_pulse_us(fraction)
-            }
-        });
+    let [
+        servo1_raw,
+        servo2_raw,
+        servo3_raw,
+        servo4_raw,
+        servo5_raw,
+        servo6_raw,
+        servo7_raw,
+        servo8_raw,
+    ] = Effector::ALL.map(|effector| {
+        let fraction = fraction_of_range(state, effector, belief);
+        if effector.is_angle() {
+            convert::servo_pulse_us(fraction)
+        } else {
+            convert::throttle_pulse_us(fraction)
+        }
+    });
     Encoded::new(&SERVO_OUTPUT_RAW_DATA {
         time_usec: convert::boot_us_low(state.time),
         servo1_raw,
@@ -220,7 +228,11 @@ pub fn actuator_output_status(state: &Snapshot, belief: &Belief) -> Encoded {
         *output = convert::float(fraction_of_range(state, effector, belief));
     }
     let active = (1 << Effector::COUNT) - 1;
-    Encoded::new(&ACTUATOR_OUTPUT_STATUS_DATA { time_usec: state.time.as_micros(), active, actuator })
+    Encoded::new(&ACTUATOR_OUTPUT_STATUS_DATA {
+        time_usec: state.time.as_micros(),
+        active,
+        actuator,
+    })
 }
 
 /// NAMED_VALUE_FLOAT: what the compensator sees and does, SI units and radians, and the two air angles.

@@ -1,0 +1,157 @@
+use super::world::*;
+use crate::event::Wish;
+use ::mavlink::dialects::common::MavResult;
+use icd::fault::{FaultReply, PlantReport, Refusal};
+use icd::{Effector, FaultKind, SimTime};
+
+const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
+const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
+const LATER: MavResult = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
+
+const STUCK_LEFT_AILERON: [f32; 7] = [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+
+fn answer_open_requests(world: &mut World, reply: FaultReply) {
+    for intent in world.intents.clone() {
+        if let Wish::Fault(_) = intent.wish {
+            world
+                .autopilot
+                .handle_report(&PlantReport::FaultReply { request: intent.number, reply });
+        }
+    }
+    world.settle();
+}
+
+#[test]
+fn a_fault_is_acknowledged_after_the_plants_answer_and_not_before() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.run_ms(100);
+    assert_eq!(world.take_acks(), []);
+    let at = world.sim;
+    answer_open_requests(&mut world, FaultReply::Applied { at });
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
+}
+
+#[test]
+fn an_identical_copy_that_comes_while_the_first_waits_gets_its_own_answer() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.run_ms(500);
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.run_ms(10);
+    assert_eq!(world.intents.len(), 1, "one request to the plant");
+    assert_eq!(world.take_acks(), []);
+    let at = world.sim;
+    answer_open_requests(&mut world, FaultReply::Applied { at });
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED); 2]);
+    let at = world.sim;
+    answer_open_requests(&mut world, FaultReply::Applied { at });
+    assert_eq!(world.take_acks(), [], "one answer a copy");
+}
+
+#[test]
+fn what_the_plant_says_becomes_the_result_and_the_reason() {
+    let at = SimTime::from_micros(1_000_000);
+    let angle = Refusal::AngleOutOfTravel { angle_rad: 2.0, limit_rad: 0.5 };
+    for (reply, expected, words) in [
+        (FaultReply::Unchanged { at }, ACCEPTED, ""),
+        (FaultReply::Scheduled { at }, ACCEPTED, "Scheduled: servo 1 at 1.000000 s"),
+        (FaultReply::Cleared { at }, ACCEPTED, ""),
+        (FaultReply::Refused(angle), DENIED, "Fault refused: servo 1: angle 114.6 deg"),
+        (FaultReply::Refused(Refusal::NotForThisEffector), DENIED, "no such fault"),
+        (
+            FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: at }),
+            DENIED,
+            "in the past",
+        ),
+        (FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }), LATER, "64 faults"),
+        (FaultReply::Refused(Refusal::FlightOver), LATER, "the flight is over"),
+    ] {
+        let mut world = World::flying();
+        world.plant = PlantManner::Says(reply);
+        world.send_command(420, STUCK_LEFT_AILERON);
+        assert_eq!(world.take_acks(), [ack(420, expected)], "{reply:?}");
+        assert!(words.is_empty() || world.said(words), "{words}: {:?}", world.texts());
+    }
+}
+
+#[test]
+fn an_applied_and_a_cleared_fault_are_told_in_words() {
+    let mut world = World::flying();
+    world.send_command(420, STUCK_LEFT_AILERON);
+    assert!(world.said("Injected: servo stuck, instance 1"), "{:?}", world.texts());
+    world.send_command(420, [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert!(world.said("Cleared: servo, instance 1"), "{:?}", world.texts());
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED); 2]);
+}
+
+#[test]
+fn a_scheduled_fault_is_told_again_when_it_acts() {
+    let mut world = World::flying();
+    world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 12.5]);
+    assert_eq!(world.take_acks(), [ack(31_010, ACCEPTED)]);
+    assert!(world.said("Scheduled: servo 3 at 12.500000 s"), "{:?}", world.texts());
+    let kind =
+        FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: icd::fault::Travel::Jump };
+    world.autopilot.handle_report(&PlantReport::FaultActs {
+        effector: Effector::LeftElevator,
+        kind,
+        at: SimTime::from_micros(12_500_000),
+    });
+    world.settle();
+    assert!(world.said("Injected: servo stuck at 30.0 deg, instance 3"), "{:?}", world.texts());
+}
+
+#[test]
+fn all_instances_are_seven_requests_and_one_acknowledgement() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, [102.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.intents.len(), 7);
+    let numbers: Vec<u32> = world.intents.iter().map(|intent| intent.number).collect();
+    let (last, others) = numbers.split_last().unwrap();
+    let reply = FaultReply::Applied { at: world.sim };
+    for request in others {
+        world.autopilot.handle_report(&PlantReport::FaultReply { request: *request, reply });
+    }
+    world.settle();
+    assert_eq!(world.take_acks(), []);
+    let reply = FaultReply::Refused(Refusal::NotForThisEffector);
+    world.autopilot.handle_report(&PlantReport::FaultReply { request: *last, reply });
+    world.settle();
+    assert_eq!(world.take_acks(), [ack(420, DENIED)], "accepted only if all were");
+}
+
+#[test]
+fn with_fault_injection_off_faults_are_denied_with_the_reason_and_nothing_is_asked() {
+    let mut world = World::flying();
+    world.send(&super::params::set_int("SYS_FAILURE_EN", 0));
+    world.take_wishes();
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(420, DENIED), ack(31_010, DENIED)]);
+    assert!(world.said("SYS_FAILURE_EN 0"), "{:?}", world.texts());
+    assert!(world.take_wishes().is_empty());
+}
+
+#[test]
+fn user_1_in_a_command_int_must_come_as_a_command_long() {
+    let mut world = World::flying();
+    world.send_command_int(31_010, 0, [102.0, 2.0, 3.0, 0.0], 0.0);
+    assert_eq!(world.take_acks(), [ack(31_010, MavResult::MAV_RESULT_COMMAND_LONG_ONLY)]);
+    world.send_command_int(420, 0, [102.0, 2.0, 3.0, 0.0], 0.0);
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
+}
+
+#[test]
+fn faults_of_a_plant_that_goes_away_are_rejected_for_now() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.autopilot.plant_lost();
+    world.settle();
+    assert_eq!(world.take_acks(), [ack(420, LATER)]);
+    assert!(world.said("Aircraft lost"), "{:?}", world.texts());
+}

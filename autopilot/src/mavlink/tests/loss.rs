@@ -1,0 +1,83 @@
+//! Each datagram lost in turn: a client that asks again ends where it would have without the loss.
+
+use super::world::*;
+use crate::parameters::Parameters;
+use crate::vehicle::Mode;
+use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
+
+/// Tries of the client, half a second apart, as MAVSDK has it.
+const TRIES: u32 = 4;
+
+/// A link that loses the datagram of one number, both directions counted.
+struct Lossy {
+    world: World,
+    lost: u32,
+    count: u32,
+}
+
+impl Lossy {
+    fn passes(&mut self) -> bool {
+        self.count += 1;
+        self.count != self.lost
+    }
+
+    /// Sends until an answer comes that `is_answer`.
+    fn converse(&mut self, datagram: &[u8], is_answer: impl Fn(&Got) -> bool) {
+        for _ in 0..TRIES {
+            self.world.got.clear();
+            if self.passes() {
+                self.world.send_bytes(address(14_550), datagram);
+            }
+            self.world.run_ms(500);
+            let answers = self.world.got.iter().filter(|got| got.to == address(14_550));
+            let answers = answers.filter(|got| is_answer(got)).count();
+            if (0..answers).any(|_| self.passes()) {
+                return;
+            }
+        }
+        panic!("no answer after {TRIES} tries, datagram {} lost", self.lost);
+    }
+}
+
+fn is_ack(command: u16) -> impl Fn(&Got) -> bool {
+    move |got| got.id == 77 && got.payload[..2] == command.to_le_bytes()
+}
+
+fn final_state(lost: u32) -> (Parameters, Mode, f64, usize, u32) {
+    let mut link = Lossy { world: World::flying(), lost, count: 0 };
+    let all = crate::mavlink::codec::Identity { system: 1, component: 1 };
+    let mode = command_long(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0], all);
+    link.converse(&mode, is_ack(176));
+    let climb = command_long(186, [6_000.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0], all);
+    link.converse(&climb, is_ack(186));
+    let fault = command_long(420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0], all);
+    link.converse(&fault, is_ack(420));
+    for (name, value) in [("OBS_W0", 40.0), ("REF_ALT_MAX", 9_000.0)] {
+        let set: MavMessage = super::params::set_real(name, value);
+        let bytes = link.world.encode(STATION, &set);
+        link.converse(&bytes, |got| {
+            got.read::<PARAM_VALUE_DATA>()
+                .is_some_and(|echo| echo.param_id.to_str() == Ok(name) && echo.param_value == value)
+        });
+    }
+    link.world.step();
+    let snapshot = *link.world.autopilot.snapshot().unwrap();
+    let gains = link.world.autopilot.snapshot().is_some();
+    (
+        *link.world.ground.parameters(),
+        snapshot.mode,
+        snapshot.demand.altitude_m,
+        usize::from(gains),
+        link.count,
+    )
+}
+
+#[test]
+fn whichever_datagram_is_lost_the_final_state_is_the_same() {
+    let (parameters, mode, altitude_m, gains, count) = final_state(0);
+    assert!(count >= 10, "{count} datagrams");
+    for lost in 1..=count {
+        let (p, m, a, g, _) = final_state(lost);
+        assert_eq!((p, m, a, g), (parameters, mode, altitude_m, gains), "datagram {lost} lost");
+    }
+}

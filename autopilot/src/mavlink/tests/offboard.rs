@@ -1,0 +1,151 @@
+use super::world::*;
+use crate::event::Wish;
+use crate::vehicle::{Mode, Reference};
+use ::mavlink::dialects::common::{
+    AttitudeTargetTypemask, MavMessage, MavResult, SET_ATTITUDE_TARGET_DATA,
+};
+use icd::{Attitude, EulerAngles};
+
+const OFFBOARD: [f32; 7] = [1.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+fn attitude(q: [f32; 4], type_mask: u8) -> MavMessage {
+    MavMessage::SET_ATTITUDE_TARGET(SET_ATTITUDE_TARGET_DATA {
+        time_boot_ms: 0,
+        q,
+        body_roll_rate: f32::NAN,
+        body_pitch_rate: f32::NAN,
+        body_yaw_rate: f32::NAN,
+        thrust: 0.6,
+        target_system: 1,
+        target_component: 1,
+        type_mask: AttitudeTargetTypemask::from_bits_retain(type_mask),
+        thrust_body: [0.0; 3],
+    })
+}
+
+pub fn setpoint(roll_deg: f64) -> MavMessage {
+    let euler = EulerAngles { phi: roll_deg.to_radians(), theta: 0.03, psi: 1.0 };
+    let q = Attitude::from_euler(euler).wxyz();
+    attitude(q.map(crate::mavlink::convert::float), 7)
+}
+
+fn in_offboard() -> World {
+    let mut world = World::flying();
+    world.send(&setpoint(15.0));
+    world.send_command(176, OFFBOARD);
+    assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_ACCEPTED)]);
+    world
+}
+
+fn roll_deg(world: &mut World) -> f64 {
+    world.step();
+    world.autopilot.snapshot().unwrap().demand.roll_rad.to_degrees()
+}
+
+#[test]
+fn offboard_is_refused_until_setpoints_come() {
+    let mut world = World::flying();
+    world.send_command(176, OFFBOARD);
+    assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
+    world.send(&setpoint(15.0));
+    world.run_ms(600);
+    world.send_command(176, OFFBOARD);
+    assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
+    assert!(world.take_wishes().is_empty(), "setpoints in Hold move nothing");
+}
+
+#[test]
+fn the_roll_angle_of_the_setpoint_is_flown_from_the_mode_change_on() {
+    let mut world = in_offboard();
+    // 1e-4 deg: the quaternion has seven digits.
+    let roll = roll_deg(&mut world);
+    assert!((roll - 15.0).abs() < 1.0e-4, "{roll} deg");
+    world.run_ms(20);
+    world.send(&setpoint(-10.0));
+    let roll = roll_deg(&mut world);
+    assert!((roll + 10.0).abs() < 1.0e-4, "{roll} deg");
+}
+
+#[test]
+fn a_roll_beyond_the_limit_is_limited() {
+    for limit in 1..=80_u8 {
+        let mut world = World::flying();
+        world.ground.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
+        world.autopilot.handle_intent(crate::event::Intent {
+            number: 1_000_000,
+            wish: Wish::Limits(world.ground.parameters.limits),
+        });
+        world.send(&setpoint(89.0));
+        world.send_command(176, OFFBOARD);
+        let roll = roll_deg(&mut world);
+        assert!((roll - f64::from(limit)).abs() < 1.0e-6, "limit {limit} deg: {roll} deg");
+    }
+}
+
+#[test]
+fn setpoints_that_stop_lead_back_to_hold_after_half_a_second_and_once() {
+    let mut world = in_offboard();
+    world.run_ms(498);
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard);
+    world.run_ms(10);
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold);
+    world.run_ms(3_000);
+    let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
+    assert_eq!(said, 1, "{:?}", world.texts());
+    world.send(&setpoint(15.0));
+    assert_eq!(roll_deg(&mut world), 0.0, "a late setpoint does not bring Offboard back");
+}
+
+#[test]
+fn a_steady_stream_keeps_offboard() {
+    let mut world = in_offboard();
+    for _ in 0..100 {
+        world.run_ms(50);
+        world.send(&setpoint(15.0));
+    }
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard);
+}
+
+#[test]
+fn setpoints_without_a_usable_attitude_do_not_count() {
+    for (q, type_mask) in [
+        ([f32::NAN, 0.0, 0.0, 0.0], 7),
+        ([1.0, f32::INFINITY, 0.0, 0.0], 7),
+        ([0.0; 4], 7),
+        ([2.0, 0.0, 0.0, 0.0], 7),
+        ([1.0, 0.0, 0.0, 0.0], 7 | 128),
+    ] {
+        let mut world = World::flying();
+        for _ in 0..10 {
+            world.send(&attitude(q, type_mask));
+        }
+        world.send_command(176, OFFBOARD);
+        assert_eq!(
+            world.take_acks(),
+            [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)],
+            "{q:?}"
+        );
+        let said = world.texts().iter().filter(|text| text.contains("Setpoint refused")).count();
+        assert_eq!(said, 1, "said once: {:?}", world.texts());
+    }
+}
+
+#[test]
+fn a_flood_of_setpoints_becomes_a_trickle_of_references_and_the_last_one_counts() {
+    let mut world = in_offboard();
+    world.take_wishes();
+    for i in 0..1_000 {
+        world.send(&setpoint(f64::from(i % 40)));
+    }
+    world.run_ms(20);
+    let rolls: Vec<f64> = world
+        .take_wishes()
+        .into_iter()
+        .filter_map(|wish| match wish {
+            Wish::Refer(Reference::Roll(roll)) => Some(roll.to_degrees()),
+            _ => None,
+        })
+        .collect();
+    assert!(rolls.len() <= 2, "{rolls:?}");
+    assert!((rolls.last().unwrap() - 39.0).abs() < 1.0e-4, "{rolls:?} deg");
+}

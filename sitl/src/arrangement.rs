@@ -1,0 +1,194 @@
+//! Which cores the two processes use and how they wait, measured on this machine.
+//!
+//! The two never work at the same time, so what counts is how fast one wakes the other. That depends on
+//! the machine: sharing a core saves the wake-up between cores, spinning on two saves the sleep.
+
+use std::fmt;
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use host_io::{Wait, cpu};
+
+/// Time for each arrangement, ms.
+const MEASURE_MS: u64 = 30;
+
+/// Where one process runs and how it waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// The core; `None` for any.
+    pub cpu: Option<usize>,
+    /// How it waits.
+    pub wait: Wait,
+}
+
+impl Place {
+    /// The same as options of a process.
+    #[must_use]
+    pub fn options(&self) -> Vec<String> {
+        let mut options = vec!["--wait".to_owned(), self.wait.name().to_owned()];
+        if let Some(cpu) = self.cpu {
+            options.extend(["--cpu".to_owned(), cpu.to_string()]);
+        }
+        options
+    }
+}
+
+/// Places of both processes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrangement {
+    /// The autopilot.
+    pub autopilot: Place,
+    /// The plant.
+    pub plant: Place,
+}
+
+impl Arrangement {
+    /// What is used where speed does not matter: any cores, asleep while waiting.
+    pub const UNPINNED: Self = {
+        let place = Place { cpu: None, wait: Wait::Block };
+        Self { autopilot: place, plant: place }
+    };
+
+    const fn new(autopilot: Option<usize>, plant: Option<usize>, wait: Wait) -> Self {
+        Self { autopilot: Place { cpu: autopilot, wait }, plant: Place { cpu: plant, wait } }
+    }
+}
+
+impl fmt::Display for Arrangement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.autopilot.cpu, self.plant.cpu) {
+            (Some(a), Some(p)) if a == p => write!(f, "both on core {a}")?,
+            (Some(a), Some(p)) => write!(f, "autopilot on core {a}, plant on core {p}")?,
+            _ => f.write_str("any cores")?,
+        }
+        match self.autopilot.wait {
+            Wait::Block => f.write_str(", asleep while waiting"),
+            Wait::Yield => f.write_str(", yielding while waiting"),
+            Wait::Spin => f.write_str(", spinning while waiting"),
+        }
+    }
+}
+
+/// An arrangement and what it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The arrangement.
+    pub arrangement: Arrangement,
+    /// Bare round trips a second.
+    pub round_trips_per_s: f64,
+}
+
+/// What is worth trying on these cores.
+fn candidates(cores: &[usize]) -> Vec<Arrangement> {
+    let mut candidates = vec![Arrangement::UNPINNED];
+    // The last cores: interrupts and other processes prefer the first.
+    let Some((&last, others)) = cores.split_last() else { return candidates };
+    for wait in [Wait::Block, Wait::Yield] {
+        candidates.push(Arrangement::new(Some(last), Some(last), wait));
+    }
+    // A neighbour may share the core's arithmetic or its cache; one far away shares neither.
+    let mut partners: Vec<usize> = others.last().into_iter().chain(others.first()).copied().collect();
+    partners.dedup();
+    for partner in partners {
+        candidates.push(Arrangement::new(Some(partner), Some(last), Wait::Spin));
+    }
+    candidates
+}
+
+/// Measures what `program` (the `sitl` executable) can do in each arrangement, fastest first.
+///
+/// Arrangements that this machine does not allow are left out.
+#[must_use]
+pub fn measure_all(program: &Path) -> Vec<Measured> {
+    let mut measured: Vec<Measured> = candidates(&cpu::allowed())
+        .into_iter()
+        .filter_map(|arrangement| {
+            let rate = echo_rate(program, &arrangement, MEASURE_MS).ok()?;
+            Some(Measured { arrangement, round_trips_per_s: rate })
+        })
+        .collect();
+    measured.sort_by(|a, b| b.round_trips_per_s.total_cmp(&a.round_trips_per_s));
+    measured
+}
+
+/// The fastest arrangement; unpinned if nothing could be measured.
+#[must_use]
+pub fn fastest(program: &Path) -> Measured {
+    let unknown = Measured { arrangement: Arrangement::UNPINNED, round_trips_per_s: 0.0 };
+    measure_all(program).first().copied().unwrap_or(unknown)
+}
+
+/// Bare round trips a second between two processes in this arrangement.
+///
+/// # Errors
+/// What the system says if the processes cannot be started, or what they say instead of a number.
+pub fn echo_rate(program: &Path, arrangement: &Arrangement, for_ms: u64) -> io::Result<f64> {
+    let mut server = Echo::start(program, &arrangement.autopilot.options())?;
+    let address = server.line()?;
+    let mut options = arrangement.plant.options();
+    options.extend(["--to".to_owned(), address, "--for-ms".to_owned(), for_ms.to_string()]);
+    let mut client = Echo::start(program, &options)?;
+    let line = client.line()?;
+    line.parse().map_err(|_| io::Error::other(format!("the echo says {line:?}")))
+}
+
+/// An echo process, ended when dropped.
+struct Echo {
+    child: Child,
+    output: BufReader<ChildStdout>,
+}
+
+impl Echo {
+    fn start(program: &Path, options: &[String]) -> io::Result<Self> {
+        let mut child = Command::new(program)
+            .arg("echo")
+            .args(options)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()?;
+        let output = child.stdout.take().ok_or_else(|| io::Error::other("no standard output"))?;
+        Ok(Self { child, output: BufReader::new(output) })
+    }
+
+    fn line(&mut self) -> io::Result<String> {
+        let mut line = String::new();
+        self.output.read_line(&mut line)?;
+        let line = line.trim().to_owned();
+        if line.is_empty() { Err(io::Error::other("the echo has ended")) } else { Ok(line) }
+    }
+}
+
+impl Drop for Echo {
+    fn drop(&mut self) {
+        // It has ended already, or it ends now; either way nothing is left to do.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_core_is_shared_and_two_are_also_tried_apart() {
+        assert_eq!(candidates(&[]).len(), 1);
+        let one = candidates(&[5]);
+        assert_eq!(one.len(), 3);
+        assert!(one.iter().skip(1).all(|a| a.autopilot.cpu == Some(5) && a.plant.cpu == Some(5)));
+        let two = candidates(&[2, 3]);
+        assert_eq!(two.last(), Some(&Arrangement::new(Some(2), Some(3), Wait::Spin)));
+        assert_eq!(two.len(), 4);
+        assert_eq!(candidates(&[0, 1, 2, 3]).len(), 5);
+    }
+
+    #[test]
+    fn an_arrangement_reads_like_a_sentence() {
+        let shared = Arrangement::new(Some(3), Some(3), Wait::Block);
+        assert_eq!(shared.to_string(), "both on core 3, asleep while waiting");
+        let apart = Arrangement::new(Some(0), Some(3), Wait::Spin);
+        assert_eq!(apart.to_string(), "autopilot on core 0, plant on core 3, spinning while waiting");
+    }
+}

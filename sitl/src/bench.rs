@@ -1,0 +1,122 @@
+//! How fast flights run on this machine, as ratios that hold beyond it.
+
+use std::error::Error;
+use std::io::{self, Write};
+use std::path::Path;
+
+use autopilot::run::AutopilotArgs;
+use clap::{Args, Command};
+use host_io::clock;
+use icd::SimTime;
+use plant_sim::io::PlantArgs;
+
+use crate::arrangement::{self, Arrangement};
+use crate::closed_loop::{FlightSetup, fly};
+use crate::udp_flight::time_udp;
+
+/// Time for each echo, ms.
+const ECHO_MS: u64 = 500;
+
+/// Options of the measurement.
+#[derive(Debug, Clone, clap::Args)]
+pub struct BenchArgs {
+    /// Simulation time of each flight, s
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    flight_s: u32,
+    /// Repetitions; the median counts
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    repeat: usize,
+    /// Measure the link in all arrangements of processes and cores, not only in the fastest
+    #[arg(long)]
+    all: bool,
+}
+
+/// Measures and prints.
+///
+/// # Errors
+/// What went wrong with a flight, or with the output.
+pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
+    let mut out = io::stdout();
+    let setup = |step_us| paper_case(step_us, args.flight_s);
+    writeln!(out, "in process, one core                            times real time")?;
+    for step_us in [2_000, 1_000] {
+        let setup = setup(step_us)?;
+        let factor = median(args.repeat, || in_process(&setup))?;
+        writeln!(out, "  plant step {step_us} us, control period 2000 us   {factor:10.0}")?;
+    }
+    writeln!(out, "two processes over UDP, plant step 1000 us")?;
+    let measured = arrangement::measure_all(program);
+    let arrangements: Vec<Arrangement> =
+        measured.iter().take(if args.all { usize::MAX } else { 1 }).map(|m| m.arrangement).collect();
+    for arrangement in arrangements {
+        writeln!(out, "  {arrangement}")?;
+        for step_us in [2_000, 1_000] {
+            link(&mut out, args, program, &arrangement, &setup(step_us)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn link(
+    out: &mut impl Write,
+    args: &BenchArgs,
+    program: &Path,
+    arrangement: &Arrangement,
+    setup: &FlightSetup,
+) -> Result<(), Box<dyn Error>> {
+    // In turns, so that a busy moment of the machine meets both.
+    let (mut echoes, mut ticks) = (Vec::new(), Vec::new());
+    for _ in 0..args.repeat.max(1) {
+        echoes.push(arrangement::echo_rate(program, arrangement, ECHO_MS)?);
+        let report = time_udp(program, setup, arrangement)?;
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        ticks.push(report.ticks as f64 / report.wall_s);
+    }
+    let (echo, tick) = (middle(echoes), middle(ticks));
+    let ratio = tick / echo;
+    let step_us = setup.plant.step_us;
+    let period_s = setup.plant.period.as_seconds();
+    writeln!(out, "    plant step {step_us} us: echo {echo:8.0}/s   closed loop {tick:8.0}/s ({:.0} times real time)   ratio {ratio:.2}", tick * period_s)?;
+    Ok(())
+}
+
+/// Case 1 of the paper, as the programs fly it by default.
+fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>> {
+    let step = format!("--step-us={step_us}");
+    let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step])?;
+    let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"])?;
+    let (control, _) = autopilot.control_setup()?;
+    let duration = SimTime::from_micros(1_000_000 * u64::from(flight_s));
+    Ok(FlightSetup {
+        plant: plant.plant_setup()?,
+        belief: control.belief,
+        gains: control.gains,
+        references: control.references,
+        duration,
+    })
+}
+
+fn parse<T: Args>(words: &[&str]) -> Result<T, clap::Error> {
+    T::from_arg_matches(&T::augment_args(Command::new("bench")).try_get_matches_from(words)?)
+}
+
+/// Simulation time per wall time in one process.
+fn in_process(setup: &FlightSetup) -> Result<f64, Box<dyn Error>> {
+    let began = clock::now();
+    let end = fly(setup, &mut |record| {
+        std::hint::black_box(record);
+    })?;
+    Ok(end.time.as_seconds() / (clock::now() - began).as_secs_f64())
+}
+
+fn median(
+    repeat: usize,
+    mut measure: impl FnMut() -> Result<f64, Box<dyn Error>>,
+) -> Result<f64, Box<dyn Error>> {
+    (0..repeat.max(1)).map(|_| measure()).collect::<Result<Vec<f64>, _>>().map(middle)
+}
+
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

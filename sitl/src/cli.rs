@@ -1,0 +1,208 @@
+//! The command line: what a user meets first.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use autopilot::run::AutopilotArgs;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use icd::ControlPeriod;
+use plant_sim::io::PlantArgs;
+use plant_sim::{Airframe, EarthModel, Scenario, scenario};
+
+use crate::arrangement::EchoArgs;
+use crate::launch::{self, LaunchArgs};
+use crate::linearize;
+use crate::paper::{self, Link, Options};
+use crate::udp_flight;
+
+/// Largest gyro noise that can be asked for, deg/s rms.
+const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
+/// Largest turbulence that can be asked for, m/s rms.
+const TURBULENCE_MAX_M_S: f64 = 20.0;
+
+/// Two-Step: a jet that keeps flying when a surface jams.
+///
+/// Without a command it starts the plant and the autopilot as two processes and waits for ground stations.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    launch: LaunchArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Fly the paper's two cases, check its claims, draw its figures
+    Paper(PaperArgs),
+    /// Derive the controller's belief from the plant at its design trim
+    Linearize(LinearizeArgs),
+    /// The flight software alone, as the program `autopilot`
+    Autopilot(Box<AutopilotArgs>),
+    /// The aircraft alone, as the program `plant-sim`
+    PlantSim(Box<PlantArgs>),
+    /// One side of a bare exchange of packets, to measure what the machine can do
+    #[command(hide = true)]
+    Echo(EchoArgs),
+}
+
+/// Options of `sitl paper`.
+#[derive(Debug, Args)]
+pub struct PaperArgs {
+    /// Folder for tables, claims, figures and report
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Claims 4 and 5 too (a few minutes)
+    #[arg(long)]
+    full: bool,
+    /// How plant and autopilot talk
+    #[arg(long, value_enum, default_value = "in-process")]
+    link: LinkChoice,
+    /// Control period, 1 to 4 ms
+    #[arg(long, value_name = "MS", default_value = "2", value_parser = plant_sim::io::parse_period)]
+    period_ms: ControlPeriod,
+    /// Integration step, us; divides the control period [default: 1000, or 500 where that does not divide it]
+    #[arg(long, value_name = "US")]
+    step_us: Option<u32>,
+    /// flat or wgs84
+    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = plant_sim::io::parse_earth)]
+    earth: EarthModel,
+    /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply
+    #[arg(long, value_name = "DEG_S", default_value_t = 0.0, value_parser = parse_gyro_noise)]
+    gyro_noise_deg_s: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3; with it the limits of claim 4 apply
+    #[arg(long, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
+    turbulence_m_s: f64,
+    /// Seed of all random streams
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LinkChoice {
+    /// Function calls in one process
+    InProcess,
+    /// Two processes over UDP
+    Udp,
+}
+
+/// Options of `sitl linearize`.
+#[derive(Debug, Args)]
+pub struct LinearizeArgs {
+    /// Where the belief goes
+    #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
+    out: PathBuf,
+    /// The aircraft, instead of the one that comes with the program
+    #[arg(long, value_name = "FILE")]
+    airframe: Option<PathBuf>,
+}
+
+/// Does what the command line says.
+#[must_use]
+pub fn run(cli: &Cli) -> ExitCode {
+    let result = match &cli.command {
+        None => launch::run(&cli.launch).map_err(|error| error.to_string()),
+        Some(Command::Paper(args)) => fly_paper(args),
+        Some(Command::Linearize(args)) => write_belief(args),
+        Some(Command::Autopilot(args)) => {
+            autopilot::run::run(args).map(|_| true).map_err(|error| error.to_string())
+        }
+        Some(Command::PlantSim(args)) => {
+            plant_sim::io::run(args).map(|_| true).map_err(|error| error.to_string())
+        }
+        Some(Command::Echo(args)) => {
+            crate::arrangement::echo(args).map(|()| true).map_err(|error| error.to_string())
+        }
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(message) => {
+            eprintln!("sitl: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn fly_paper(args: &PaperArgs) -> Result<bool, String> {
+    let period_us = args.period_ms.as_micros();
+    let options = Options {
+        earth: args.earth,
+        period: args.period_ms,
+        step_us: args.step_us.unwrap_or(if period_us.is_multiple_of(1_000) { 1_000 } else { 500 }),
+        gyro_noise_deg_s: args.gyro_noise_deg_s,
+        turbulence_m_s: args.turbulence_m_s,
+        seed: args.seed,
+        full: args.full,
+        out: args.out.clone(),
+        link: match args.link {
+            LinkChoice::InProcess => Link::InProcess,
+            LinkChoice::Udp => Link::Udp,
+        },
+    };
+    let outcome = match options.link {
+        Link::InProcess => paper::run(&options, &paper::in_process),
+        Link::Udp => paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(setup, sink)?)),
+    };
+    let outcome = outcome.map_err(|error| error.to_string())?;
+    println!("figures and report: {}", args.out.join("report.html").display());
+    Ok(outcome.all_hold())
+}
+
+fn write_belief(args: &LinearizeArgs) -> Result<bool, String> {
+    let airframe = match &args.airframe {
+        None => Airframe::from_toml("tvc_jet.toml", plant_sim::airframe::DEFAULT_AIRFRAME),
+        Some(path) => {
+            let name = path.display().to_string();
+            let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+            Airframe::from_toml(&name, &text)
+        }
+    }
+    .map_err(|error| error.to_string())?;
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).map_err(|e| e.to_string())?;
+    let setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+    let belief = linearize::linearize(&setup).map_err(|error| error.to_string())?;
+    let text = linearize::to_toml(&belief).map_err(|error| error.to_string())?;
+    fs::write(&args.out, text).map_err(|error| format!("{}: {error}", args.out.display()))?;
+    println!("wrote {}", args.out.display());
+    Ok(true)
+}
+
+fn parse_gyro_noise(text: &str) -> Result<f64, String> {
+    parse_inside(text, GYRO_NOISE_MAX_DEG_S, "deg/s")
+}
+
+fn parse_turbulence(text: &str) -> Result<f64, String> {
+    parse_inside(text, TURBULENCE_MAX_M_S, "m/s")
+}
+
+fn parse_inside(text: &str, max: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("not a number; allowed are 0 to {max} {unit}"))?;
+    if (0.0..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{value} is outside 0 to {max} {unit}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused_with_the_range() {
+        for bad in ["nan", "inf", "-1", "99", "x"] {
+            let arguments = ["sitl", "paper", "--out", "o", "--turbulence-m-s", bad];
+            let message = Cli::try_parse_from(arguments).map(|_| ()).unwrap_err().to_string();
+            assert!(message.contains("0 to 20 m/s") || bad == "-1", "{message}");
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! A bare echo of link packets between two processes: what the machine can do without any flight.
+
+use std::io::{self, Write};
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use host_io::{BindError, LinkSocket, Stop, Wait, clock, cpu};
+use icd::lockstep::{FlightSide, PlantSide};
+use icd::wire::{PACKET_MAX, Phase, Reports};
+use icd::{Actuators, ControlPeriod, Sensors, SimTime};
+
+/// Longest wait for a packet.
+const PATIENCE: Duration = Duration::from_millis(20);
+/// Round trips between two looks at the clock.
+const ROUND_TRIPS_PER_LOOK: u64 = 64;
+/// Round trips before the measurement begins: caches, branch predictors, clock frequency.
+const WARM_UP: u64 = 500;
+
+/// Options of the echo.
+#[derive(Debug, Clone, clap::Args)]
+pub struct EchoArgs {
+    /// Ask the echo at this address and print its round trips per second; without it, be the echo
+    #[arg(long, value_name = "IP:PORT")]
+    to: Option<SocketAddr>,
+    /// How long to measure, ms
+    #[arg(long, value_name = "MS", default_value_t = 100)]
+    for_ms: u64,
+    /// Run on this core only
+    #[arg(long, value_name = "CORE")]
+    cpu: Option<usize>,
+    /// How to wait: block, yield or spin
+    #[arg(long, value_name = "HOW", default_value = "block")]
+    wait: Wait,
+}
+
+/// Why there is no echo.
+#[derive(Debug, thiserror::Error)]
+pub enum EchoError {
+    /// No socket.
+    #[error(transparent)]
+    Bind(#[from] BindError),
+    /// The socket is no use any more.
+    #[error("echo: {0}")]
+    Io(#[from] io::Error),
+    /// The core is not there, or not allowed.
+    #[error("echo: {0}")]
+    Pin(#[from] cpu::PinError),
+}
+
+/// Echoes until the standard input ends, or asks an echo.
+///
+/// # Errors
+/// [`EchoError`] if there is no socket or no such core.
+pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
+    args.cpu.map_or(Ok(()), cpu::pin_this_thread)?;
+    match args.to {
+        None => serve(args.wait),
+        Some(to) => ask(args, to),
+    }
+}
+
+fn serve(wait: Wait) -> Result<(), EchoError> {
+    let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
+    let mut socket = LinkSocket::listen("echo", "echo link", anywhere, wait, PATIENCE)?;
+    writeln!(io::stdout(), "{}", socket.local_address()?)?;
+    let stop = Stop::new();
+    stop.with_parent()?;
+    let (_, answer) = packets();
+    let mut buffer = [0; PACKET_MAX + 1];
+    while !stop.is_requested() {
+        if let Some((_, from)) = socket.receive_from(&mut buffer)? {
+            // What does not leave is asked for again.
+            let _ = socket.send_to(&answer, from);
+        }
+    }
+    Ok(())
+}
+
+fn ask(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
+    let mut socket = LinkSocket::connect("echo", "echo link", to, args.wait, PATIENCE)?;
+    let (question, _) = packets();
+    let mut buffer = [0; PACKET_MAX + 1];
+    let mut round_trips = |count: u64| -> io::Result<()> {
+        for _ in 0..count {
+            // What does not leave is a lost round trip, and the next one is asked for.
+            let _ = socket.send(&question);
+            socket.receive(&mut buffer)?;
+        }
+        Ok(())
+    };
+    round_trips(WARM_UP)?;
+    let began = clock::now();
+    let mut count: u64 = 0;
+    let elapsed = loop {
+        round_trips(ROUND_TRIPS_PER_LOOK)?;
+        count += ROUND_TRIPS_PER_LOOK;
+        let elapsed = clock::now() - began;
+        if elapsed >= Duration::from_millis(args.for_ms) {
+            break elapsed;
+        }
+    };
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let rate = count as f64 / elapsed.as_secs_f64();
+    writeln!(io::stdout(), "{rate:.0}")?;
+    Ok(())
+}
+
+/// A question and an answer as the link sends them: a tick without reports or requests.
+fn packets() -> (Vec<u8>, Vec<u8>) {
+    let mut values = [0.0; Sensors::COUNT];
+    // The attitude must be one.
+    values[6] = 1.0;
+    let sensors = Sensors::from_array(&values);
+    let mut plant = PlantSide::new(1);
+    let mut flight = FlightSide::new();
+    let period = ControlPeriod::DEFAULT;
+    let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new());
+    flight.handle(question, true);
+    let answer = flight.answer(&Actuators::default(), None).unwrap_or_default();
+    (question.to_vec(), answer.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::wire::{Packet, decode};
+
+    #[test]
+    fn the_echo_sends_packets_of_the_link() {
+        let (question, answer) = packets();
+        assert!(matches!(decode(&question), Ok(Packet::Sensors(_))));
+        assert!(matches!(decode(&answer), Ok(Packet::Actuators(_))));
+    }
+}

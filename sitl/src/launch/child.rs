@@ -1,0 +1,160 @@
+//! One of the two processes, as the launcher sees it.
+
+use std::io::{BufRead, BufReader, Read};
+use std::net::SocketAddr;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{self, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use autopilot::io::status::StatusLine;
+use host_io::clock;
+
+use super::LaunchError;
+use super::screen::Screen;
+
+/// Lines that wait to be shown.
+const NEWS_MAX: usize = 256;
+/// How often an ending child is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// Time for the last words of a child that has ended.
+const LAST_WORDS: Duration = Duration::from_millis(200);
+
+/// What a child reports.
+#[derive(Debug)]
+pub(super) enum Report {
+    /// The autopilot waits for plants here.
+    Listening(SocketAddr),
+    /// The flight goes on.
+    Status(StatusLine),
+    /// A line for the operator.
+    Said {
+        /// Who says it.
+        process: &'static str,
+        /// What.
+        line: String,
+    },
+}
+
+/// Where the reports of both children arrive.
+pub(super) struct News {
+    sender: SyncSender<Report>,
+    receiver: Receiver<Report>,
+}
+
+impl News {
+    pub(super) fn channel() -> Self {
+        let (sender, receiver) = sync_channel(NEWS_MAX);
+        Self { sender, receiver }
+    }
+
+    /// Next report; `None` if none comes in time.
+    pub(super) fn next(&self, patience: Duration) -> Option<Report> {
+        self.receiver.recv_timeout(patience).ok()
+    }
+}
+
+/// A running process; killed if it is dropped before its end.
+pub(super) struct Child {
+    name: &'static str,
+    process: process::Child,
+    /// Open as long as the child should run.
+    input: Option<ChildStdin>,
+    last_line: String,
+}
+
+impl Child {
+    /// Starts `program` with these words. Its standard output is status, its standard error is for people.
+    pub(super) fn start(
+        name: &'static str,
+        program: &Path,
+        words: &[String],
+        news: &News,
+    ) -> Result<Self, LaunchError> {
+        let failed = |source| LaunchError::Start { process: name, source };
+        let mut process = Command::new(program)
+            .args(words)
+            .arg("--with-parent")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            // Ctrl-C reaches the launcher only, which then ends both in order.
+            .process_group(0)
+            .spawn()
+            .map_err(failed)?;
+        let input = process.stdin.take();
+        if let Some(output) = process.stdout.take() {
+            forward(output, news.sender.clone(), move |line| status(name, line)).map_err(failed)?;
+        }
+        if let Some(errors) = process.stderr.take() {
+            let said = move |line| Report::Said { process: name, line };
+            forward(errors, news.sender.clone(), said).map_err(failed)?;
+        }
+        Ok(Self { name, process, input, last_line: "nothing".to_owned() })
+    }
+
+    /// If the process has ended: why, after its last words have been shown.
+    pub(super) fn ended(&mut self, news: &News, screen: &mut Screen) -> Option<LaunchError> {
+        let status = match self.process.try_wait() {
+            Ok(None) => return None,
+            Ok(Some(status)) => status,
+            Err(source) => return Some(source.into()),
+        };
+        while let Some(report) = news.next(LAST_WORDS) {
+            if let Report::Said { process, line } = report {
+                if process == self.name {
+                    self.last_line.clone_from(&line);
+                }
+                // Where the operator cannot read any more, the error below still tells.
+                let _ = screen.say(&format!("{process}: {line}"));
+            }
+        }
+        let (process, message) = (self.name, std::mem::take(&mut self.last_line));
+        Some(LaunchError::Ended { process, status, message })
+    }
+
+    /// Tells the process to end, and makes sure that it has by `deadline`.
+    pub(super) fn end(&mut self, deadline: Instant) {
+        self.input = None;
+        while let Ok(None) = self.process.try_wait() {
+            if clock::now() > deadline {
+                return;
+            }
+            clock::sleep(LOOK_EVERY);
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        // It has ended already, or it ends now; either way nothing is left to do.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn status(process: &'static str, line: String) -> Report {
+    match serde_json::from_str(&line) {
+        Ok(StatusLine::Listening { plant_link }) => Report::Listening(plant_link),
+        Ok(status) => Report::Status(status),
+        Err(_) => Report::Said { process, line },
+    }
+}
+
+fn forward(
+    stream: impl Read + Send + 'static,
+    news: SyncSender<Report>,
+    report: impl Fn(String) -> Report + Send + 'static,
+) -> std::io::Result<()> {
+    let read = move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            // Full means that the operator's screen has stopped: better lose lines than stop the child.
+            if let Err(TrySendError::Disconnected(_)) = news.try_send(report(line)) {
+                return;
+            }
+        }
+    };
+    thread::Builder::new().name("child".to_owned()).spawn(read).map(|_| ())
+}

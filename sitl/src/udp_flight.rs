@@ -1,0 +1,300 @@
+//! A flight through the two real processes over UDP, with the same records as one in process.
+//!
+//! ```text
+//! setup ─> files ─> sitl plant-sim ─ UDP, as fast as possible ─ sitl autopilot
+//!                        └─> truth log ─> merged by tick <─ step log <─┘
+//! ```
+
+use std::fs;
+use std::io::{self, BufRead, BufReader, Read};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use autopilot::io::plant_link::LoggedStep;
+use autopilot::io::status::StatusLine;
+use autopilot::run::ControlSetup;
+use host_io::clock;
+use host_io::tick_log::{Kind, LogError, TickLogReader};
+use icd::SimTime;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use plant_sim::Truth;
+use plant_sim::io::FlightReport;
+
+use crate::arrangement::Arrangement;
+use crate::closed_loop::{End, FlightSetup, Record};
+
+/// How often the autopilot is looked after while the plant flies.
+const WATCH_EVERY: Duration = Duration::from_millis(50);
+
+/// Why a flight over UDP has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum UdpFlightError {
+    /// A process cannot be started, or a file not be written.
+    #[error("{what}: {source}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A process ended with an error.
+    #[error("{process} ended ({status}): {message}")]
+    Process {
+        /// Which one.
+        process: &'static str,
+        /// How.
+        status: ExitStatus,
+        /// The last thing it said.
+        message: String,
+    },
+    /// A setup that cannot be written down.
+    #[error("the setup cannot be written: {0}")]
+    Setup(#[from] postcard::Error),
+    /// A process said something else than expected.
+    #[error("{process} said {said:?}")]
+    Unexpected {
+        /// Which one.
+        process: &'static str,
+        /// What.
+        said: String,
+    },
+    /// A log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The two logs do not belong together.
+    #[error("tick {tick}: the plant says {plant:?}, the autopilot {autopilot:?}")]
+    Tick {
+        /// Which tick, from 0.
+        tick: u64,
+        /// Time in the plant's log, if it has that tick.
+        plant: Option<SimTime>,
+        /// Time in the autopilot's log, if it has that tick.
+        autopilot: Option<SimTime>,
+    },
+}
+
+/// Flies a setup through the two real processes as fast as they can, and hands every tick to `sink`.
+///
+/// `program` is the `sitl` executable.
+///
+/// # Errors
+/// [`UdpFlightError`] names the process and what it said.
+pub fn fly_udp(
+    program: &Path,
+    setup: &FlightSetup,
+    sink: &mut dyn FnMut(&Record),
+) -> Result<End, UdpFlightError> {
+    let folder = Folder::create()?;
+    let (truth, steps) = (folder.0.join("truth.log"), folder.0.join("steps.log"));
+    let logs = Logs { truth: &truth, steps: &steps };
+    let report = fly_processes(program, setup, &Arrangement::UNPINNED, &folder.0, Some(&logs))?;
+    merge(&logs, sink)?;
+    Ok(End { time: report.time, on_ground: report.on_ground })
+}
+
+/// Flies a setup through the two real processes without logs and says how long that took.
+///
+/// # Errors
+/// [`UdpFlightError`] names the process and what it said.
+pub fn time_udp(
+    program: &Path,
+    setup: &FlightSetup,
+    arrangement: &Arrangement,
+) -> Result<FlightReport, UdpFlightError> {
+    let folder = Folder::create()?;
+    fly_processes(program, setup, arrangement, &folder.0, None)
+}
+
+struct Logs<'a> {
+    truth: &'a Path,
+    steps: &'a Path,
+}
+
+fn fly_processes(
+    program: &Path,
+    setup: &FlightSetup,
+    arrangement: &Arrangement,
+    folder: &Path,
+    logs: Option<&Logs<'_>>,
+) -> Result<FlightReport, UdpFlightError> {
+    let control = ControlSetup {
+        belief: setup.belief,
+        gains: setup.gains,
+        references: setup.references.clone(),
+    };
+    let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
+    write(&plant_file, &postcard::to_stdvec(&setup.plant)?)?;
+    write(&control_file, &postcard::to_stdvec(&control)?)?;
+
+    let mut autopilot = Command::new(program);
+    autopilot.args(["autopilot", "--plant-link", "127.0.0.1:0", "--no-gcs", "--status", "--with-parent"]);
+    autopilot.arg("--setup").arg(&control_file).args(arrangement.autopilot.options());
+    let mut plant = Command::new(program);
+    plant.args(["plant-sim", "--speed", "max", "--report", "--with-parent"]);
+    plant.arg("--setup").arg(&plant_file).args(arrangement.plant.options());
+    plant.args(["--until-s", &setup.duration.as_seconds().to_string()]);
+    if let Some(logs) = logs {
+        autopilot.arg("--step-log").arg(logs.steps);
+        plant.arg("--truth-log").arg(logs.truth);
+    }
+
+    let mut autopilot = Process::start("autopilot", autopilot)?;
+    let line = autopilot.line()?;
+    let address: SocketAddr = match serde_json::from_str(&line) {
+        Ok(StatusLine::Listening { plant_link }) => plant_link,
+        _ => return Err(autopilot.unexpected(line)),
+    };
+    plant.args(["--autopilot", &address.to_string()]);
+    let plant = Process::start("plant-sim", plant)?;
+    let report = wait_for_report(plant, &mut autopilot)?;
+    autopilot.end()?;
+    Ok(report)
+}
+
+/// Waits for the plant's report, and for the autopilot's end, which the plant would outwait.
+fn wait_for_report(
+    plant: Process,
+    autopilot: &mut Process,
+) -> Result<FlightReport, UdpFlightError> {
+    let (sender, receiver) = mpsc::channel();
+    let id = plant.child.id();
+    let watch = move || {
+        let mut plant = plant;
+        let report = plant.line().and_then(|line| {
+            let report = serde_json::from_str(&line).map_err(|_| plant.unexpected(line))?;
+            plant.end()?;
+            Ok(report)
+        });
+        // Nobody waits for it any more if the autopilot has ended first.
+        let _ = sender.send(report);
+    };
+    let failed = |source| UdpFlightError::System { what: "cannot watch a process", source };
+    thread::Builder::new().name("plant".to_owned()).spawn(watch).map_err(failed)?;
+    loop {
+        if let Ok(result) = receiver.recv_timeout(WATCH_EVERY) {
+            return result;
+        }
+        if autopilot.child.try_wait().map_err(failed)?.is_some() {
+            let plant = Pid::from_raw(i32::try_from(id).unwrap_or(i32::MAX));
+            // It may have ended by itself in the meantime.
+            let _ = kill(plant, Signal::SIGTERM);
+            return Err(autopilot.failure());
+        }
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), UdpFlightError> {
+    let failed = |source| UdpFlightError::System { what: "cannot write a setup", source };
+    fs::write(path, bytes).map_err(failed)
+}
+
+/// Both logs, tick by tick.
+fn merge(logs: &Logs<'_>, sink: &mut dyn FnMut(&Record)) -> Result<(), UdpFlightError> {
+    let mut truths = TickLogReader::open(logs.truth, Kind::Truth)?;
+    let mut steps = TickLogReader::open(logs.steps, Kind::ControlSteps)?;
+    for tick in 0.. {
+        let truth: Option<Truth> = truths.next_entry()?;
+        let step: Option<LoggedStep> = steps.next_entry()?;
+        match (truth, step) {
+            (None, None) => break,
+            (Some(truth), Some((time, log))) if truth.time == time => sink(&Record { truth, log }),
+            (truth, step) => {
+                let plant = truth.map(|truth| truth.time);
+                let autopilot = step.map(|(time, _)| time);
+                return Err(UdpFlightError::Tick { tick, plant, autopilot });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A folder for the files of one flight, removed with it.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn create() -> Result<Self, UdpFlightError> {
+        let name = format!("sitl-{}-{:x}", std::process::id(), clock::unique_number());
+        let path = std::env::temp_dir().join(name);
+        let failed = |source| UdpFlightError::System { what: "cannot create a folder", source };
+        fs::create_dir(&path).map_err(failed)?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // A folder that stays behind in the temporary folder does no harm.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// One of the two processes; killed if it is dropped before its end.
+struct Process {
+    name: &'static str,
+    child: Child,
+    output: BufReader<ChildStdout>,
+}
+
+impl Process {
+    fn start(name: &'static str, mut command: Command) -> Result<Self, UdpFlightError> {
+        let failed = |source| UdpFlightError::System { what: "cannot start a process", source };
+        // What goes well is not told: flights come by the dozen.
+        command.env("RUST_LOG", "warn");
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(failed)?;
+        let output = child.stdout.take();
+        let output = output.ok_or_else(|| failed(io::Error::other("no standard output")))?;
+        Ok(Self { name, child, output: BufReader::new(output) })
+    }
+
+    /// Next line of its standard output.
+    fn line(&mut self) -> Result<String, UdpFlightError> {
+        let failed = |source| UdpFlightError::System { what: "cannot read from a process", source };
+        let mut line = String::new();
+        if self.output.read_line(&mut line).map_err(failed)? == 0 {
+            return Err(self.failure());
+        }
+        Ok(line.trim_end().to_owned())
+    }
+
+    /// Tells it to end, and waits for that.
+    fn end(mut self) -> Result<(), UdpFlightError> {
+        drop(self.child.stdin.take());
+        // A process that still prints must not wait for a reader.
+        let _ = io::copy(&mut self.output, &mut io::sink());
+        let failed = |source| UdpFlightError::System { what: "cannot wait for a process", source };
+        if self.child.wait().map_err(failed)?.success() { Ok(()) } else { Err(self.failure()) }
+    }
+
+    /// It has ended, or closed its output; this is why.
+    fn failure(&mut self) -> UdpFlightError {
+        drop(self.child.stdin.take());
+        let mut message = String::new();
+        if let Some(mut errors) = self.child.stderr.take() {
+            // What cannot be read is not known.
+            let _ = errors.read_to_string(&mut message);
+        }
+        let message = message.trim().lines().last().unwrap_or("nothing").to_owned();
+        match self.child.wait() {
+            Ok(status) => UdpFlightError::Process { process: self.name, status, message },
+            Err(source) => UdpFlightError::System { what: "cannot wait for a process", source },
+        }
+    }
+
+    fn unexpected(&self, said: String) -> UdpFlightError {
+        UdpFlightError::Unexpected { process: self.name, said }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It has ended already, or it ends now; either way nothing is left to do.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
