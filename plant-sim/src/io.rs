@@ -16,7 +16,7 @@ mod link;
 mod pacer;
 mod run;
 
-pub use args::{PlantArgs, Speed};
+pub use args::{PlantArgs, Speed, parse_earth, parse_period};
 pub use flight::FlightReport;
 pub use link::LinkError;
 pub use run::{ExitReason, RunError, run};

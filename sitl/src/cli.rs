@@ -1,16 +1,18 @@
 //! The command line: what a user meets first.
 
+use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use icd::ControlPeriod;
-use plant_sim::io::PlantArgs;
+use plant_sim::io::{PlantArgs, parse_earth, parse_period};
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
-use crate::arrangement::EchoArgs;
+use crate::bench::{self, BenchArgs};
+use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
 use crate::paper::{self, Link, Options};
@@ -43,7 +45,9 @@ enum Command {
     Autopilot(Box<AutopilotArgs>),
     /// The aircraft alone, as the program `plant-sim`
     PlantSim(Box<PlantArgs>),
-    /// One side of a bare exchange of packets, to measure what the machine can do
+    /// Print how fast flights run on this machine, as ratios
+    Bench(BenchArgs),
+    /// Send link packets to and fro without a flight
     #[command(hide = true)]
     Echo(EchoArgs),
 }
@@ -61,13 +65,13 @@ pub struct PaperArgs {
     #[arg(long, value_enum, default_value = "in-process")]
     link: LinkChoice,
     /// Control period, 1 to 4 ms
-    #[arg(long, value_name = "MS", default_value = "2", value_parser = plant_sim::io::parse_period)]
+    #[arg(long, value_name = "MS", default_value = "2", value_parser = parse_period)]
     period_ms: ControlPeriod,
     /// Integration step, us; divides the control period [default: 1000, or 500 where that does not divide it]
     #[arg(long, value_name = "US")]
     step_us: Option<u32>,
     /// flat or wgs84
-    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = plant_sim::io::parse_earth)]
+    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     earth: EarthModel,
     /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply
     #[arg(long, value_name = "DEG_S", default_value_t = 0.0, value_parser = parse_gyro_noise)]
@@ -100,74 +104,70 @@ pub struct LinearizeArgs {
 }
 
 /// Does what the command line says.
-#[must_use]
-pub fn run(cli: &Cli) -> ExitCode {
-    let result = match &cli.command {
-        None => launch::run(&cli.launch).map_err(|error| error.to_string()),
-        Some(Command::Paper(args)) => fly_paper(args),
-        Some(Command::Linearize(args)) => write_belief(args),
-        Some(Command::Autopilot(args)) => {
-            autopilot::run::run(args).map(|_| true).map_err(|error| error.to_string())
-        }
-        Some(Command::PlantSim(args)) => {
-            plant_sim::io::run(args).map(|_| true).map_err(|error| error.to_string())
-        }
-        Some(Command::Echo(args)) => {
-            crate::arrangement::echo(args).map(|()| true).map_err(|error| error.to_string())
-        }
-    };
-    match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(message) => {
-            eprintln!("sitl: {message}");
-            ExitCode::FAILURE
+///
+/// # Errors
+/// Whatever keeps it from being done, in words for the operator.
+pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
+    // This executable starts itself for the two processes.
+    let program = std::env::current_exe()?;
+    match &cli.command {
+        None => launch::run(&cli.launch, &program)?,
+        Some(Command::Paper(args)) => return fly_paper(args, &program),
+        Some(Command::Linearize(args)) => write_belief(args)?,
+        Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
+        Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
+        Some(Command::Bench(args)) => bench::run(args, &program)?,
+        Some(Command::Echo(args)) => echo::run(args)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The exit code says whether all checked claims hold.
+fn fly_paper(args: &PaperArgs, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
+    let options = args.options();
+    let outcome = match options.link {
+        Link::InProcess => paper::run(&options, &paper::in_process),
+        Link::Udp => paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?)),
+    }?;
+    println!("figures and report: {}", args.out.join("report.html").display());
+    Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+impl PaperArgs {
+    fn options(&self) -> Options {
+        let whole_milliseconds = self.period_ms.as_micros().is_multiple_of(1_000);
+        Options {
+            earth: self.earth,
+            period: self.period_ms,
+            step_us: self.step_us.unwrap_or(if whole_milliseconds { 1_000 } else { 500 }),
+            gyro_noise_deg_s: self.gyro_noise_deg_s,
+            turbulence_m_s: self.turbulence_m_s,
+            seed: self.seed,
+            full: self.full,
+            out: self.out.clone(),
+            link: match self.link {
+                LinkChoice::InProcess => Link::InProcess,
+                LinkChoice::Udp => Link::Udp,
+            },
         }
     }
 }
 
-fn fly_paper(args: &PaperArgs) -> Result<bool, String> {
-    let period_us = args.period_ms.as_micros();
-    let options = Options {
-        earth: args.earth,
-        period: args.period_ms,
-        step_us: args.step_us.unwrap_or(if period_us.is_multiple_of(1_000) { 1_000 } else { 500 }),
-        gyro_noise_deg_s: args.gyro_noise_deg_s,
-        turbulence_m_s: args.turbulence_m_s,
-        seed: args.seed,
-        full: args.full,
-        out: args.out.clone(),
-        link: match args.link {
-            LinkChoice::InProcess => Link::InProcess,
-            LinkChoice::Udp => Link::Udp,
-        },
-    };
-    let outcome = match options.link {
-        Link::InProcess => paper::run(&options, &paper::in_process),
-        Link::Udp => paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(setup, sink)?)),
-    };
-    let outcome = outcome.map_err(|error| error.to_string())?;
-    println!("figures and report: {}", args.out.join("report.html").display());
-    Ok(outcome.all_hold())
-}
-
-fn write_belief(args: &LinearizeArgs) -> Result<bool, String> {
+fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let airframe = match &args.airframe {
-        None => Airframe::from_toml("tvc_jet.toml", plant_sim::airframe::DEFAULT_AIRFRAME),
+        None => Airframe::paper(),
         Some(path) => {
             let name = path.display().to_string();
             let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
-            Airframe::from_toml(&name, &text)
+            Airframe::from_toml(&name, &text)?
         }
-    }
-    .map_err(|error| error.to_string())?;
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).map_err(|e| e.to_string())?;
+    };
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
     let setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-    let belief = linearize::linearize(&setup).map_err(|error| error.to_string())?;
-    let text = linearize::to_toml(&belief).map_err(|error| error.to_string())?;
+    let text = linearize::to_toml(&linearize::linearize(&setup)?)?;
     fs::write(&args.out, text).map_err(|error| format!("{}: {error}", args.out.display()))?;
     println!("wrote {}", args.out.display());
-    Ok(true)
+    Ok(())
 }
 
 fn parse_gyro_noise(text: &str) -> Result<f64, String> {

@@ -2,6 +2,7 @@
 
 pub mod arrangement;
 pub mod bench;
+pub mod cli;
 pub mod closed_loop;
 pub mod dispersion;
 pub mod echo;

@@ -118,7 +118,7 @@ impl Ground {
             Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
             Message::SetMode(data) => modes::handle(data, now, &mut ctx),
             Message::ParamRequestRead(data) => {
-                services.param.handle_read(from, data, &mut ctx, out)
+                services.param.handle_read(from, data, &mut ctx, out);
             }
             Message::ParamRequestList => services.param.handle_list(from),
             Message::ParamSet(set) => services.param.handle_set(from, set, now, &mut ctx, out),
@@ -159,6 +159,7 @@ impl Ground {
         }
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
+        self.telemetry.tell_landed_state(&self.aircraft, &mut self.peers);
         self.texts.poll(&mut self.peers);
     }
 

@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common::{
-    AUTOPILOT_VERSION_DATA, HOME_POSITION_DATA, MavProtocolCapability as Capability,
+    AUTOPILOT_VERSION_DATA, HOME_POSITION_DATA, MavLandedState, MavProtocolCapability as Capability,
 };
 use flight_control::Belief;
 
@@ -63,7 +63,7 @@ pub struct Telemetry {
     due: [WallTime; RATES.len()],
     /// Something is due and waits for a snapshot, since then.
     waiting: Option<WallTime>,
-    landed: Option<u32>,
+    landed: Option<MavLandedState>,
 }
 
 impl Telemetry {
@@ -86,12 +86,17 @@ impl Telemetry {
         }
     }
 
-    /// Starts to wait for a snapshot when something is due; sends without one when none comes.
-    pub fn poll(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+    /// Tells at once when the aircraft has come down or a flight has begun.
+    pub fn tell_landed_state(&mut self, aircraft: &Aircraft, out: &mut Peers) {
         let landed = messages::landed_state(aircraft);
-        if self.landed.replace(landed as u32) != Some(landed as u32) {
+        if self.landed.replace(landed) != Some(landed) {
             out.announce(&messages::extended_sys_state(aircraft));
         }
+    }
+
+    /// Starts to wait for a snapshot when something is due; sends without one when none comes.
+    pub fn poll(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+        self.tell_landed_state(aircraft, out);
         match self.waiting {
             None if self.due.iter().any(|due| *due <= now) => self.waiting = Some(now),
             Some(since) if now.since(since) >= PATIENCE => {

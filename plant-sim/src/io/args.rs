@@ -112,7 +112,11 @@ fn read(path: &Path) -> Result<String, RunError> {
     fs::read_to_string(path).map_err(|source| RunError::Read { path: path.to_path_buf(), source })
 }
 
-fn parse_period(text: &str) -> Result<ControlPeriod, String> {
+/// A control period in milliseconds from the command line.
+///
+/// # Errors
+/// Names the allowed range.
+pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     let (min, max) = (ControlPeriod::MIN_MICROS, ControlPeriod::MAX_MICROS);
     let (min_ms, max_ms) = (f64::from(min) / 1.0e3, f64::from(max) / 1.0e3);
     let refused = || format!("{text} is not a number from {min_ms} to {max_ms}");
@@ -129,7 +133,11 @@ fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     ControlPeriod::from_micros(micros).map_err(|error| error.to_string())
 }
 
-fn parse_earth(text: &str) -> Result<EarthModel, String> {
+/// An Earth model by its name.
+///
+/// # Errors
+/// Names the models.
+pub fn parse_earth(text: &str) -> Result<EarthModel, String> {
     match text {
         "flat" => Ok(EarthModel::Flat),
         "wgs84" => Ok(EarthModel::Wgs84),

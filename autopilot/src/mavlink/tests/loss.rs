@@ -1,6 +1,7 @@
 //! Each datagram lost in turn: a client that asks again ends where it would have without the loss.
 
 use super::world::*;
+use crate::event::Wish;
 use crate::parameters::Parameters;
 use crate::vehicle::Mode;
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
@@ -43,7 +44,16 @@ fn is_ack(command: u16) -> impl Fn(&Got) -> bool {
     move |got| got.id == 77 && got.payload[..2] == command.to_le_bytes()
 }
 
-fn final_state(lost: u32) -> (Parameters, Mode, f64, usize, u32) {
+/// Where a conversation ends.
+#[derive(Debug, PartialEq)]
+struct End {
+    parameters: Parameters,
+    mode: Mode,
+    altitude_m: f64,
+    bandwidth_of_the_laws: Option<f64>,
+}
+
+fn final_state(lost: u32) -> (End, u32) {
     let mut link = Lossy { world: World::flying(), lost, count: 0 };
     let all = crate::mavlink::codec::Identity { system: 1, component: 1 };
     let mode = command_long(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0], all);
@@ -62,22 +72,25 @@ fn final_state(lost: u32) -> (Parameters, Mode, f64, usize, u32) {
     }
     link.world.step();
     let snapshot = *link.world.autopilot.snapshot().unwrap();
-    let gains = link.world.autopilot.snapshot().is_some();
-    (
-        *link.world.ground.parameters(),
-        snapshot.mode,
-        snapshot.demand.altitude_m,
-        usize::from(gains),
-        link.count,
-    )
+    let mut bandwidths = link.world.take_wishes().into_iter().filter_map(|wish| match wish {
+        Wish::Gains(gains) => Some(gains.observer.bandwidth),
+        _ => None,
+    });
+    let end = End {
+        parameters: *link.world.ground.parameters(),
+        mode: snapshot.mode,
+        altitude_m: snapshot.demand.altitude_m,
+        bandwidth_of_the_laws: bandwidths.next_back(),
+    };
+    (end, link.count)
 }
 
 #[test]
 fn whichever_datagram_is_lost_the_final_state_is_the_same() {
-    let (parameters, mode, altitude_m, gains, count) = final_state(0);
+    let (end, count) = final_state(0);
+    assert_eq!((end.altitude_m, end.bandwidth_of_the_laws), (6_000.0, Some(40.0)));
     assert!(count >= 10, "{count} datagrams");
     for lost in 1..=count {
-        let (p, m, a, g, _) = final_state(lost);
-        assert_eq!((p, m, a, g), (parameters, mode, altitude_m, gains), "datagram {lost} lost");
+        assert_eq!(final_state(lost).0, end, "datagram {lost} lost");
     }
 }

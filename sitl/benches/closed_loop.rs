@@ -1,0 +1,76 @@
+//! One control tick in process: plant, laws, and both sides of the link without a socket.
+
+use autopilot::autopilot::Autopilot;
+use autopilot::run::AutopilotArgs;
+use clap::{Args, Command};
+use criterion::{Criterion, criterion_group, criterion_main};
+use icd::SimTime;
+use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
+use icd::wire::{Phase, Reports};
+use plant_sim::Plant;
+use plant_sim::io::PlantArgs;
+use sitl::closed_loop::{FlightSetup, settings};
+
+fn parse<T: Args>(words: &[&str]) -> T {
+    let matches = T::augment_args(Command::new("bench")).get_matches_from(words);
+    T::from_arg_matches(&matches).expect("the words are right")
+}
+
+fn setup(step_us: u32) -> FlightSetup {
+    let step = format!("--step-us={step_us}");
+    let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step]);
+    let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"]);
+    let (control, _) = autopilot.control_setup().expect("the shipped files are right");
+    FlightSetup {
+        plant: plant.plant_setup().expect("the shipped files are right"),
+        belief: control.belief,
+        gains: control.gains,
+        references: control.references,
+        duration: SimTime::ZERO,
+    }
+}
+
+/// A tick of the loop without link.
+fn direct(c: &mut Criterion) {
+    for step_us in [2_000, 1_000] {
+        let setup = setup(step_us);
+        let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
+        let mut autopilot = Autopilot::new(&settings(&setup));
+        autopilot.begin_flight(setup.plant.period, plant.time(), false);
+        c.bench_function(&format!("closed loop tick, plant step {step_us} us"), |b| {
+            b.iter(|| {
+                let sensors = plant.sense();
+                let output = autopilot.step(plant.time(), &sensors);
+                while autopilot.pop_event().is_some() {}
+                plant.advance(&output.actuators);
+                output.log
+            });
+        });
+        assert!(!plant.on_ground(), "the bench has measured a plant that stands still");
+    }
+}
+
+/// What the link adds, without the socket: both packets encoded, checked and decoded.
+fn link(c: &mut Criterion) {
+    let setup = setup(1_000);
+    let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
+    let sensors = plant.sense();
+    let mut plant_side = PlantSide::new(1);
+    let mut flight_side = FlightSide::new();
+    let mut autopilot = Autopilot::new(&settings(&setup));
+    let actuators = autopilot.step(plant.time(), &sensors).actuators;
+    c.bench_function("link exchange without socket", |b| {
+        b.iter(|| {
+            let period = setup.plant.period;
+            let question =
+                plant_side.ask(plant.time(), Phase::Flying, period, &sensors, Reports::new());
+            let event = flight_side.handle(question, true);
+            assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)));
+            let answer = flight_side.answer(&actuators, None).expect("there is a question");
+            assert!(matches!(plant_side.handle(answer), PlantEvent::Answer(_)));
+        });
+    });
+}
+
+criterion_group!(benches, direct, link);
+criterion_main!(benches);
