@@ -8,7 +8,7 @@
 
 use std::error::Error;
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use icd::ControlPeriod;
@@ -304,7 +304,10 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
     write(&out.join("report.html"), page.as_bytes())?;
 
-    print!("{}", report::text_table(&evaluation.results));
+    let table = report::text_table(&evaluation.results);
+    io::stdout()
+        .write_all(table.as_bytes())
+        .map_err(|source| cannot_write(Path::new("standard output"), source))?;
     Ok(Outcome { results: evaluation.results })
 }
 

@@ -7,6 +7,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use crate::figures::Figure;
 use crate::paper::comparisons::Comparisons;
 use crate::paper::sensitivity::Sensitivity;
+use crate::paper::case1::REFERENCE_M;
+use crate::paper::case2::REFERENCE_DEG;
 use crate::paper::claim::ClaimResult;
 use crate::paper::{Evaluation, Link, Options};
 
@@ -67,7 +69,7 @@ fn summary(evaluation: &Evaluation) -> Markup {
     html! {
         p.verdict.good[all].bad[!all] {
             (held) " of " (results.len()) " limits hold"
-            @if all { ". Every claim that was checked is reproduced." }
+            @if all { ". Every claim that was checked holds." }
             @else { ". Claims with a limit that does not hold: " (failed_ids(results).join(", ")) "." }
         }
     }
@@ -87,8 +89,8 @@ fn flown(options: &Options, evaluation: &Evaluation) -> Markup {
     html! {
         p {
             "Level flight at " (number(plant.start.airspeed_m_s)) " m/s and " (number(plant.start.altitude_m))
-            " m. Case 1 climbs by 1000 m; its left elevator jams at " (number(first.case.jam_rad.to_degrees()))
-            " deg at " (number(first.case.fault_s)) " s. Case 2 rolls to 15 deg and holds the altitude; its rudder jams at "
+            " m. Case 1 climbs to " (number(REFERENCE_M)) " m; its left elevator jams at " (number(first.case.jam_rad.to_degrees()))
+            " deg at " (number(first.case.fault_s)) " s. Case 2 rolls to " (number(REFERENCE_DEG)) " deg and holds the altitude; its rudder jams at "
             (number(second.case.jam_rad.to_degrees())) " deg at " (number(second.case.fault_s)) " s. Each is flown three times: "
             "without fault (compensator armed), with the fault and the PID only, with the fault and the compensator armed."
         }

@@ -3,7 +3,7 @@
 //! The order of the results is that of the items, whatever the threads do, so the outcome of a campaign does
 //! not depend on how many there are.
 
-use std::io::{IsTerminal, stderr};
+use std::io::{IsTerminal, Write as _, stderr};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -55,7 +55,8 @@ impl Progress {
             Some(bar) => bar.inc(1),
             None => {
                 if let Some(percent) = line_due(done, self.total) {
-                    eprintln!("{}: {percent} % of {} runs", self.label, self.total);
+                    // Progress is a courtesy: a closed standard error must not end the campaign.
+                    let _ = writeln!(stderr(), "{}: {percent} % of {} runs", self.label, self.total);
                 }
             }
         }

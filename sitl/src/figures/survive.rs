@@ -28,7 +28,8 @@ pub fn survival(points: &[SurvivalPoint]) -> Result<Figure, FigureError> {
     })?;
     let caption = format!(
         "{title}. Every aerodynamic derivative multiplied by its own factor, uniform in 1 ± the number on the \
-         axis; the controller keeps its nominal model. Bars: Wilson's 95 % interval."
+         axis; the controller keeps its nominal model. Bars: Wilson's 95 % interval. Claim 5 looks at the first \
+         half of the aircraft at ±5 %."
     );
     Ok(Figure { name: "survival", caption, svg })
 }

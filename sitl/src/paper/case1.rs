@@ -7,6 +7,7 @@ use super::claim::{Claim, ClaimResult, Limit};
 use super::estimates::{self, Axis};
 use super::trace::{Sample, column};
 use crate::metrics::{DEG, drop_below_running_max, max, max_abs, mean, min};
+use crate::table::Row;
 
 const SMOOTH_CLIMB: Claim = Claim { id: "1a", text: "no fault: climb is smooth" };
 const ONLY_THE_ELEVATOR: Claim =
@@ -28,7 +29,7 @@ const LATERAL_NOZZLE: Claim = Claim {
 const NOZZLE_PITCH: Claim = Claim { id: "1e", text: "the nozzle pitches the nose up" };
 
 /// Altitude reference of the climb, m.
-const REFERENCE_M: f64 = 6_000.0;
+pub const REFERENCE_M: f64 = 6_000.0;
 /// "Smooth": overshoot, settled error and drop in the climb, m.
 const SMOOTH_M: f64 = 20.0;
 /// The climb has settled from this time on, s.
@@ -83,43 +84,47 @@ pub fn claims(runs: &Runs) -> Vec<ClaimResult> {
 /// Without fault the climb is smooth, and at first only the elevator moves.
 #[must_use]
 pub fn claim_1a(runs: &Runs) -> Vec<ClaimResult> {
+    [smooth_climb(runs), only_the_elevator(runs)].concat()
+}
+
+/// The first half of claim 1a: without fault the climb is smooth.
+#[must_use]
+pub fn smooth_climb(runs: &Runs) -> Vec<ClaimResult> {
     let climb = runs.no_fault;
     let altitude = |samples| column(samples, |row| row.altitude_m);
     let settled = altitude(climb.from(SETTLED_S)).map(|h| h - REFERENCE_M);
     let drop = drop_below_running_max(altitude(climb.window(0.0, SETTLED_S)));
     let nz = max_abs(column(climb.samples(), |row| row.nz_g - 1.0));
-
-    let first = climb.window(0.0, runs.case.fault_s);
-    let largest = |effectors: &[f64]| max_abs(effectors.iter().copied()) / DEG;
-    let moved = |samples: &[Sample], of: fn(&Sample) -> Vec<f64>| {
-        max(samples.iter().map(|sample| largest(&of(sample))))
-    };
-    let elevator =
-        moved(first, |s| vec![s.row.left_elevator_rad, s.row.right_elevator_rad]);
-    let aileron = moved(first, |s| vec![s.row.left_aileron_rad, s.row.right_aileron_rad]);
-    let rudder = moved(first, |s| vec![s.row.rudder_rad]);
-    let nozzle = moved(first, |s| vec![s.row.nozzle_pitch_rad, s.row.nozzle_yaw_rad]);
-    let idle = Limit::AtMost(IDLE_DEG);
+    let smooth = Limit::AtMost(SMOOTH_M);
     vec![
         SMOOTH_CLIMB.check(
             "altitude overshoot",
             max(altitude(climb.samples())) - REFERENCE_M,
             "m",
-            Limit::AtMost(SMOOTH_M),
+            smooth,
         ),
-        SMOOTH_CLIMB.check(
-            "distance from 6000 m from 60 s on",
-            max_abs(settled),
-            "m",
-            Limit::AtMost(SMOOTH_M),
-        ),
+        SMOOTH_CLIMB.check("distance from 6000 m from 60 s on", max_abs(settled), "m", smooth),
         SMOOTH_CLIMB.check(
             "drop below the running maximum of altitude in the first 60 s",
             drop,
             "m",
-            Limit::AtMost(SMOOTH_M),
+            smooth,
         ),
         SMOOTH_CLIMB.check("change of the load factor", nz, "g", Limit::AtMost(SMOOTH_G)),
+    ]
+}
+
+fn only_the_elevator(runs: &Runs) -> Vec<ClaimResult> {
+    let first = runs.no_fault.window(0.0, runs.case.fault_s);
+    let moved = |of: fn(&Row) -> [f64; 2]| {
+        max_abs(first.iter().flat_map(|sample| of(&sample.row))) / DEG
+    };
+    let elevator = moved(|row| [row.left_elevator_rad, row.right_elevator_rad]);
+    let aileron = moved(|row| [row.left_aileron_rad, row.right_aileron_rad]);
+    let rudder = moved(|row| [row.rudder_rad, 0.0]);
+    let nozzle = moved(|row| [row.nozzle_pitch_rad, row.nozzle_yaw_rad]);
+    let idle = Limit::AtMost(IDLE_DEG);
+    vec![
         ONLY_THE_ELEVATOR.check("largest elevator", elevator, "deg", Limit::AtLeast(MOVES_DEG)),
         ONLY_THE_ELEVATOR.check("largest aileron", aileron, "deg", idle),
         ONLY_THE_ELEVATOR.check("largest rudder", rudder, "deg", idle),
@@ -180,7 +185,7 @@ pub fn claim_1b(runs: &Runs) -> Vec<ClaimResult> {
 pub fn claim_1c(runs: &Runs) -> Vec<ClaimResult> {
     let (run, healthy) = (runs.compensated, runs.no_fault);
     let later = runs.case.fault_s + 3.0;
-    let apart = |signal: fn(&crate::table::Row) -> f64, from_s: f64| {
+    let apart = |signal: fn(&Row) -> f64, from_s: f64| {
         let pairs = column(run.from(from_s), signal).zip(column(healthy.from(from_s), signal));
         max_abs(pairs.map(|(a, b)| a - b))
     };
@@ -241,7 +246,7 @@ fn signs(runs: &Runs) -> Vec<ClaimResult> {
         fault_s + 0.5,
         &[(Axis::Roll, 1.0), (Axis::Pitch, -1.0), (Axis::Yaw, 1.0)],
     );
-    let at = |t: f64, signal: fn(&crate::table::Row) -> f64| {
+    let at = |t: f64, signal: fn(&Row) -> f64| {
         run.at(t).map_or(f64::NAN, |sample| signal(&sample.row)) / DEG
     };
     let mean_aileron = mean(column(run.last(10.0), |row| row.right_aileron_rad)) / DEG;

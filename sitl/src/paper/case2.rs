@@ -26,7 +26,7 @@ const SIGNS: Claim = Claim {
 };
 
 /// Roll reference, deg.
-const REFERENCE_DEG: f64 = 15.0;
+pub const REFERENCE_DEG: f64 = 15.0;
 /// Altitude that is held, m.
 const ALTITUDE_M: f64 = 5_000.0;
 /// Standard gravity, m/s².

@@ -188,9 +188,11 @@ fn case_claims(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// The claims about how well the aircraft flies, without and with the fault: those that any controller can meet.
+///
+/// That the nozzle stays still in the climb is left out: it does so by design, or moves by design.
 fn performance_claims(runs: &Runs) -> Vec<ClaimResult> {
     match runs.case.number {
-        1 => [case1::claim_1a(runs), case1::claim_1c(runs)].concat(),
+        1 => [case1::smooth_climb(runs), case1::claim_1c(runs)].concat(),
         _ => [case2::claim_2a(runs), case2::claim_2c(runs)].concat(),
     }
 }

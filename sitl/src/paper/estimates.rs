@@ -11,7 +11,7 @@ const QUIET: f64 = 0.1;
 /// "Sudden": the estimate reaches 90 % of the fault within this time, s.
 const RISE_S: f64 = 0.2;
 /// The jump is the largest |F| in this time after the fault, s.
-const JUMP_S: f64 = 0.3;
+pub const JUMP_S: f64 = 0.3;
 
 /// One axis of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

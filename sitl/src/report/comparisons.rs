@@ -13,8 +13,8 @@ pub fn literal(cases: &[Literal; 2]) -> Markup {
     html! {
         h3 { "(a) The observer as equations 21 to 23 literally say" }
         p {
-            "Read literally, the observer is not told the compensation. It then takes its own compensation for a "
-            "part of the disturbance that is no longer there, and z2 settles short of F. Means of the last 10 s:"
+            "Read literally, the observer is not told the compensation. What the compensation does then looks like "
+            "a second disturbance against the first, and z2 settles at what is left of F. Means of the last 10 s:"
         }
         table {
             thead { tr {
@@ -42,9 +42,7 @@ pub fn literal(cases: &[Literal; 2]) -> Markup {
                     ("literal observer", &case.flight),
                 ] {
                     tr {
-                        td { (number_of_case) } td { (name) } td { (lost(flight)) }
-                        td.number { (number(flight.roll_rad / DEG)) }
-                        td.number { (number(flight.end_altitude_m)) }
+                        td { (number_of_case) } td { (name) } (ending(flight))
                         td.number { (number(case.no_fault.end_altitude_m - flight.end_altitude_m)) }
                     }
                 }
@@ -56,8 +54,15 @@ pub fn literal(cases: &[Literal; 2]) -> Markup {
 /// An axis on which the fault does nothing has no ratio worth showing, rad/s².
 const NOTHING: f64 = 0.01;
 
-fn lost(flight: &Summary) -> String {
-    flight.lost_s.map_or_else(|| "no".to_owned(), |t| format!("at {} s", number(t)))
+/// Three cells: whether lost, mean roll, altitude at the end. A tumbling aircraft has no mean roll.
+fn ending(flight: &Summary) -> Markup {
+    let (lost, roll) = match flight.lost_s {
+        Some(t) => (format!("at {} s", number(t)), "-".to_owned()),
+        None => ("no".to_owned(), number(flight.roll_rad / DEG)),
+    };
+    html! {
+        td { (lost) } td.number { (roll) } td.number { (number(flight.end_altitude_m)) }
+    }
 }
 
 /// (b) Always on against switched.
@@ -79,10 +84,25 @@ pub fn always_on(all: &Comparisons) -> Markup {
                 (healthy(t, "always on", &t.always_on))
             } }
         }
+        @for t in &all.turbulence { (price(t)) }
         @for (number_of_case, results) in (1..).zip(&all.always_on) {
-            p { "Case " (number_of_case) " always on: " (count(results)) }
+            p { "Case " (number_of_case) " with the compensator always on: " (count(results)) }
         }
     }
+}
+
+/// What always on costs in healthy flight, in words made from the numbers.
+fn price(t: &Turbulence) -> Markup {
+    let change = |of: fn(&Healthy) -> f64| {
+        let percent = 100.0 * (of(&t.always_on) / of(&t.switched) - 1.0);
+        format!("{percent:+.1} %")
+    };
+    html! { p {
+        "At " (number(t.turbulence_m_s)) " m/s always on changes the rms of the roll angle by "
+        (change(|h| h.roll_rms_rad)) " and the travel of the aileron by " (change(|h| h.aileron_rad_s))
+        ", and keeps the nozzle moving by " (number(t.always_on.nozzle_rad_s / DEG))
+        " deg/s where the switched compensator moves it by " (number(t.switched.nozzle_rad_s / DEG)) " deg/s."
+    } }
 }
 
 fn healthy(t: &Turbulence, name: &str, h: &Healthy) -> Markup {
@@ -128,9 +148,7 @@ pub fn ganged(cases: &[Ganged; 2]) -> Markup {
                     ("two-step", &case.two_step, &case.flights[2]),
                 ] {
                     tr {
-                        td { (number_of_case) } td { (name) } td { (lost(flight)) }
-                        td.number { (number(flight.roll_rad / DEG)) }
-                        td.number { (number(flight.end_altitude_m)) }
+                        td { (number_of_case) } td { (name) } (ending(flight))
                         td { (count(results)) }
                     }
                 }
@@ -152,10 +170,16 @@ fn verdict(case: u32, g: &Ganged) -> Markup {
         "Case " (case) ": of " (g.two_step.len()) " limits the PID alone meets " (pid)
         ", with the ganged nozzle " (ganged) ", the two-step controller " (two_step) ". "
         @match flight.lost_s {
-            None => { "The nozzle alone, without any estimate of the fault, keeps the aircraft in the air: survival is the \
-                       nozzle\u{2019}s, what the two-step controller adds is how well it flies." }
-            Some(t) => { "With the ganged nozzle the aircraft is lost at " (number(t)) " s: here survival is the \
-                          compensator\u{2019}s." }
+            Some(t) => {
+                "With the ganged nozzle the aircraft is lost at " (number(t)) " s: here survival is the "
+                "compensator\u{2019}s."
+            }
+            None => {
+                "The ganged nozzle, without any estimate of the fault, keeps the aircraft in the air: survival is "
+                "the nozzle\u{2019}s. "
+                @if ganged < two_step { "What the estimate adds is the " (two_step - ganged) " limits more." }
+                @else { "By these limits the estimate adds nothing." }
+            }
         }
     } }
 }

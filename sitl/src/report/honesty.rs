@@ -3,6 +3,10 @@
 use maud::{Markup, html};
 
 use super::number;
+use crate::metrics::{
+    DEG, LOST_ALPHA_RAD, LOST_ALTITUDE_M, LOST_BETA_RAD, LOST_PITCH_RAD, LOST_ROLL_RAD,
+};
+use crate::paper::estimates::JUMP_S;
 use crate::paper::sensitivity::Sensitivity;
 
 /// Paper, and what could and could not be compared with it.
@@ -12,17 +16,23 @@ pub fn what_this_is() -> Markup {
             "The paper is Wang, Chen, Ren, Liu, \u{201c}Two-Step Robust Fault-Tolerant Controller Design Based on "
             "NESO for UAVs with Actuator Faults and Disturbances\u{201d}, Drones 2025, 9(3), 183. It prints no "
             "parameters of the aircraft and no gains, and its curves were not available to compare with. So this "
-            "page does not say that the curves are those of the paper. It says that, with one documented set of "
-            "parameters and gains, every outcome that the paper describes in words occurs or does not occur. The "
-            "limits below put numbers on those words; they are this project\u{2019}s."
+            "page does not say that the curves are those of the paper. It says whether, with one documented set of "
+            "parameters and gains, every outcome occurs that the paper describes in words. The limits below put "
+            "numbers on those words; they are this project\u{2019}s."
         }
         p {
-            "A flight is lost when the roll angle passes 90 deg, the angle of attack 25 deg, the sideslip 20 deg, "
-            "the pitch angle 74.5 deg, or the altitude falls below 500 m, at any time. F is the true angular "
-            "acceleration minus that which the controller\u{2019}s model gives for healthy effectors at their "
-            "modelled positions. The jump is the largest magnitude of F within 0.3 s of the fault."
+            "A flight is lost when the magnitude of the roll angle passes " (degrees(LOST_ROLL_RAD))
+            ", of the angle of attack " (degrees(LOST_ALPHA_RAD)) ", of the sideslip " (degrees(LOST_BETA_RAD))
+            ", of the pitch angle " (degrees(LOST_PITCH_RAD)) ", or when the altitude falls below "
+            (number(LOST_ALTITUDE_M)) " m, at any time. F is the true angular acceleration minus that which the "
+            "controller\u{2019}s model gives for healthy effectors at their modelled positions. The jump is the "
+            "largest magnitude of F within " (number(JUMP_S)) " s of the fault."
         }
     }
+}
+
+fn degrees(angle_rad: f64) -> String {
+    format!("{} deg", number(angle_rad / DEG))
 }
 
 /// The parameters that carry the result, and what happens with others.
@@ -35,12 +45,13 @@ pub fn doubts(sensitivity: &[Sensitivity]) -> Markup {
             "the drag (it sets the thrust of level flight, and with it what the nozzle can do), the yaw that an "
             "elevator and an aileron make with their roll being exactly in the same ratio, and a rudder with more "
             "yaw moment than the fin are therefore choices, and the results rest on them. For each, both cases were "
-            "flown again in still air with the other value, the controller being told, gains unchanged:"
+            "flown again in still air with the other value, the controller being told, gains unchanged, and the "
+            "limits of claims 1 and 2 counted:"
         }
         table {
             thead { tr {
                 th { "Parameter" } th { "What" } th.number { "Here" } th.number { "Instead" } th { "Because" }
-                th.number { "Limits of claims 1 and 2 held" } th { "Broken" }
+                th.number { "Limits held" } th { "Claims broken" }
             } }
             tbody { @for s in sensitivity { tr {
                 td { (s.doubt.name) }
@@ -51,7 +62,7 @@ pub fn doubts(sensitivity: &[Sensitivity]) -> Markup {
                 @match s.held {
                     Some((held, of)) => {
                         td.number { (held) " of " (of) }
-                        td { (s.broken.join(", ")) }
+                        td { (if s.broken.is_empty() { "none".to_owned() } else { s.broken.join(", ") }) }
                     }
                     None => { td.number { "none" } td { "cannot be trimmed or controlled" } }
                 }
