@@ -13,10 +13,10 @@ FAULT_AFTER_S = 3.0
 
 def line(aircraft):
     p, q, r = aircraft.rates_deg_s
-    active = "active" if aircraft.values.get("ftc_active", 0.0) > 0.5 else "asleep"
+    seen = "yes" if aircraft.values.get("ftc_active", 0.0) > 0.5 else "no"
     return (
         f"altitude {aircraft.altitude_m:7.1f} m  roll {aircraft.deg['roll']:6.1f} deg  "
-        f"p {p:6.1f} q {q:6.1f} r {r:6.1f} deg/s  compensator {active}"
+        f"p {p:6.1f} q {q:6.1f} r {r:6.1f} deg/s  fault seen: {seen}"
     )
 
 

@@ -13,10 +13,10 @@ FAULT_AFTER_S = 1.0
 
 
 def line(aircraft):
-    active = "active" if aircraft.values.get("ftc_active", 0.0) > 0.5 else "asleep"
+    seen = "yes" if aircraft.values.get("ftc_active", 0.0) > 0.5 else "no"
     return (
         f"altitude {aircraft.altitude_m:7.1f} m  roll {aircraft.deg['roll']:6.1f} deg  "
-        f"sideslip {aircraft.deg['beta']:5.1f} deg  compensator {active}"
+        f"sideslip {aircraft.deg['beta']:5.1f} deg  fault seen: {seen}"
     )
 
 

@@ -13,11 +13,14 @@ fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
     let mut mirrored = setup.clone();
     for fault in &mut mirrored.plant.faults {
         fault.effector = fault.effector.mirrored();
-        if let (Effector::Rudder, FaultKind::StuckAt { angle_rad, .. }) = (fault.effector, &mut fault.kind) {
+        if let (Effector::Rudder, FaultKind::StuckAt { angle_rad, .. }) =
+            (fault.effector, &mut fault.kind)
+        {
             *angle_rad = -*angle_rad;
         }
     }
-    mirrored.references = autopilot::config::references("mirrored", references).expect("written here");
+    mirrored.references =
+        autopilot::config::references("mirrored", references).expect("written here");
     mirrored
 }
 
@@ -74,7 +77,8 @@ fn on_the_flat_earth_the_mirrored_rudder_fault_flies_the_mirrored_trajectory() {
 #[test]
 fn the_belief_is_current() {
     let setup = healthy(EarthModel::Wgs84);
-    let belief = sitl::linearize::linearize(&setup.plant).expect("the shipped aircraft can be trimmed");
+    let belief =
+        sitl::linearize::linearize(&setup.plant).expect("the shipped aircraft can be trimmed");
     let text = sitl::linearize::to_toml(&belief).expect("finite numbers");
     assert_eq!(
         text,
@@ -87,9 +91,11 @@ fn the_belief_is_current() {
 fn the_nominal_belief_explains_the_nominal_plant() {
     for earth in [EarthModel::Flat, EarthModel::Wgs84] {
         let mut setup = healthy(earth);
-        setup.references =
-            autopilot::config::references("s", "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 30.0\n")
-                .expect("written here");
+        setup.references = autopilot::config::references(
+            "s",
+            "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 30.0\n",
+        )
+        .expect("written here");
         let model = flight_control::DesignModel::new(setup.belief);
         for record in fly(&setup) {
             let f = sitl::closed_loop::fault_acceleration(&model, &record);

@@ -53,7 +53,8 @@ fn gyro_noise_does_not_change_the_gusts() {
 fn flights_on_many_threads_are_those_on_one() {
     let alone: Vec<Vec<u8>> = (0..4).map(|seed| bytes(&fly(&noisy(seed)))).collect();
     let together: Vec<Vec<u8>> = std::thread::scope(|scope| {
-        let flights: Vec<_> = (0..4).map(|seed| scope.spawn(move || bytes(&fly(&noisy(seed))))).collect();
+        let flights: Vec<_> =
+            (0..4).map(|seed| scope.spawn(move || bytes(&fly(&noisy(seed))))).collect();
         flights.into_iter().map(|flight| flight.join().expect("no panic")).collect()
     });
     assert!(alone == together, "a flight depends on its neighbours");

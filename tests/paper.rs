@@ -72,9 +72,12 @@ fn every_checked_claim_has_its_test() {
 
 #[test]
 fn the_claims_hold_at_one_and_four_milliseconds_and_on_the_flat_earth() {
-    for (earth, period_us) in
-        [(EarthModel::Wgs84, 1_000), (EarthModel::Wgs84, 4_000), (EarthModel::Flat, 2_000), (EarthModel::Flat, 2_500)]
-    {
+    for (earth, period_us) in [
+        (EarthModel::Wgs84, 1_000),
+        (EarthModel::Wgs84, 4_000),
+        (EarthModel::Flat, 2_000),
+        (EarthModel::Flat, 2_500),
+    ] {
         let mut options = options(earth, period_us);
         options.step_us = if period_us == 2_500 { 500 } else { 1_000 };
         let results = evaluate(&options);

@@ -10,7 +10,7 @@ use crate::vehicle::{Mode, Reference, VehicleRefusal};
 /// Something the operator wants, numbered so that the outcome finds its way back.
 #[derive(Debug, Clone)]
 pub struct Intent {
-    /// Number that [`Event::Outcome`] repeats.
+    /// Number that [`EventKind::Outcome`] repeats.
     pub number: u32,
     /// What.
     pub wish: Wish,

@@ -259,8 +259,7 @@ mod tests {
 
     #[test]
     fn a_file_that_cannot_be_written_is_named() {
-        let error =
-            TickLogWriter::create(Path::new("/nowhere/log"), Kind::Truth).unwrap_err();
+        let error = TickLogWriter::create(Path::new("/nowhere/log"), Kind::Truth).unwrap_err();
         assert!(error.to_string().starts_with("/nowhere/log: "), "{error}");
         // Always full: every write fails.
         let full = Path::new("/dev/full");

@@ -88,7 +88,8 @@ fn candidates(cores: &[usize]) -> Vec<Arrangement> {
         candidates.push(Arrangement::new(Some(last), Some(last), wait));
     }
     // A neighbour may share the core's arithmetic or its cache; one far away shares neither.
-    let mut partners: Vec<usize> = others.last().into_iter().chain(others.first()).copied().collect();
+    let mut partners: Vec<usize> =
+        others.last().into_iter().chain(others.first()).copied().collect();
     partners.dedup();
     for partner in partners {
         candidates.push(Arrangement::new(Some(partner), Some(last), Wait::Spin));
@@ -189,6 +190,9 @@ mod tests {
         let shared = Arrangement::new(Some(3), Some(3), Wait::Block);
         assert_eq!(shared.to_string(), "both on core 3, asleep while waiting");
         let apart = Arrangement::new(Some(0), Some(3), Wait::Spin);
-        assert_eq!(apart.to_string(), "autopilot on core 0, plant on core 3, spinning while waiting");
+        assert_eq!(
+            apart.to_string(),
+            "autopilot on core 0, plant on core 3, spinning while waiting"
+        );
     }
 }

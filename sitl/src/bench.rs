@@ -46,8 +46,11 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
     }
     writeln!(out, "two processes over UDP, plant step 1000 us")?;
     let measured = arrangement::measure_all(program);
-    let arrangements: Vec<Arrangement> =
-        measured.iter().take(if args.all { usize::MAX } else { 1 }).map(|m| m.arrangement).collect();
+    let arrangements: Vec<Arrangement> = measured
+        .iter()
+        .take(if args.all { usize::MAX } else { 1 })
+        .map(|m| m.arrangement)
+        .collect();
     for arrangement in arrangements {
         writeln!(out, "  {arrangement}")?;
         for step_us in [2_000, 1_000] {
@@ -76,7 +79,11 @@ fn link(
     let ratio = tick / echo;
     let step_us = setup.plant.step_us;
     let period_s = setup.plant.period.as_seconds();
-    writeln!(out, "    plant step {step_us} us: echo {echo:8.0}/s   closed loop {tick:8.0}/s ({:.0} times real time)   ratio {ratio:.2}", tick * period_s)?;
+    writeln!(
+        out,
+        "    plant step {step_us} us: echo {echo:8.0}/s   closed loop {tick:8.0}/s ({:.0} times real time)   ratio {ratio:.2}",
+        tick * period_s
+    )?;
     Ok(())
 }
 

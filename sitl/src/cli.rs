@@ -127,7 +127,9 @@ fn fly_paper(args: &PaperArgs, program: &Path) -> Result<ExitCode, Box<dyn Error
     let options = args.options();
     let outcome = match options.link {
         Link::InProcess => paper::run(&options, &paper::in_process),
-        Link::Udp => paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?)),
+        Link::Udp => {
+            paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?))
+        }
     }?;
     println!("figures and report: {}", args.out.join("report.html").display());
     Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -179,7 +181,8 @@ fn parse_turbulence(text: &str) -> Result<f64, String> {
 }
 
 fn parse_inside(text: &str, max: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("not a number; allowed are 0 to {max} {unit}"))?;
+    let value: f64 =
+        text.parse().map_err(|_| format!("not a number; allowed are 0 to {max} {unit}"))?;
     if (0.0..=max).contains(&value) {
         Ok(value)
     } else {

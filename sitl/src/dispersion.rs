@@ -9,8 +9,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// The aerodynamic derivatives that are dispersed, by the letters of the parameter set.
 pub const DERIVATIVES: [&str; 28] = [
     "CLa", "CLq", "CLde", "CD0", "kCD", "CDb", "CDde", "CDda", "CDdr", "CYb", "CYr", "CYdr", "Clb",
-    "Clp", "Clr", "Clde", "Clda", "Cldr", "Cm0", "Cma", "Cmq", "Cmde", "Cnb", "Cnp", "Cnr", "rCnde",
-    "rCnda", "Cndr",
+    "Clp", "Clr", "Clde", "Clda", "Cldr", "Cm0", "Cma", "Cmq", "Cmde", "Cnb", "Cnp", "Cnr",
+    "rCnde", "rCnda", "Cndr",
 ];
 
 /// A derivative that the airframe does not have.
@@ -57,9 +57,8 @@ pub fn joint(
 }
 
 fn scale(airframe: &mut Airframe, name: &str, factor: f64) -> Result<(), UnknownDerivative> {
-    let value = airframe
-        .derivative_mut(name)
-        .ok_or_else(|| UnknownDerivative { name: name.to_owned() })?;
+    let value =
+        airframe.derivative_mut(name).ok_or_else(|| UnknownDerivative { name: name.to_owned() })?;
     *value *= factor;
     Ok(())
 }

@@ -36,14 +36,11 @@ const MARGIN: i32 = 24;
 const SAMPLE: i32 = 80;
 
 /// Flight without fault.
-const NO_FAULT: Ink =
-    Ink { colour: RGBColor(0, 80, 170), pattern: Pattern::Solid, width: 3 };
+const NO_FAULT: Ink = Ink { colour: RGBColor(0, 80, 170), pattern: Pattern::Solid, width: 3 };
 /// Flight with the PID only.
-const PID_ONLY: Ink =
-    Ink { colour: RGBColor(200, 30, 30), pattern: Pattern::Dashed, width: 3 };
+const PID_ONLY: Ink = Ink { colour: RGBColor(200, 30, 30), pattern: Pattern::Dashed, width: 3 };
 /// Flight with the compensator.
-const COMPENSATED: Ink =
-    Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Dotted, width: 4 };
+const COMPENSATED: Ink = Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Dotted, width: 4 };
 /// Vertical line at the fault.
 const FAULT: Ink = Ink { colour: RGBColor(70, 70, 70), pattern: Pattern::Fine, width: 3 };
 /// Vertical line where the flight with the PID only is lost.

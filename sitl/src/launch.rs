@@ -84,12 +84,19 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     words.extend(options.autopilot);
     words.extend(arrangement.autopilot.options());
     let mut autopilot = Child::start("autopilot", program, &words, &reports)?;
-    let result = fly(&mut autopilot, |plant_link| {
-        let mut words = vec!["plant-sim".to_owned(), "--autopilot".to_owned(), plant_link];
-        words.extend(options.plant.clone());
-        words.extend(arrangement.plant.options());
-        Child::start("plant-sim", program, &words, &reports)
-    }, &reports, &mut screen, &stop, args);
+    let result = fly(
+        &mut autopilot,
+        |plant_link| {
+            let mut words = vec!["plant-sim".to_owned(), "--autopilot".to_owned(), plant_link];
+            words.extend(options.plant.clone());
+            words.extend(arrangement.plant.options());
+            Child::start("plant-sim", program, &words, &reports)
+        },
+        &reports,
+        &mut screen,
+        &stop,
+        args,
+    );
     screen.end();
     result
 }

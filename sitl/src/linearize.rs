@@ -64,7 +64,13 @@ struct Local<'a> {
 }
 
 impl Local<'_> {
-    fn at(&self, alpha_rad: f64, beta_rad: f64, rates: Body, positions: &PerEffector<f64>) -> Coefficients {
+    fn at(
+        &self,
+        alpha_rad: f64,
+        beta_rad: f64,
+        rates: Body,
+        positions: &PerEffector<f64>,
+    ) -> Coefficients {
         let air = AirState { airspeed_m_s: self.airspeed_m_s, alpha_rad, beta_rad, rates };
         aerodynamics::coefficients(&self.airframe.aero, &air, positions)
     }
@@ -78,9 +84,8 @@ impl Local<'_> {
         let still = Body::zero();
         let d_alpha = difference(ANGLE_STEP_RAD, |d| self.clean(alpha + d, 0.0, still));
         let d_beta = difference(ANGLE_STEP_RAD, |d| self.clean(alpha, d, still));
-        let rate = |axis: Body| {
-            difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body(axis.0 * d)))
-        };
+        let rate =
+            |axis: Body| difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body(axis.0 * d)));
         let (d_p, d_q, d_r) = (
             rate(Body::new(1.0, 0.0, 0.0)),
             rate(Body::new(0.0, 1.0, 0.0)),

@@ -176,10 +176,7 @@ pub struct Evaluation {
 ///
 /// # Errors
 /// What the plant says about the setup.
-pub fn in_process(
-    setup: &FlightSetup,
-    sink: &mut dyn FnMut(&Record),
-) -> Result<End, FlightError> {
+pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
     Ok(fly(setup, sink)?)
 }
 
@@ -216,8 +213,7 @@ pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperEr
     let conditions = options.conditions();
     let cases = [Case::new(1, &conditions)?, Case::new(2, &conditions)?];
     let parallel = options.link == Link::InProcess;
-    let flown =
-        [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
+    let flown = [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
     let mut results = Vec::new();
     if conditions.are_ideal() {
         results.extend(case1::claims(&flown[0].runs()));

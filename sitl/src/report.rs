@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::figures::Figure;
-use crate::paper::comparisons::Comparisons;
-use crate::paper::sensitivity::Sensitivity;
 use crate::paper::case1::REFERENCE_M;
 use crate::paper::case2::REFERENCE_DEG;
 use crate::paper::claim::ClaimResult;
+use crate::paper::comparisons::Comparisons;
+use crate::paper::sensitivity::Sensitivity;
 use crate::paper::{Evaluation, Link, Options};
 
 mod comparisons;
@@ -186,7 +186,10 @@ pub fn number(value: f64) -> String {
 #[must_use]
 pub fn text_table(results: &[ClaimResult]) -> String {
     let width = results.iter().map(|r| r.measure.chars().count()).max().unwrap_or(0);
-    let mut text = format!("{:<3} {:<width$} {:>10} {:>10} {:<6} ok\n", "id", "measure", "value", "limit", "unit");
+    let mut text = format!(
+        "{:<3} {:<width$} {:>10} {:>10} {:<6} ok\n",
+        "id", "measure", "value", "limit", "unit"
+    );
     for r in results {
         let (value, limit) = (number(r.value), r.limit.to_string());
         let line = writeln!(
@@ -200,7 +203,8 @@ pub fn text_table(results: &[ClaimResult]) -> String {
         line.expect("writing to a String cannot fail");
     }
     let held = results.iter().filter(|r| r.pass).count();
-    writeln!(text, "{held} of {} limits hold", results.len()).expect("writing to a String cannot fail");
+    writeln!(text, "{held} of {} limits hold", results.len())
+        .expect("writing to a String cannot fail");
     text
 }
 

@@ -156,8 +156,7 @@ pub fn write_csv<'a>(path: &Path, rows: impl IntoIterator<Item = &'a Row>) -> io
 /// The shortest digits that read back as `value`, with an exponent where plain digits would be many.
 fn push_value(text: &mut String, value: f64) {
     let plain = value == 0.0 || (1.0e-5..1.0e15).contains(&value.abs());
-    let written =
-        if plain { write!(text, "{value}") } else { write!(text, "{value:e}") };
+    let written = if plain { write!(text, "{value}") } else { write!(text, "{value:e}") };
     written.expect("writing to a String cannot fail");
 }
 
@@ -220,8 +219,14 @@ mod tests {
 
     #[test]
     fn rows_are_closest_to_100_hz_from_above() {
-        let expected =
-            [(1_000, 10_000), (2_000, 10_000), (2_500, 10_000), (3_000, 12_000), (4_000, 12_000), (1_100, 11_000)];
+        let expected = [
+            (1_000, 10_000),
+            (2_000, 10_000),
+            (2_500, 10_000),
+            (3_000, 12_000),
+            (4_000, 12_000),
+            (1_100, 11_000),
+        ];
         for (period_us, spacing_us) in expected {
             let period = ControlPeriod::from_micros(period_us).unwrap();
             let spacing = ticks_per_row(period) * period_us as usize;

@@ -132,7 +132,14 @@ fn fly_processes(
     write(&control_file, &postcard::to_stdvec(&control)?)?;
 
     let mut autopilot = Command::new(program);
-    autopilot.args(["autopilot", "--plant-link", "127.0.0.1:0", "--no-gcs", "--status", "--with-parent"]);
+    autopilot.args([
+        "autopilot",
+        "--plant-link",
+        "127.0.0.1:0",
+        "--no-gcs",
+        "--status",
+        "--with-parent",
+    ]);
     autopilot.arg("--setup").arg(&control_file).args(arrangement.autopilot.options());
     let mut plant = Command::new(program);
     plant.args(["plant-sim", "--speed", "max", "--report", "--with-parent"]);

@@ -37,12 +37,8 @@ enum Fate {
 
 /// Case 2 of the paper for three seconds, with noise and gusts so that every tick differs.
 fn setup() -> FlightSetup {
-    let plant: PlantArgs = parse(&[
-        "plant-sim",
-        "--scenario=case2",
-        "--gyro-noise-deg-s=0.1",
-        "--turbulence-m-s=1.5",
-    ]);
+    let plant: PlantArgs =
+        parse(&["plant-sim", "--scenario=case2", "--gyro-noise-deg-s=0.1", "--turbulence-m-s=1.5"]);
     let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case2"]);
     let (control, _) = autopilot.control_setup().unwrap();
     FlightSetup {
@@ -234,7 +230,12 @@ fn a_good_link_gives_the_bytes_of_the_loop_without_link() {
     let mut bytes = Vec::new();
     fly(&setup(), &mut |record| bytes.extend(postcard::to_stdvec(record).unwrap())).unwrap();
     let linked = fly_over(&[Fate::Arrives], &[Fate::Arrives], None);
-    assert!(bytes == linked.bytes, "{} bytes without link, {} with", bytes.len(), linked.bytes.len());
+    assert!(
+        bytes == linked.bytes,
+        "{} bytes without link, {} with",
+        bytes.len(),
+        linked.bytes.len()
+    );
 }
 
 #[test]
@@ -249,7 +250,10 @@ fn every_kth_packet_in_trouble_changes_time_and_nothing_else() {
                 let questions = if there { &fates[..] } else { &clean };
                 let answers = if back { &fates[..] } else { &clean };
                 let bad = fly_over(questions, answers, None);
-                assert!(bad.bytes == good.bytes, "{trouble:?}, every {k}, there {there}, back {back}");
+                assert!(
+                    bad.bytes == good.bytes,
+                    "{trouble:?}, every {k}, there {there}, back {back}"
+                );
                 if matches!(trouble, Fate::Lost | Fate::Late) {
                     assert!(bad.virtual_us > good.virtual_us, "{trouble:?} was no trouble");
                 }

@@ -33,7 +33,8 @@ fn program() -> &'static Path {
 
 fn assert_same(setup: &FlightSetup) -> End {
     let (mut here, mut there): (Vec<u8>, Vec<u8>) = (Vec::new(), Vec::new());
-    let keep = |bytes: &mut Vec<u8>, record: &Record| bytes.extend(postcard::to_stdvec(record).unwrap());
+    let keep =
+        |bytes: &mut Vec<u8>, record: &Record| bytes.extend(postcard::to_stdvec(record).unwrap());
     let end = fly(setup, &mut |record| keep(&mut here, record)).unwrap();
     let udp = fly_udp(program(), setup, &mut |record| keep(&mut there, record)).unwrap();
     assert_eq!(end, udp);

@@ -17,7 +17,8 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
         gains: Gains::REFERENCE,
         references: config::references(name, text).expect("a shipped scenario"),
-        duration: SimTime::from_seconds(scenario.plant.duration_s).expect("checked by the scenario"),
+        duration: SimTime::from_seconds(scenario.plant.duration_s)
+            .expect("checked by the scenario"),
     }
 }
 
@@ -41,7 +42,8 @@ pub fn healthy(earth: EarthModel) -> FlightSetup {
 /// All ticks of a flight.
 pub fn fly(setup: &FlightSetup) -> Vec<Record> {
     let mut records = Vec::new();
-    closed_loop::fly(setup, &mut |record| records.push(*record)).expect("the shipped aircraft flies");
+    closed_loop::fly(setup, &mut |record| records.push(*record))
+        .expect("the shipped aircraft flies");
     records
 }
 

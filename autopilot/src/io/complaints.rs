@@ -25,7 +25,7 @@ impl Complaints {
     pub fn refused(&mut self, why: Refused, from: SocketAddr, now: WallTime) {
         match why {
             Refused::Busy { .. } if self.is_due(0, now) => {
-                warn!(%from, "refused a second plant; the first one is alive");
+                warn!(%from, "refused a second plant; the first one was heard less than a second ago");
             }
             Refused::Packet(WireError::Version { theirs, .. }) if self.is_due(1, now) => {
                 error!(%from, theirs, ours = VERSION, "refused a plant of another link version");

@@ -141,7 +141,11 @@ impl Flight<'_> {
         }
     }
 
-    fn stay_on_ground(&mut self, sensors: &Sensors, wall: Duration) -> Result<FlightEnd, LinkError> {
+    fn stay_on_ground(
+        &mut self,
+        sensors: &Sensors,
+        wall: Duration,
+    ) -> Result<FlightEnd, LinkError> {
         let t_s = self.plant.time().as_seconds();
         info!(t_s, "the aircraft is on the ground; the plant waits for a restart");
         if self.until.is_some() {
@@ -165,7 +169,8 @@ impl Flight<'_> {
         wall: Duration,
     ) -> Result<FlightEnd, LinkError> {
         let (time, on_ground) = (self.plant.time(), self.plant.on_ground());
-        let report = FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };
+        let report =
+            FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };
         for _ in 0..FAREWELLS_MAX {
             if let Answer::End(end) = self.exchange(phase, sensors)? {
                 return Ok(end);

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use host_io::{LinkSocket, Stop, clock};
 use icd::lockstep::{PlantEvent, PlantSide};
-use icd::wire::{self, ActuatorPacket, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports, VERSION};
+use icd::wire::{
+    self, ActuatorPacket, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports, VERSION,
+};
 use icd::{ControlPeriod, Sensors, SimTime};
 use tracing::{info, warn};
 
@@ -21,7 +23,9 @@ pub enum LinkError {
     #[error("plant link: {0}")]
     Socket(#[from] io::Error),
     /// The autopilot speaks another version.
-    #[error("the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}")]
+    #[error(
+        "the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}"
+    )]
     Version {
         /// The autopilot's.
         theirs: u16,
@@ -172,7 +176,7 @@ impl Trouble {
     fn end(self) {
         if self.told {
             let silence_s = (clock::now() - self.since).as_secs_f64();
-            info!(silence_s, "the autopilot answers again");
+            info!(silence_s, "the autopilot answers");
         }
     }
 }

@@ -66,11 +66,8 @@ impl Column {
     }
 
     fn give(&self, thinned: &mut Vec<Point>) {
-        let (a, b) = if self.low.0 <= self.high.0 {
-            (self.low, self.high)
-        } else {
-            (self.high, self.low)
-        };
+        let (a, b) =
+            if self.low.0 <= self.high.0 { (self.low, self.high) } else { (self.high, self.low) };
         thinned.push(a);
         if b != a {
             thinned.push(b);

@@ -35,8 +35,7 @@ pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure,
         panel(flown, "(c) Rudder", deg(&effectors.rudder), &rudder),
         panel(flown, "(d) Nozzle, pitch and yaw", deg(&effectors.nozzle), &nozzle),
     ];
-    let title =
-        format!("{number}. Case {}: deflections, compensated", flown.case.number);
+    let title = format!("{number}. Case {}: deflections, compensated", flown.case.number);
     let caption = format!(
         "{title} ({}). Trailing edge down and left positive; the nozzle positive towards nose up and nose \
          right. Dashed grey: limits of travel.",

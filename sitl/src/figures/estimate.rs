@@ -76,7 +76,5 @@ fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> 
 
 fn capital(word: &str) -> String {
     let mut letters = word.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -145,8 +145,7 @@ fn figure(
 
 fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel {
     let curve = |trace: &Trace, to_s: f64| points(trace, signal, end_s, to_s);
-    let (no_fault, compensated) =
-        (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
+    let (no_fault, compensated) = (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
     let lost = flown.pid_only.lost_at().filter(|_| signal.ends_when_lost);
     let pid = curve(&flown.pid_only, lost.unwrap_or(end_s));
     let readable = no_fault.iter().chain(&compensated).map(|point| point.1);

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::panel::{Area, Ink, draw_curve, open};
 use super::{COMPENSATED, Entry, Figure, FigureError, PID_ONLY, Pattern, framed};
-use crate::paper::model_error::SurvivalPoint;
+use crate::paper::model_error::{CLAIM_DRAWS, CLAIM_WIDTH, SurvivalPoint};
 
 /// With the compensator; points need an unbroken line between them.
 const WITH: Ink = Ink { colour: COMPENSATED.colour, pattern: Pattern::Solid, width: 3 };
@@ -29,20 +29,21 @@ pub fn survival(points: &[SurvivalPoint]) -> Result<Figure, FigureError> {
     let caption = format!(
         "{title}. Every aerodynamic derivative multiplied by its own factor, uniform in 1 ± the number on the \
          axis; the controller keeps its nominal model. Bars: Wilson's 95 % interval. Claim 5 looks at the first \
-         half of the aircraft at ±5 %."
+         {CLAIM_DRAWS} aircraft at ± {:.0} %.",
+        100.0 * CLAIM_WIDTH
     );
     Ok(Figure { name: "survival", caption, svg })
 }
 
 /// Share that survived, with its interval.
-type Share = (f64, (f64, f64));
+type Share = fn(&SurvivalPoint) -> (f64, (f64, f64));
 
 fn panel(area: &Area, case: u32, points: &[SurvivalPoint]) -> Result<(), FigureError> {
     let (x, y) = ((0.0, 32.0), (-4.0, 104.0));
     let letter = if case == 1 { 'a' } else { 'b' };
     let names = ["dispersion of every derivative, ± %", "aircraft that survive, %"];
     let mut chart = open(area, &format!("({letter}) Case {case}"), names, x, y)?;
-    let curves: [(Ink, f64, fn(&SurvivalPoint) -> Share); 2] = [
+    let curves: [(Ink, f64, Share); 2] = [
         (PID_ONLY, APART, SurvivalPoint::pid_only_share),
         (WITH, -APART, SurvivalPoint::compensated_share),
     ];

@@ -102,8 +102,10 @@ impl Child {
             Ok(Some(status)) => status,
             Err(source) => return Some(source.into()),
         };
-        while let Some(report) = news.next(LAST_WORDS) {
-            if let Report::Said { process, line } = report {
+        // The other child may go on talking.
+        let deadline = clock::now() + LAST_WORDS;
+        while clock::now() < deadline {
+            if let Some(Report::Said { process, line }) = news.next(LAST_WORDS) {
                 if process == self.name {
                     self.last_line.clone_from(&line);
                 }

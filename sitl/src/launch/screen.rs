@@ -47,7 +47,8 @@ impl Screen {
     /// Where to connect and how to break something.
     pub(super) fn introduce(&mut self, ground_stations: &[SocketAddr]) -> io::Result<()> {
         let Some(last) = ground_stations.last() else { return Ok(()) };
-        let all: Vec<String> = ground_stations.iter().map(|station| format!("udp {station}")).collect();
+        let all: Vec<String> =
+            ground_stations.iter().map(|station| format!("udp {station}")).collect();
         self.say(&format!(
             "ground stations  {}
 break something  python3 -c \"from pymavlink import mavutil as u; c = u.mavlink_connection('udpin:{last}'); \
@@ -66,10 +67,8 @@ end              Ctrl-C",
         };
         self.follow_pace(flight.t_s, now);
         let line = line(flight, self.speed);
-        let change = Change {
-            compensator_active: flight.compensator_active,
-            plant: Some(flight.plant),
-        };
+        let change =
+            Change { compensator_active: flight.compensator_active, plant: Some(flight.plant) };
         if self.terminal {
             self.live.clone_from(&line);
             let mut out = io::stdout().lock();

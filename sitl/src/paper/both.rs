@@ -115,8 +115,7 @@ impl Noisy {
             error_over_jump: max(axes.iter().map(|axis| error_over_jump(run, fault_s, *axis))),
             settled_rad: is_turn.then(|| mean(column(run.last(10.0), |row| row.phi_rad))),
             at_limit: is_turn.then(|| {
-                let angle =
-                    column(run.from(fault_s + AT_LIMIT_AFTER_S), |row| row.nozzle_yaw_rad);
+                let angle = column(run.from(fault_s + AT_LIMIT_AFTER_S), |row| row.nozzle_yaw_rad);
                 fraction(angle, |angle| angle >= AT_LIMIT_DEG * DEG)
             }),
         }

@@ -14,8 +14,7 @@ const ONLY_THE_ELEVATOR: Claim =
     Claim { id: "1a", text: "no fault: in the first 3 s only the elevator moves" };
 const DIVERGES: Claim = Claim { id: "1b", text: "PID only: diverges within a short period" };
 const RATES: Claim = Claim { id: "1c", text: "compensated: rates almost those without fault" };
-const ALTITUDE: Claim =
-    Claim { id: "1c", text: "compensated: altitude almost that without fault" };
+const ALTITUDE: Claim = Claim { id: "1c", text: "compensated: altitude almost that without fault" };
 const ESTIMATES: Claim =
     Claim { id: "1d", text: "estimates are nearly zero, jump at the fault, then equal it" };
 const SIGNS: Claim = Claim {
@@ -116,9 +115,8 @@ pub fn smooth_climb(runs: &Runs) -> Vec<ClaimResult> {
 
 fn only_the_elevator(runs: &Runs) -> Vec<ClaimResult> {
     let first = runs.no_fault.window(0.0, runs.case.fault_s);
-    let moved = |of: fn(&Row) -> [f64; 2]| {
-        max_abs(first.iter().flat_map(|sample| of(&sample.row))) / DEG
-    };
+    let moved =
+        |of: fn(&Row) -> [f64; 2]| max_abs(first.iter().flat_map(|sample| of(&sample.row))) / DEG;
     let elevator = moved(|row| [row.left_elevator_rad, row.right_elevator_rad]);
     let aileron = moved(|row| [row.left_aileron_rad, row.right_aileron_rad]);
     let rudder = moved(|row| [row.rudder_rad, 0.0]);
@@ -211,12 +209,7 @@ pub fn claim_1c(runs: &Runs) -> Vec<ClaimResult> {
             "m",
             Limit::AtMost(SAME_ALTITUDE_M),
         ),
-        ALTITUDE.check(
-            "distance from 6000 m at the end",
-            end,
-            "m",
-            Limit::AtMost(END_ALTITUDE_M),
-        ),
+        ALTITUDE.check("distance from 6000 m at the end", end, "m", Limit::AtMost(END_ALTITUDE_M)),
     ]
 }
 
@@ -308,8 +301,7 @@ fn nozzle_pitch(runs: &Runs) -> Vec<ClaimResult> {
         let arm = q * belief.geometry.wing_area_m2 * belief.geometry.chord_m;
         let jam = runs.case.jam_rad - row.cmd_left_elevator_rad;
         let fault = arm * belief.surfaces.c_pitch[2] * jam;
-        let nozzle =
-            row.thrust_n * belief.geometry.nozzle_arm_m * libm::sin(row.nozzle_pitch_rad);
+        let nozzle = row.thrust_n * belief.geometry.nozzle_arm_m * libm::sin(row.nozzle_pitch_rad);
         (1.0 + nozzle / fault).abs()
     });
     let smallest = min(column(run.from(fault_s + 0.5), |row| row.nozzle_pitch_rad)) / DEG;

@@ -8,15 +8,11 @@ use super::estimates::{self, Axis};
 use super::trace::{Sample, Trace, column};
 use crate::metrics::{DEG, max, max_abs, mean, min, peak_to_peak, rms, turned};
 
-const CIRCLE: Claim = Claim {
-    id: "2a",
-    text: "no fault: altitude-holding circular flight, excellent tracking",
-};
+const CIRCLE: Claim =
+    Claim { id: "2a", text: "no fault: altitude-holding circular flight, excellent tracking" };
 const UNSTABLE: Claim = Claim { id: "2b", text: "PID only: unstable within a short period" };
-const STABLE: Claim = Claim {
-    id: "2c",
-    text: "compensated: stable, roll settles around 10 deg, altitude held",
-};
+const STABLE: Claim =
+    Claim { id: "2c", text: "compensated: stable, roll settles around 10 deg, altitude held" };
 const ESTIMATES: Claim =
     Claim { id: "2d", text: "estimates nearly zero, jump, then equal the fault" };
 const SIGNS: Claim = Claim {

@@ -126,10 +126,7 @@ impl Case {
             jam_rad: angle_rad,
             setup: FlightSetup {
                 plant: setup,
-                belief: autopilot_config::belief(
-                    "tvc_jet.toml",
-                    autopilot_config::DEFAULT_BELIEF,
-                )?,
+                belief: autopilot_config::belief("tvc_jet.toml", autopilot_config::DEFAULT_BELIEF)?,
                 gains: Gains::REFERENCE,
                 references: autopilot_config::references(file, text)?,
                 duration: seconds(plant.duration_s),
@@ -209,8 +206,7 @@ impl Case {
         } else {
             Run::ALL.iter().map(one).collect()
         };
-        let traces: [Trace; 4] =
-            traces?.try_into().expect("one trace for each of the four runs");
+        let traces: [Trace; 4] = traces?.try_into().expect("one trace for each of the four runs");
         let [no_fault, no_fault_off, pid_only, compensated] = traces;
         Ok(Flown { case: self.clone(), no_fault, no_fault_off, pid_only, compensated })
     }

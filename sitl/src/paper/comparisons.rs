@@ -282,9 +282,8 @@ impl Summary {
 impl Healthy {
     fn of(trace: &Trace) -> Self {
         let samples = trace.samples();
-        let way = |signal: fn(&crate::table::Row) -> f64| {
-            travel(column(samples, signal)) / trace.end_s()
-        };
+        let way =
+            |signal: fn(&crate::table::Row) -> f64| travel(column(samples, signal)) / trace.end_s();
         Self {
             roll_rms_rad: rms(column(samples, |row| row.phi_rad)),
             roll_rate_rms_rad_s: rms(column(samples, |row| row.p_rad_s)),

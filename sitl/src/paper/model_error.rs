@@ -19,9 +19,9 @@ const MODEL_ERROR: Claim = Claim { id: "5", text: "and model error, controller u
 /// Factors on one derivative at a time.
 const FACTORS: [f64; 2] = [0.9, 1.1];
 /// Joint draws of the claim.
-const CLAIM_DRAWS: u64 = 100;
+pub const CLAIM_DRAWS: u64 = 100;
 /// Half width of the joint draws of the claim.
-const CLAIM_WIDTH: f64 = 0.05;
+pub const CLAIM_WIDTH: f64 = 0.05;
 /// Half widths of the survival curve.
 const WIDTHS: [f64; 5] = [CLAIM_WIDTH, 0.10, 0.15, 0.20, 0.30];
 /// Draws of each point of the survival curve: enough for an interval of ±7 %.
@@ -143,7 +143,6 @@ fn aircraft(
     for half_width in widths {
         for draw in 0..draws {
             let airframe = dispersion::joint(nominal, *half_width, seed, draw)?;
-            #[expect(clippy::float_cmp, reason = "both are the same constant")]
             let of_claim = *half_width == CLAIM_WIDTH && draw < CLAIM_DRAWS;
             let name = format!("draw {draw} at {:.0} %", 100.0 * half_width);
             let kind = Kind::Joint { half_width: *half_width, of_claim };
@@ -243,7 +242,6 @@ fn survival(judged: &[Judged]) -> Vec<SurvivalPoint> {
     let mut points: Vec<SurvivalPoint> = Vec::new();
     for j in judged {
         let Kind::Joint { half_width, .. } = j.kind else { continue };
-        #[expect(clippy::float_cmp, reason = "both are the same constant")]
         let same = |p: &&mut SurvivalPoint| p.case == j.case && p.half_width == half_width;
         let survived = |verdict: &Verdict| u32::from(!verdict.lost);
         let (compensated, pid_only) = (survived(&j.compensated), survived(&j.pid_only));

@@ -199,7 +199,7 @@ mod tests {
         let period = ControlPeriod::from_micros(period_us).unwrap();
         let sample = |k: u32| Sample {
             row: Row {
-                t_s: f64::from(k) * period.as_seconds(),
+                t_s: f64::from(k * period_us) / 1.0e6,
                 altitude_m: 1_000.0 - f64::from(k),
                 ..Row::default()
             },

@@ -1,0 +1,169 @@
+//! The two real programs over loopback, flown and broken by MAVLink; killed and started again.
+
+#[path = "programs/ground.rs"]
+mod ground;
+mod programs;
+
+use ground::Ground;
+use mavlink::dialects::common::{MavCmd, MavResult};
+use programs::{Program, autopilot, free_port};
+
+/// Simulation time per wall time; the ground station still sees every tenth of a second.
+const SPEED: &str = "20";
+/// MAV_CMD_USER_1: SERVO, STUCK, left elevator, angle, 30 deg, no ramp, at once.
+const JAM_LEFT_ELEVATOR: [f32; 7] = [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0];
+/// Roll angle beyond which the aircraft counts as lost, deg.
+const LOST_DEG: f64 = 90.0;
+
+/// Climb commanded, left elevator jammed three seconds later, and on until 60 s after it.
+fn climb_and_jam(ftc: &str) -> Ground {
+    let mut ground = Ground::new();
+    let (_autopilot, link) = autopilot(ground.address(), &["--ftc", ftc]);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link, "--speed", SPEED]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+    let climb = [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(
+        ground.command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb),
+        MavResult::MAV_RESULT_ACCEPTED
+    );
+    let start_s = ground.time_s;
+    ground.listen_until("3 s of climb", |ground| ground.time_s > start_s + 3.0);
+    assert_eq!(
+        ground.command(MavCmd::MAV_CMD_USER_1, JAM_LEFT_ELEVATOR),
+        MavResult::MAV_RESULT_ACCEPTED
+    );
+    let jam_s = ground.time_s;
+    ground.listen_until("a minute, or the loss", |ground| {
+        ground.time_s > jam_s + 60.0 || ground.roll_max_deg > LOST_DEG
+    });
+    ground
+}
+
+#[test]
+fn with_the_compensator_the_jammed_elevator_is_survived() {
+    let ground = climb_and_jam("armed");
+    assert!(ground.roll_max_deg < 30.0, "largest roll {} deg", ground.roll_max_deg);
+    assert!((ground.altitude_m - 6_000.0).abs() < 40.0, "altitude {} m", ground.altitude_m);
+    assert!(ground.heard("ompensator active"), "{:?}", ground.texts);
+    assert!(ground.heard("Injected"), "{:?}", ground.texts);
+}
+
+#[test]
+fn without_the_compensator_the_jammed_elevator_loses_the_aircraft() {
+    let ground = climb_and_jam("off");
+    assert!(ground.roll_max_deg > LOST_DEG, "largest roll {} deg", ground.roll_max_deg);
+}
+
+#[test]
+fn every_copy_of_a_command_is_acknowledged_once() {
+    let mut ground = Ground::new();
+    let (_autopilot, link) = autopilot(ground.address(), &[]);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.1);
+    for _ in 0..3 {
+        ground.command(MavCmd::MAV_CMD_USER_1, JAM_LEFT_ELEVATOR);
+    }
+    let heartbeats = ground.heartbeats;
+    ground.listen_until("two heartbeats more", |ground| ground.heartbeats >= heartbeats + 2);
+    let accepted = (MavCmd::MAV_CMD_USER_1, MavResult::MAV_RESULT_ACCEPTED);
+    assert_eq!(ground.acknowledgements, [accepted, accepted, accepted]);
+    let said = ground.texts.iter().filter(|text| text.contains("Injected")).count();
+    assert_eq!(said, 1, "the repeated command changes nothing: {:?}", ground.texts);
+}
+
+#[test]
+fn a_killed_plant_is_reported_and_its_successor_is_a_new_flight() {
+    let mut ground = Ground::new();
+    let (autopilot, link) = autopilot(ground.address(), &[]);
+    let plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+    plant.signal(9);
+    let heartbeats = ground.heartbeats;
+    ground.listen_until("the report", |ground| {
+        ground.texts.iter().any(|text| text.to_lowercase().contains("lost"))
+    });
+    // One heartbeat a second of wall time: two seconds at the most, one more for the one under way.
+    assert!(ground.heartbeats <= heartbeats + 3, "{} heartbeats", ground.heartbeats - heartbeats);
+    autopilot.wait_for("plant");
+    let _plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("time from the start again", |ground| ground.time_s < 0.4);
+    ground.listen_until("the new flight", |ground| ground.time_s > 0.5);
+}
+
+#[test]
+fn a_killed_autopilot_is_reported_and_its_successor_flies_on_from_there() {
+    let mut ground = Ground::new();
+    let port = format!("127.0.0.1:{}", free_port());
+    let gcs = ground.address().to_string();
+    let arguments = ["--plant-link", port.as_str(), "--gcs", gcs.as_str()];
+    let autopilot = Program::start("autopilot", &arguments);
+    let plant = Program::start("plant-sim", &["--autopilot", &port]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 2.0);
+    autopilot.signal(9);
+    plant.wait_for("does not answer");
+    let stopped_s = ground.time_s;
+    let _autopilot = Program::start("autopilot", &arguments);
+    ground.listen_until("the flight to go on", |ground| ground.time_s > stopped_s + 1.0);
+    assert!(ground.time_s < stopped_s + 5.0, "the plant waited: {} s", ground.time_s - stopped_s);
+    assert!(ground.roll_max_deg < 5.0 && (ground.altitude_m - 5_000.0).abs() < 5.0);
+}
+
+#[test]
+fn a_port_in_use_names_process_and_port() {
+    let ground = Ground::new();
+    let (_first, link) = autopilot(ground.address(), &[]);
+    let mut second = Program::start("autopilot", &["--plant-link", &link, "--no-gcs"]);
+    assert_ne!(second.end(), Some(0));
+    let said = second.said();
+    assert!(said.contains("autopilot") && said.contains(&link), "{said}");
+}
+
+#[test]
+fn either_process_may_start_first() {
+    let port = format!("127.0.0.1:{}", free_port());
+    let mut ground = Ground::new();
+    let gcs = ground.address().to_string();
+    let _plant = Program::start("plant-sim", &["--autopilot", &port]);
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let _autopilot = Program::start("autopilot", &["--plant-link", &port, "--gcs", &gcs]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+}
+
+#[test]
+fn a_wrong_configuration_stops_the_start_and_names_file_key_value_and_range() {
+    let folder = tempfile::tempdir().expect("a folder for a file");
+    let path = folder.path().join("mine.toml");
+    let text = plant_sim::airframe::DEFAULT_AIRFRAME.replace("mass_kg = 9295", "mass_kg = -9295");
+    assert_ne!(text, plant_sim::airframe::DEFAULT_AIRFRAME);
+    std::fs::write(&path, text).expect("a writable folder");
+    let mut plant =
+        Program::start("plant-sim", &["--airframe", path.to_str().expect("plain path")]);
+    assert_ne!(plant.end(), Some(0));
+    let said = plant.said();
+    for part in ["mine.toml", "mass_kg", "-9295", "outside"] {
+        assert!(said.contains(part), "{part} is missing: {said}");
+    }
+}
+
+#[test]
+fn sitl_ends_both_on_terminate_and_tells_when_one_dies() {
+    let link = format!("127.0.0.1:{}", free_port());
+    let gcs = format!("127.0.0.1:{}", free_port());
+    let arguments = ["--plant-link", link.as_str(), "--gcs", gcs.as_str()];
+    let mut sitl = Program::start("sitl", &arguments);
+    sitl.wait_for("altitude");
+    sitl.signal(15);
+    assert_eq!(sitl.end(), Some(0), "{}", sitl.said());
+
+    let mut sitl = Program::start("sitl", &arguments);
+    sitl.wait_for("altitude");
+    let children = std::process::Command::new("pgrep")
+        .args(["-P", &sitl.id().to_string(), "-f", "plant-sim"])
+        .output();
+    let children = String::from_utf8(children.expect("pgrep runs").stdout).expect("numbers");
+    let plant = children.lines().next().expect("sitl has a plant");
+    let killed = std::process::Command::new("kill").args(["-9", plant]).status();
+    assert!(killed.expect("kill runs").success());
+    assert_ne!(sitl.end(), Some(0));
+    assert!(sitl.said().contains("plant-sim ended"), "{}", sitl.said());
+}

@@ -1,0 +1,138 @@
+//! A ground station of a few lines: enough MAVLink to fly and to break things.
+#![allow(dead_code, reason = "each test file uses what it needs")]
+
+use std::net::{SocketAddr, UdpSocket};
+use std::time::{Duration, Instant};
+
+use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage, MavResult};
+use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message};
+
+use super::programs::PATIENCE;
+
+/// The ground station and what it has heard.
+pub struct Ground {
+    socket: UdpSocket,
+    vehicle: Option<SocketAddr>,
+    sequence: u8,
+    /// Texts of the vehicle, in order.
+    pub texts: Vec<String>,
+    /// Every acknowledgement: command and result.
+    pub acknowledgements: Vec<(MavCmd, MavResult)>,
+    /// Latest simulation time, s.
+    pub time_s: f64,
+    /// Latest altitude, m.
+    pub altitude_m: f64,
+    /// Latest roll angle, deg.
+    pub roll_deg: f64,
+    /// Largest roll angle either way, deg.
+    pub roll_max_deg: f64,
+    /// Heartbeats heard.
+    pub heartbeats: u32,
+}
+
+impl Ground {
+    /// Listens on a free port of loopback.
+    pub fn new() -> Self {
+        let socket = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
+        socket.set_read_timeout(Some(Duration::from_millis(50))).expect("a timeout above zero");
+        Self {
+            socket,
+            vehicle: None,
+            sequence: 0,
+            texts: Vec::new(),
+            acknowledgements: Vec::new(),
+            time_s: 0.0,
+            altitude_m: f64::NAN,
+            roll_deg: 0.0,
+            roll_max_deg: 0.0,
+            heartbeats: 0,
+        }
+    }
+
+    /// Where the vehicle should send to.
+    pub fn address(&self) -> SocketAddr {
+        self.socket.local_addr().expect("a bound socket")
+    }
+
+    /// Takes what comes until `done`, at most [`PATIENCE`].
+    pub fn listen_until(&mut self, what: &str, mut done: impl FnMut(&Self) -> bool) {
+        let until = Instant::now() + PATIENCE;
+        let mut datagram = [0; 2048];
+        while !done(self) {
+            assert!(Instant::now() < until, "waited for {what}; texts so far: {:?}", self.texts);
+            if let Ok((length, from)) = self.socket.recv_from(&mut datagram) {
+                self.vehicle = Some(from);
+                self.take(&datagram[..length]);
+            }
+        }
+    }
+
+    /// Sends a command and waits for its acknowledgement.
+    pub fn command(&mut self, command: MavCmd, params: [f32; 7]) -> MavResult {
+        self.listen_until("the vehicle", |ground| ground.vehicle.is_some());
+        let [param1, param2, param3, param4, param5, param6, param7] = params;
+        let data = COMMAND_LONG_DATA {
+            param1,
+            param2,
+            param3,
+            param4,
+            param5,
+            param6,
+            param7,
+            command,
+            target_system: 1,
+            target_component: 1,
+            confirmation: 0,
+        };
+        let before = self.acknowledgements.len();
+        self.send(&MavMessage::COMMAND_LONG(data));
+        let mut result = None;
+        self.listen_until("an acknowledgement", |ground| {
+            let mut new = ground.acknowledgements[before..].iter();
+            result = new.find(|(of, _)| *of == command).map(|(_, result)| *result);
+            result.is_some()
+        });
+        result.expect("waited for it")
+    }
+
+    /// Sends a message.
+    pub fn send(&mut self, message: &MavMessage) {
+        let header = MavHeader { system_id: 255, component_id: 190, sequence: self.sequence };
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut frame = MAVLinkV2MessageRaw::new();
+        frame.serialize_message(header, message);
+        let vehicle = self.vehicle.expect("heard from the vehicle");
+        self.socket.send_to(frame.raw_bytes(), vehicle).expect("loopback takes datagrams");
+    }
+
+    /// The vehicle sends one frame a datagram.
+    fn take(&mut self, frame: &[u8]) {
+        assert_eq!(frame[0], 0xFD, "MAVLink 2");
+        let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+        let payload = &frame[10..10 + usize::from(frame[1])];
+        match MavMessage::parse(MavlinkVersion::V2, id, payload) {
+            Ok(MavMessage::HEARTBEAT(_)) => self.heartbeats += 1,
+            Ok(MavMessage::ATTITUDE(attitude)) => {
+                self.time_s = f64::from(attitude.time_boot_ms) / 1.0e3;
+                self.roll_deg = f64::from(attitude.roll).to_degrees();
+                self.roll_max_deg = self.roll_max_deg.max(self.roll_deg.abs());
+            }
+            Ok(MavMessage::GLOBAL_POSITION_INT(position)) => {
+                self.altitude_m = f64::from(position.alt) / 1.0e3;
+            }
+            Ok(MavMessage::STATUSTEXT(text)) => {
+                self.texts.push(text.text.to_str().unwrap_or_default().to_owned());
+            }
+            Ok(MavMessage::COMMAND_ACK(ack)) => {
+                self.acknowledgements.push((ack.command, ack.result))
+            }
+            Ok(_) => {}
+            Err(error) => panic!("message {id} cannot be read: {error}"),
+        }
+    }
+
+    /// Whether a text was heard that contains `part`.
+    pub fn heard(&self, part: &str) -> bool {
+        self.texts.iter().any(|text| text.contains(part))
+    }
+}

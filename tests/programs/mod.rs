@@ -1,0 +1,151 @@
+//! The real programs as child processes, and a ground station that talks to them.
+#![allow(dead_code, reason = "each test file uses what it needs")]
+
+use std::io::{BufRead, BufReader, Read};
+use std::net::{SocketAddr, UdpSocket};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, LazyLock, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Wall-clock bound on anything that a program is waited for.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The built program with this name; all are built once, in the profile of the tests.
+pub fn program(name: &str) -> PathBuf {
+    static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+        // .../target/debug/deps/this_test
+        let test = std::env::current_exe().expect("a test has a path");
+        let folder = test.ancestors().nth(2).expect("target/profile/deps/test").to_path_buf();
+        let mut build = Command::new(env!("CARGO"));
+        build.args([
+            "build",
+            "--quiet",
+            "-p",
+            "sitl",
+            "-p",
+            "autopilot",
+            "-p",
+            "plant-sim",
+            "--bins",
+        ]);
+        if folder.ends_with("release") {
+            build.arg("--release");
+        }
+        let target = folder.parent().expect("target/profile");
+        build.arg("--target-dir").arg(target);
+        let built = build.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).status();
+        assert!(built.expect("cargo runs").success(), "the programs do not build");
+        folder
+    });
+    FOLDER.join(name)
+}
+
+/// A running program; killed when dropped.
+pub struct Program {
+    child: Child,
+    said: Arc<Mutex<String>>,
+    lines: Receiver<String>,
+}
+
+impl Program {
+    /// Starts a program and gathers what it says.
+    pub fn start(name: &str, arguments: &[&str]) -> Self {
+        let mut child = Command::new(program(name))
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("a built program starts");
+        let said = Arc::new(Mutex::new(String::new()));
+        let (sender, lines) = channel();
+        let outputs: [Box<dyn Read + Send>; 2] = [
+            Box::new(child.stdout.take().expect("piped")),
+            Box::new(child.stderr.take().expect("piped")),
+        ];
+        for output in outputs {
+            let (said, sender) = (Arc::clone(&said), sender.clone());
+            thread::spawn(move || {
+                for line in BufReader::new(output).lines().map_while(Result::ok) {
+                    said.lock().expect("no panic while held").push_str(&format!("{line}\n"));
+                    // The test may have ended.
+                    let _ = sender.send(line);
+                }
+            });
+        }
+        Self { child, said, lines }
+    }
+
+    /// Everything it said so far.
+    pub fn said(&self) -> String {
+        self.said.lock().expect("no panic while held").clone()
+    }
+
+    /// Waits for a line that contains `text`.
+    pub fn wait_for(&self, text: &str) -> String {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            match self.lines.recv_timeout(left) {
+                Ok(line) if line.contains(text) => return line,
+                Ok(_) => {}
+                Err(_) => panic!("waited for {text:?}, heard:\n{}", self.said()),
+            }
+        }
+    }
+
+    /// Sends a signal by number: 2 interrupt, 9 kill, 15 terminate.
+    pub fn signal(&self, number: u32) {
+        let id = self.child.id().to_string();
+        let status = Command::new("kill").arg(format!("-{number}")).arg(id).status();
+        assert!(status.expect("kill runs").success());
+    }
+
+    /// Waits for its end and returns the exit code.
+    pub fn end(&mut self) -> Option<i32> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
+                return status.code();
+            }
+            assert!(Instant::now() < until, "it does not end; heard:\n{}", self.said());
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Process number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// An autopilot on free ports, and where it waits for a plant.
+pub fn autopilot(gcs: SocketAddr, options: &[&str]) -> (Program, String) {
+    let gcs = gcs.to_string();
+    let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--gcs", &gcs, "--status"];
+    arguments.extend(options);
+    let program = Program::start("autopilot", &arguments);
+    let line = program.wait_for("\"listening\"");
+    let status: serde_json::Value = serde_json::from_str(&line).expect("status lines are JSON");
+    let link = status["plant_link"].as_str().expect("an address").to_owned();
+    (program, link)
+}
+
+/// A port of loopback that nobody has at this moment.
+pub fn free_port() -> u16 {
+    UdpSocket::bind("127.0.0.1:0")
+        .and_then(|s| s.local_addr())
+        .expect("loopback has free ports")
+        .port()
+}
