@@ -2,6 +2,10 @@
 //!
 //! They need a Python that has gcs-scripts/requirements.txt; its path is in TWO_STEP_PYTHON. Without it
 //! these tests say so and pass.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
+)]
 
 mod programs;
 

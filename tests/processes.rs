@@ -1,4 +1,8 @@
 //! The two real programs over loopback, flown and broken by MAVLink; killed and started again.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
+)]
 
 #[path = "programs/ground.rs"]
 mod ground;

@@ -122,7 +122,12 @@ fn fly(
                 screen.introduce(&args.ground_stations())?;
             }
             Some(Report::Status(status)) => screen.status(&status, clock::now())?,
-            Some(Report::Said { process, line }) => screen.say(&format!("{process}: {line}"))?,
+            Some(Report::Said { process, line }) => {
+                screen.say(&format!("{process}: {line}"))?;
+                for child in plant.iter_mut().chain([&mut *autopilot]) {
+                    child.hear(process, &line);
+                }
+            }
             None => {}
         }
         if let Some(error) = [Some(&mut *autopilot), plant.as_mut()]

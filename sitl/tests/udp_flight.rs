@@ -1,4 +1,5 @@
 //! A flight through the two real processes is the flight in one process, bit for bit.
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the report")]
 
 use std::path::Path;
 

@@ -47,7 +47,7 @@ impl Complaints {
                 error!(%from, theirs = refusal.version, ours = VERSION, "the plant speaks another link version");
             }
             RefusalReason::Value => {
-                error!(%from, "the plant refuses a value of this autopilot's packet")
+                error!(%from, "the plant refuses a value of this autopilot's packet");
             }
             RefusalReason::Busy => error!(%from, "the plant flies with another autopilot"),
         }

@@ -64,7 +64,7 @@ pub(super) struct Options {
 #[derive(Debug, thiserror::Error)]
 pub enum OptionError {
     /// An option that cannot be read.
-    #[error("{0}")]
+    #[error("{}", without_frame(&.0.to_string()))]
     Syntax(clap::Error),
     /// The autopilot would not start.
     #[error(transparent)]
@@ -75,6 +75,12 @@ pub enum OptionError {
     /// There is no flight to start from.
     #[error(transparent)]
     Flight(#[from] plant_sim::SetupError),
+}
+
+/// What clap says, without its label and its hint.
+fn without_frame(message: &str) -> String {
+    let text = message.strip_prefix("error: ").unwrap_or(message);
+    text.split("\n\n").next().unwrap_or(text).to_owned()
 }
 
 impl LaunchArgs {

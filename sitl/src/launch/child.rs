@@ -95,6 +95,13 @@ impl Child {
         Ok(Self { name, process, input, last_line: "nothing".to_owned() })
     }
 
+    /// Remembers what it said last.
+    pub(super) fn hear(&mut self, process: &str, line: &str) {
+        if process == self.name {
+            line.trim().clone_into(&mut self.last_line);
+        }
+    }
+
     /// If the process has ended: why, after its last words have been shown.
     pub(super) fn ended(&mut self, news: &News, screen: &mut Screen) -> Option<LaunchError> {
         let status = match self.process.try_wait() {
@@ -106,9 +113,7 @@ impl Child {
         let deadline = clock::now() + LAST_WORDS;
         while clock::now() < deadline {
             if let Some(Report::Said { process, line }) = news.next(LAST_WORDS) {
-                if process == self.name {
-                    self.last_line.clone_from(&line);
-                }
+                self.hear(process, &line);
                 // Where the operator cannot read any more, the error below still tells.
                 let _ = screen.say(&format!("{process}: {line}"));
             }
