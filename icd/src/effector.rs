@@ -133,11 +133,13 @@ impl<T> PerEffector<T> {
     }
 
     /// One value for each effector.
-    pub fn from_fn(mut value: impl FnMut(Effector) -> T) -> Self {
-        Self(Effector::ALL.map(&mut value))
+    #[inline]
+    pub fn from_fn(value: impl FnMut(Effector) -> T) -> Self {
+        Self(Effector::ALL.map(value))
     }
 
     /// Each effector with its value.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (Effector, &T)> {
         Effector::ALL.into_iter().zip(self.0.iter())
     }

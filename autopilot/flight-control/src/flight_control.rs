@@ -53,7 +53,7 @@ impl FlightControl {
             estimator: Estimator::default(),
             observer: Observer::new(&gains.observer, period),
             activation: Activation::new(period),
-            main_controller: MainController::new(period),
+            main_controller: MainController::new(&gains.main, period),
             applied: actuators.clone(),
             main_only: actuators,
             saturation: Saturation::default(),
@@ -81,6 +81,7 @@ impl FlightControl {
     pub fn set_gains(&mut self, gains: &Gains) {
         self.gains = *gains;
         self.observer.set_gains(&gains.observer);
+        self.main_controller.set_gains(&gains.main);
     }
 
     /// The design model.

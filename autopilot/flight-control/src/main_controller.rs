@@ -52,6 +52,8 @@ pub struct References {
 #[derive(Debug, Clone)]
 pub struct MainController {
     h: f64,
+    /// 1 - exp(-h/τ) of the lag on the roll reference.
+    lag_fraction: f64,
     references: Option<References>,
     altitude: Integral,
     roll: Integral,
@@ -61,14 +63,21 @@ pub struct MainController {
 impl MainController {
     /// With empty integrators.
     #[must_use]
-    pub fn new(period: ControlPeriod) -> Self {
+    pub fn new(gains: &MainGains, period: ControlPeriod) -> Self {
+        let h = period.as_seconds();
         Self {
-            h: period.as_seconds(),
+            h,
+            lag_fraction: lag_fraction(gains, h),
             references: None,
             altitude: Integral::default(),
             roll: Integral::default(),
             speed: Integral::default(),
         }
+    }
+
+    /// Takes new gains; references and integrators stay.
+    pub fn set_gains(&mut self, gains: &MainGains) {
+        self.lag_fraction = lag_fraction(gains, self.h);
     }
 
     /// Empties the integrators; the references start from the state of the next step.
@@ -118,8 +127,7 @@ impl MainController {
             .unwrap_or(References { altitude_m: state.altitude_m, roll_rad: state.attitude.phi });
         let slew = gains.altitude.slew_m_s * self.h;
         references.altitude_m += (demand.altitude_m - references.altitude_m).clamp(-slew, slew);
-        let fraction = 1.0 - libm::exp(-self.h / gains.roll.reference_lag_s);
-        references.roll_rad += fraction * (demand.roll_rad - references.roll_rad);
+        references.roll_rad += self.lag_fraction * (demand.roll_rad - references.roll_rad);
         self.references = Some(references);
         references
     }
@@ -184,6 +192,10 @@ impl MainController {
         }
         belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
     }
+}
+
+fn lag_fraction(gains: &MainGains, h: f64) -> f64 {
+    1.0 - libm::exp(-h / gains.roll.reference_lag_s)
 }
 
 #[cfg(test)]

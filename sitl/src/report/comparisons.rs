@@ -177,7 +177,7 @@ fn verdict(case: u32, g: &Ganged) -> Markup {
             None => {
                 "The ganged nozzle, without any estimate of the fault, keeps the aircraft in the air: survival is "
                 "the nozzle\u{2019}s. "
-                @if ganged < two_step { "What the estimate adds is the " (two_step - ganged) " limits more." }
+                @if ganged < two_step { "The estimate adds " (two_step - ganged) " limits." }
                 @else { "By these limits the estimate adds nothing." }
             }
         }

@@ -4,7 +4,7 @@ use crate::mixer::Side;
 use crate::testing;
 
 fn controller() -> MainController {
-    MainController::new(ControlPeriod::DEFAULT)
+    MainController::new(&Gains::REFERENCE.main, ControlPeriod::DEFAULT)
 }
 
 fn step(controller: &mut MainController, state: &State, demand: &Demand) -> MainCommand {
