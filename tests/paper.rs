@@ -5,7 +5,9 @@ use std::sync::LazyLock;
 
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
+use sitl::paper::cases::Case;
 use sitl::paper::claim::ClaimResult;
+use sitl::paper::model_error::{self, Extent};
 use sitl::paper::{self, Link, Options};
 
 fn options(earth: EarthModel, period_us: u32) -> Options {
@@ -107,4 +109,12 @@ fn paper_4_the_outcomes_survive_noise_and_air_in_three_seeds() {
         };
         assert_claim(&evaluate(&noisy), "4");
     }
+}
+
+#[test]
+fn paper_5_the_outcomes_survive_model_error_in_a_sample() {
+    let conditions = options(EarthModel::Wgs84, 2_000).conditions();
+    let cases = [1, 2].map(|number| Case::new(number, &conditions).expect("a shipped case"));
+    let sample = model_error::campaign(&cases, 1, &Extent::SAMPLE).expect("the aircraft fly");
+    assert_claim(&sample.claims, "5");
 }

@@ -154,20 +154,37 @@ impl Earth {
         }
     }
 
+    /// The same from a place that was found for this position already.
+    #[must_use]
+    pub fn geodetic_at(&self, position: &Vector3<f64>, place: &Place) -> Geodetic {
+        match self.model {
+            EarthModel::Flat => self.geodetic(position),
+            EarthModel::Wgs84 => {
+                let (latitude, longitude) = place.angles();
+                Geodetic {
+                    latitude_rad: libm::atan2(latitude.0, latitude.1),
+                    longitude_rad: libm::atan2(longitude.0, longitude.1),
+                    altitude_m: place.altitude_m,
+                }
+            }
+        }
+    }
+
     /// Position from the start point at altitude zero, m, in the NED axes of that point.
     #[must_use]
     pub fn local_position(&self, position: &Vector3<f64>) -> Ned {
         Ned(self.e_from_start_ned.tr_mul(&(position - self.origin)))
     }
 
-    /// Attitude relative to the local NED axes at `here`, from the quaternion (w, x, y, z) that turns body
+    /// Attitude relative to the local NED axes of a place, from the quaternion (w, x, y, z) that turns body
     /// axes into frame E.
     #[must_use]
-    pub fn attitude(&self, here: &Geodetic, q_e_from_body: &[f64; 4]) -> Attitude {
+    pub fn attitude(&self, place: &Place, q_e_from_body: &[f64; 4]) -> Attitude {
         match self.model {
             EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
             EarthModel::Wgs84 => {
-                let [w, x, y, z] = q_e_from_ned(here);
+                let (latitude, longitude) = place.angles();
+                let [w, x, y, z] = q_e_from_ned(latitude, longitude);
                 let [w, x, y, z] = product(&[w, -x, -y, -z], q_e_from_body);
                 Attitude::from_quaternion(w, x, y, z)
             }
@@ -179,7 +196,11 @@ impl Earth {
     pub fn q_e_from_body(&self, here: &Geodetic, attitude: &Attitude) -> [f64; 4] {
         match self.model {
             EarthModel::Flat => attitude.wxyz(),
-            EarthModel::Wgs84 => product(&q_e_from_ned(here), &attitude.wxyz()),
+            EarthModel::Wgs84 => {
+                let latitude = libm::sincos(here.latitude_rad);
+                let longitude = libm::sincos(here.longitude_rad);
+                product(&q_e_from_ned(latitude, longitude), &attitude.wxyz())
+            }
         }
     }
 }
@@ -209,11 +230,32 @@ pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(W2 * position.x, W2 * position.y, 0.0)
 }
 
-/// Turns NED axes at `here` into Earth-centred ones: longitude about z, then -(90° + latitude) about y.
-fn q_e_from_ned(here: &Geodetic) -> [f64; 4] {
-    let (sin_l, cos_l) = libm::sincos(0.5 * here.longitude_rad);
-    let (sin_p, cos_p) = libm::sincos(-0.5 * (here.latitude_rad + core::f64::consts::FRAC_PI_2));
-    [cos_l * cos_p, -sin_l * sin_p, cos_l * sin_p, sin_l * cos_p]
+impl Place {
+    /// Sine and cosine of the geodetic latitude, and of the longitude (round Earth).
+    fn angles(&self) -> ((f64, f64), (f64, f64)) {
+        let m = &self.e_from_ned;
+        ((-m.m33, m.m31), (-m.m12, m.m22))
+    }
+}
+
+/// Turns NED axes into Earth-centred ones: longitude about z, then -(90° + latitude) about y. Both angles
+/// by sine and cosine.
+fn q_e_from_ned(latitude: (f64, f64), longitude: (f64, f64)) -> [f64; 4] {
+    let (sin_l, cos_l) = half(longitude);
+    // sin and cos of 90° + latitude.
+    let (sin_p, cos_p) = half((latitude.1, -latitude.0));
+    [cos_l * cos_p, sin_l * sin_p, -cos_l * sin_p, sin_l * cos_p]
+}
+
+/// Sine and cosine of half an angle in (-180°, 180°], without trigonometry and without cancellation.
+fn half((sin, cos): (f64, f64)) -> (f64, f64) {
+    if cos >= 0.0 {
+        let cos_half = (0.5 * (1.0 + cos)).sqrt();
+        (0.5 * sin / cos_half, cos_half)
+    } else {
+        let sin_half = (0.5 * (1.0 - cos)).sqrt().copysign(sin);
+        (sin_half, 0.5 * sin / sin_half)
+    }
 }
 
 /// Quaternion product a b, scalar part first.
@@ -284,8 +326,10 @@ mod tests {
             // The matrix comes from a position by Bowring's formula, good to 1e-12 rad.
             let error = (by_quaternion - by_matrix).norm();
             assert!(error < 1e-11, "{model:?}: {error}");
-            let back = earth.attitude(&here, &q).euler();
-            assert!((back.phi - 0.3).abs() < 1e-14 && (back.psi - 2.0).abs() < 1e-14, "{model:?}");
+            let place = earth.place(&earth.position(&here));
+            let back = earth.attitude(&place, &q).euler();
+            let error = (back.phi - 0.3).abs().max((back.psi - 2.0).abs());
+            assert!(error < 1e-11, "{model:?}: {error} rad");
         }
     }
 

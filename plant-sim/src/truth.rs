@@ -60,8 +60,8 @@ impl Truth {
         let deflections = dynamics.effective(state, &held.effects);
         let rigid = &state.rigid;
         let earth = dynamics.earth();
-        let here = earth.geodetic(&rigid.position);
-        let attitude = earth.attitude(&here, &rigid.q_e_from_body);
+        let here = earth.geodetic_at(&rigid.position, &e.place);
+        let attitude = earth.attitude(&e.place, &rigid.q_e_from_body);
         let ned = |v: &Body| Ned(e.place.e_from_ned.tr_mul(&(e.e_from_body * v.0)));
         let specific_force = Body(e.wrench.force.0 / dynamics.mass().mass_kg);
         Self {

@@ -65,7 +65,7 @@ pub struct PaperArgs {
     #[arg(long, value_enum, default_value = "in-process")]
     link: LinkChoice,
     /// Control period, 1 to 4 ms
-    #[arg(long, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     period_ms: ControlPeriod,
     /// Integration step, us; divides the control period [default: 1000, or 500 where that does not divide it]
     #[arg(long, value_name = "US")]
@@ -74,10 +74,10 @@ pub struct PaperArgs {
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     earth: EarthModel,
     /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply
-    #[arg(long, value_name = "DEG_S", default_value_t = 0.0, value_parser = parse_gyro_noise)]
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.0, value_parser = parse_gyro_noise)]
     gyro_noise_deg_s: f64,
     /// Turbulence, m/s rms: light 1.5, moderate 3; with it the limits of claim 4 apply
-    #[arg(long, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
     turbulence_m_s: f64,
     /// Seed of all random streams
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -36,7 +36,7 @@ mod tests;
 use both::Noisy;
 use cases::{Case, Conditions, Flown, Run};
 use claim::{ClaimResult, all_hold};
-use model_error::SurvivalPoint;
+use model_error::{Extent, SurvivalPoint};
 
 /// Seeds of claim 4.
 const NOISE_SEEDS: u64 = 10;
@@ -229,7 +229,11 @@ pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperEr
     let mut survival = Vec::new();
     if options.full {
         let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..conditions };
-        let campaign = model_error::campaign(&cases.map(|case| case.under(&still)), options.seed)?;
+        let campaign = model_error::campaign(
+            &cases.map(|case| case.under(&still)),
+            options.seed,
+            &Extent::FULL,
+        )?;
         results.extend(campaign.claims);
         survival = campaign.survival;
     }

@@ -31,10 +31,10 @@ pub struct PlantArgs {
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:9960")]
     pub autopilot: String,
     /// Simulation time per wall time, 0.01 to 1000, or max
-    #[arg(long, value_name = "FACTOR|max", default_value = "1")]
+    #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max", default_value = "1")]
     pub speed: Speed,
     /// Control period, 1 to 4 ms
-    #[arg(long, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     pub period_ms: ControlPeriod,
     /// Integration step, us; divides the control period
     #[arg(long, value_name = "US", default_value_t = DEFAULT_STEP_US)]
@@ -46,13 +46,13 @@ pub struct PlantArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// White noise of the gyros, deg/s rms, instead of the scenario's
-    #[arg(long, value_name = "DEG_S")]
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S")]
     pub gyro_noise_deg_s: Option<f64>,
     /// Turbulence, m/s rms, instead of the scenario's
-    #[arg(long, value_name = "M_S")]
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     pub turbulence_m_s: Option<f64>,
     /// End after this simulation time, or on the ground
-    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    #[arg(long, allow_negative_numbers = true, value_name = "S", value_parser = parse_seconds)]
     pub until_s: Option<SimTime>,
     /// Write the truth of every tick to this file
     #[arg(long, value_name = "FILE")]

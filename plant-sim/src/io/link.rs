@@ -93,7 +93,7 @@ impl Link {
                 if self.stop.is_requested() {
                     return Ok(None);
                 }
-                self.insist(clock::now());
+                self.insist(RESEND_AFTER);
                 continue;
             };
             let nonsense = match self.side.handle(&self.buffer[..bytes]) {
@@ -117,7 +117,7 @@ impl Link {
             if self.stop.is_requested() {
                 return Ok(None);
             }
-            let trouble = self.insist(clock::now());
+            let trouble = self.insist(Duration::ZERO);
             if let Some(error) = nonsense.filter(|_| !trouble.nonsense_told) {
                 trouble.nonsense_told = true;
                 warn!(%error, "refused a packet of the autopilot");
@@ -125,9 +125,13 @@ impl Link {
         }
     }
 
-    /// Sends the question again when it is time to.
-    fn insist(&mut self, now: Instant) -> &mut Trouble {
-        let asked = now.checked_sub(RESEND_AFTER).unwrap_or(now);
+    /// Sends the question again when it is time to. It was asked at least `waited` ago.
+    ///
+    /// A packet that is no answer does not make it time: if it did, one late answer would be asked for
+    /// again, come late again, and so double the traffic for good.
+    fn insist(&mut self, waited: Duration) -> &mut Trouble {
+        let now = clock::now();
+        let asked = now.checked_sub(waited).unwrap_or(now);
         let trouble = self.trouble.get_or_insert(Trouble {
             since: asked,
             sent: asked,
@@ -153,7 +157,7 @@ impl Link {
             RefusalReason::Version => Err(LinkError::Version { theirs: refusal.version }),
             RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
             RefusalReason::Busy => {
-                let trouble = self.insist(clock::now());
+                let trouble = self.insist(Duration::ZERO);
                 if !trouble.told {
                     trouble.told = true;
                     warn!("the autopilot is flying another plant; asking again until it is free");

@@ -17,10 +17,10 @@ pub struct LaunchArgs {
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
     /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
-    #[arg(long, value_name = "FACTOR|max")]
+    #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
     speed: Option<String>,
     /// Control period, 1 to 4 ms [default: 2]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MS")]
     period_ms: Option<String>,
     /// Integration step, us; divides the control period [default: 1000]
     #[arg(long, value_name = "US")]
@@ -32,10 +32,10 @@ pub struct LaunchArgs {
     #[arg(long, value_name = "N")]
     seed: Option<String>,
     /// White noise of the gyros, deg/s rms, instead of the scenario's
-    #[arg(long, value_name = "DEG_S")]
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S")]
     gyro_noise_deg_s: Option<String>,
     /// Turbulence, m/s rms, instead of the scenario's
-    #[arg(long, value_name = "M_S")]
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<String>,
     /// The aircraft, instead of the one that comes with the program
     #[arg(long, value_name = "FILE")]

@@ -111,14 +111,32 @@ pub struct ModelError {
     pub survival: Vec<SurvivalPoint>,
 }
 
-/// Flies the whole campaign on all cores.
+/// How much of the campaign is flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Every how many of the changes of a single derivative.
+    single_stride: usize,
+    /// Half widths of the joint draws.
+    widths: &'static [f64],
+    /// Joint draws of each half width.
+    draws: u64,
+}
+
+impl Extent {
+    /// What the claim asks for, and the survival curve.
+    pub const FULL: Self = Self { single_stride: 1, widths: &WIDTHS, draws: CURVE_DRAWS };
+    /// A few aircraft of each kind, for a quick look.
+    pub const SAMPLE: Self = Self { single_stride: 5, widths: &[CLAIM_WIDTH], draws: 6 };
+}
+
+/// Flies the campaign on all cores.
 ///
 /// # Errors
 /// [`PaperError`] names the first run that could not be flown.
-pub fn campaign(cases: &[Case; 2], seed: u64) -> Result<ModelError, PaperError> {
+pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelError, PaperError> {
     let mut jobs = Vec::new();
     for case in cases {
-        let changed = aircraft(&case.setup.plant.airframe, seed, &WIDTHS, CURVE_DRAWS)?;
+        let changed = aircraft(&case.setup.plant.airframe, seed, extent)?;
         jobs.extend(changed.into_iter().map(|changed| (case, changed)));
     }
     let judged = runner::map("claim 5, model error", &jobs, |(case, changed)| judge(case, changed));
@@ -127,21 +145,15 @@ pub fn campaign(cases: &[Case; 2], seed: u64) -> Result<ModelError, PaperError> 
 }
 
 /// The aircraft of the claim and of the curve.
-fn aircraft(
-    nominal: &Airframe,
-    seed: u64,
-    widths: &[f64],
-    draws: u64,
-) -> Result<Vec<Changed>, PaperError> {
+fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Changed>, PaperError> {
     let mut all = Vec::new();
-    for name in DERIVATIVES {
-        for factor in FACTORS {
-            let airframe = dispersion::single(nominal, name, factor)?;
-            all.push(Changed { name: format!("{name} at {factor}"), airframe, kind: Kind::Single });
-        }
+    let singles = DERIVATIVES.into_iter().flat_map(|name| FACTORS.map(|factor| (name, factor)));
+    for (name, factor) in singles.step_by(extent.single_stride) {
+        let airframe = dispersion::single(nominal, name, factor)?;
+        all.push(Changed { name: format!("{name} at {factor}"), airframe, kind: Kind::Single });
     }
-    for half_width in widths {
-        for draw in 0..draws {
+    for half_width in extent.widths {
+        for draw in 0..extent.draws {
             let airframe = dispersion::joint(nominal, *half_width, seed, draw)?;
             let of_claim = *half_width == CLAIM_WIDTH && draw < CLAIM_DRAWS;
             let name = format!("draw {draw} at {:.0} %", 100.0 * half_width);
@@ -317,7 +329,7 @@ mod tests {
     fn the_campaign_has_the_size_that_the_claim_asks_for() {
         let nominal =
             Airframe::from_toml("tvc_jet.toml", plant_sim::airframe::DEFAULT_AIRFRAME).unwrap();
-        let all = aircraft(&nominal, 1, &WIDTHS, CURVE_DRAWS).unwrap();
+        let all = aircraft(&nominal, 1, &Extent::FULL).unwrap();
         let singles = all.iter().filter(|c| c.kind == Kind::Single).count();
         let of_claim =
             all.iter().filter(|c| matches!(c.kind, Kind::Joint { of_claim: true, .. })).count();
