@@ -10,7 +10,7 @@ mod programs;
 
 use ground::Ground;
 use mavlink::dialects::common::{MavCmd, MavResult};
-use programs::{Program, autopilot, free_port};
+use programs::{Program, autopilot, autopilot_with, free_port};
 
 /// Simulation time per wall time; the ground station still sees every tenth of a second.
 const SPEED: &str = "20";
@@ -170,4 +170,44 @@ fn sitl_ends_both_on_terminate_and_tells_when_one_dies() {
     assert!(killed.expect("kill runs").success());
     assert_ne!(sitl.end(), Some(0));
     assert!(sitl.said().contains("plant-sim ended"), "{}", sitl.said());
+}
+
+#[test]
+fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder for logs");
+    let fly = |speed: &str| {
+        let file = |name: &str| folder.path().join(format!("{name}-{speed}")).display().to_string();
+        let (truth, steps) = (file("truth"), file("steps"));
+        let options = ["--no-gcs", "--scenario", "case2", "--step-log", &steps];
+        let (autopilot, link) = autopilot_with(&options);
+        let mut plant = Program::start(
+            "plant-sim",
+            &[
+                "--autopilot",
+                &link,
+                "--scenario",
+                "case2",
+                "--speed",
+                speed,
+                "--until-s",
+                "4",
+                "--gyro-noise-deg-s",
+                "0.1",
+                "--turbulence-m-s",
+                "1.5",
+                "--truth-log",
+                &truth,
+            ],
+        );
+        assert_eq!(plant.end(), Some(0), "{}", plant.said());
+        autopilot.signal(15);
+        let mut autopilot = autopilot;
+        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+        [truth, steps].map(|path| std::fs::read(path).expect("a log was written"))
+    };
+    let slow = fly("4");
+    assert!(slow[0].len() > 100_000 && slow[1].len() > 100_000, "2000 ticks were written");
+    for speed in ["40", "max"] {
+        assert!(fly(speed) == slow, "speed {speed} flies another flight");
+    }
 }

@@ -11,8 +11,16 @@ use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
 use crate::trim::TrimError;
 
-/// Integration step where nothing else is asked for, µs.
+/// Longest integration step where nothing else is asked for, µs.
 pub const DEFAULT_STEP_US: u32 = 1_000;
+
+/// Integration step where nothing else is asked for, µs: the largest divisor of the period up to
+/// [`DEFAULT_STEP_US`].
+#[must_use]
+pub fn default_step_us(period: ControlPeriod) -> u32 {
+    let period_us = period.as_micros();
+    (1..=DEFAULT_STEP_US).rev().find(|step| period_us.is_multiple_of(*step)).unwrap_or(period_us)
+}
 
 /// Everything that defines a flight; the same setup and the same commands give the same bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

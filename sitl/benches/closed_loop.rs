@@ -4,6 +4,7 @@ use autopilot::autopilot::Autopilot;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use criterion::{Criterion, criterion_group, criterion_main};
+use flight_control::{Demand, FlightControl};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::wire::{Phase, Reports};
@@ -50,6 +51,22 @@ fn direct(c: &mut Criterion) {
     }
 }
 
+/// One control step alone: estimator, laws, observer and compensator, awake.
+fn control(c: &mut Criterion) {
+    let setup = setup(1_000);
+    let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
+    let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.gains);
+    let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+    // Four seconds: the fault of case 1 acts and the compensator is awake.
+    for _ in 0..2_000 {
+        let output = flight.step(&plant.sense(), &demand);
+        plant.advance(&output.actuators);
+    }
+    let sensors = plant.sense();
+    assert!(flight.step(&sensors, &demand).log.compensator_active);
+    c.bench_function("control step", |b| b.iter(|| flight.step(&sensors, &demand)));
+}
+
 /// What the link adds, without the socket: both packets encoded, checked and decoded.
 fn link(c: &mut Criterion) {
     let setup = setup(1_000);
@@ -72,5 +89,5 @@ fn link(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, direct, link);
+criterion_group!(benches, direct, control, link);
 criterion_main!(benches);

@@ -15,16 +15,16 @@ use crate::closed_loop::{FlightSetup, fly};
 use crate::udp_flight::time_udp;
 
 /// Time for each echo, ms.
-const ECHO_MS: u64 = 500;
+const ECHO_MS: u64 = 150;
 
 /// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BenchArgs {
     /// Simulation time of each flight, s
-    #[arg(long, value_name = "S", default_value_t = 60)]
+    #[arg(long, value_name = "S", default_value_t = 20)]
     flight_s: u32,
     /// Repetitions; the median counts
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 11)]
     repeat: usize,
     /// Measure the link in all arrangements of processes and cores, not only in the fastest
     #[arg(long)]
@@ -44,7 +44,10 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
         let factor = median(args.repeat, || in_process(&setup))?;
         writeln!(out, "  plant step {step_us} us, control period 2000 us   {factor:10.0}")?;
     }
-    writeln!(out, "two processes over UDP, plant step 1000 us")?;
+    writeln!(
+        out,
+        "two processes over UDP, control period 2000 us; ratio: median, and range of the middle half"
+    )?;
     let measured = arrangement::measure_all(program);
     let arrangements: Vec<Arrangement> = measured
         .iter()
@@ -67,22 +70,25 @@ fn link(
     arrangement: &Arrangement,
     setup: &FlightSetup,
 ) -> Result<(), Box<dyn Error>> {
-    // In turns, so that a busy moment of the machine meets both.
-    let (mut echoes, mut ticks) = (Vec::new(), Vec::new());
+    // Always one right after the other: other work on the machine comes and goes, and must meet both.
+    let (mut echoes, mut ticks, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..args.repeat.max(1) {
-        echoes.push(arrangement::echo_rate(program, arrangement, ECHO_MS)?);
+        let echo = arrangement::echo_rate(program, arrangement, ECHO_MS)?;
         let report = time_udp(program, setup, arrangement)?;
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        ticks.push(report.ticks as f64 / report.wall_s);
+        let tick = report.ticks as f64 / report.wall_s;
+        echoes.push(echo);
+        ticks.push(tick);
+        ratios.push(tick / echo);
     }
-    let (echo, tick) = (middle(echoes), middle(ticks));
-    let ratio = tick / echo;
+    let (echo, tick) = (quantile(&mut echoes, 0.5), quantile(&mut ticks, 0.5));
+    let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut ratios, part));
     let step_us = setup.plant.step_us;
-    let period_s = setup.plant.period.as_seconds();
+    let factor = tick * setup.plant.period.as_seconds();
     writeln!(
         out,
-        "    plant step {step_us} us: echo {echo:8.0}/s   closed loop {tick:8.0}/s ({:.0} times real time)   ratio {ratio:.2}",
-        tick * period_s
+        "    plant step {step_us} us: echo {echo:7.0}/s   closed loop {tick:7.0}/s, {factor:.0} times real time   \
+         ratio {ratio:.2} ({low:.2} to {high:.2})"
     )?;
     Ok(())
 }
@@ -120,10 +126,31 @@ fn median(
     repeat: usize,
     mut measure: impl FnMut() -> Result<f64, Box<dyn Error>>,
 ) -> Result<f64, Box<dyn Error>> {
-    (0..repeat.max(1)).map(|_| measure()).collect::<Result<Vec<f64>, _>>().map(middle)
+    let values: Result<Vec<f64>, _> = (0..repeat.max(1)).map(|_| measure()).collect();
+    Ok(quantile(&mut values?, 0.5))
 }
 
-fn middle(mut values: Vec<f64>) -> f64 {
+/// The value below which this part of the values lies; the nearest one, without interpolation.
+fn quantile(values: &mut [f64], part: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a handful of values and a part from 0 to 1"
+    )]
+    let index = libm::round((values.len().saturating_sub(1)) as f64 * part) as usize;
+    values.get(index).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_the_nearest_values() {
+        let mut values = [5.0, 1.0, 4.0, 2.0, 3.0];
+        assert_eq!([0.25, 0.5, 0.75].map(|part| quantile(&mut values, part)), [2.0, 3.0, 4.0]);
+        assert!(quantile(&mut [], 0.5).is_nan());
+    }
 }

@@ -9,6 +9,7 @@ use autopilot::run::AutopilotArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use icd::ControlPeriod;
 use plant_sim::io::{PlantArgs, parse_earth, parse_period};
+use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
 use crate::bench::{self, BenchArgs};
@@ -67,7 +68,7 @@ pub struct PaperArgs {
     /// Control period, 1 to 4 ms
     #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     period_ms: ControlPeriod,
-    /// Integration step, us; divides the control period [default: 1000, or 500 where that does not divide it]
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
     #[arg(long, value_name = "US")]
     step_us: Option<u32>,
     /// flat or wgs84
@@ -137,11 +138,10 @@ fn fly_paper(args: &PaperArgs, program: &Path) -> Result<ExitCode, Box<dyn Error
 
 impl PaperArgs {
     fn options(&self) -> Options {
-        let whole_milliseconds = self.period_ms.as_micros().is_multiple_of(1_000);
         Options {
             earth: self.earth,
             period: self.period_ms,
-            step_us: self.step_us.unwrap_or(if whole_milliseconds { 1_000 } else { 500 }),
+            step_us: self.step_us.unwrap_or_else(|| default_step_us(self.period_ms)),
             gyro_noise_deg_s: self.gyro_noise_deg_s,
             turbulence_m_s: self.turbulence_m_s,
             seed: self.seed,

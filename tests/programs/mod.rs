@@ -130,10 +130,17 @@ impl Drop for Program {
     }
 }
 
-/// An autopilot on free ports, and where it waits for a plant.
+/// An autopilot with this ground station, and where it waits for a plant.
 pub fn autopilot(gcs: SocketAddr, options: &[&str]) -> (Program, String) {
     let gcs = gcs.to_string();
-    let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--gcs", &gcs, "--status"];
+    let mut all = vec!["--gcs", &gcs];
+    all.extend(options);
+    autopilot_with(&all)
+}
+
+/// An autopilot on a free port, and where it waits for a plant.
+pub fn autopilot_with(options: &[&str]) -> (Program, String) {
+    let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--status"];
     arguments.extend(options);
     let program = Program::start("autopilot", &arguments);
     let line = program.wait_for("\"listening\"");

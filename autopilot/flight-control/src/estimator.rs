@@ -1,7 +1,7 @@
 //! Sensors to state: the first block of a step.
 //!
 //! The aircraft carries an ideal inertial navigation unit and air-data vanes, so this block only picks
-//! what the laws need and guards them against values that are not finite.
+//! what the laws need and guards them against values that no aircraft has.
 
 use icd::{EulerAngles, Sensors};
 use nalgebra::Vector3;
@@ -28,6 +28,17 @@ pub struct State {
     pub thrust_n: f64,
 }
 
+/// Largest body rate that is believed, rad/s: sixteen turns a second.
+const RATE_MAX_RAD_S: f64 = 100.0;
+/// Largest angle that is believed, rad: a little more than half a turn.
+const ANGLE_MAX_RAD: f64 = 3.2;
+/// Largest speed that is believed, m/s.
+const SPEED_MAX_M_S: f64 = 5_000.0;
+/// Largest altitude either way that is believed, m.
+const ALTITUDE_MAX_M: f64 = 200_000.0;
+/// Largest thrust that is believed, N.
+const THRUST_MAX_N: f64 = 1.0e8;
+
 /// Sensors to [`State`].
 #[derive(Debug, Clone, Default)]
 pub struct Estimator {
@@ -40,7 +51,7 @@ impl Estimator {
         self.last = None;
     }
 
-    /// One step. The flag says that a value was not finite and the last good state stands in.
+    /// One step. The flag says that a value was implausible and the last good state stands in.
     pub fn step(&mut self, sensors: &Sensors) -> (State, bool) {
         let state = State {
             rates: sensors.body_rates.0,
@@ -52,7 +63,7 @@ impl Estimator {
             climb_rate_m_s: -sensors.velocity.0.z,
             thrust_n: sensors.thrust_n,
         };
-        if state.is_finite() {
+        if state.is_plausible() {
             self.last = Some(state);
             (state, false)
         } else {
@@ -74,21 +85,23 @@ impl State {
         thrust_n: 0.0,
     };
 
-    fn is_finite(&self) -> bool {
-        // Any NaN or infinity survives the multiplication by zero and the sum.
-        let sum = 0.0 * self.rates.x
-            + 0.0 * self.rates.y
-            + 0.0 * self.rates.z
-            + 0.0 * self.attitude.phi
-            + 0.0 * self.attitude.theta
-            + 0.0 * self.attitude.psi
-            + 0.0 * self.alpha
-            + 0.0 * self.beta
-            + 0.0 * self.airspeed_m_s
-            + 0.0 * self.altitude_m
-            + 0.0 * self.climb_rate_m_s
-            + 0.0 * self.thrust_n;
-        sum == 0.0
+    /// Every number inside what an aircraft can have; NaN and infinity are not. Inside these ranges no law
+    /// can overflow.
+    fn is_plausible(&self) -> bool {
+        let inside = |value: f64, max: f64| value.abs() <= max;
+        let angles = &self.attitude;
+        inside(self.rates.x, RATE_MAX_RAD_S)
+            && inside(self.rates.y, RATE_MAX_RAD_S)
+            && inside(self.rates.z, RATE_MAX_RAD_S)
+            && inside(angles.phi, ANGLE_MAX_RAD)
+            && inside(angles.theta, ANGLE_MAX_RAD)
+            && inside(angles.psi, ANGLE_MAX_RAD)
+            && inside(self.alpha, ANGLE_MAX_RAD)
+            && inside(self.beta, ANGLE_MAX_RAD)
+            && inside(self.airspeed_m_s, SPEED_MAX_M_S)
+            && inside(self.altitude_m, ALTITUDE_MAX_M)
+            && inside(self.climb_rate_m_s, SPEED_MAX_M_S)
+            && inside(self.thrust_n, THRUST_MAX_N)
     }
 }
 
@@ -98,14 +111,20 @@ mod tests {
     use crate::testing;
 
     #[test]
-    fn a_value_that_is_not_finite_is_replaced_by_the_last_good_set() {
+    fn a_value_that_cannot_be_is_replaced_by_the_last_good_set() {
         let mut estimator = Estimator::default();
         let good = testing::level_flight();
         let (state, flag) = estimator.step(&good);
         assert!(!flag);
-        for bad in [f64::NAN, f64::INFINITY] {
-            let sensors = Sensors { sideslip_rad: bad, ..good };
-            assert_eq!(estimator.step(&sensors), (state, true));
+        for bad in [f64::NAN, f64::INFINITY, 1.0e200, -1.0e200] {
+            for sensors in [
+                Sensors { sideslip_rad: bad, ..good },
+                Sensors { airspeed_m_s: bad, ..good },
+                Sensors { thrust_n: bad, ..good },
+                Sensors { altitude_m: bad, ..good },
+            ] {
+                assert_eq!(estimator.step(&sensors), (state, true), "{bad}");
+            }
         }
     }
 
@@ -113,6 +132,6 @@ mod tests {
     fn a_bad_first_set_gives_a_finite_state() {
         let sensors = Sensors { airspeed_m_s: f64::NAN, ..testing::level_flight() };
         let (state, flag) = Estimator::default().step(&sensors);
-        assert!(flag && state.is_finite());
+        assert!(flag && state.is_plausible());
     }
 }

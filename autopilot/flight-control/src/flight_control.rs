@@ -97,7 +97,7 @@ impl FlightControl {
     pub fn step(&mut self, sensors: &Sensors, demand: &Demand) -> StepOutput {
         let gains = &self.gains;
         let belief = self.model.belief();
-        let (state, non_finite_input) = self.estimator.step(sensors);
+        let (state, implausible_input) = self.estimator.step(sensors);
 
         self.applied.measure_thrust(state.thrust_n);
         self.main_only.measure_thrust(state.thrust_n);
@@ -141,7 +141,7 @@ impl FlightControl {
             commands: mixed.commands,
             modelled: healthy_positions,
             modelled_acceleration,
-            health: health(non_finite_input, &mixed.saturation),
+            health: health(implausible_input, &mixed.saturation),
         };
         StepOutput { actuators: Actuators { commands: mixed.commands }, log }
     }
@@ -160,9 +160,9 @@ impl FlightControl {
     }
 }
 
-fn health(non_finite_input: bool, saturation: &Saturation) -> Health {
+fn health(implausible_input: bool, saturation: &Saturation) -> Health {
     Health {
-        non_finite_input,
+        implausible_input,
         aileron_saturated: saturation.aileron.is_saturated(),
         elevator_saturated: saturation.elevator.is_saturated(),
         rudder_saturated: saturation.rudder.is_saturated(),

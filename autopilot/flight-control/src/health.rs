@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 /// What was not normal in one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Health {
-    /// A sensor value was not finite; the last good set was used.
-    pub non_finite_input: bool,
+    /// A sensor value was not finite or beyond what an aircraft can have; the last good set was used.
+    pub implausible_input: bool,
     /// The total aileron demand is beyond the travel.
     pub aileron_saturated: bool,
     /// The elevator demand is beyond the travel.

@@ -187,8 +187,9 @@ impl MainController {
     ) -> f64 {
         let error = reference_m_s - state.airspeed_m_s;
         if !saturated.thrust.blocks(error) {
-            // Bounded by the anti-windup at the thrust limits.
-            self.speed.add(gains.k_vi * error * self.h, f64::MAX);
+            // Never more than the engine can give.
+            let max = belief.effectors.thrust_max_n / belief.mass.mass_kg;
+            self.speed.add(gains.k_vi * error * self.h, max);
         }
         belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
     }

@@ -205,8 +205,8 @@ fn refusal(code: u8, at: SimTime, v: f64, v2: f64) -> Result<Refusal, WireError>
         2 => Ok(Refusal::NotForThisEffector),
         3 => Ok(Refusal::OnsetInThePast {
             onset: at,
-            now: SimTime::from_seconds(v)
-                .ok_or(WireError::Code { field: "refusal time", value: code })?,
+            // Only for a message to people: saturates for flights longer than that.
+            now: SimTime::from_seconds(v.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default(),
         }),
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         4 => Ok(Refusal::ScheduleFull { capacity: v as u32 }),

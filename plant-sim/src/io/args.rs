@@ -11,7 +11,7 @@ use super::run::RunError;
 use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
 use crate::earth::EarthModel;
 use crate::scenario::{CASE1, CASE2, NOMINAL, Scenario};
-use crate::setup::{DEFAULT_STEP_US, PlantSetup};
+use crate::setup::{PlantSetup, default_step_us};
 
 /// Name of the airframe that comes with the program, for messages.
 const DEFAULT_AIRFRAME_NAME: &str = "tvc_jet.toml";
@@ -36,9 +36,9 @@ pub struct PlantArgs {
     /// Control period, 1 to 4 ms
     #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     pub period_ms: ControlPeriod,
-    /// Integration step, us; divides the control period
-    #[arg(long, value_name = "US", default_value_t = DEFAULT_STEP_US)]
-    pub step_us: u32,
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
+    #[arg(long, value_name = "US")]
+    pub step_us: Option<u32>,
     /// flat or wgs84, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     pub earth: Option<EarthModel>,
@@ -96,7 +96,8 @@ impl PlantArgs {
             None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
             Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
         };
-        let mut setup = plant.setup(airframe, RUN, self.period_ms, self.step_us);
+        let step_us = self.step_us.unwrap_or_else(|| default_step_us(self.period_ms));
+        let mut setup = plant.setup(airframe, RUN, self.period_ms, step_us);
         setup.earth = self.earth.unwrap_or(setup.earth);
         setup.seed = self.seed.unwrap_or(setup.seed);
         if let Some(noise) = self.gyro_noise_deg_s {
@@ -163,6 +164,10 @@ mod tests {
 
     #[test]
     fn options_replace_what_the_scenario_says() {
+        for (period, step_us) in [("4", 1_000), ("2.5", 625), ("1.3", 650), ("1", 1_000)] {
+            let setup = parse(&["--period-ms", period]).unwrap().plant_setup().unwrap();
+            assert_eq!(setup.step_us, step_us, "{period} ms");
+        }
         let options = ["--scenario", "case1", "--earth", "flat", "--seed", "7", "--period-ms", "4"];
         let setup = parse(&options).unwrap().plant_setup().unwrap();
         assert_eq!((setup.earth, setup.seed), (EarthModel::Flat, 7));

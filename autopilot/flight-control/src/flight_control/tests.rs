@@ -49,9 +49,10 @@ fn switched_off_it_sees_the_same_and_does_nothing() {
 }
 
 #[test]
-fn sensors_that_are_not_finite_never_reach_the_commands() {
-    let mut flight = flight(|_| {});
-    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
+    let mut flight = flight(|gains| gains.selection.compensator = CompensatorMode::AlwaysOn);
+    flight.step(&testing::level_flight(), &testing::level_demand());
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e308, -1.0e308, 1.0e60, 1.0e6] {
         for index in 0..Sensors::COUNT {
             let mut values = testing::level_flight().to_array();
             values[index] = bad;
@@ -61,6 +62,8 @@ fn sensors_that_are_not_finite_never_reach_the_commands() {
             }
         }
     }
+    let log = flight.step(&testing::level_flight(), &testing::level_demand()).log;
+    assert!(log.z2.iter().all(|z2| z2.is_finite()), "{}", log.z2);
 }
 
 #[test]

@@ -31,7 +31,7 @@ const CONTROL: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
 /// SYS_STATUS. A sensor is healthy while its packets come and are numbers; control while the aircraft flies.
 pub fn sys_status(aircraft: &Aircraft) -> Encoded {
     let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
-    let finite = aircraft.snapshot().is_some_and(|state| !state.log.health.non_finite_input);
+    let finite = aircraft.snapshot().is_some_and(|state| !state.log.health.implausible_input);
     let phase = aircraft.phase();
     // MAVProxy reports a breach unless the geofence, which does not exist, is healthy.
     let mut health = Sensor::MAV_SYS_STATUS_GEOFENCE;
