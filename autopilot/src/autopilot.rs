@@ -13,7 +13,7 @@ use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
 use crate::parameters::ReferenceLimits;
 use crate::transitions::Transitions;
 use crate::vehicle::schedule::ReferenceSchedule;
-use crate::vehicle::{Vehicle, VehicleRefusal};
+use crate::vehicle::{Mode, Vehicle, VehicleRefusal};
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
@@ -43,6 +43,7 @@ pub struct Autopilot {
     flight: FlightControl,
     period: ControlPeriod,
     in_flight: bool,
+    on_ground: bool,
     time: SimTime,
     transitions: Transitions,
     latest: Option<Snapshot>,
@@ -50,7 +51,8 @@ pub struct Autopilot {
     requests: VecDeque<PlantRequest>,
     /// Sent to the plant, not yet answered.
     unanswered: Vec<u32>,
-    restart: Option<u32>,
+    /// Wishes for a new flight: the plant has been asked once for all of them.
+    restarts: Vec<u32>,
     events: VecDeque<Event>,
     dropped_events: u64,
 }
@@ -69,12 +71,13 @@ impl Autopilot {
             flight: FlightControl::new(period, belief, gains),
             period,
             in_flight: false,
+            on_ground: false,
             time: SimTime::ZERO,
             transitions: Transitions::default(),
             latest: None,
             requests: VecDeque::with_capacity(REQUESTS_MAX),
             unanswered: Vec::with_capacity(REQUESTS_MAX),
-            restart: None,
+            restarts: Vec::with_capacity(REQUESTS_MAX),
             events: VecDeque::with_capacity(EVENTS_MAX),
             dropped_events: 0,
         }
@@ -87,19 +90,19 @@ impl Autopilot {
         self.period = period;
         self.time = time;
         self.in_flight = true;
+        self.on_ground = false;
         self.vehicle.begin_flight();
         self.transitions = Transitions::default();
         self.latest = None;
         self.abandon_requests();
         self.tell(EventKind::FlightBegan { joined_in_flight });
-        if let Some(number) = self.restart.take() {
-            self.tell(EventKind::Outcome { number, outcome: Outcome::Done });
-        }
+        self.resolve_restarts(Outcome::Done);
     }
 
     /// One control step.
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
         self.time = time;
+        self.on_ground = false;
         let demand = self.vehicle.track(time, sensors);
         let output = self.flight.step(sensors, &demand);
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
@@ -118,11 +121,13 @@ impl Autopilot {
         output
     }
 
-    /// The plant asks without a control step: time stands still. The commands stay as they were.
+    /// The plant asks without a control step: time stands still. The commands stay as they were; the
+    /// snapshot shows what the sensors say now, which is the contact itself when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
-        match self.latest.as_mut() {
+        let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
+                snapshot.sensors = *sensors;
                 Actuators { commands: snapshot.log.commands }
             }
             // Came in while nothing moves: look once, so that there is something to show and to command.
@@ -135,7 +140,9 @@ impl Autopilot {
                 self.flight.reset();
                 actuators
             }
-        }
+        };
+        self.on_ground = on_ground;
+        actuators
     }
 
     /// Next request for the plant; at most one leaves with each answer.
@@ -166,7 +173,10 @@ impl Autopilot {
                 (at, EventKind::FaultActs { effector, kind })
             }
             PlantReport::FaultEnded { effector, at } => (at, EventKind::FaultEnded { effector }),
-            PlantReport::GroundContact { at } => (at, EventKind::GroundContact),
+            PlantReport::GroundContact { at } => {
+                self.on_ground = true;
+                (at, EventKind::GroundContact)
+            }
         };
         push(&mut self.events, &mut self.dropped_events, Event { time: at, kind });
     }
@@ -174,42 +184,59 @@ impl Autopilot {
     /// Takes what the operator wants. The outcome comes as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
         let Intent { number, wish } = intent;
-        let outcome = match wish {
-            Wish::Mode(mode) => {
-                let changed = self.vehicle.mode() != mode;
-                self.vehicle.set_mode(mode);
-                if changed {
-                    self.tell(EventKind::Mode(mode));
-                }
-                Outcome::Done
+        let done = match wish {
+            Wish::Mode(mode) => self.can_fly().map(|()| self.change_mode(mode)),
+            Wish::Refer(reference) => {
+                self.can_fly().and_then(|()| self.vehicle.refer(reference, &self.limits))
             }
-            Wish::Refer(reference) => match self.vehicle.refer(reference, &self.limits) {
-                Ok(()) => Outcome::Done,
-                Err(refusal) => Outcome::Refused(refusal),
-            },
             Wish::Gains(gains) => {
                 self.gains = *gains;
                 self.flight.set_gains(&gains);
-                Outcome::Done
+                Ok(())
             }
             Wish::Limits(limits) => {
                 self.limits = limits;
-                Outcome::Done
+                Ok(())
             }
             Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
             Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
         };
+        let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
         self.tell(EventKind::Outcome { number, outcome });
+    }
+
+    /// Modes and references mean something only to an aircraft that flies and can be reached.
+    fn can_fly(&self) -> Result<(), VehicleRefusal> {
+        match (self.in_flight, self.on_ground) {
+            (false, _) => Err(VehicleRefusal::NoFlight),
+            (true, true) => Err(VehicleRefusal::FlightOver),
+            (true, false) => Ok(()),
+        }
+    }
+
+    fn change_mode(&mut self, mode: Mode) {
+        let changed = self.vehicle.mode() != mode;
+        self.vehicle.set_mode(mode);
+        if changed {
+            self.tell(EventKind::Mode(mode));
+        }
     }
 
     fn ask_plant(&mut self, number: u32, action: PlantAction) {
         let outcome = if !self.in_flight {
             Outcome::Refused(VehicleRefusal::NoFlight)
+        } else if action == PlantAction::Restart && !self.restarts.is_empty() {
+            if self.restarts.len() < REQUESTS_MAX {
+                // One new flight is enough for everybody who wants one.
+                self.restarts.push(number);
+                return;
+            }
+            Outcome::NoAnswer
         } else if self.requests.len() + self.unanswered.len() >= REQUESTS_MAX {
             Outcome::NoAnswer
         } else {
             if action == PlantAction::Restart {
-                self.restart = Some(number);
+                self.restarts.push(number);
             }
             self.requests.push_back(PlantRequest { number, action });
             return;
@@ -221,9 +248,7 @@ impl Autopilot {
     pub fn plant_lost(&mut self) {
         self.in_flight = false;
         self.abandon_requests();
-        if let Some(number) = self.restart.take() {
-            self.tell(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
-        }
+        self.resolve_restarts(Outcome::NoAnswer);
         self.tell(EventKind::PlantLost);
     }
 
@@ -237,9 +262,15 @@ impl Autopilot {
         let waiting = self.requests.drain(..).map(|request| request.number);
         let numbers: Vec<u32> = waiting.chain(self.unanswered.drain(..)).collect();
         for number in numbers {
-            if self.restart != Some(number) {
+            if !self.restarts.contains(&number) {
                 self.tell(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
             }
+        }
+    }
+
+    fn resolve_restarts(&mut self, outcome: Outcome) {
+        for number in std::mem::take(&mut self.restarts) {
+            self.tell(EventKind::Outcome { number, outcome });
         }
     }
 

@@ -189,6 +189,10 @@ impl Faults {
                 }
                 match onset {
                     Onset::At(at) if at > now => self.schedule_request(effector, kind, at),
+                    // Repeated after its onset, a scheduled fault is there already.
+                    Onset::At(at) if at < now && self.active(effector) == Some((kind, at)) => {
+                        FaultReply::Unchanged { at }
+                    }
                     Onset::At(onset) if onset < now => {
                         FaultReply::Refused(Refusal::OnsetInThePast { onset, now })
                     }

@@ -136,3 +136,85 @@ fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
     fresh.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     assert_eq!(used.step(SimTime::ZERO, &sensors()), fresh.step(SimTime::ZERO, &sensors()));
 }
+
+#[test]
+fn two_wishes_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
+    for lost in [false, true] {
+        let mut autopilot = flying();
+        autopilot.handle_intent(Intent { number: 5, wish: Wish::Restart });
+        autopilot.handle_intent(Intent { number: 6, wish: Wish::Restart });
+        assert_eq!(autopilot.next_request().map(|request| request.number), Some(5));
+        assert_eq!(autopilot.next_request(), None, "asked once");
+        let outcome = if lost {
+            autopilot.plant_lost();
+            Outcome::NoAnswer
+        } else {
+            autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+            Outcome::Done
+        };
+        assert_eq!(outcomes(&mut autopilot), [(5, outcome), (6, outcome)]);
+        autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+        assert_eq!(outcomes(&mut autopilot), [], "one outcome an intent");
+        autopilot.handle_intent(Intent { number: 7, wish: Wish::Restart });
+        assert_eq!(autopilot.next_request().map(|request| request.number), Some(7));
+    }
+}
+
+#[test]
+fn wishes_for_a_new_flight_are_bounded() {
+    let mut autopilot = flying();
+    for number in 0..100 {
+        autopilot.handle_intent(Intent { number, wish: Wish::Restart });
+    }
+    let refused = outcomes(&mut autopilot);
+    assert_eq!(refused.len(), 100 - REQUESTS_MAX);
+    assert!(refused.iter().all(|(_, outcome)| *outcome == Outcome::NoAnswer));
+}
+
+fn outcomes_of_wishes(autopilot: &mut Autopilot) -> Vec<Outcome> {
+    let limits = Parameters::default().limits;
+    for wish in [
+        Wish::Mode(Mode::Offboard),
+        Wish::Refer(Reference::Altitude(6_000.0)),
+        Wish::Gains(Box::new(Gains::REFERENCE)),
+        Wish::Limits(limits),
+    ] {
+        autopilot.handle_intent(Intent { number: 1, wish });
+    }
+    outcomes(autopilot).into_iter().map(|(_, outcome)| outcome).collect()
+}
+
+#[test]
+fn modes_and_references_need_a_flying_aircraft_and_parameters_do_not() {
+    let with = |outcome| [outcome, outcome, Outcome::Done, Outcome::Done];
+    let mut autopilot = flying();
+    autopilot.plant_lost();
+    let refused = Outcome::Refused(VehicleRefusal::NoFlight);
+    assert_eq!(outcomes_of_wishes(&mut autopilot), with(refused), "plant lost");
+    autopilot.plant_back();
+    assert_eq!(outcomes_of_wishes(&mut autopilot), with(Outcome::Done), "plant back");
+
+    let over = Outcome::Refused(VehicleRefusal::FlightOver);
+    let mut autopilot = flying();
+    autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
+    assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "ground contact reported");
+    assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Hold));
+    let mut autopilot = flying();
+    autopilot.hold(&sensors(), true);
+    assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "held on the ground");
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    autopilot.step(SimTime::ZERO, &sensors());
+    assert_eq!(outcomes_of_wishes(&mut autopilot), with(Outcome::Done), "a new flight");
+}
+
+#[test]
+fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
+    let mut autopilot = flying();
+    let before = autopilot.snapshot().unwrap().log.commands;
+    let contact = Sensors { altitude_m: -0.2, airspeed_m_s: 190.0, ..sensors() };
+    let held = autopilot.hold(&contact, true);
+    let snapshot = autopilot.snapshot().unwrap();
+    assert_eq!(snapshot.sensors, contact);
+    assert!(snapshot.on_ground);
+    assert_eq!(held.commands, before);
+}

@@ -78,11 +78,7 @@ impl PlantLink {
         while !self.stop.is_requested() {
             match self.socket.receive_from(&mut buffer)? {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
-                None => {
-                    self.look_at_clock();
-                    self.take_intents();
-                    self.tell();
-                }
+                None => self.look_after_the_rest(),
             }
         }
         self.step_log.map_or(Ok(()), TickLogWriter::finish)?;
@@ -129,12 +125,21 @@ impl PlantLink {
                 // Told once for each packet; if it gets lost, the next packet is refused as well.
                 let _ = self.socket.send_to(refusal, from);
                 self.complaints.refused(why, from, clock::now());
+                self.look_after_the_rest();
             }
             FlightEvent::Refused(refusal) => {
                 self.complaints.refused_by_plant(refusal, from, clock::now());
             }
-            FlightEvent::Ignored(_) => {}
+            // A flood of foreign packets may not keep the operator waiting.
+            FlightEvent::Ignored(_) => self.look_after_the_rest(),
         }
+    }
+
+    /// What is done when there is nothing to answer.
+    fn look_after_the_rest(&mut self) {
+        self.look_at_clock();
+        self.take_intents();
+        self.tell();
     }
 
     /// Answers first; everything that can wait comes after the answer is on its way.

@@ -1,6 +1,6 @@
 //! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
 
-use icd::{Ned, Sensors};
+use icd::{Effector, Ned, PerEffector, Sensors};
 
 use crate::event::{EventKind, Snapshot};
 use crate::vehicle::Mode;
@@ -51,6 +51,7 @@ pub struct Aircraft {
     connected: bool,
     on_ground: bool,
     mode: Mode,
+    faulty: PerEffector<bool>,
     contradictions: u32,
     snapshot: Option<Snapshot>,
     home: Option<Home>,
@@ -63,6 +64,7 @@ impl Default for Aircraft {
             connected: false,
             on_ground: false,
             mode: Mode::Hold,
+            faulty: PerEffector::default(),
             contradictions: 0,
             snapshot: None,
             home: None,
@@ -81,6 +83,8 @@ impl Aircraft {
                 self.mode = mode;
                 self.contradictions = 0;
             }
+            EventKind::FaultActs { effector, .. } => self.faulty[effector] = true,
+            EventKind::FaultEnded { effector } => self.faulty[effector] = false,
             EventKind::GroundContact => self.on_ground = true,
             EventKind::PlantLost => self.connected = false,
             EventKind::PlantBack => self.connected = true,
@@ -115,6 +119,18 @@ impl Aircraft {
             (true, true, false) => Phase::Flying,
             (true, true, true) => Phase::OnGround,
         }
+    }
+
+    /// A fault of this effector acts, and its end has not been told yet.
+    #[must_use]
+    pub fn is_faulty(&self, effector: Effector) -> bool {
+        self.faulty[effector]
+    }
+
+    /// A roll reference would be flown just now.
+    #[must_use]
+    pub fn flies_offboard(&self) -> bool {
+        self.phase() == Phase::Flying && self.mode == Mode::Offboard
     }
 
     /// Mode.

@@ -129,7 +129,7 @@ impl CommandService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        self.pending.resolve(number, outcome, now, ctx.texts, out);
+        self.pending.resolve(number, outcome, now, ctx, out);
     }
 
     /// Answers what nobody else did.
@@ -151,7 +151,7 @@ fn decide(command: &Command, now: WallTime, ctx: &mut Context) -> Result<Decisio
             Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY))
         }
         failure::INJECT_FAILURE | failure::USER_1 => {
-            let requests = failure::requests(command, ctx.parameters)?;
+            let requests = failure::requests(command, ctx.parameters, ctx.belief)?;
             let asked = requests.into_iter().map(|request| {
                 let effector = Some(request.effector());
                 Asked { wish: Wish::Fault(request), effector }
@@ -210,13 +210,16 @@ fn set_mode(command: &Command, ctx: &Context) -> Result<Decision, Refused> {
 }
 
 fn change_speed(command: &Command, ctx: &Context) -> Result<Decision, Refused> {
-    let [kind, speed, throttle, ..] = command.params;
+    let [kind, speed, throttle, relative, ..] = command.params;
     if byte("type of speed", kind)? != 0 {
         return Err(Refused::denied("Speed refused: only airspeed (p1 = 0)"));
     }
     // MAVProxy sends 0 for "no throttle given", QGroundControl -1, MAVSDK NaN.
     if throttle > 0.0 || throttle.is_infinite() {
         return Err(Refused::denied("Speed refused: there is no throttle reference (p3)"));
+    }
+    if !relative.is_nan() && relative != 0.0 {
+        return Err(Refused::denied("Speed refused: only an absolute speed (p4 = 0)"));
     }
     if speed.is_nan() || speed == -1.0 {
         return Ok(Decision::Accept);

@@ -1,5 +1,7 @@
 //! What every service may read and write beside its own state.
 
+use flight_control::Belief;
+
 use super::aircraft::Aircraft;
 use super::codec::Identity;
 use super::intents::Intents;
@@ -21,6 +23,8 @@ pub struct From {
 pub struct Context<'a> {
     /// The authoritative parameters.
     pub parameters: &'a mut Parameters,
+    /// How far the effectors travel, as far as the autopilot knows.
+    pub belief: &'a Belief,
     /// What is known about the aircraft.
     pub aircraft: &'a Aircraft,
     /// To the control thread.

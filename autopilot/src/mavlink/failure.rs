@@ -12,14 +12,17 @@
 //!
 //! Servo instances are 1 left aileron, 2 right aileron, 3 left elevator, 4 right elevator, 5 rudder,
 //! 6 nozzle pitch, 7 nozzle yaw; motor 1 is the engine. What 420 has no room for comes from the parameters
-//! FLT_*, read when the command arrives. The requests go to the plant unopened.
+//! FLT_*, read when the command arrives. A command that names an angle beyond the travel of any of its
+//! effectors is refused as a whole; else the requests go to the plant, which has the last word.
 
 use arrayvec::ArrayVec;
-use icd::fault::{Onset, Travel};
+use flight_control::Belief;
+use icd::fault::{Onset, Refusal, Travel};
 use icd::{Effector, FaultKind, FaultRequest, SimTime};
 
 use super::codec::Command;
 use super::convert;
+use super::reasons::Reasons;
 use super::refused::Refused;
 use crate::parameters::{FailureParameters, Parameters};
 
@@ -36,6 +39,8 @@ const TYPE_STUCK: i32 = 2;
 const TYPE_WRONG: i32 = 4;
 const VALUE_ANGLE: i32 = 1;
 const VALUE_EFFECT: i32 = 2;
+/// Beliefs come from files with nine digits: an angle this close to the limit is left to the plant.
+const TRAVEL_ROUNDING_RAD: f64 = 1.0e-6;
 
 const SERVOS: [Effector; 7] = [
     Effector::LeftAileron,
@@ -60,11 +65,23 @@ pub fn unit_and_instance(effector: Effector) -> (&'static str, usize) {
     }
 }
 
-/// The requests in a fault command.
+/// Unit and instances of effectors of one kind.
+#[must_use]
+pub fn unit_and_instances(effectors: &[Effector]) -> (&'static str, String) {
+    let unit = effectors.first().map_or("effector", |first| unit_and_instance(*first).0);
+    let instances = effectors.iter().map(|effector| unit_and_instance(*effector).1.to_string());
+    (unit, instances.collect::<Vec<_>>().join(", "))
+}
+
+/// The requests in a fault command; `belief` says how far the effectors travel.
 ///
 /// # Errors
 /// Why nothing is asked of the plant.
-pub fn requests(command: &Command, parameters: &Parameters) -> Result<Requests, Refused> {
+pub fn requests(
+    command: &Command,
+    parameters: &Parameters,
+    belief: &Belief,
+) -> Result<Requests, Refused> {
     if !parameters.failure.enabled {
         return Err(Refused::denied("Fault refused: fault injection is off (SYS_FAILURE_EN 0)"));
     }
@@ -85,7 +102,41 @@ pub fn requests(command: &Command, parameters: &Parameters) -> Result<Requests, 
     for effector in chosen {
         requests.push(request(effector, failure_type, magnitude, &parameters.failure)?);
     }
+    check_travel(&requests, belief)?;
     Ok(requests)
+}
+
+/// All or nothing: one effector that cannot take its angle, and none is asked for.
+fn check_travel(requests: &Requests, belief: &Belief) -> Result<(), Refused> {
+    let mut reasons = Reasons::default();
+    for request in requests {
+        let FaultRequest::Inject { effector, kind: FaultKind::StuckAt { angle_rad, .. }, .. } =
+            *request
+        else {
+            continue;
+        };
+        // An engine without a travel is refused by the plant.
+        let Some(limit_rad) = travel_rad(effector, belief) else { continue };
+        if angle_rad.abs() > limit_rad + TRAVEL_ROUNDING_RAD {
+            let refusal = Refusal::AngleOutOfTravel { angle_rad, limit_rad };
+            reasons.add(refusal.to_string(), Some(effector));
+        }
+    }
+    if reasons.is_empty() {
+        return Ok(());
+    }
+    Err(Refused::denied(format!("Fault refused: {reasons}")))
+}
+
+fn travel_rad(effector: Effector, belief: &Belief) -> Option<f64> {
+    let effectors = &belief.effectors;
+    Some(match effector {
+        Effector::LeftAileron | Effector::RightAileron => effectors.aileron.travel_rad,
+        Effector::LeftElevator | Effector::RightElevator => effectors.elevator.travel_rad,
+        Effector::Rudder => effectors.rudder.travel_rad,
+        Effector::NozzlePitch | Effector::NozzleYaw => effectors.nozzle.travel_rad,
+        Effector::Engine => return None,
+    })
 }
 
 /// What USER_1 says beyond 420.
@@ -229,15 +280,20 @@ fn request(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{self, DEFAULT_BELIEF};
     use ::mavlink::dialects::common::MavResult;
 
     const NAN: f32 = f32::NAN;
 
     fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
         let command = Command { id, params, frame: None };
-        requests(&command, &Parameters::default())
+        requests(&command, &Parameters::default(), &belief())
             .map(|requests| requests.to_vec())
             .map_err(|refused| refused.result)
+    }
+
+    fn belief() -> Belief {
+        config::belief("belief", DEFAULT_BELIEF).unwrap()
     }
 
     fn inject(p1: f32, p2: f32, p3: f32, p4: f32) -> Result<Vec<FaultRequest>, MavResult> {
@@ -342,13 +398,16 @@ mod tests {
             let params = [unit, failure_type, 1.0, NAN, NAN, NAN, NAN];
             Command { id: INJECT_FAILURE, params, frame: None }
         };
-        let kind_of =
-            |command: &Command, parameters: &Parameters| match requests(command, parameters)
-                .unwrap()[0]
-            {
-                FaultRequest::Inject { kind, .. } => kind,
-                FaultRequest::Clear { .. } => panic!("a fault was asked for"),
-            };
+        let kind_of = |command: &Command, parameters: &Parameters| match requests(
+            command,
+            parameters,
+            &belief(),
+        )
+        .unwrap()[0]
+        {
+            FaultRequest::Inject { kind, .. } => kind,
+            FaultRequest::Clear { .. } => panic!("a fault was asked for"),
+        };
         let travel = Travel::AtActuatorRate;
         let at = FaultKind::StuckAt { angle_rad: (-7.0_f64).to_radians(), travel };
         assert_eq!(kind_of(&command(102.0, 2.0), &parameters), at);
@@ -356,7 +415,7 @@ mod tests {
         let half = FaultKind::PartialLoss { remaining: 0.5 };
         assert_eq!(kind_of(&command(102.0, 4.0), &parameters), half);
         parameters.set("SYS_FAILURE_EN", 0.0).unwrap();
-        let refused = requests(&command(102.0, 2.0), &parameters).unwrap_err();
+        let refused = requests(&command(102.0, 2.0), &parameters, &belief()).unwrap_err();
         assert_eq!(refused.result, DENIED);
     }
 }

@@ -36,6 +36,7 @@ pub mod param;
 pub mod peers;
 pub mod pending;
 pub mod ping;
+pub mod reasons;
 pub mod refused;
 pub mod statustext;
 pub mod telemetry;
@@ -56,6 +57,7 @@ use telemetry::Telemetry;
 #[derive(Debug)]
 pub struct Ground {
     parameters: Parameters,
+    belief: Belief,
     aircraft: Aircraft,
     intents: Intents,
     peers: Peers,
@@ -69,11 +71,13 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Knows the configured peers and no aircraft yet. `belief` scales the effectors' commands.
+    /// Knows the configured peers and no aircraft yet. `belief` scales the effectors' commands and
+    /// says how far they travel.
     #[must_use]
     pub fn new(parameters: &Parameters, belief: &Belief, configured: &[SocketAddr]) -> Self {
         Self {
             parameters: *parameters,
+            belief: *belief,
             aircraft: Aircraft::default(),
             intents: Intents::default(),
             peers: Peers::new(configured),
@@ -137,6 +141,7 @@ impl Ground {
         };
         let context = Context {
             parameters: &mut self.parameters,
+            belief: &self.belief,
             aircraft: &self.aircraft,
             intents: &mut self.intents,
             texts: &mut self.texts,
@@ -190,7 +195,7 @@ impl Ground {
             self.peers.next_deadline(),
             self.command.next_deadline(),
             self.param.next_deadline(),
-            self.offboard.next_deadline(self.aircraft.mode()),
+            self.offboard.next_deadline(&self.aircraft),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
     }

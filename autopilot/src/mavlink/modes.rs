@@ -4,11 +4,12 @@
 
 use ::mavlink::dialects::common::{MavModeFlag, SET_MODE_DATA};
 
+use super::aircraft::Phase;
 use super::context::Context;
 use super::refused::Refused;
 use crate::clock::WallTime;
 use crate::event::Wish;
-use crate::vehicle::Mode;
+use crate::vehicle::{Mode, VehicleRefusal};
 
 const MAIN_AUTO: u8 = 4;
 const MAIN_OFFBOARD: u8 = 6;
@@ -49,11 +50,22 @@ pub fn requested(
     }
 }
 
+fn can_fly(phase: Phase) -> Result<(), Refused> {
+    let refusal = match phase {
+        Phase::Flying => return Ok(()),
+        Phase::NoFlight | Phase::Lost => VehicleRefusal::NoFlight,
+        Phase::OnGround => VehicleRefusal::FlightOver,
+    };
+    Err(Refused::for_now(format!("Mode refused: {refusal}")))
+}
+
 /// SET_MODE. It has no acknowledgement: the next heartbeat tells, a text tells why not.
 pub fn handle(data: &SET_MODE_DATA, now: WallTime, ctx: &mut Context) {
     let [_, _, main, sub] = data.custom_mode.to_le_bytes();
     let has_custom_flag = data.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED);
     let pushed = requested(has_custom_flag, main, sub, ctx.setpoint_is_fresh).and_then(|mode| {
+        // The vehicle checks again, but nobody waits for its word.
+        can_fly(ctx.aircraft.phase())?;
         let number = ctx.intents.push(Wish::Mode(mode));
         number.ok_or_else(|| Refused::for_now("Mode refused: too many requests are waiting"))
     });

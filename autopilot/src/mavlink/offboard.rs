@@ -2,11 +2,13 @@
 //!
 //! Only the roll angle of the attitude is used: altitude and airspeed have references of their own. The
 //! stream must not pause for longer than [`FRESH`] of wall time, since the sender's clock is a wall clock.
+//! Without a flying aircraft setpoints are ignored.
 
 use core::time::Duration;
 
 use ::mavlink::dialects::common::{AttitudeTargetTypemask, MavSeverity, SET_ATTITUDE_TARGET_DATA};
 
+use super::aircraft::Aircraft;
 use super::context::Context;
 use super::convert;
 use crate::clock::WallTime;
@@ -73,7 +75,7 @@ impl Offboard {
     fn pass_on(&mut self, now: WallTime, ctx: &mut Context) {
         let is_early = self.passed_on.is_some_and(|at| now.since(at) < INTERVAL);
         let Some((_, roll)) = self.setpoint else { return };
-        if ctx.aircraft.mode() != Mode::Offboard || !self.is_new || is_early {
+        if !ctx.aircraft.flies_offboard() || !self.is_new || is_early {
             return;
         }
         // A hair inside, since the vehicle compares in degrees and a conversion there and back rounds.
@@ -87,7 +89,7 @@ impl Offboard {
 
     /// Passes on what came too fast, and goes back to Hold when nothing comes.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
-        if ctx.aircraft.mode() != Mode::Offboard {
+        if !ctx.aircraft.flies_offboard() {
             return;
         }
         self.pass_on(now, ctx);
@@ -106,8 +108,8 @@ impl Offboard {
 
     /// When there is something to do.
     #[must_use]
-    pub fn next_deadline(&self, mode: Mode) -> Option<WallTime> {
-        if mode != Mode::Offboard {
+    pub fn next_deadline(&self, aircraft: &Aircraft) -> Option<WallTime> {
+        if !aircraft.flies_offboard() {
             return None;
         }
         if self.setpoint.is_none() && self.fell_back.is_none() {

@@ -8,13 +8,15 @@ use icd::Effector;
 use icd::fault::{FaultReply, Refusal};
 
 use super::codec::{Command, Encoded};
-use super::context::From;
+use super::context::{Context, From};
 use super::failure;
 use super::peers::Peers;
+use super::reasons::Reasons;
 use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::clock::WallTime;
 use crate::event::Outcome;
+use crate::vehicle::VehicleRefusal;
 
 /// Commands that may be open at the same time.
 const OPEN_MAX: usize = 32;
@@ -22,6 +24,8 @@ const OPEN_MAX: usize = 32;
 const COPIES_MAX: u32 = 32;
 /// After this the answer is that there was none. Ground stations give up after two or three seconds.
 const PATIENCE: Duration = Duration::from_secs(3);
+/// Reason of a part without an answer.
+const NO_ANSWER: &str = "the aircraft does not answer";
 
 /// One intent of an open command.
 #[derive(Debug, Clone, Copy)]
@@ -39,8 +43,21 @@ struct Open {
     copies: u32,
     since: WallTime,
     parts: ArrayVec<Part, { Effector::COUNT }>,
-    /// Accepted, until a part says otherwise.
+    verdict: Verdict,
+}
+
+/// What the parts of a command came to so far.
+#[derive(Debug)]
+struct Verdict {
+    /// Accepted, until a part says otherwise; once denied, it stays denied.
     result: MavResult,
+    reasons: Reasons,
+    /// A part was refused, not just left without an answer.
+    refused: bool,
+    /// Of these the plant did what was asked.
+    done: Vec<Effector>,
+    /// Mended, and no event tells so: at most something was scheduled.
+    quietly_cleared: Vec<Effector>,
 }
 
 /// The table of open commands.
@@ -77,8 +94,8 @@ impl Pending {
         parts: ArrayVec<Part, { Effector::COUNT }>,
         now: WallTime,
     ) {
-        let result = MavResult::MAV_RESULT_ACCEPTED;
-        self.open.push(Open { from, command: *command, copies: 1, since: now, parts, result });
+        let verdict = Verdict::default();
+        self.open.push(Open { from, command: *command, copies: 1, since: now, parts, verdict });
     }
 
     /// Takes the outcome of one intent; acknowledges the command when it was the last one.
@@ -87,7 +104,7 @@ impl Pending {
         number: u32,
         outcome: &Outcome,
         now: WallTime,
-        texts: &mut StatusTexts,
+        ctx: &mut Context,
         out: &mut Peers,
     ) {
         let place = self.open.iter().enumerate().find_map(|(index, open)| {
@@ -98,24 +115,10 @@ impl Pending {
         let Some((index, part)) = place else { return };
         let open = &mut self.open[index];
         let part = open.parts.remove(part);
-        let refusal = match outcome {
-            Outcome::Done => None,
-            Outcome::Plant(reply) => told(part.effector, reply, now, texts),
-            Outcome::Refused(refusal) => Some(match refusal {
-                crate::vehicle::VehicleRefusal::NoFlight => Refused::for_now(refusal.to_string()),
-                _ => Refused::denied(refusal.to_string()),
-            }),
-            Outcome::NoAnswer => Some(Refused::for_now("The aircraft does not answer")),
-        };
-        if let Some(Refused { result, reason }) = refusal {
-            open.result = result;
-            if let Some(reason) = reason {
-                texts.refuse(now, reason);
-            }
-        }
+        open.verdict.take(part.effector, outcome, now, ctx);
         if open.parts.is_empty() {
             let open = self.open.swap_remove(index);
-            acknowledge(&open, open.result, out);
+            close(open, now, ctx.texts, out);
         }
     }
 
@@ -123,8 +126,7 @@ impl Pending {
     pub fn poll(&mut self, now: WallTime, texts: &mut StatusTexts, out: &mut Peers) {
         let is_over = |open: &mut Open| now.since(open.since) >= PATIENCE;
         for open in self.open.extract_if(.., is_over) {
-            texts.refuse(now, "The aircraft does not answer");
-            acknowledge(&open, MavResult::MAV_RESULT_TEMPORARILY_REJECTED, out);
+            close(open, now, texts, out);
         }
     }
 
@@ -135,38 +137,124 @@ impl Pending {
     }
 }
 
-fn acknowledge(open: &Open, result: MavResult, out: &mut Peers) {
+/// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
+fn close(mut open: Open, now: WallTime, texts: &mut StatusTexts, out: &mut Peers) {
+    for part in &open.parts {
+        open.verdict.not_now(part.effector, NO_ANSWER);
+    }
+    open.verdict.tell(now, texts);
+    let ack = Encoded::command_ack(open.command.id, open.verdict.result, open.from.sender);
     for _ in 0..open.copies {
-        out.answer(open.from.peer, Encoded::command_ack(open.command.id, result, open.from.sender));
+        out.answer(open.from.peer, ack.clone());
     }
 }
 
-/// What the plant said; a text for what is not told by an event of its own.
-fn told(
-    effector: Option<Effector>,
-    reply: &FaultReply,
-    now: WallTime,
-    texts: &mut StatusTexts,
-) -> Option<Refused> {
-    let name = effector.map_or(String::new(), |effector| {
-        let (unit, instance) = failure::unit_and_instance(effector);
-        format!("{unit} {instance}")
-    });
-    match reply {
-        FaultReply::Applied { .. } | FaultReply::Unchanged { .. } | FaultReply::Cleared { .. } => {
-            None
+impl Default for Verdict {
+    fn default() -> Self {
+        Self {
+            result: MavResult::MAV_RESULT_ACCEPTED,
+            reasons: Reasons::default(),
+            refused: false,
+            done: Vec::new(),
+            quietly_cleared: Vec::new(),
         }
-        FaultReply::Scheduled { at } => {
-            let text = format!("Scheduled: {name} at {at}");
-            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
-            None
+    }
+}
+
+impl Verdict {
+    /// Takes the outcome of one part.
+    fn take(
+        &mut self,
+        effector: Option<Effector>,
+        outcome: &Outcome,
+        now: WallTime,
+        ctx: &mut Context,
+    ) {
+        match outcome {
+            Outcome::Done => {}
+            Outcome::Plant(reply) => self.take_reply(effector, reply, now, ctx),
+            Outcome::Refused(refusal) => {
+                self.refused = true;
+                match refusal {
+                    VehicleRefusal::NoFlight | VehicleRefusal::FlightOver => {
+                        self.not_now(effector, refusal);
+                    }
+                    VehicleRefusal::OutOfRange { .. } | VehicleRefusal::NotOffboard => {
+                        self.never(effector, refusal);
+                    }
+                }
+            }
+            Outcome::NoAnswer => self.not_now(effector, NO_ANSWER),
         }
-        FaultReply::Refused(refusal) => {
-            let reason = format!("Fault refused: {name}: {refusal}");
-            Some(match refusal {
-                Refusal::FlightOver | Refusal::ScheduleFull { .. } => Refused::for_now(reason),
-                _ => Refused::denied(reason),
-            })
+    }
+
+    /// Takes what the plant said; a text at once for what no event tells and no refusal is.
+    fn take_reply(
+        &mut self,
+        effector: Option<Effector>,
+        reply: &FaultReply,
+        now: WallTime,
+        ctx: &mut Context,
+    ) {
+        match reply {
+            FaultReply::Refused(refusal) => {
+                self.refused = true;
+                match refusal {
+                    Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
+                        self.not_now(effector, refusal);
+                    }
+                    _ => self.never(effector, refusal),
+                }
+                return;
+            }
+            FaultReply::Scheduled { at } => {
+                if let Some(effector) = effector {
+                    let (unit, instance) = failure::unit_and_instance(effector);
+                    let text = format!("Scheduled: {unit} {instance} at {at}");
+                    ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+                }
+            }
+            FaultReply::Cleared { .. } => {
+                // The end of a fault that acts is an event, and comes behind this answer.
+                let quiet = effector.filter(|effector| !ctx.aircraft.is_faulty(*effector));
+                self.quietly_cleared.extend(quiet);
+            }
+            FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}
         }
+        self.done.extend(effector);
+    }
+
+    fn not_now(&mut self, effector: Option<Effector>, reason: impl ToString) {
+        if self.result != MavResult::MAV_RESULT_DENIED {
+            self.result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
+        }
+        self.reasons.add(reason.to_string(), effector);
+    }
+
+    fn never(&mut self, effector: Option<Effector>, reason: impl ToString) {
+        self.result = MavResult::MAV_RESULT_DENIED;
+        self.reasons.add(reason.to_string(), effector);
+    }
+
+    fn tell(&self, now: WallTime, texts: &mut StatusTexts) {
+        if !self.quietly_cleared.is_empty() {
+            let (unit, instances) = failure::unit_and_instances(&self.quietly_cleared);
+            let text = format!("Cleared: {unit} scheduled faults, instance {instances}");
+            texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        }
+        if self.reasons.is_empty() {
+            return;
+        }
+        let head = match (self.refused, self.reasons.names_effectors()) {
+            (true, true) => "Fault refused",
+            (true, false) => "Refused",
+            (false, _) => "Not confirmed",
+        };
+        let mut text = format!("{head}: {}", self.reasons);
+        if !self.done.is_empty() {
+            let (unit, instances) = failure::unit_and_instances(&self.done);
+            text = format!("Done: {unit} {instances}. {text}");
+        }
+        texts.refuse(now, text);
     }
 }

@@ -19,20 +19,20 @@ use crate::clock::WallTime;
 
 mod messages;
 
-/// The stream table: message and rate in Hz.
-const RATES: [(Stream, u32); 12] = [
-    (Stream::SysStatus, 2),
-    (Stream::ExtendedSysState, 2),
-    (Stream::Attitude, 25),
-    (Stream::AttitudeQuaternion, 25),
-    (Stream::GlobalPositionInt, 10),
-    (Stream::LocalPositionNed, 10),
-    (Stream::VfrHud, 10),
-    (Stream::Altitude, 5),
-    (Stream::HomePosition, 1),
-    (Stream::ServoOutputRaw, 10),
-    (Stream::ActuatorOutputStatus, 10),
-    (Stream::NamedValues, 10),
+/// The stream table: message and time between two of them in ms.
+const INTERVALS: [(Stream, u64); 12] = [
+    (Stream::SysStatus, 500),
+    (Stream::ExtendedSysState, 500),
+    (Stream::Attitude, 40),
+    (Stream::AttitudeQuaternion, 40),
+    (Stream::GlobalPositionInt, 100),
+    (Stream::LocalPositionNed, 100),
+    (Stream::VfrHud, 100),
+    (Stream::Altitude, 200),
+    (Stream::HomePosition, 2000),
+    (Stream::ServoOutputRaw, 100),
+    (Stream::ActuatorOutputStatus, 100),
+    (Stream::NamedValues, 100),
 ];
 
 /// A message, or a group of the same kind, that is streamed.
@@ -60,7 +60,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct Telemetry {
     belief: Belief,
-    due: [WallTime; RATES.len()],
+    due: [WallTime; INTERVALS.len()],
     /// Something is due and waits for a snapshot, since then.
     waiting: Option<WallTime>,
     landed: Option<MavLandedState>,
@@ -70,7 +70,12 @@ impl Telemetry {
     /// Everything is due at once.
     #[must_use]
     pub fn new(belief: &Belief) -> Self {
-        Self { belief: *belief, due: [WallTime::ZERO; RATES.len()], waiting: None, landed: None }
+        Self {
+            belief: *belief,
+            due: [WallTime::ZERO; INTERVALS.len()],
+            waiting: None,
+            landed: None,
+        }
     }
 
     /// A snapshot of the next tick is wanted.
@@ -117,11 +122,11 @@ impl Telemetry {
     }
 
     fn send_due(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        for ((stream, rate_hz), due) in RATES.into_iter().zip(&mut self.due) {
+        for ((stream, interval_ms), due) in INTERVALS.into_iter().zip(&mut self.due) {
             if *due > now {
                 continue;
             }
-            let interval = Duration::from_secs(1) / rate_hz;
+            let interval = Duration::from_millis(interval_ms);
             // Keeps the rhythm, but never catches up: what is late is gone.
             *due = if now.since(*due) < interval { *due + interval } else { now + interval };
             send(stream, aircraft, &self.belief, out);

@@ -50,9 +50,12 @@ pub enum VehicleRefusal {
     /// Only in Offboard.
     #[error("a roll reference needs Offboard")]
     NotOffboard,
-    /// No plant yet, so there is nothing to fly.
+    /// No plant, or it has gone silent: there is nothing to fly.
     #[error("no aircraft is connected")]
     NoFlight,
+    /// The aircraft is on the ground.
+    #[error("the flight is over")]
+    FlightOver,
 }
 
 impl Vehicle {

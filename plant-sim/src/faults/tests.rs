@@ -233,3 +233,24 @@ fn the_schedule_has_a_limit() {
         bench.inject_at(SimTime::from_micros(9_000_000), Effector::Rudder, FaultKind::Float);
     assert_eq!(reply, FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }));
 }
+
+#[test]
+fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
+    let mut bench = Bench::new();
+    let (effector, kind) = (Effector::Rudder, jump(0.1));
+    assert_eq!(bench.inject_at(T1, effector, kind), FaultReply::Scheduled { at: T1 });
+    bench.act(T1);
+    let later = SimTime::from_micros(T1.as_micros() + 500_000);
+    let again = |kind, at| FaultRequest::Inject { effector, kind, onset: Onset::At(at) };
+    let told = bench.reports.len();
+    assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Unchanged { at: T1 });
+    assert_eq!(bench.reports.len(), told, "nothing begins twice");
+    let other_onset = SimTime::from_micros(T1.as_micros() + 1);
+    for (kind, onset) in [(kind, other_onset), (jump(0.2), T1)] {
+        let refusal = Refusal::OnsetInThePast { onset, now: later };
+        assert_eq!(bench.request(later, again(kind, onset)), FaultReply::Refused(refusal));
+    }
+    bench.request(later, FaultRequest::Clear { effector });
+    let refusal = Refusal::OnsetInThePast { onset: T1, now: later };
+    assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Refused(refusal), "mended");
+}

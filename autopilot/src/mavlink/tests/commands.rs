@@ -144,10 +144,53 @@ fn each_ground_stations_way_to_change_speed_works() {
 }
 
 #[test]
+fn a_relative_speed_is_denied_with_the_reason() {
+    for relative in [1.0, -1.0, 0.5, f32::INFINITY] {
+        let mut world = World::flying();
+        world.send_command(178, [0.0, 250.0, -1.0, relative, 0.0, 0.0, 0.0]);
+        world.send_command_int(178, 0, [0.0, 250.0, -1.0, relative], 0.0);
+        assert_eq!(world.take_acks(), [ack(178, DENIED); 2], "p4 = {relative}");
+        assert!(world.said("only an absolute speed (p4 = 0)"), "{:?}", world.texts());
+        assert!(world.take_wishes().is_empty());
+    }
+}
+
+#[test]
+fn modes_and_references_are_rejected_for_now_while_nothing_flies() {
+    let base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+    let hold = SET_MODE_DATA { custom_mode: 50_593_792, target_system: 1, base_mode };
+    for (is_lost, words) in [(true, "no aircraft is connected"), (false, "the flight is over")] {
+        let mut world = World::flying();
+        if is_lost {
+            world.autopilot.plant_lost();
+        } else {
+            let at = world.sim;
+            world.autopilot.handle_report(&icd::fault::PlantReport::GroundContact { at });
+        }
+        world.settle();
+        for (command, params) in [
+            (176, [129.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]),
+            (178, [0.0, 250.0, -1.0, 0.0, 0.0, 0.0, 0.0]),
+            (186, [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ] {
+            world.got.clear();
+            world.send_command(command, params);
+            assert_eq!(world.take_acks(), [ack(command, LATER)], "{words}");
+            assert_eq!(world.texts(), [format!("Refused: {words}")], "{command}");
+        }
+        world.got.clear();
+        world.send(&MavMessage::SET_MODE(hold.clone()));
+        assert_eq!(world.take_acks(), []);
+        assert_eq!(world.texts(), [format!("Mode refused: {words}")]);
+    }
+}
+
+#[test]
 fn without_an_aircraft_nothing_is_accepted_that_needs_one() {
     let mut world = World::waiting();
     world.settle();
     for (command, params) in [
+        (176, [129.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]),
         (186, [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         (420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
         (246, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -175,6 +218,15 @@ fn a_restart_is_acknowledged_when_the_new_flight_has_begun() {
     world.send_command(246, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(246, ACCEPTED)]);
     assert!(world.said("Flight began"));
+    for _ in 0..2 {
+        let restart = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let all = Identity { system: 1, component: 1 };
+        // Not settled in between: both reach the aircraft in the same tick.
+        world.ground.handle_datagram(address(14_550), &command_long(246, restart, all), world.now);
+        world.ground.handle_datagram(address(14_540), &command_long(246, restart, all), world.now);
+    }
+    world.settle();
+    assert_eq!(world.take_acks(), [ack(246, ACCEPTED); 2], "one for each copy");
     world.send_command(246, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(246, DENIED)]);
 }

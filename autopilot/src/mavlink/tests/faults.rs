@@ -155,3 +155,102 @@ fn faults_of_a_plant_that_goes_away_are_rejected_for_now() {
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
     assert!(world.said("Aircraft lost"), "{:?}", world.texts());
 }
+
+fn stuck_at_28_deg() -> World {
+    let mut world = World::flying();
+    world.ground.parameters.set("FLT_STUCK_MODE", 1.0).unwrap();
+    world.ground.parameters.set("FLT_STUCK_DEG", 28.0).unwrap();
+    world
+}
+
+#[test]
+fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked() {
+    let mut world = stuck_at_28_deg();
+    world.send_command(420, [102.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(420, DENIED)]);
+    assert!(world.take_wishes().is_empty(), "nothing goes to the plant");
+    // Travel of the design model: ailerons 25 deg, elevators and rudder 30 deg, nozzle 15 deg.
+    let expected = "Fault refused: servo 1, 2: angle 28.0 deg is outside -25.0 to 25.0 deg; \
+                    servo 6, 7: angle 28.0 deg is outside -15.0 to 15.0 deg";
+    assert_eq!(world.texts(), [expected]);
+    world.got.clear();
+    // Bits 2 to 4: elevators and rudder.
+    world.send_command(420, [102.0, 2.0, f32::NAN, 28.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
+    assert_eq!(world.take_wishes().len(), 3);
+}
+
+#[test]
+fn an_angle_at_the_very_limit_is_left_to_the_plant() {
+    for (instance, limit_deg) in [(1.0, 25.0), (3.0, 30.0), (5.0, 30.0), (6.0, 15.0)] {
+        for sign in [1.0, -1.0] {
+            let mut world = World::flying();
+            world.send_command(31_010, [102.0, 2.0, instance, 1.0, sign * limit_deg, 0.0, 0.0]);
+            assert_eq!(world.take_acks(), [ack(31_010, ACCEPTED)], "instance {instance}");
+            let beyond = sign * (limit_deg + 0.01);
+            world.send_command(31_010, [102.0, 2.0, instance, 1.0, beyond, 0.0, 0.0]);
+            assert_eq!(world.take_acks(), [ack(31_010, DENIED)], "instance {instance}");
+        }
+    }
+}
+
+#[test]
+fn a_command_that_the_plant_does_in_part_says_which_acted_and_which_were_refused() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, [102.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let numbers: Vec<u32> = world.intents.iter().map(|intent| intent.number).collect();
+    let full = Refusal::ScheduleFull { capacity: 64 };
+    for (place, request) in numbers.into_iter().enumerate() {
+        let reply = match place {
+            1 => FaultReply::Refused(Refusal::NotForThisEffector),
+            4 | 6 => FaultReply::Refused(full),
+            _ => FaultReply::Applied { at: world.sim },
+        };
+        world.autopilot.handle_report(&PlantReport::FaultReply { request, reply });
+    }
+    world.settle();
+    assert_eq!(world.take_acks(), [ack(420, DENIED)]);
+    let expected = "Done: servo 1, 3, 4, 6. Fault refused: servo 2: this effector has no such \
+                    fault; servo 5, 7: 64 faults are scheduled already, no more fit";
+    assert_eq!(world.texts(), [expected]);
+}
+
+#[test]
+fn a_refused_command_is_told_in_one_text_however_many_effectors_it_names() {
+    let mut world = World::waiting();
+    world.settle();
+    world.got.clear();
+    world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(420, LATER)]);
+    let expected = "Fault refused: servo 1, 2, 3, 4, 5, 6, 7: no aircraft is connected";
+    assert_eq!(world.texts(), [expected]);
+
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send_command(420, [102.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    world.run_ms(3_100);
+    assert_eq!(world.take_acks(), [ack(420, LATER)]);
+    let texts = world.texts();
+    let told: Vec<_> = texts.iter().filter(|text| text.contains("does not answer")).collect();
+    let expected = "Not confirmed: servo 1, 2, 3, 4, 5, 6, 7: the aircraft does not answer";
+    assert_eq!(told, [expected]);
+}
+
+#[test]
+fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
+    let clear = [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+    let mut world = World::flying();
+    world.send_command(420, STUCK_LEFT_AILERON);
+    world.got.clear();
+    world.send_command(420, clear);
+    assert_eq!(world.texts(), ["Cleared: servo, instance 1"]);
+    world.got.clear();
+    // A real plant has no end to tell of when nothing acts.
+    world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
+    world.send_command(420, clear);
+    assert_eq!(world.texts(), ["Cleared: servo scheduled faults, instance 1"]);
+    world.got.clear();
+    world.send_command(420, [102.0, 0.0, f32::NAN, 5.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.texts(), ["Cleared: servo scheduled faults, instance 1, 3"]);
+}

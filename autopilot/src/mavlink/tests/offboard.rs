@@ -149,3 +149,28 @@ fn a_flood_of_setpoints_becomes_a_trickle_of_references_and_the_last_one_counts(
     assert!(rolls.len() <= 2, "{rolls:?}");
     assert!((rolls.last().unwrap() - 39.0).abs() < 1.0e-4, "{rolls:?} deg");
 }
+
+#[test]
+fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
+    let mut world = in_offboard();
+    world.autopilot.plant_lost();
+    world.settle();
+    world.take_wishes();
+    world.got.clear();
+    for _ in 0..100 {
+        world.now = world.now + STEP;
+        world.send(&setpoint(20.0));
+    }
+    world.now = world.now + 2 * super::super::offboard::FRESH;
+    world.settle();
+    assert!(world.take_wishes().is_empty(), "no aircraft, no reference and no change of mode");
+    assert_eq!(world.texts(), [""; 0]);
+    let offboard_deadline = world.ground.offboard.next_deadline(&world.ground.aircraft);
+    assert_eq!(offboard_deadline, None, "a deadline that is never met would keep a thread busy");
+
+    world.autopilot.plant_back();
+    world.settle();
+    world.step();
+    world.step();
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold, "the stream has stopped");
+}

@@ -178,12 +178,12 @@ impl World {
             (PlantManner::Silent, _) => Vec::new(),
             (PlantManner::Says(said), _) => vec![reply(said)],
             (PlantManner::Willing, FaultRequest::Clear { .. }) => {
-                vec![PlantReport::FaultEnded { effector, at }, reply(FaultReply::Cleared { at })]
+                vec![reply(FaultReply::Cleared { at }), PlantReport::FaultEnded { effector, at }]
             }
             (PlantManner::Willing, FaultRequest::Inject { kind, onset: Onset::AtOnce, .. }) => {
                 vec![
-                    PlantReport::FaultActs { effector, kind, at },
                     reply(FaultReply::Applied { at }),
+                    PlantReport::FaultActs { effector, kind, at },
                 ]
             }
             (PlantManner::Willing, FaultRequest::Inject { onset: Onset::At(at), .. }) => {
