@@ -107,8 +107,12 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
         horizontal - ECCENTRICITY_SQUARED * SEMI_MAJOR_M * cos_reduced * cos_reduced * cos_reduced,
     );
     let w = (1.0 - ECCENTRICITY_SQUARED * sin_latitude * sin_latitude).sqrt();
-    let (cos_longitude, sin_longitude) =
-        if horizontal > AXIS_M { (x / horizontal, y / horizontal) } else { (1.0, 0.0) };
+    let (cos_longitude, sin_longitude) = if horizontal > AXIS_M {
+        let per_horizontal = 1.0 / horizontal;
+        (x * per_horizontal, y * per_horizontal)
+    } else {
+        (1.0, 0.0)
+    };
     Vertical {
         sin_latitude,
         cos_latitude,
@@ -122,7 +126,12 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
 #[inline]
 fn unit(opposite: f64, adjacent: f64) -> (f64, f64) {
     let length = (opposite * opposite + adjacent * adjacent).sqrt();
-    if length > 0.0 { (opposite / length, adjacent / length) } else { (0.0, 1.0) }
+    if length <= 0.0 {
+        return (0.0, 1.0);
+    }
+    // One division: this stands in every stage of the integration.
+    let per_length = 1.0 / length;
+    (opposite * per_length, adjacent * per_length)
 }
 
 #[cfg(test)]

@@ -184,3 +184,61 @@ impl Trouble {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::net::{Ipv4Addr, SocketAddr};
+
+    use host_io::Wait;
+    use icd::Actuators;
+    use icd::lockstep::{FlightEvent, FlightSide};
+
+    use super::*;
+
+    /// A socket in the autopilot's place, that answers what has arrived.
+    struct Peer {
+        socket: LinkSocket,
+        side: FlightSide,
+    }
+
+    impl Peer {
+        fn answer(&mut self, copies: usize) {
+            let mut buffer = [0; PACKET_MAX];
+            let (bytes, from) = self.socket.receive_from(&mut buffer).unwrap().unwrap();
+            let event = self.side.handle(&buffer[..bytes], true);
+            assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)), "{event:?}");
+            let answer = self.side.answer(&Actuators::default(), None).unwrap();
+            for _ in 0..copies {
+                self.socket.send_to(answer, from).unwrap();
+            }
+        }
+    }
+
+    fn ask(link: &mut Link, tick: u64) {
+        let mut values = [0.0; Sensors::COUNT];
+        // The attitude must be one.
+        values[6] = 1.0;
+        let sensors = Sensors::from_array(&values);
+        let time = SimTime::from_micros(2_000 * tick);
+        link.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors, Reports::new());
+    }
+
+    #[test]
+    fn an_answer_that_comes_twice_asks_for_nothing() {
+        let anywhere = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        let open = |address| LinkSocket::listen("test", "link", address, Wait::Block, RESEND_AFTER);
+        let mut peer = Peer { socket: open(anywhere).unwrap(), side: FlightSide::new() };
+        let address = peer.socket.local_address().unwrap();
+        let socket = LinkSocket::connect("test", "link", address, Wait::Block, RESEND_AFTER);
+        let mut link = Link::new(socket.unwrap(), Stop::new());
+        ask(&mut link, 0);
+        peer.answer(2);
+        assert_eq!(link.answer().unwrap().unwrap().sequence, 0);
+        ask(&mut link, 1);
+        peer.answer(1);
+        // Meets the second copy of the first answer before its own.
+        assert_eq!(link.answer().unwrap().unwrap().sequence, 1);
+        let more = peer.socket.receive_from(&mut [0; PACKET_MAX]).unwrap();
+        assert_eq!(more, None, "a late answer made the plant ask again");
+    }
+}
