@@ -6,7 +6,7 @@
 //! ```
 //!
 //! All numbers are little endian. A writer thread takes full buffers, so that a slow disk delays the loop
-//! only when [`QUEUE_MAX`] buffers wait already; simulation time stands still then, so nothing is lost.
+//! only when `QUEUE_MAX` buffers wait already; simulation time stands still then, so nothing is lost.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
