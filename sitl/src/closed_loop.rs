@@ -99,5 +99,6 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
         climb_rate_m_s: -truth.velocity.0.z,
         thrust_n: truth.deflections[icd::Effector::Engine],
     };
-    truth.angular_acceleration.0 - model.acceleration(&state, &log.modelled)
+    truth.angular_acceleration.0
+        - model.acceleration(&state, &model.condition(&state), &log.modelled)
 }

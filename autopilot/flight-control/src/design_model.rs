@@ -120,11 +120,16 @@ impl DesignModel {
 
     /// Angular acceleration that a healthy aircraft would have, rad/s².
     ///
-    /// Implements Eq. (10): f + g u + g_c u_cf, with the compensation inside the effector positions.
+    /// Implements Eq. (10): f + g u + g_c u_cf, with the compensation inside the effector positions. `at` is
+    /// the condition of `state`.
     #[must_use]
-    pub fn acceleration(&self, state: &State, positions: &PerEffector<f64>) -> Vector3<f64> {
-        let at = self.condition(state);
-        self.bare_airframe(state, &at) + self.surfaces(&at, positions) + self.nozzle(&at, positions)
+    pub fn acceleration(
+        &self,
+        state: &State,
+        at: &FlightCondition,
+        positions: &PerEffector<f64>,
+    ) -> Vector3<f64> {
+        self.bare_airframe(state, at) + self.surfaces(at, positions) + self.nozzle(at, positions)
     }
 
     /// Moment coefficients (roll, yaw) of the aileron pair per rad of aileron command.

@@ -106,9 +106,7 @@ impl FlightControl {
             ObserverMode::Literal => self.main_only.positions(),
         };
         let at = self.model.condition(&state);
-        let modelled_acceleration = self.model.bare_airframe(&state, &at)
-            + self.model.surfaces(&at, &modelled)
-            + self.model.nozzle(&at, &modelled);
+        let modelled_acceleration = self.model.acceleration(&state, &at, &modelled);
 
         self.observer.step(&state.rates, &modelled_acceleration);
         let z2 = self.observer.z2();

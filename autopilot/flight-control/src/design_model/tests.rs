@@ -50,7 +50,8 @@ fn the_nozzle_turns_the_nose_up_and_right() {
 #[test]
 fn the_design_trim_has_no_angular_acceleration() {
     let (model, state) = model_and_state();
-    let found = model.acceleration(&state, &model.belief().trim_positions());
+    let found =
+        model.acceleration(&state, &model.condition(&state), &model.belief().trim_positions());
     // The belief's trim is rounded to five digits.
     assert!(found.norm() < 1.0e-3, "{found} rad/s2");
 }
@@ -83,8 +84,8 @@ proptest! {
         mirrored.beta = -beta;
         let positions = PerEffector::new([left, right, right, left, rudder, nozzle, nozzle, 0.0]);
         let other = PerEffector::new([right, left, left, right, -rudder, nozzle, -nozzle, 0.0]);
-        let a = model.acceleration(&state, &positions);
-        let b = model.acceleration(&mirrored, &other);
+        let a = model.acceleration(&state, &model.condition(&state), &positions);
+        let b = model.acceleration(&mirrored, &model.condition(&mirrored), &other);
         prop_assert_eq!((a.x, a.y, a.z), (-b.x, b.y, -b.z));
     }
 }
