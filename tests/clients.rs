@@ -1,7 +1,8 @@
-//! Ground-station scripts with the real client library, against the real programs.
+//! Ground stations that nobody here wrote, against the real programs: pymavlink, MAVSDK, MAVProxy, and a
+//! stand-in that plays QGroundControl's connect from a table.
 //!
-//! They need a Python that has gcs-scripts/requirements.txt; its path is in TWO_STEP_PYTHON. Without it
-//! these tests say so and pass.
+//! They need a Python with tests/clients/requirements.txt and MAVProxy; its path is in TWO_STEP_PYTHON.
+//! Without it these tests say so and pass.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -13,22 +14,26 @@ use std::process::Command;
 
 use programs::{Program, free_port};
 
-/// Runs a script against `sitl` at this speed and returns its exit code and output.
-fn fly(script: &str, ftc: &str) -> Option<(Option<i32>, String)> {
+/// What a script said and how it ended; `None` without a Python.
+type Ended = Option<(Option<i32>, String)>;
+
+/// Runs a script beside a flying aircraft. `connect` is the form of the address that its library wants.
+fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> Ended {
     let Some(python) = std::env::var_os("TWO_STEP_PYTHON") else {
-        eprintln!("skipped: TWO_STEP_PYTHON does not name a Python with pymavlink");
+        eprintln!("skipped: TWO_STEP_PYTHON does not name a Python with the client libraries");
         return None;
     };
     let link = format!("127.0.0.1:{}", free_port());
     let gcs = format!("127.0.0.1:{}", free_port());
-    let sitl = Program::start(
-        "sitl",
-        &["--plant-link", &link, "--gcs", &gcs, "--speed", "10", "--ftc", ftc],
-    );
+    let mut all = vec!["--plant-link", &link, "--gcs", &gcs, "--gcs-udp-server", "none"];
+    all.extend(["--gcs-tcp", "none", "--parameter-file", "none"]);
+    all.extend(options);
+    let sitl = Program::start("sitl", &all);
     sitl.wait_for("altitude");
-    let path = format!("{}/../gcs-scripts/{script}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/{script}", env!("CARGO_MANIFEST_DIR"));
     let output = Command::new(python)
-        .args([path, "--connect".to_owned(), format!("udpin:{gcs}")])
+        .args([path, "--connect".to_owned(), format!("{connect}{gcs}")])
+        .args(arguments)
         .output()
         .expect("TWO_STEP_PYTHON runs");
     let said = String::from_utf8_lossy(&output.stdout).into_owned()
@@ -36,18 +41,28 @@ fn fly(script: &str, ftc: &str) -> Option<(Option<i32>, String)> {
     Some((output.status.code(), said))
 }
 
-#[test]
-fn fly_case1_survives_with_the_compensator() {
-    if let Some((code, said)) = fly("fly_case1.py", "armed") {
+/// The script must end well. What it said is shown with `--nocapture`.
+fn holds(ended: Ended) {
+    if let Some((code, said)) = ended {
+        println!("{said}");
         assert_eq!(code, Some(0), "{said}");
     }
 }
 
+/// Runs one of the flight scripts.
+fn fly(script: &str, ftc: &str) -> Ended {
+    let path = format!("../gcs-scripts/{script}");
+    run(&path, "udpin:", &["--speed", "10", "--ftc", ftc], &[])
+}
+
+#[test]
+fn fly_case1_survives_with_the_compensator() {
+    holds(fly("fly_case1.py", "armed"));
+}
+
 #[test]
 fn fly_case2_survives_with_the_compensator() {
-    if let Some((code, said)) = fly("fly_case2.py", "armed") {
-        assert_eq!(code, Some(0), "{said}");
-    }
+    holds(fly("fly_case2.py", "armed"));
 }
 
 #[test]
@@ -57,4 +72,29 @@ fn both_cases_are_lost_without_the_compensator() {
             assert_eq!(code, Some(1), "{said}");
         }
     }
+}
+
+#[test]
+fn pymavlink_holds_the_whole_conversation() {
+    holds(run("clients/pymavlink_conversation.py", "udpin:", &["--speed", "5"], &[]));
+}
+
+#[test]
+fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
+    holds(run("clients/mavsdk_flight.py", "udpin://", &["--speed", "5"], &[]));
+}
+
+#[test]
+fn mavproxy_connects_commands_and_loads_a_mission() {
+    holds(run("clients/mavproxy_session.py", "udpin:", &[], &[]));
+}
+
+#[test]
+fn qgroundcontrols_connect_is_answered_step_by_step() {
+    holds(run("clients/qgc_connect.py", "udpin:", &[], &[]));
+}
+
+#[test]
+fn traffic_has_no_malformed_or_unexpected_message() {
+    holds(run("clients/traffic.py", "udpin:", &[], &["--seconds", "15"]));
 }

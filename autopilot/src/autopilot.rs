@@ -13,7 +13,7 @@ use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
 use crate::parameters::ReferenceLimits;
 use crate::transitions::Transitions;
 use crate::vehicle::schedule::ReferenceSchedule;
-use crate::vehicle::{Mode, Vehicle, VehicleRefusal};
+use crate::vehicle::{Mode, Navigation, Vehicle, VehicleRefusal};
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
@@ -115,6 +115,8 @@ impl Autopilot {
             on_ground: false,
             mode: self.vehicle.mode(),
             demand,
+            navigation: Navigation::default(),
+            terminated: false,
             sensors: *sensors,
             log: output.log,
         });
@@ -200,6 +202,8 @@ impl Autopilot {
             }
             Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
             Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
+            // Interim, replaced by the vehicle's own handling.
+            _ => Err(VehicleRefusal::NoFlight),
         };
         let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
         self.tell(EventKind::Outcome { number, outcome });

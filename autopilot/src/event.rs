@@ -1,11 +1,18 @@
 //! What crosses between the control thread and the ground-station side: intents in, events and snapshots out.
 
+use std::sync::Arc;
+
 use flight_control::{Demand, Gains, StepLog};
 use icd::fault::FaultReply;
+use icd::pace::Pace;
 use icd::{ControlPeriod, Effector, FaultKind, FaultRequest, Sensors, SimTime};
 
-use crate::parameters::ReferenceLimits;
-use crate::vehicle::{Mode, Reference, VehicleRefusal};
+use crate::parameters::{NavigationParameters, ReferenceLimits};
+use crate::vehicle::plan::Plan;
+use crate::vehicle::{
+    LinkLossAction, Mode, Navigation, Place, Reference, Reposition, Setpoint, Sticks,
+    VehicleRefusal,
+};
 
 /// Something the operator wants, numbered so that the outcome finds its way back.
 #[derive(Debug, Clone)]
@@ -31,6 +38,28 @@ pub enum Wish {
     Fault(FaultRequest),
     /// Start the flight anew.
     Restart,
+    /// Take new guidance parameters.
+    Navigation(NavigationParameters),
+    /// Go somewhere and circle there.
+    Reposition(Reposition),
+    /// A setpoint of an offboard stream.
+    Setpoint(Setpoint),
+    /// Positions of a pilot's sticks.
+    Sticks(Sticks),
+    /// Replace the plan.
+    Plan(Arc<Plan>),
+    /// Go on with this item of the plan.
+    PlanItem(u16),
+    /// Where home is; its altitude is that of the ground.
+    Home(Place),
+    /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
+    Terminate,
+    /// The controlling ground station has fallen silent.
+    LinkLost(LinkLossAction),
+    /// It is back: what its silence led to is undone.
+    LinkBack,
+    /// Let simulation time stand still, run, or run at another speed.
+    Pace(Pace),
 }
 
 /// What became of an intent.
@@ -101,6 +130,20 @@ pub enum EventKind {
     PlantLost,
     /// The plant is back.
     PlantBack,
+    /// This item of the plan is the current one now.
+    PlanItem(u16),
+    /// This item of the plan has been reached.
+    ItemReached(u16),
+    /// The last item of the plan is done.
+    PlanComplete,
+    /// The flight was terminated.
+    Terminated,
+    /// The controlling ground station has fallen silent, and this is done about it.
+    LinkLost(LinkLossAction),
+    /// It is back, and the mode is this one again.
+    LinkBack(Mode),
+    /// Simulation time stands still, runs, or runs at another speed (the plant says).
+    Paced(Pace),
 }
 
 /// A body axis.
@@ -181,6 +224,10 @@ pub struct Snapshot {
     pub mode: Mode,
     /// References.
     pub demand: Demand,
+    /// Where the vehicle is going.
+    pub navigation: Navigation,
+    /// The flight was terminated.
+    pub terminated: bool,
     /// What the sensors said.
     pub sensors: Sensors,
     /// Signals of the step.

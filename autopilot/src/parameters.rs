@@ -3,7 +3,7 @@
 use flight_control::gains::{GainError, Lemma1Warning, TUNABLES};
 use flight_control::{CompensatorMode, Gains, MainLaw, ObserverMode};
 
-use crate::vehicle::{Reference, VehicleRefusal};
+use crate::vehicle::{LinkLossAction, Reference, VehicleRefusal};
 
 mod table;
 
@@ -18,6 +18,57 @@ pub struct Parameters {
     pub limits: ReferenceLimits,
     /// Fault injection.
     pub failure: FailureParameters,
+    /// Guidance.
+    pub navigation: NavigationParameters,
+    /// Silence of ground stations.
+    pub link: LinkParameters,
+    /// Rates of the streams.
+    pub streams: StreamParameters,
+}
+
+/// Parameters of the guidance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NavigationParameters {
+    /// Period of the lateral guidance, s.
+    pub l1_period_s: f64,
+    /// Damping of the lateral guidance.
+    pub l1_damping: f64,
+    /// Largest bank angle that the guidance asks for, deg.
+    pub bank_max_deg: f64,
+    /// Radius of circles that have none of their own, m.
+    pub loiter_radius_m: f64,
+    /// Smallest acceptance radius of waypoints, m.
+    pub acceptance_m: f64,
+    /// Largest climb rate of stick and offboard references, m/s.
+    pub climb_max_m_s: f64,
+    /// Altitude of the return, m above the ellipsoid.
+    pub return_altitude_m: f64,
+}
+
+/// What silence of ground stations leads to, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkParameters {
+    /// What happens when the controlling ground station falls silent.
+    pub loss_action: LinkLossAction,
+    /// Silence after which it happens, wall time, s.
+    pub loss_s: f64,
+    /// Silence of an offboard stream after which Offboard ends, wall time, s.
+    pub offboard_loss_s: f64,
+    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
+    pub sticks_loss_s: f64,
+}
+
+/// Default rates of the streams, Hz of wall time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StreamParameters {
+    /// Attitude.
+    pub attitude_hz: f64,
+    /// Position and speed.
+    pub position_hz: f64,
+    /// Commands of the effectors.
+    pub actuators_hz: f64,
+    /// What the compensator does.
+    pub compensator_hz: f64,
 }
 
 /// References that are accepted.
@@ -67,6 +118,27 @@ impl Default for Parameters {
                 stuck_deg: 0.0,
                 stuck_travels: false,
                 remaining_pct: 50.0,
+            },
+            navigation: NavigationParameters {
+                l1_period_s: 25.0,
+                l1_damping: 0.75,
+                bank_max_deg: 45.0,
+                loiter_radius_m: 10_000.0,
+                acceptance_m: 500.0,
+                climb_max_m_s: 30.0,
+                return_altitude_m: 5_000.0,
+            },
+            link: LinkParameters {
+                loss_action: LinkLossAction::Continue,
+                loss_s: 10.0,
+                offboard_loss_s: 0.5,
+                sticks_loss_s: 0.5,
+            },
+            streams: StreamParameters {
+                attitude_hz: 25.0,
+                position_hz: 10.0,
+                actuators_hz: 10.0,
+                compensator_hz: 10.0,
             },
         }
     }
@@ -197,6 +269,7 @@ impl ReferenceLimits {
             Reference::Roll(value) => {
                 ("roll", "deg", value.to_degrees(), -self.roll_max_deg, self.roll_max_deg)
             }
+            Reference::Course(value) => ("course", "deg", value.to_degrees(), -180.0, 360.0),
         };
         if (min..=max).contains(&value) {
             Ok(())

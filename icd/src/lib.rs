@@ -41,6 +41,7 @@ pub mod effector;
 pub mod fault;
 pub mod frames;
 pub mod lockstep;
+pub mod pace;
 pub mod sensors;
 pub mod time;
 pub mod wire;

@@ -198,7 +198,7 @@ fn modes_and_references_need_a_flying_aircraft_and_parameters_do_not() {
     let mut autopilot = flying();
     autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "ground contact reported");
-    assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Hold));
+    assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Reference));
     let mut autopilot = flying();
     autopilot.hold(&sensors(), true);
     assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "held on the ground");

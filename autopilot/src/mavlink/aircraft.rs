@@ -63,7 +63,7 @@ impl Default for Aircraft {
             in_flight: false,
             connected: false,
             on_ground: false,
-            mode: Mode::Hold,
+            mode: Mode::Reference,
             faulty: PerEffector::default(),
             contradictions: 0,
             snapshot: None,

@@ -5,14 +5,15 @@
 //! newer than the definitions must not make the message disappear: a command that nobody knows still gets
 //! its answer.
 
-#![expect(deprecated, reason = "ground stations still send PING and SET_MODE")]
-
-use ::mavlink::dialects::common::{
-    COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, HEARTBEAT_DATA, MavMessage, MavResult,
-    PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA,
-    SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA, TIMESYNC_DATA,
-};
+use ::mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage, MavResult};
 use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, calculate_crc};
+
+mod message;
+
+pub use message::{
+    Command, ItemWords, ListKind, ManualControl, Message, MissionItem, ParamSet, PositionTarget,
+    StreamRequest, decode,
+};
 
 /// System and component id of this autopilot.
 pub const OWN: Identity = Identity { system: 1, component: 1 };
@@ -152,145 +153,6 @@ impl Layout {
             unknown_flags: flags & !SIGNED != 0,
         })
     }
-}
-
-/// A message that the autopilot reacts to.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Message {
-    /// HEARTBEAT of a ground station or another vehicle.
-    Heartbeat,
-    /// PING.
-    Ping(PING_DATA),
-    /// TIMESYNC.
-    TimeSync(TIMESYNC_DATA),
-    /// SET_MODE.
-    SetMode(SET_MODE_DATA),
-    /// PARAM_REQUEST_READ.
-    ParamRequestRead(PARAM_REQUEST_READ_DATA),
-    /// PARAM_REQUEST_LIST.
-    ParamRequestList,
-    /// PARAM_SET.
-    ParamSet(ParamSet),
-    /// COMMAND_LONG or COMMAND_INT.
-    Command(Command),
-    /// SET_ATTITUDE_TARGET.
-    SetAttitudeTarget(SET_ATTITUDE_TARGET_DATA),
-}
-
-/// PARAM_SET with its type as a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ParamSet {
-    /// Name, NUL-padded.
-    pub id: [u8; 16],
-    /// The four bytes of the value.
-    pub value: [u8; 4],
-    /// MAV_PARAM_TYPE.
-    pub kind: u8,
-}
-
-/// COMMAND_LONG or COMMAND_INT with the command as a number.
-#[derive(Debug, Clone, Copy)]
-pub struct Command {
-    /// MAV_CMD.
-    pub id: u16,
-    /// param1 to param7. In a COMMAND_INT five and six are scaled integers that no command here uses; they
-    /// are NaN, that is "not given".
-    pub params: [f32; 7],
-    /// MAV_FRAME of a COMMAND_INT.
-    pub frame: Option<u8>,
-}
-
-impl PartialEq for Command {
-    /// The same bits, so that two commands with NaN for "not given" are the same.
-    fn eq(&self, other: &Self) -> bool {
-        (self.id, self.frame, self.params.map(f32::to_bits))
-            == (other.id, other.frame, other.params.map(f32::to_bits))
-    }
-}
-
-/// Reads a payload, zero-extended; what is longer than the definition is left unread.
-struct Fields<const N: usize>([u8; N]);
-
-impl<const N: usize> Fields<N> {
-    fn new(payload: &[u8]) -> Self {
-        let mut fields = [0; N];
-        let length = payload.len().min(N);
-        fields[..length].copy_from_slice(&payload[..length]);
-        Self(fields)
-    }
-
-    fn bytes<const K: usize>(&self, at: usize) -> [u8; K] {
-        let mut bytes = [0; K];
-        bytes.copy_from_slice(&self.0[at..at + K]);
-        bytes
-    }
-
-    fn f32(&self, at: usize) -> f32 {
-        f32::from_le_bytes(self.bytes(at))
-    }
-
-    fn identity(&self, at: usize) -> Identity {
-        Identity { system: self.0[at], component: self.0[at + 1] }
-    }
-}
-
-/// The message in a frame and its target; `None` if the autopilot has no use for it.
-#[must_use]
-pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
-    let payload = frame.payload;
-    let at = |system, component| Identity { system, component };
-    Some(match frame.id {
-        HEARTBEAT_DATA::ID => (at(0, 0), Message::Heartbeat),
-        PING_DATA::ID => {
-            let data: PING_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::Ping(data))
-        }
-        TIMESYNC_DATA::ID => {
-            let data: TIMESYNC_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::TimeSync(data))
-        }
-        SET_MODE_DATA::ID => {
-            let data: SET_MODE_DATA = read(payload)?;
-            (at(data.target_system, 0), Message::SetMode(data))
-        }
-        PARAM_REQUEST_READ_DATA::ID => {
-            let data: PARAM_REQUEST_READ_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::ParamRequestRead(data))
-        }
-        PARAM_REQUEST_LIST_DATA::ID => {
-            let data: PARAM_REQUEST_LIST_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::ParamRequestList)
-        }
-        PARAM_SET_DATA::ID => {
-            let fields = Fields::<{ PARAM_SET_DATA::ENCODED_LEN }>::new(payload);
-            let set = ParamSet { value: fields.bytes(0), id: fields.bytes(6), kind: fields.0[22] };
-            (fields.identity(4), Message::ParamSet(set))
-        }
-        COMMAND_LONG_DATA::ID => {
-            let fields = Fields::<{ COMMAND_LONG_DATA::ENCODED_LEN }>::new(payload);
-            let params = core::array::from_fn(|i| fields.f32(4 * i));
-            let id = u16::from_le_bytes(fields.bytes(28));
-            (fields.identity(30), Message::Command(Command { id, params, frame: None }))
-        }
-        COMMAND_INT_DATA::ID => {
-            let fields = Fields::<{ COMMAND_INT_DATA::ENCODED_LEN }>::new(payload);
-            let [p1, p2, p3, p4] = core::array::from_fn(|i| fields.f32(4 * i));
-            let params = [p1, p2, p3, p4, f32::NAN, f32::NAN, fields.f32(24)];
-            let id = u16::from_le_bytes(fields.bytes(28));
-            let frame = Some(fields.0[32]);
-            (fields.identity(30), Message::Command(Command { id, params, frame }))
-        }
-        SET_ATTITUDE_TARGET_DATA::ID => {
-            let data: SET_ATTITUDE_TARGET_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::SetAttitudeTarget(data))
-        }
-        _ => return None,
-    })
-}
-
-/// Reads a message whose definition has no enum in it, so that every payload can be read.
-fn read<D: MessageData>(payload: &[u8]) -> Option<D> {
-    D::deser(MavlinkVersion::V2, payload).ok()
 }
 
 /// A message ready to be sent, but for the sequence number of its link.

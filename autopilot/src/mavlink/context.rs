@@ -7,6 +7,7 @@ use super::codec::Identity;
 use super::intents::Intents;
 use super::peers::Peer;
 use super::statustext::StatusTexts;
+use super::telemetry::Telemetry;
 use crate::parameters::Parameters;
 
 /// Who sent a message, and over which link.
@@ -31,6 +32,10 @@ pub struct Context<'a> {
     pub intents: &'a mut Intents,
     /// To the operators.
     pub texts: &'a mut StatusTexts,
+    /// What is streamed, and every message that can be asked for.
+    pub telemetry: &'a mut Telemetry,
     /// A usable offboard setpoint came a moment ago.
     pub setpoint_is_fresh: bool,
+    /// A pilot's sticks were heard a moment ago.
+    pub sticks_are_fresh: bool,
 }

@@ -286,7 +286,7 @@ mod tests {
     const NAN: f32 = f32::NAN;
 
     fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
-        let command = Command { id, params, frame: None };
+        let command = Command { id, params, frame: None, xy: None };
         requests(&command, &Parameters::default(), &belief())
             .map(|requests| requests.to_vec())
             .map_err(|refused| refused.result)
@@ -396,7 +396,7 @@ mod tests {
         }
         let command = |unit, failure_type| {
             let params = [unit, failure_type, 1.0, NAN, NAN, NAN, NAN];
-            Command { id: INJECT_FAILURE, params, frame: None }
+            Command { id: INJECT_FAILURE, params, frame: None, xy: None }
         };
         let kind_of = |command: &Command, parameters: &Parameters| match requests(
             command,

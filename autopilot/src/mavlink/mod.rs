@@ -27,8 +27,12 @@ pub mod compatibility;
 pub mod context;
 pub mod convert;
 pub mod failure;
+pub mod ftp;
 pub mod heartbeat;
 pub mod intents;
+pub mod link_loss;
+pub mod manual;
+pub mod mission;
 pub mod modes;
 pub mod offboard;
 pub mod outbox;
@@ -45,8 +49,12 @@ use aircraft::Aircraft;
 use codec::{Identity, Message, OWN, Skipped};
 use command::CommandService;
 use context::{Context, From};
+use ftp::FtpService;
 use heartbeat::Heartbeat;
 use intents::Intents;
+use link_loss::LinkLoss;
+use manual::Manual;
+use mission::MissionService;
 use offboard::Offboard;
 use param::ParamService;
 use peers::Peers;
@@ -67,6 +75,10 @@ pub struct Ground {
     command: CommandService,
     param: ParamService,
     offboard: Offboard,
+    manual: Manual,
+    mission: MissionService,
+    ftp: FtpService,
+    link_loss: LinkLoss,
     skipped: Skipped,
 }
 
@@ -87,6 +99,10 @@ impl Ground {
             command: CommandService::default(),
             param: ParamService::default(),
             offboard: Offboard::default(),
+            manual: Manual::default(),
+            mission: MissionService::default(),
+            ftp: FtpService::default(),
+            link_loss: LinkLoss::default(),
             skipped: Skipped::default(),
         }
     }
@@ -118,7 +134,8 @@ impl Ground {
         }
         let (services, mut ctx, out) = self.split(now);
         match message {
-            Message::Heartbeat | Message::Ping(_) => {}
+            Message::Ping(_) => {}
+            Message::Heartbeat(mav_type) => services.link_loss.hear(from, *mav_type, now, &mut ctx),
             Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
             Message::SetMode(data) => modes::handle(data, now, &mut ctx),
             Message::ParamRequestRead(data) => {
@@ -128,16 +145,46 @@ impl Ground {
             Message::ParamSet(set) => services.param.handle_set(from, set, now, &mut ctx, out),
             Message::Command(command) => services.command.handle(from, command, now, &mut ctx, out),
             Message::SetAttitudeTarget(data) => services.offboard.handle(data, now, &mut ctx),
+            Message::SetPositionGlobal(target) => {
+                services.offboard.handle_global(target, now, &mut ctx);
+            }
+            Message::SetPositionLocal(target) => {
+                services.offboard.handle_local(target, now, &mut ctx);
+            }
+            Message::ManualControl(_) | Message::RcOverride(_) => {
+                services.manual.handle(from, message, now, &mut ctx);
+            }
+            Message::Ftp(request) => services.ftp.handle(from, request, now, &mut ctx, out),
+            Message::RequestDataStream(request) => {
+                ctx.telemetry.handle_data_stream(from, *request, now);
+            }
+            Message::LogRequestList => ping::handle_log_list(from, out),
+            Message::MissionRequestList(_)
+            | Message::MissionCount(..)
+            | Message::MissionItemInt(_)
+            | Message::MissionItem(_)
+            | Message::MissionRequest(..)
+            | Message::MissionClear(_)
+            | Message::MissionSetCurrent(_)
+            | Message::MissionAck(..)
+            | Message::MissionPartial(_) => {
+                services.mission.handle(from, message, now, &mut ctx, out);
+            }
         }
     }
 
     /// The services with state, what they share, and the way out.
     fn split(&mut self, now: WallTime) -> (Services<'_>, Context<'_>, &mut Peers) {
         let setpoint_is_fresh = self.offboard.is_fresh(now);
+        let sticks_are_fresh = self.manual.is_fresh(now);
         let services = Services {
             command: &mut self.command,
             param: &mut self.param,
             offboard: &mut self.offboard,
+            manual: &mut self.manual,
+            mission: &mut self.mission,
+            ftp: &mut self.ftp,
+            link_loss: &mut self.link_loss,
         };
         let context = Context {
             parameters: &mut self.parameters,
@@ -145,7 +192,9 @@ impl Ground {
             aircraft: &self.aircraft,
             intents: &mut self.intents,
             texts: &mut self.texts,
+            telemetry: &mut self.telemetry,
             setpoint_is_fresh,
+            sticks_are_fresh,
         };
         (services, context, &mut self.peers)
     }
@@ -158,10 +207,12 @@ impl Ground {
         match event.kind {
             EventKind::Outcome { number, outcome } => {
                 services.command.handle_outcome(number, &outcome, now, &mut ctx, out);
+                services.mission.handle_outcome(number, &outcome, now, &mut ctx, out);
             }
             EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
             _ => {}
         }
+        services.mission.handle_event(&event.kind, &mut ctx, out);
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
         self.telemetry.tell_landed_state(&self.aircraft, &mut self.peers);
@@ -182,6 +233,10 @@ impl Ground {
         services.command.poll(now, &mut ctx, out);
         services.param.poll(now, &mut ctx, out);
         services.offboard.poll(now, &mut ctx);
+        services.manual.poll(now, &mut ctx);
+        services.mission.poll(now, &mut ctx, out);
+        services.ftp.poll(now, &mut ctx, out);
+        services.link_loss.poll(now, &mut ctx);
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
         self.telemetry.poll(now, &self.aircraft, &mut self.peers);
         self.texts.poll(&mut self.peers);
@@ -196,6 +251,10 @@ impl Ground {
             self.command.next_deadline(),
             self.param.next_deadline(),
             self.offboard.next_deadline(&self.aircraft),
+            self.manual.next_deadline(&self.aircraft),
+            self.mission.next_deadline(),
+            self.ftp.next_deadline(),
+            self.link_loss.next_deadline(),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
     }
@@ -240,6 +299,10 @@ struct Services<'a> {
     command: &'a mut CommandService,
     param: &'a mut ParamService,
     offboard: &'a mut Offboard,
+    manual: &'a mut Manual,
+    mission: &'a mut MissionService,
+    ftp: &'a mut FtpService,
+    link_loss: &'a mut LinkLoss,
 }
 
 #[cfg(test)]

@@ -11,16 +11,25 @@ use crate::clock::WallTime;
 use crate::event::Wish;
 use crate::vehicle::{Mode, VehicleRefusal};
 
+const MAIN_ALTCTL: u8 = 2;
 const MAIN_AUTO: u8 = 4;
 const MAIN_OFFBOARD: u8 = 6;
 const SUB_LOITER: u8 = 3;
+const SUB_MISSION: u8 = 4;
+const SUB_RTL: u8 = 5;
+/// First of PX4's external modes: the own mode Reference.
+const SUB_EXTERNAL1: u8 = 11;
 
 /// custom_mode of HEARTBEAT.
 #[must_use]
 pub const fn custom_mode(mode: Mode) -> u32 {
     let (main, sub) = match mode {
+        Mode::Reference => (MAIN_AUTO, SUB_EXTERNAL1),
         Mode::Hold => (MAIN_AUTO, SUB_LOITER),
+        Mode::Mission => (MAIN_AUTO, SUB_MISSION),
+        Mode::Return => (MAIN_AUTO, SUB_RTL),
         Mode::Offboard => (MAIN_OFFBOARD, 0),
+        Mode::Altitude => (MAIN_ALTCTL, 0),
     };
     u32::from_le_bytes([0, 0, main, sub])
 }
@@ -39,6 +48,7 @@ pub fn requested(
         return Err(Refused::denied("Mode refused: only custom modes (base mode bit 0)"));
     }
     match (main, sub) {
+        (MAIN_AUTO, SUB_EXTERNAL1) => Ok(Mode::Reference),
         (MAIN_AUTO, SUB_LOITER) => Ok(Mode::Hold),
         (MAIN_OFFBOARD, _) if setpoint_is_fresh => Ok(Mode::Offboard),
         (MAIN_OFFBOARD, _) => {

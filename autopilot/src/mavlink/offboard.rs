@@ -9,6 +9,7 @@ use core::time::Duration;
 use ::mavlink::dialects::common::{AttitudeTargetTypemask, MavSeverity, SET_ATTITUDE_TARGET_DATA};
 
 use super::aircraft::Aircraft;
+use super::codec::PositionTarget;
 use super::context::Context;
 use super::convert;
 use crate::clock::WallTime;
@@ -56,6 +57,24 @@ impl Offboard {
         } else {
             self.complain("Setpoint refused: q is no unit quaternion", now, ctx);
         }
+    }
+
+    /// Takes a global position or velocity setpoint.
+    pub fn handle_global(
+        &mut self,
+        _target: &PositionTarget<i32>,
+        _now: WallTime,
+        _ctx: &mut Context,
+    ) {
+    }
+
+    /// Takes a local position or velocity setpoint.
+    pub fn handle_local(
+        &mut self,
+        _target: &PositionTarget<f32>,
+        _now: WallTime,
+        _ctx: &mut Context,
+    ) {
     }
 
     fn complain(&mut self, text: &str, now: WallTime, ctx: &mut Context) {

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use flight_control::CompensatorMode;
+use icd::pace::Pace;
 
 use super::codec::Encoded;
 use super::failure;
@@ -12,6 +13,7 @@ use super::peers::Peers;
 use crate::clock::WallTime;
 use crate::event::EventKind;
 use crate::parameters::Parameters;
+use crate::vehicle::LinkLossAction;
 
 /// Texts that may wait; they are sent with the next poll.
 const TEXTS_MAX: usize = 32;
@@ -186,6 +188,28 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
             (S::MAV_SEVERITY_CRITICAL, "Aircraft lost: no packet for a second".into())
         }
         EventKind::PlantBack => (S::MAV_SEVERITY_NOTICE, "Aircraft is back".into()),
+        EventKind::PlanItem(_) | EventKind::ItemReached(_) => return None,
+        EventKind::PlanComplete => (S::MAV_SEVERITY_INFO, "Mission complete".into()),
+        EventKind::Terminated => {
+            (S::MAV_SEVERITY_EMERGENCY, "Flight terminated: engine off, surfaces hard over".into())
+        }
+        EventKind::LinkLost(action) => {
+            let action = match action {
+                LinkLossAction::Continue => "the flight goes on",
+                LinkLossAction::Hold => "Hold",
+                LinkLossAction::Return => "Return",
+            };
+            (S::MAV_SEVERITY_WARNING, format!("Ground station lost: {action}"))
+        }
+        EventKind::LinkBack(mode) => {
+            (S::MAV_SEVERITY_NOTICE, format!("Ground station is back: {mode}"))
+        }
+        EventKind::Paced(pace) => match pace {
+            Pace::Pause => (S::MAV_SEVERITY_INFO, "Simulation paused".into()),
+            Pace::Run => (S::MAV_SEVERITY_INFO, "Simulation runs".into()),
+            Pace::Step(periods) => (S::MAV_SEVERITY_INFO, format!("Simulation steps: {periods}")),
+            Pace::Speed(speed) => (S::MAV_SEVERITY_INFO, format!("Simulation runs at x{speed}")),
+        },
     })
 }
 

@@ -7,14 +7,17 @@ use core::time::Duration;
 
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common::{
-    AUTOPILOT_VERSION_DATA, HOME_POSITION_DATA, MavLandedState, MavProtocolCapability as Capability,
+    AUTOPILOT_VERSION_DATA, HOME_POSITION_DATA, MavLandedState,
+    MavProtocolCapability as Capability, MavResult,
 };
 use flight_control::Belief;
 
 use super::aircraft::Aircraft;
-use super::codec::Encoded;
+use super::codec::{Encoded, StreamRequest};
+use super::context::{Context, From};
 use super::convert;
-use super::peers::Peers;
+use super::peers::{Peer, Peers};
+use super::refused::Refused;
 use crate::clock::WallTime;
 
 mod messages;
@@ -78,6 +81,32 @@ impl Telemetry {
         }
     }
 
+    /// REQUEST_DATA_STREAM: scales the rates of one peer.
+    pub fn handle_data_stream(&mut self, _from: From, _request: StreamRequest, _now: WallTime) {}
+
+    /// SET_MESSAGE_INTERVAL of one peer: param1 and param2 of the command. -1 stops, 0 goes back to the
+    /// default, else microseconds.
+    ///
+    /// # Errors
+    /// No such message, or an interval that is none or too short.
+    pub fn set_interval(
+        &mut self,
+        _peer: Peer,
+        _message_id: f32,
+        _interval_us: f32,
+    ) -> Result<(), Refused> {
+        Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
+    }
+
+    /// GET_MESSAGE_INTERVAL of one peer: the MESSAGE_INTERVAL that answers it; its interval is 0 for a
+    /// message that is never sent.
+    ///
+    /// # Errors
+    /// `message_id` is no message number.
+    pub fn interval(&self, _peer: Peer, _message_id: f32) -> Result<Encoded, Refused> {
+        Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
+    }
+
     /// A snapshot of the next tick is wanted.
     #[must_use]
     pub fn wants_snapshot(&self) -> bool {
@@ -132,6 +161,28 @@ impl Telemetry {
             send(stream, aircraft, &self.belief, out);
         }
     }
+}
+
+/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it.
+///
+/// # Errors
+/// No such message, or nothing to tell yet.
+pub fn request(
+    ctx: &Context,
+    _peer: Peer,
+    _now: WallTime,
+    message_id: f32,
+    _param2: f32,
+) -> Result<Vec<Encoded>, Refused> {
+    if message_id == AUTOPILOT_VERSION_ID {
+        return Ok(vec![autopilot_version()]);
+    }
+    if message_id == HOME_POSITION_ID {
+        return home_position(ctx.aircraft)
+            .map(|message| vec![message])
+            .ok_or(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED));
+    }
+    Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
 }
 
 fn send(stream: Stream, aircraft: &Aircraft, belief: &Belief, out: &mut Peers) {

@@ -4,10 +4,15 @@ use flight_control::Demand;
 use icd::{Sensors, SimTime};
 
 pub mod mode;
+pub mod navigation;
+pub mod plan;
+pub mod request;
 pub mod schedule;
 
 use crate::parameters::ReferenceLimits;
 pub use mode::Mode;
+pub use navigation::Navigation;
+pub use request::{LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks};
 use schedule::ReferenceSchedule;
 
 /// Mode and references.
@@ -17,17 +22,6 @@ pub struct Vehicle {
     demand: Option<Demand>,
     schedule: ReferenceSchedule,
     scheduled: usize,
-}
-
-/// A reference that the operator may change.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reference {
-    /// Altitude above the ellipsoid, m.
-    Altitude(f64),
-    /// True airspeed, m/s.
-    Airspeed(f64),
-    /// Roll angle, rad; only in Offboard.
-    Roll(f64),
 }
 
 /// Why the vehicle does not do what was asked.
@@ -62,12 +56,12 @@ impl Vehicle {
     /// In Hold, with references by time.
     #[must_use]
     pub fn new(schedule: ReferenceSchedule) -> Self {
-        Self { mode: Mode::Hold, demand: None, schedule, scheduled: 0 }
+        Self { mode: Mode::Reference, demand: None, schedule, scheduled: 0 }
     }
 
     /// A flight begins: back to Hold, the references start from the first sample.
     pub fn begin_flight(&mut self) {
-        self.mode = Mode::Hold;
+        self.mode = Mode::Reference;
         self.demand = None;
         self.scheduled = 0;
     }
@@ -117,7 +111,7 @@ impl Vehicle {
             Reference::Altitude(altitude_m) => demand.altitude_m = altitude_m,
             Reference::Airspeed(airspeed_m_s) => demand.airspeed_m_s = airspeed_m_s,
             Reference::Roll(roll_rad) if self.mode == Mode::Offboard => demand.roll_rad = roll_rad,
-            Reference::Roll(_) => return Err(VehicleRefusal::NotOffboard),
+            Reference::Roll(_) | Reference::Course(_) => return Err(VehicleRefusal::NotOffboard),
         }
         Ok(())
     }
@@ -125,7 +119,7 @@ impl Vehicle {
     /// Changes the mode. Hold levels the wings; Offboard keeps the references until the first setpoint.
     pub fn set_mode(&mut self, mode: Mode) {
         self.mode = mode;
-        if let (Mode::Hold, Some(demand)) = (mode, self.demand.as_mut()) {
+        if let (Mode::Hold | Mode::Reference, Some(demand)) = (mode, self.demand.as_mut()) {
             demand.roll_rad = 0.0;
         }
     }

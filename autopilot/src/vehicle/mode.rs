@@ -1,21 +1,46 @@
-//! Flight modes.
+//! Flight modes: who gives the references.
 
 use core::fmt;
 
 /// Who gives the references.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// The aircraft holds altitude and airspeed, wings level.
+    /// Altitude, airspeed and roll (or course) references as they stand, wings level to begin with. A flight
+    /// begins in it.
+    Reference,
+    /// The aircraft circles around a point.
     Hold,
-    /// A ground station streams the roll reference.
+    /// The aircraft flies its plan.
+    Mission,
+    /// The aircraft flies home and circles there.
+    Return,
+    /// A ground station streams setpoints.
     Offboard,
+    /// A pilot's sticks give roll angle, climb and airspeed.
+    Altitude,
+}
+
+impl Mode {
+    /// All of them, in the order in which they are listed to ground stations.
+    pub const ALL: [Self; 6] =
+        [Self::Reference, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
+
+    /// Name for people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "Reference",
+            Self::Hold => "Hold",
+            Self::Mission => "Mission",
+            Self::Return => "Return",
+            Self::Offboard => "Offboard",
+            Self::Altitude => "Altitude",
+        }
+    }
 }
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Hold => "Hold",
-            Self::Offboard => "Offboard",
-        })
+        f.write_str(self.name())
     }
 }

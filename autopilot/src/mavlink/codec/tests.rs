@@ -79,5 +79,8 @@ fn missing_trailing_zeros_are_zeros() {
     let frame = Frame { sender: OWN, id: 76, payload: &payload };
     let (target, message) = decode(&frame).unwrap();
     assert_eq!(target, OWN);
-    assert_eq!(message, Message::Command(Command { id: 420, params: [0.0; 7], frame: None }));
+    assert_eq!(
+        message,
+        Message::Command(Command { id: 420, params: [0.0; 7], frame: None, xy: None })
+    );
 }

@@ -1,0 +1,107 @@
+"""A session with stock MAVProxy: parameters, long commands, a mission loaded and listed, modes."""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from checks import Checks, wait_until
+
+MISSION = """QGC WPL 110
+0\t1\t3\t16\t0\t0\t0\t0\t35.10\t-117.90\t5100\t1
+1\t0\t3\t16\t0\t0\t0\t0\t35.30\t-117.80\t5300\t1
+2\t0\t3\t17\t0\t0\t9000\t0\t35.50\t-117.80\t5300\t1
+"""
+
+
+class Session:
+    """MAVProxy with its prompt on pipes."""
+
+    def __init__(self, master, folder):
+        program = os.path.join(os.path.dirname(sys.executable), "mavproxy.py")
+        self.process = subprocess.Popen(
+            [sys.executable, program, f"--master={master}", "--no-state", "--source-system=255"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=folder,
+        )
+        self.output = ""
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        while data := os.read(self.process.stdout.fileno(), 4096):
+            self.output += data.decode(errors="replace").replace("\r", "\n")
+
+    def say(self, line):
+        self.process.stdin.write(f"{line}\n".encode())
+        self.process.stdin.flush()
+
+    def hears(self, pattern, timeout_s=5.0, since=0):
+        return wait_until(lambda: re.search(pattern, self.output[since:]), timeout_s)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--connect", default="udpin:127.0.0.1:14550")
+    args = parser.parse_args()
+    c = Checks("MAVProxy")
+    with tempfile.TemporaryDirectory() as folder:
+        s = Session(args.connect, folder)
+        c.expect("connects", s.hears(r"Detected vehicle 1:1", 20.0))
+        began = time.monotonic()
+        got = s.hears(r"Received (\d+) parameters", 15.0)
+        took = time.monotonic() - began
+        c.expect("all parameters within 3 s", got and took < 3.0, f"{took:.2f} s")
+        for line, answer in [
+            ("long INJECT_FAILURE 102 2 5", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
+            ("long INJECT_FAILURE 102 0 5", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
+            ("long INJECT_FAILURE 0 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: UNSUPPORTED"),
+            ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
+            ("long DO_CHANGE_SPEED 0 262 0", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
+            ("setspeed 264", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
+            ("param show OBS_W0", r"OBS_W0\s+50"),
+            ("param set OBS_W0 41", r""),
+            ("param show OBS_W0", r"OBS_W0\s+41"),
+            ("param show FTC_MODE", r"FTC_MODE\s+1"),
+        ]:
+            mark = len(s.output)
+            s.say(line)
+            c.expect(line, s.hears(answer, 5.0, mark), s.output[mark:].strip()[-100:].replace("\n", " "))
+            time.sleep(0.3)
+        c.expect("the mode is told", s.hears(r"LOITER"))
+        path = os.path.join(folder, "mission.txt")
+        with open(path, "w", encoding="ascii") as file:
+            file.write(MISSION)
+        mark = len(s.output)
+        s.say(f"wp load {path}")
+        c.expect("a mission is loaded", s.hears(r"Sent waypoint 2|sent all 3 waypoints|MISSION_ACCEPTED|Flight plan received|Got MISSION_ACK: TYPE_MISSION: ACCEPTED", 10.0, mark), s.output[mark:][-200:])
+        mark = len(s.output)
+        s.say("wp list")
+        c.expect("and listed", s.hears(r"2 \d+.*35\.5|Saved 3 waypoints|17 .*35\.5", 10.0, mark), s.output[mark:][-300:])
+        mark = len(s.output)
+        s.say("long DO_SET_MODE 1 4 4")
+        c.expect("and flown", s.hears(r"MISSION>|Mode MISSION|MISSION", 5.0, mark))
+        mark = len(s.output)
+        s.say("guided 35.2 -117.9 5000")
+        c.expect("guided", s.hears(r"DO_REPOSITION: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
+        mark = len(s.output)
+        s.say("changealt 5200")
+        c.expect("changealt", s.hears(r"DO_CHANGE_ALTITUDE: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
+        time.sleep(2.0)
+        s.say("exit")
+        for words in ["fence breach", "Traceback", "no link", "link 1 down", "UNKNOWN", "unknown message",
+                      "ERROR", "timed out", "Unable"]:
+            c.expect(f"never says {words!r}", words not in s.output)
+        try:
+            s.process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            s.process.kill()
+        if c.failed:
+            print(s.output)
+    c.end()
+
+
+if __name__ == "__main__":
+    main()
