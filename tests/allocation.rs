@@ -6,8 +6,12 @@ mod flights;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use autopilot::autopilot::Autopilot;
+use autopilot::event::{EventKind, Intent, Wish};
+use autopilot::vehicle::Mode;
 use flight_control::{Demand, FlightControl};
 use plant_sim::{EarthModel, Plant};
+use sitl::closed_loop::settings;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -60,4 +64,34 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     }
     assert_eq!(allocations() - before, 0);
     assert!(woke, "the fault was part of it");
+}
+
+#[test]
+fn a_control_step_of_a_mission_allocates_nothing() {
+    let out = std::path::PathBuf::new();
+    let earth = EarthModel::Wgs84;
+    let options =
+        sitl::mission::MissionOptions { earth, wind_m_s: 20.0, turbulence_m_s: 1.5, seed: 1, out };
+    let setup = sitl::mission::setup(&options).expect("the shipped aircraft");
+    let plan = std::sync::Arc::new(sitl::mission::demo(sitl::mission::start(&setup)));
+    let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
+    let mut autopilot = Autopilot::new(&settings(&setup));
+    autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    autopilot.step(plant.time(), &plant.sense());
+    for (number, wish) in (1..).zip([Wish::Plan(plan), Wish::Mode(Mode::Mission)]) {
+        autopilot.handle_intent(Intent { number, wish });
+    }
+    let before = allocations();
+    let mut reached = 0;
+    // 260 s: two legs, a change of speed, and the way to a circle.
+    for _ in 0..130_000 {
+        let sensors = plant.sense();
+        let output = autopilot.step(plant.time(), &sensors);
+        while let Some(event) = autopilot.pop_event() {
+            reached += u32::from(matches!(event.kind, EventKind::ItemReached(_)));
+        }
+        plant.advance(&output.actuators);
+    }
+    assert_eq!(allocations() - before, 0);
+    assert_eq!(reached, 3, "items were part of it");
 }

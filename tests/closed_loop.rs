@@ -31,8 +31,8 @@ fn mirror_pairs(a: &Record, b: &Record) -> [(&'static str, f64, f64); 12] {
         ("p", t.body_rates.0.x, -u.body_rates.0.x),
         ("q", t.body_rates.0.y, u.body_rates.0.y),
         ("r", t.body_rates.0.z, -u.body_rates.0.z),
-        ("phi", t.euler.phi, -u.euler.phi),
-        ("theta", t.euler.theta, u.euler.theta),
+        ("phi", t.euler().phi, -u.euler().phi),
+        ("theta", t.euler().theta, u.euler().theta),
         ("airspeed", t.airspeed_m_s, u.airspeed_m_s),
         ("alpha", t.alpha_rad, u.alpha_rad),
         ("beta", t.beta_rad, -u.beta_rad),
@@ -123,7 +123,7 @@ fn smaller_plant_steps_change_nothing_that_matters() {
     };
     let (fine, coarse) = (at(250), at(2_000));
     for (a, b) in fine.iter().zip(&coarse) {
-        let difference = (a.truth.euler.phi - b.truth.euler.phi).abs().to_degrees();
+        let difference = (a.truth.euler().phi - b.truth.euler().phi).abs().to_degrees();
         // The commands are held for the period, so only the integration error is left.
         assert!(difference < 1.0e-3, "{} deg at {}", difference, a.truth.time);
     }

@@ -68,7 +68,7 @@ fn every_allowed_period_flies_and_only_divisors_are_plant_steps() {
         setup.plant.step_us = micros;
         setup.duration = SimTime::from_micros(8_000_000);
         let records = fly(&setup);
-        assert!(records.iter().all(|record| record.truth.euler.phi.abs() < 0.6), "{micros} us");
+        assert!(records.iter().all(|record| record.truth.euler().phi.abs() < 0.6), "{micros} us");
         setup.plant.step_us = micros - 1;
         assert!(plant_sim::Plant::new(&setup.plant).is_err(), "{micros} us");
     }

@@ -10,7 +10,7 @@ mod programs;
 
 use ground::Ground;
 use mavlink::dialects::common::{MavCmd, MavResult};
-use programs::{Program, autopilot, autopilot_with, free_port};
+use programs::{Program, autopilot, autopilot_with, free_port, listening_autopilot};
 
 /// Simulation time per wall time; the ground station still sees every tenth of a second.
 const SPEED: &str = "20";
@@ -120,6 +120,27 @@ fn a_port_in_use_names_process_and_port() {
     assert_ne!(second.end(), Some(0));
     let said = second.said();
     assert!(said.contains("autopilot") && said.contains(&link), "{said}");
+}
+
+#[test]
+fn a_port_for_ground_stations_in_use_names_process_link_option_and_port() {
+    let servers = ["--gcs", "none", "--gcs-udp-server", "127.0.0.1:0", "--gcs-tcp", "127.0.0.1:0"];
+    let (_first, listening) = listening_autopilot(&servers);
+    for (option, key) in [("--gcs-udp-server", "udp_server"), ("--gcs-tcp", "tcp_server")] {
+        let port = listening["ground_stations"][key].as_str().expect("an address");
+        let arguments = ["--plant-link", "127.0.0.1:0", "--gcs", "none", option, port];
+        let mut second = Program::start("autopilot", &arguments);
+        assert_ne!(second.end(), Some(0));
+        let said = second.said();
+        assert!(
+            [option, port, "autopilot: cannot open"].iter().all(|part| said.contains(part)),
+            "{said}"
+        );
+        let mut sitl = Program::start("sitl", &arguments);
+        assert_ne!(sitl.end(), Some(0));
+        let said = sitl.said();
+        assert!([option, port, "autopilot ended"].iter().all(|part| said.contains(part)), "{said}");
+    }
 }
 
 #[test]

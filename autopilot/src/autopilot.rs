@@ -7,13 +7,15 @@ use std::collections::VecDeque;
 
 use flight_control::{Belief, FlightControl, Gains, StepOutput};
 use icd::fault::{FaultReply, PlantAction, PlantReport, PlantRequest};
+use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
 use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
-use crate::parameters::ReferenceLimits;
+use crate::parameters::{NavigationParameters, ReferenceLimits};
+use crate::termination;
 use crate::transitions::Transitions;
 use crate::vehicle::schedule::ReferenceSchedule;
-use crate::vehicle::{Mode, Navigation, Vehicle, VehicleRefusal};
+use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
@@ -29,6 +31,8 @@ pub struct Settings {
     pub gains: Gains,
     /// References that are accepted.
     pub limits: ReferenceLimits,
+    /// Guidance.
+    pub navigation: NavigationParameters,
     /// References by time.
     pub references: ReferenceSchedule,
 }
@@ -38,7 +42,7 @@ pub struct Settings {
 pub struct Autopilot {
     belief: Belief,
     gains: Gains,
-    limits: ReferenceLimits,
+    rules: Rules,
     vehicle: Vehicle,
     flight: FlightControl,
     period: ControlPeriod,
@@ -61,12 +65,12 @@ impl Autopilot {
     /// Waits for a flight.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let Settings { belief, gains, limits, references } = settings;
+        let Settings { belief, gains, limits, navigation, references } = settings;
         let period = ControlPeriod::DEFAULT;
         Self {
             belief: *belief,
             gains: *gains,
-            limits: *limits,
+            rules: Rules { limits: *limits, navigation: *navigation },
             vehicle: Vehicle::new(references.clone()),
             flight: FlightControl::new(period, belief, gains),
             period,
@@ -103,20 +107,24 @@ impl Autopilot {
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
         self.time = time;
         self.on_ground = false;
-        let demand = self.vehicle.track(time, sensors);
-        let output = self.flight.step(sensors, &demand);
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
-        self.transitions.step(&output.log, &self.gains.activation, self.period, |kind| {
-            push(events, dropped, Event { time, kind });
-        });
+        let mut tell = |kind| push(events, dropped, Event { time, kind });
+        let command = self.vehicle.track(time, sensors, &self.rules, &mut tell);
+        let mut output = self.flight.step(sensors, &command);
+        if self.vehicle.is_terminated() {
+            output.log.commands = termination::commands(&self.belief);
+            output.actuators.commands = output.log.commands;
+        } else {
+            self.transitions.step(&output.log, &self.gains.activation, self.period, tell);
+        }
         self.latest = Some(Snapshot {
             time,
             period: self.period,
             on_ground: false,
             mode: self.vehicle.mode(),
-            demand,
-            navigation: Navigation::default(),
-            terminated: false,
+            demand: self.vehicle.demand().copied().unwrap_or(command),
+            navigation: *self.vehicle.navigation(),
+            terminated: self.vehicle.is_terminated(),
             sensors: *sensors,
             log: output.log,
         });
@@ -130,6 +138,9 @@ impl Autopilot {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
                 snapshot.sensors = *sensors;
+                // A mode chosen in a pause is shown in the pause; it acts when time goes on.
+                snapshot.mode = self.vehicle.mode();
+                snapshot.terminated = self.vehicle.is_terminated();
                 Actuators { commands: snapshot.log.commands }
             }
             // Came in while nothing moves: look once, so that there is something to show and to command.
@@ -150,7 +161,8 @@ impl Autopilot {
     /// Next request for the plant; at most one leaves with each answer.
     pub fn next_request(&mut self) -> Option<PlantRequest> {
         let request = self.requests.pop_front()?;
-        if let PlantAction::Fault(_) = request.action {
+        // The answer to a restart is the new flight.
+        if request.action != PlantAction::Restart {
             self.unanswered.push(request.number);
         }
         Some(request)
@@ -160,11 +172,9 @@ impl Autopilot {
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
-                let Some(place) = self.unanswered.iter().position(|number| *number == request)
-                else {
+                if !self.was_asked(request) {
                     return;
-                };
-                self.unanswered.swap_remove(place);
+                }
                 let outcome = Outcome::Plant(reply);
                 (
                     reply_time(&reply).unwrap_or(self.time),
@@ -179,31 +189,49 @@ impl Autopilot {
                 self.on_ground = true;
                 (at, EventKind::GroundContact)
             }
+            PlantReport::Paced { request, pace, at } => {
+                if let Some(number) = request.filter(|number| self.was_asked(*number)) {
+                    self.tell(EventKind::Outcome { number, outcome: Outcome::Done });
+                }
+                (at, EventKind::Paced(pace))
+            }
         };
         push(&mut self.events, &mut self.dropped_events, Event { time: at, kind });
+    }
+
+    /// Whether the plant owed an answer with this number; it does not any more.
+    fn was_asked(&mut self, request: u32) -> bool {
+        let place = self.unanswered.iter().position(|number| *number == request);
+        if let Some(place) = place {
+            self.unanswered.swap_remove(place);
+        }
+        place.is_some()
     }
 
     /// Takes what the operator wants. The outcome comes as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
         let Intent { number, wish } = intent;
         let done = match wish {
-            Wish::Mode(mode) => self.can_fly().map(|()| self.change_mode(mode)),
-            Wish::Refer(reference) => {
-                self.can_fly().and_then(|()| self.vehicle.refer(reference, &self.limits))
-            }
             Wish::Gains(gains) => {
                 self.gains = *gains;
                 self.flight.set_gains(&gains);
                 Ok(())
             }
             Wish::Limits(limits) => {
-                self.limits = limits;
+                self.rules.limits = limits;
+                Ok(())
+            }
+            Wish::Navigation(navigation) => {
+                self.rules.navigation = navigation;
                 Ok(())
             }
             Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
             Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
-            // Interim, replaced by the vehicle's own handling.
-            _ => Err(VehicleRefusal::NoFlight),
+            Wish::Pace(pace) => match self.can_pass(pace) {
+                Ok(()) => return self.ask_plant(number, PlantAction::Pace(pace)),
+                refused => refused,
+            },
+            wish => self.ask_vehicle(wish),
         };
         let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
         self.tell(EventKind::Outcome { number, outcome });
@@ -218,11 +246,61 @@ impl Autopilot {
         }
     }
 
-    fn change_mode(&mut self, mode: Mode) {
-        let changed = self.vehicle.mode() != mode;
-        self.vehicle.set_mode(mode);
-        if changed {
-            self.tell(EventKind::Mode(mode));
+    /// Time can be told to pass in this way.
+    fn can_pass(&self, pace: Pace) -> Result<(), VehicleRefusal> {
+        let refused = |what, unit, value, (min, max)| {
+            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
+        };
+        match pace {
+            Pace::Step(periods) if !pace.is_valid() => {
+                let limits = (1.0, f64::from(Pace::STEPS_MAX));
+                refused("step", "periods", f64::from(periods), limits)
+            }
+            Pace::Speed(speed) if !pace.is_valid() => {
+                refused("simulation speed", "x real time", speed, Pace::SPEED)
+            }
+            // Time has ended for an aircraft on the ground.
+            Pace::Step(_) => self.can_fly(),
+            Pace::Pause | Pace::Run | Pace::Speed(_) => Ok(()),
+        }
+    }
+
+    /// Hands a wish to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
+    fn ask_vehicle(&mut self, wish: Wish) -> Result<(), VehicleRefusal> {
+        if !matches!(wish, Wish::Plan(_) | Wish::PlanItem(_)) {
+            self.can_fly()?;
+        }
+        let Self { vehicle, rules, events, dropped_events, time, .. } = self;
+        let time = *time;
+        let tell = &mut |kind| push(events, dropped_events, Event { time, kind });
+        match wish {
+            Wish::Mode(mode) => vehicle.change_mode(mode, rules, tell),
+            Wish::Refer(reference) => vehicle.refer(reference, rules),
+            Wish::Reposition(wanted) => vehicle.reposition(&wanted, rules, tell),
+            Wish::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
+            Wish::Sticks(sticks) => vehicle.take_sticks(sticks),
+            Wish::Plan(plan) => vehicle.replace_plan(&plan, rules, tell),
+            Wish::PlanItem(item) => vehicle.select_item(item, tell),
+            Wish::Home(place) => vehicle.set_home(place),
+            Wish::Terminate => {
+                vehicle.terminate(tell);
+                Ok(())
+            }
+            Wish::LinkLost(action) => {
+                vehicle.lose_link(action, rules, tell);
+                Ok(())
+            }
+            Wish::LinkBack => {
+                vehicle.regain_link(rules, tell);
+                Ok(())
+            }
+            // The caller deals with these.
+            Wish::Gains(_)
+            | Wish::Limits(_)
+            | Wish::Navigation(_)
+            | Wish::Fault(_)
+            | Wish::Restart
+            | Wish::Pace(_) => Ok(()),
         }
     }
 

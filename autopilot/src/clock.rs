@@ -3,7 +3,7 @@
 use core::ops::Add;
 use core::time::Duration;
 use std::sync::LazyLock;
-use std::time::Instant;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Wall time since the process started, whole microseconds.
 ///
@@ -56,6 +56,16 @@ pub fn now() -> WallTime {
     WallTime::ZERO + read().saturating_duration_since(start)
 }
 
+/// UNIX time at [`WallTime::ZERO`] by the computer's calendar, us; `None` if that is before 1970. Told to
+/// ground stations and used for nothing else.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "the one look at the calendar of the process")]
+pub fn unix_start_us() -> Option<u64> {
+    let elapsed = now().as_micros();
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
+    u64::try_from(since_1970.as_micros()).ok()?.checked_sub(elapsed)
+}
+
 /// The instant at `time`, for timers that want one.
 #[must_use]
 pub fn instant(time: WallTime) -> Instant {
@@ -67,9 +77,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_does_not_run_backwards() {
+    fn time_does_not_run_backwards_and_the_calendar_is_of_this_century() {
         let first = now();
         assert!(now() >= first);
+        // 1.6e15 us: September 2020, before this program was written.
+        assert!(unix_start_us().is_some_and(|start| start > 1_600_000_000_000_000));
         assert_eq!(first.since(first + Duration::from_secs(1)), Duration::ZERO);
     }
 }

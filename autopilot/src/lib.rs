@@ -20,5 +20,6 @@ pub mod io;
 pub mod mavlink;
 pub mod parameters;
 pub mod run;
+pub mod termination;
 pub mod transitions;
 pub mod vehicle;

@@ -1,12 +1,22 @@
-//! The parameter table: every tunable of the autopilot with name, unit, range and meaning.
+//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
 
-use flight_control::gains::{GainError, Lemma1Warning, TUNABLES};
+use flight_control::gains::{GainError, Lemma1Warning};
 use flight_control::{CompensatorMode, Gains, MainLaw, ObserverMode};
 
-use crate::vehicle::{LinkLossAction, Reference, VehicleRefusal};
+use crate::vehicle::LinkLossAction;
 
+mod compatibility;
+mod document;
+mod groups;
+mod saved;
 mod table;
 
+pub use compatibility::{COMPATIBILITY, CompatibilityParameter, compatibility};
+pub use document::document;
+pub use groups::{
+    FailureParameters, LinkParameters, NavigationParameters, ReferenceLimits, StreamParameters,
+};
+pub use saved::{SavedError, SavedProblem, from_text, to_text};
 pub use table::table;
 
 /// All parameters.
@@ -24,81 +34,6 @@ pub struct Parameters {
     pub link: LinkParameters,
     /// Rates of the streams.
     pub streams: StreamParameters,
-}
-
-/// Parameters of the guidance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NavigationParameters {
-    /// Period of the lateral guidance, s.
-    pub l1_period_s: f64,
-    /// Damping of the lateral guidance.
-    pub l1_damping: f64,
-    /// Largest bank angle that the guidance asks for, deg.
-    pub bank_max_deg: f64,
-    /// Radius of circles that have none of their own, m.
-    pub loiter_radius_m: f64,
-    /// Smallest acceptance radius of waypoints, m.
-    pub acceptance_m: f64,
-    /// Largest climb rate of stick and offboard references, m/s.
-    pub climb_max_m_s: f64,
-    /// Altitude of the return, m above the ellipsoid.
-    pub return_altitude_m: f64,
-}
-
-/// What silence of ground stations leads to, and when.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LinkParameters {
-    /// What happens when the controlling ground station falls silent.
-    pub loss_action: LinkLossAction,
-    /// Silence after which it happens, wall time, s.
-    pub loss_s: f64,
-    /// Silence of an offboard stream after which Offboard ends, wall time, s.
-    pub offboard_loss_s: f64,
-    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
-    pub sticks_loss_s: f64,
-}
-
-/// Default rates of the streams, Hz of wall time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StreamParameters {
-    /// Attitude.
-    pub attitude_hz: f64,
-    /// Position and speed.
-    pub position_hz: f64,
-    /// Commands of the effectors.
-    pub actuators_hz: f64,
-    /// What the compensator does.
-    pub compensator_hz: f64,
-}
-
-/// References that are accepted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceLimits {
-    /// Lowest altitude, m.
-    pub altitude_min_m: f64,
-    /// Highest altitude, m.
-    pub altitude_max_m: f64,
-    /// Lowest true airspeed, m/s.
-    pub airspeed_min_m_s: f64,
-    /// Highest true airspeed, m/s.
-    pub airspeed_max_m_s: f64,
-    /// Largest roll angle either way, deg.
-    pub roll_max_deg: f64,
-}
-
-/// Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FailureParameters {
-    /// Fault injection is allowed.
-    pub enabled: bool,
-    /// STUCK means stuck at `stuck_deg` instead of where it is.
-    pub stuck_at_angle: bool,
-    /// Angle of STUCK, deg.
-    pub stuck_deg: f64,
-    /// A stuck effector travels to its angle at the actuator's rate instead of jumping.
-    pub stuck_travels: bool,
-    /// Effect that is left after WRONG, percent.
-    pub remaining_pct: f64,
 }
 
 impl Default for Parameters {
@@ -153,11 +88,22 @@ pub enum Kind {
     Real,
 }
 
+/// One value of a parameter that is a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// The number.
+    pub value: i32,
+    /// What it means.
+    pub label: &'static str,
+}
+
 /// One row of the parameter table.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Name, at most 16 characters.
     pub name: &'static str,
+    /// What it is about.
+    pub group: &'static str,
     /// Wire type.
     pub kind: Kind,
     /// Unit; `-` for none.
@@ -168,6 +114,8 @@ pub struct Parameter {
     pub max: f64,
     /// What it does.
     pub meaning: &'static str,
+    /// What each value means; empty for a number.
+    pub choices: &'static [Choice],
     get: Get,
     set: Set,
 }
@@ -193,6 +141,12 @@ pub enum ParameterError {
         /// The name asked for.
         name: String,
     },
+    /// A compatibility parameter.
+    #[error("{name} is read-only: it is there for ground stations and means nothing here")]
+    ReadOnly {
+        /// Parameter.
+        name: &'static str,
+    },
     /// Not finite or outside the range.
     #[error("{name} = {value} is outside {min} to {max} {unit}")]
     OutOfRange {
@@ -205,6 +159,20 @@ pub enum ParameterError {
         /// Largest allowed.
         max: f64,
         /// Unit of the numbers.
+        unit: &'static str,
+    },
+    /// A lower limit above its upper limit.
+    #[error("{lower} = {low} {unit} is above {upper} = {high} {unit}")]
+    Order {
+        /// The lower limit.
+        lower: &'static str,
+        /// Its value.
+        low: f64,
+        /// The upper limit.
+        upper: &'static str,
+        /// Its value.
+        high: f64,
+        /// Unit of both.
         unit: &'static str,
     },
     /// The set as a whole cannot be flown.
@@ -221,6 +189,12 @@ impl Parameter {
             Get::Own(get) => get(parameters),
         }
     }
+
+    /// Value where nothing was set.
+    #[must_use]
+    pub fn default_value(&self) -> f64 {
+        self.value(&Parameters::default())
+    }
 }
 
 impl Parameters {
@@ -229,109 +203,50 @@ impl Parameters {
     /// # Errors
     /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
     pub fn set(&mut self, name: &str, value: f64) -> Result<Option<Lemma1Warning>, ParameterError> {
-        let parameter = table()
-            .iter()
-            .find(|parameter| parameter.name == name)
-            .ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
-        let value = match parameter.kind {
-            Kind::Int => libm::round(value),
-            Kind::Real => value,
-        };
-        let Parameter { name, unit, min, max, .. } = *parameter;
-        if !(min..=max).contains(&value) {
-            return Err(ParameterError::OutOfRange { name, value, min, max, unit });
-        }
+        self.set_all([(name, value)])
+    }
+
+    /// Sets several parameters and checks the whole set, so that their order does not matter.
+    ///
+    /// # Errors
+    /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
+    pub fn set_all<'a>(
+        &mut self,
+        settings: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<Option<Lemma1Warning>, ParameterError> {
         let mut changed = *self;
-        match parameter.set {
-            Set::Gain(set) => set(&mut changed.gains, value),
-            Set::Own(set) => set(&mut changed, value),
+        for (name, value) in settings {
+            changed.assign(name, value)?;
         }
         changed.limits.check_order()?;
         let warning = changed.gains.validate()?;
         *self = changed;
         Ok(warning)
     }
-}
 
-impl ReferenceLimits {
-    /// Checks a reference; NaN is outside every range.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal::OutOfRange`].
-    pub fn check(&self, reference: Reference) -> Result<(), VehicleRefusal> {
-        let (what, unit, value, min, max) = match reference {
-            Reference::Altitude(value) => {
-                ("altitude", "m", value, self.altitude_min_m, self.altitude_max_m)
-            }
-            Reference::Airspeed(value) => {
-                ("airspeed", "m/s", value, self.airspeed_min_m_s, self.airspeed_max_m_s)
-            }
-            Reference::Roll(value) => {
-                ("roll", "deg", value.to_degrees(), -self.roll_max_deg, self.roll_max_deg)
-            }
-            Reference::Course(value) => ("course", "deg", value.to_degrees(), -180.0, 360.0),
+    /// Sets one parameter that is inside its range; says nothing about the whole set.
+    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let Some(row) = table().iter().find(|row| row.name == name) else {
+            return Err(match compatibility(name) {
+                Some(row) => ParameterError::ReadOnly { name: row.name },
+                None => ParameterError::Unknown { name: name.to_owned() },
+            });
         };
-        if (min..=max).contains(&value) {
-            Ok(())
-        } else {
-            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
+        let value = match row.kind {
+            Kind::Int => libm::round(value),
+            Kind::Real => value,
+        };
+        let Parameter { name, unit, min, max, .. } = *row;
+        if !(min..=max).contains(&value) {
+            return Err(ParameterError::OutOfRange { name, value, min, max, unit });
         }
-    }
-
-    fn check_order(&self) -> Result<(), ParameterError> {
-        for (name, value, max, unit) in [
-            ("REF_ALT_MIN", self.altitude_min_m, self.altitude_max_m, "m"),
-            ("FW_AIRSPD_MIN", self.airspeed_min_m_s, self.airspeed_max_m_s, "m/s"),
-        ] {
-            if value > max {
-                return Err(ParameterError::OutOfRange { name, value, min: 0.0, max, unit });
-            }
+        match row.set {
+            Set::Gain(set) => set(&mut self.gains, value),
+            Set::Own(set) => set(self, value),
         }
         Ok(())
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_unique_and_short_enough_and_defaults_are_inside_their_range() {
-        for (i, row) in table().iter().enumerate() {
-            assert!(row.name.len() <= 16, "{}", row.name);
-            assert!(table()[..i].iter().all(|other| other.name != row.name), "{}", row.name);
-            let value = row.value(&Parameters::default());
-            assert!((row.min..=row.max).contains(&value), "{} = {value} {}", row.name, row.unit);
-        }
-    }
-
-    #[test]
-    fn every_parameter_reads_what_was_set_and_refuses_what_is_outside() {
-        for row in table() {
-            let mut parameters = Parameters::default();
-            let middle = if row.kind == Kind::Int { row.max } else { 0.5 * (row.min + row.max) };
-            if parameters.set(row.name, middle).is_ok() {
-                assert!((row.value(&parameters) - middle).abs() < 1e-9, "{}", row.name);
-            }
-            let before = parameters;
-            for bad in [f64::NAN, f64::INFINITY, row.max * 1.01 + 1.0, row.min - 1.0] {
-                assert!(parameters.set(row.name, bad).is_err(), "{} = {bad}", row.name);
-            }
-            assert_eq!(parameters, before);
-        }
-    }
-
-    #[test]
-    fn a_lower_limit_above_its_upper_limit_is_refused() {
-        let mut parameters = Parameters::default();
-        parameters.set("FW_AIRSPD_MAX", 250.0).unwrap();
-        assert!(parameters.set("FW_AIRSPD_MIN", 260.0).is_err());
-    }
-
-    #[test]
-    fn a_set_outside_lemma_1_is_accepted_with_a_warning() {
-        let mut parameters = Parameters::default();
-        assert!(parameters.set("OBS_KB", 1.5).unwrap().is_some());
-        assert!((parameters.gains.observer.rate_factor - 1.5).abs() < 1e-12);
-    }
-}
+mod tests;

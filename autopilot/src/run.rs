@@ -12,14 +12,17 @@ use tracing::{info, warn};
 use crate::autopilot::{Autopilot, Settings};
 use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
-use crate::io::gcs_link::{self, GcsConfig, GcsError};
+use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
 use crate::io::status::{self, StatusLine};
-use crate::parameters::{ParameterError, Parameters};
+use crate::io::store::Kept;
+use crate::parameters::{ParameterError, Parameters, SavedError};
 
 mod args;
+mod ground_stations;
 
-pub use args::{AutopilotArgs, ControlSetup, DEFAULT_GROUND_STATIONS, Ftc};
+pub use args::{AutopilotArgs, ControlSetup, Ftc};
+pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
 
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +46,9 @@ pub enum RunError {
     /// A parameter is wrong.
     #[error("--param: {0}")]
     Parameter(#[from] ParameterError),
+    /// Saved parameters cannot be used.
+    #[error(transparent)]
+    Saved(#[from] SavedError),
     /// No socket.
     #[error(transparent)]
     Bind(#[from] BindError),
@@ -72,11 +78,17 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if args.with_parent {
         stop.with_parent()?;
     }
-    let (control, parameters) = args.control_setup()?;
+    let kept = args.kept_parameters()?;
+    if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
+        info!("{summary}");
+    }
+    let saved = kept.as_ref().map_or_else(Parameters::default, |kept| kept.parameters);
+    let (control, parameters) = args.control_setup_over(&saved)?;
     let settings = Settings {
         belief: control.belief,
         gains: parameters.gains,
         limits: parameters.limits,
+        navigation: parameters.navigation,
         references: control.references,
     };
     let address = args.plant_link;
@@ -85,9 +97,16 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
     let step_log = args.step_log.as_ref().map(create).transpose()?;
     let (ground, control) = channels::channels();
-    let ground_stations = GroundStations::start(args, &settings, &parameters, ground, &stop)?;
+    let identity = args.ground_stations.identity;
+    let belief = settings.belief;
+    let config = args.links()?.map(|links| GcsConfig { links, parameters, belief, identity, kept });
+    let ground_stations = config.map(|config| GroundStations::start(&config, ground, &stop));
+    let ground_stations = ground_stations.transpose()?;
     let status = if args.status {
-        Some(status::start(StatusLine::Listening { plant_link: listening }, stop.clone())?)
+        let ground_stations =
+            ground_stations.as_ref().map_or_else(Listening::default, GroundStations::listening);
+        let first = StatusLine::Listening { plant_link: listening, ground_stations };
+        Some(status::start(first, stop.clone())?)
     } else {
         None
     };
@@ -115,36 +134,28 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
 struct GroundStations {
     thread: JoinHandle<Result<(), GcsError>>,
     shutdown: watch::Sender<bool>,
+    listening: Listening,
 }
 
 impl GroundStations {
-    /// `None` if there are to be no ground stations. If they cannot be served, the process ends.
-    fn start(
-        args: &AutopilotArgs,
-        settings: &Settings,
-        parameters: &Parameters,
-        channels: GroundChannels,
-        stop: &Stop,
-    ) -> io::Result<Option<Self>> {
-        if args.no_gcs {
-            return Ok(None);
-        }
-        let config = GcsConfig {
-            bind: args.gcs_bind(),
-            endpoints: args.ground_stations().to_vec(),
-            parameters: *parameters,
-            belief: settings.belief,
-        };
+    /// If they cannot be served, the process ends.
+    fn start(config: &GcsConfig, channels: GroundChannels, stop: &Stop) -> Result<Self, RunError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let link = runtime.block_on(GcsLink::open(config))?;
+        let listening = link.listening().clone();
         let (shutdown, told) = watch::channel(false);
         let stop = stop.clone();
         let serve = move || {
-            let result = runtime.block_on(gcs_link::run(config, channels, told));
+            let result = runtime.block_on(link.run(channels, told));
             stop.request();
             result
         };
         let thread = thread::Builder::new().name("ground stations".to_owned()).spawn(serve)?;
-        Ok(Some(Self { thread, shutdown }))
+        Ok(Self { thread, shutdown, listening })
+    }
+
+    fn listening(&self) -> Listening {
+        self.listening.clone()
     }
 
     fn end(self) -> Result<(), RunError> {

@@ -9,6 +9,7 @@
 //! | how does a process wait for a packet? | [`socket`] |
 //! | on which core does a thread run? | [`cpu`] |
 //! | who tells a process to end? | [`stop`] |
+//! | what does the parent process say? | [`parent`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | what does the operator read? | [`console`] |
 //! | who reads a clock? | [`clock`] |
@@ -16,6 +17,7 @@
 pub mod clock;
 pub mod console;
 pub mod cpu;
+pub mod parent;
 pub mod socket;
 pub mod stop;
 pub mod tick_log;

@@ -1,6 +1,5 @@
-//! The request to end: SIGINT, SIGTERM, or the end of the standard input that a parent holds open.
+//! The request to end: SIGINT, SIGTERM, SIGQUIT, or the end of the standard input that a parent holds open.
 
-use std::io::Read;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -29,7 +28,7 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// SIGINT and SIGTERM become requests from here on.
+    /// SIGINT, SIGTERM and SIGQUIT become requests from here on.
     ///
     /// Call it before any other thread is started: threads inherit which signals they leave alone.
     ///
@@ -39,6 +38,7 @@ impl Stop {
         let mut signals = SigSet::empty();
         signals.add(Signal::SIGINT);
         signals.add(Signal::SIGTERM);
+        signals.add(Signal::SIGQUIT);
         signals.thread_block()?;
         let stop = self.clone();
         let wait = move || {
@@ -55,19 +55,6 @@ impl Stop {
     /// # Errors
     /// What the system says, if it refuses a thread.
     pub fn with_parent(&self) -> std::io::Result<()> {
-        let stop = self.clone();
-        let wait = move || {
-            let mut ignored = [0; 64];
-            let mut input = std::io::stdin().lock();
-            loop {
-                match input.read(&mut ignored) {
-                    Ok(1..) => {}
-                    Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                    Ok(0) | Err(_) => break stop.request(),
-                }
-            }
-        };
-        thread::Builder::new().name("parent".to_owned()).spawn(wait)?;
-        Ok(())
+        crate::parent::listen(self.clone(), |_| {})
     }
 }

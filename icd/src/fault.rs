@@ -7,6 +7,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::effector::Effector;
+use crate::pace::Pace;
 use crate::time::SimTime;
 
 /// How an effector fails.
@@ -209,6 +210,17 @@ pub enum PlantReport {
         /// When.
         at: SimTime,
     },
+    /// How simulation time passes from here on. [`Pace::Step`] says that so many periods have been flown and
+    /// time stands still again.
+    Paced {
+        /// Number of the request that this answers; `None` if somebody at the plant wanted it, or if it was
+        /// answered before.
+        request: Option<u32>,
+        /// What is in force now: what was asked for, or what came in between.
+        pace: Pace,
+        /// Since when.
+        at: SimTime,
+    },
 }
 
 /// What the flight computer can ask of the plant, beside the commands.
@@ -227,4 +239,6 @@ pub enum PlantAction {
     Fault(FaultRequest),
     /// Start the flight anew; the new session is the answer.
     Restart,
+    /// Let simulation time pass in another way.
+    Pace(Pace),
 }

@@ -37,6 +37,7 @@
 extern crate std;
 
 pub mod actuators;
+pub mod angle;
 pub mod effector;
 pub mod fault;
 pub mod frames;

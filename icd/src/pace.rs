@@ -1,17 +1,21 @@
 //! How simulation time passes: requested by an operator, done by the plant, of no account to the laws.
+//!
+//! Standing still and speed are two things: a speed that is asked for while time stands still is the one at
+//! which it will run.
 
 use serde::{Deserialize, Serialize};
 
 /// How simulation time passes against wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Pace {
-    /// It stands still.
+    /// It stands still; steps that were under way end here.
     Pause,
-    /// It runs as it did before the pause.
+    /// It runs, at the speed that was asked for last.
     Run,
-    /// It runs for this many control periods and stands still again.
+    /// It runs for exactly this many control periods and stands still again. Steps that are asked for while
+    /// others are under way come after them.
     Step(u32),
-    /// It runs this many times as fast as wall time.
+    /// Where it runs, it runs this many times as fast as wall time.
     Speed(f64),
 }
 

@@ -25,6 +25,7 @@ use crate::fault::{
     FaultKind, FaultReply, FaultRequest, Onset, PlantAction, PlantReport, PlantRequest, Refusal,
     Travel,
 };
+use crate::pace::Pace;
 use crate::sensors::Sensors;
 use crate::time::{ControlPeriod, SimTime};
 
@@ -39,7 +40,7 @@ pub use encode::{encode_actuators, encode_refusal, encode_sensors};
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 512;
@@ -58,7 +59,7 @@ pub type Reports = ArrayVec<PlantReport, REPORTS_MAX>;
 pub enum Phase {
     /// A control step: time has advanced by one period since the last one.
     Flying,
-    /// No control step: time stands still (waiting, or slow motion); answer with the last commands.
+    /// No control step: time stands still (pause, or slow motion); answer with the last commands.
     Holding,
     /// As [`Phase::Holding`], and the flight is over: the aircraft is on the ground.
     OnGround,

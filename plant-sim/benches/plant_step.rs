@@ -6,6 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use icd::{Actuators, ControlPeriod};
 use plant_sim::atmosphere::LocalDensity;
 use plant_sim::dynamics::Held;
+use plant_sim::earth::slopes::Slopes;
 use plant_sim::faults::Effects;
 use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
 
@@ -23,20 +24,22 @@ fn bench(c: &mut Criterion) {
         let mut flight = plant(earth);
         let trim = *flight.trim();
         let commands = trim.positions();
+        let dynamics = flight.dynamics().clone();
+        let place = dynamics.earth().place(&trim.rigid.position);
         let held = Held {
             commands,
             wind: icd::Ned::zero(),
             gust: icd::Body::zero(),
-            density: LocalDensity::around(5_000.0),
+            density: LocalDensity::around(place.geopotential_altitude_m),
+            slopes: Slopes::at(dynamics.earth(), &trim.rigid.position, &place),
             effects: Effects::none(),
         };
-        let dynamics = flight.dynamics().clone();
         c.bench_function(&format!("rk4_step/{name}"), |b| {
             let state = trim.state();
             b.iter(|| {
                 let (state, held) = (black_box(&state), black_box(&held));
                 let present = dynamics.present(state, held);
-                dynamics.step(state, &present.derivative, held, black_box(0.002))
+                dynamics.step(state, &present, held, black_box(0.002))
             });
         });
         c.bench_function(&format!("sense_and_truth/{name}"), |b| {

@@ -2,7 +2,7 @@
 //!
 //! Every sum keeps left and right together, so that a mirrored flight gets mirrored bits.
 
-use icd::{Body, Effector, PerEffector};
+use icd::{Body, Effector, PerEffector, angle};
 use serde::{Deserialize, Serialize};
 
 use crate::rigid_body::Wrench;
@@ -161,10 +161,10 @@ impl AirState {
     #[must_use]
     pub fn new(velocity: &Body, rates: Body) -> Self {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
-        let airspeed_m_s = (u * u + v * v + w * w).sqrt();
-        let beta_rad =
-            if airspeed_m_s > 0.0 { libm::asin((v / airspeed_m_s).clamp(-1.0, 1.0)) } else { 0.0 };
-        Self { airspeed_m_s, alpha_rad: libm::atan2(w, u), beta_rad, rates }
+        let in_plane = (u * u + w * w).sqrt();
+        // The sideslip is asin(v / V), by a length that the forces need as well.
+        let [alpha_rad, beta_rad] = angle::atan2_pair([w, v], [u, in_plane]);
+        Self { airspeed_m_s: (u * u + v * v + w * w).sqrt(), alpha_rad, beta_rad, rates }
     }
 }
 

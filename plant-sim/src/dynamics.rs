@@ -3,16 +3,18 @@
 //! One evaluation runs down the signal path: effective deflections, air, forces and moments, motion.
 
 use icd::{Body, Effector, Ned, PerEffector};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::aerodynamics::{self, AirState};
 use crate::airframe::Airframe;
 use crate::atmosphere::LocalDensity;
-use crate::earth::{Earth, Place};
+use crate::earth::slopes::Slopes;
+use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
+use crate::servos::Drives;
 
 /// Numbers of the rigid body and of the effectors together.
 const STATES: usize = rigid_body::STATES + Effector::COUNT;
@@ -37,6 +39,8 @@ pub struct Held {
     pub gust: Body,
     /// Density of the still air around the present altitude.
     pub density: LocalDensity,
+    /// How the Earth changes around the present position.
+    pub slopes: Slopes,
     /// What the faults do.
     pub effects: Effects,
 }
@@ -46,6 +50,7 @@ pub struct Held {
 pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
+    drives: Drives,
     earth: Earth,
 }
 
@@ -54,12 +59,19 @@ pub struct Dynamics {
 pub struct Evaluation {
     /// The Earth there.
     pub place: Place,
+    /// Density of the air, kg/m³.
+    pub density: f64,
+    /// What the aircraft does there.
+    pub motion: Motion,
+}
+
+/// Forces on the aircraft, and what follows from them.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion {
     /// Turns body axes into frame E.
     pub e_from_body: Matrix3<f64>,
     /// Motion relative to the air.
     pub air: AirState,
-    /// Density of the air, kg/m³.
-    pub density: f64,
     /// All forces but gravity, and all moments.
     pub wrench: Wrench,
     /// The motion that follows.
@@ -94,7 +106,8 @@ impl Dynamics {
     /// `None` if the airframe's mass or inertia is impossible ([`Airframe::check`] says why).
     #[must_use]
     pub fn new(airframe: Airframe, earth: Earth) -> Option<Self> {
-        Some(Self { mass: airframe.mass_properties()?, airframe, earth })
+        let drives = Drives::new(&airframe.servos);
+        Some(Self { mass: airframe.mass_properties()?, drives, airframe, earth })
     }
 
     /// The aircraft.
@@ -116,7 +129,6 @@ impl Dynamics {
     }
 
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
-    #[inline]
     #[must_use]
     pub fn evaluate(
         &self,
@@ -127,22 +139,36 @@ impl Dynamics {
         density: &LocalDensity,
     ) -> Evaluation {
         let place = self.earth.place(&rigid.position);
+        let nearby = place.nearby(wind);
+        let density = density.at(nearby.geopotential_altitude_m);
+        Evaluation { place, density, motion: self.motion(rigid, effective, gust, &nearby, density) }
+    }
+
+    /// Forces and motion where Earth and density (kg/m³) are known already.
+    fn motion(
+        &self,
+        rigid: &RigidState,
+        effective: &PerEffector<f64>,
+        gust: &Body,
+        nearby: &Nearby,
+        density: f64,
+    ) -> Motion {
         let e_from_body = rigid.e_from_body();
         let mut velocity = Body(rigid.velocity.0 - gust.0);
-        if *wind != Ned::zero() {
-            velocity.0 -= e_from_body.tr_mul(&(place.e_from_ned * wind.0));
+        if nearby.wind != Vector3::zeros() {
+            velocity.0 -= e_from_body.tr_mul(&nearby.wind);
         }
         // The air turns with the Earth, so damping knows only the rates relative to the Earth.
-        let rates = Body(rigid.rates.0 - e_from_body.tr_mul(&self.earth.rotation()));
-        let air = AirState::new(&velocity, rates);
-        let density = density.at(place.geopotential_altitude_m);
-        let coefficients = aerodynamics::coefficients(&self.airframe.aero, &air, effective);
-        let wrench =
-            aerodynamics::wrench(&self.airframe.aero, &air, &velocity, density, &coefficients)
-                .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
+        let earth_rate = self.earth.rotation_in(&e_from_body);
+        let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0));
+        let aero = &self.airframe.aero;
+        let coefficients = aerodynamics::coefficients(aero, &air, effective);
+        let wrench = aerodynamics::wrench(aero, &air, &velocity, density, &coefficients)
+            .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
+        let gravity = &nearby.gravity;
         let derivative =
-            rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &self.earth, &place);
-        Evaluation { place, e_from_body, air, density, wrench, derivative }
+            rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &earth_rate, gravity);
+        Motion { e_from_body, air, wrench, derivative }
     }
 
     /// Effective deflections of a state: what is left of the positions after the faults.
@@ -153,11 +179,27 @@ impl Dynamics {
     }
 
     /// Forces and motion of a state with what is held.
-    #[inline]
     #[must_use]
     pub fn present(&self, state: &State, held: &Held) -> Evaluation {
         let effective = self.effective(state, &held.effects);
         self.evaluate(&state.rigid, &effective, &held.wind, &held.gust, &held.density)
+    }
+
+    /// Derivative of everything at a state inside the step that began at `start`, where the Earth is `here`.
+    fn stage(
+        &self,
+        x: &[f64; STATES],
+        start: &Vector3<f64>,
+        here: &Place,
+        held: &Held,
+    ) -> [f64; STATES] {
+        let state = State::from_array(x);
+        let position = &state.rigid.position;
+        let nearby = held.slopes.nearby(&self.earth, start, here, position, &held.wind);
+        let density = held.density.at(nearby.geopotential_altitude_m);
+        let effective = self.effective(&state, &held.effects);
+        let motion = self.motion(&state.rigid, &effective, &held.gust, &nearby, density);
+        self.with_servos(&motion.derivative, &state, held)
     }
 
     /// Everything's derivative, from that of the body.
@@ -165,22 +207,19 @@ impl Dynamics {
     fn with_servos(&self, body: &RigidDerivative, state: &State, held: &Held) -> [f64; STATES] {
         let mut rates = [0.0; STATES];
         rates[..rigid_body::STATES].copy_from_slice(&body.to_array());
-        for (e, servo) in self.airframe.servos.iter() {
-            let healthy = servo.rate(held.commands[e], state.positions[e]);
-            rates[rigid_body::STATES + e.index()] = held.effects.rate(e, healthy);
-        }
+        let servos = self.drives.rates(&held.commands, &state.positions);
+        let servos = held.effects.rates(&servos);
+        rates[rigid_body::STATES..].copy_from_slice(servos.as_array());
         rates
     }
 
-    /// The state `step_s` seconds later. `body` is the body's derivative at `state`, from
-    /// [`Dynamics::present`]: who looks at every state has it already.
+    /// The state `step_s` seconds later. `present` is what [`Dynamics::present`] says of `state`: who looks at
+    /// every state has it already.
     #[must_use]
-    pub fn step(&self, state: &State, body: &RigidDerivative, held: &Held, step_s: f64) -> State {
-        let k1 = self.with_servos(body, state, held);
-        let x = rk4(&state.to_array(), &k1, step_s, |x| {
-            let state = State::from_array(x);
-            self.with_servos(&self.present(&state, held).derivative, &state, held)
-        });
+    pub fn step(&self, state: &State, present: &Evaluation, held: &Held, step_s: f64) -> State {
+        let k1 = self.with_servos(&present.motion.derivative, state, held);
+        let start = &state.rigid.position;
+        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, &present.place, held));
         let next = State::from_array(&x);
         State { rigid: next.rigid.normalised(), ..next }
     }

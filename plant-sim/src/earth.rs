@@ -3,12 +3,14 @@
 //! The equations of motion know one formulation: an Earth-fixed frame E that turns with the rate Ω, and a
 //! gravity in it. The flat Earth is the case Ω = 0 with constant gravity.
 
-use icd::{Attitude, Ned};
+use icd::{Attitude, Body, Ned};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::atmosphere::STANDARD_GRAVITY;
 use crate::geodesy::{self, Geodetic, SEMI_MAJOR_M};
+
+pub mod slopes;
 
 /// Gravitational parameter GM, m³/s² (WGS-84 as of the NESC check cases, NASA/TM-2015-218675).
 pub const GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
@@ -58,6 +60,17 @@ pub struct Place {
     pub e_from_ned: Matrix3<f64>,
 }
 
+/// What of a [`Place`] moves an aircraft there, and the steady wind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearby {
+    /// Height that the standard atmosphere wants, m.
+    pub geopotential_altitude_m: f64,
+    /// What a plumb line feels, m/s², frame E.
+    pub gravity: Vector3<f64>,
+    /// Velocity of the air, m/s, frame E, where it blows to.
+    pub wind: Vector3<f64>,
+}
+
 impl Earth {
     /// The Earth under a flight that starts at `start`; its altitude does not matter here.
     #[must_use]
@@ -92,6 +105,14 @@ impl Earth {
     #[must_use]
     pub fn rotation(&self) -> Vector3<f64> {
         self.rotation
+    }
+
+    /// The same in body axes, for a matrix that turns them into frame E: the axis of rotation is the third of E.
+    #[inline]
+    #[must_use]
+    pub fn rotation_in(&self, e_from_body: &Matrix3<f64>) -> Body {
+        let rate = self.rotation.z;
+        Body::new(rate * e_from_body.m31, rate * e_from_body.m32, rate * e_from_body.m33)
     }
 
     /// Vertical, height and gravity at a position (m, frame E). Total: a finite position gives finite values.
@@ -151,22 +172,6 @@ impl Earth {
                 altitude_m: -position.z,
             },
             EarthModel::Wgs84 => geodesy::vertical(position).geodetic(),
-        }
-    }
-
-    /// The same from a place that was found for this position already.
-    #[must_use]
-    pub fn geodetic_at(&self, position: &Vector3<f64>, place: &Place) -> Geodetic {
-        match self.model {
-            EarthModel::Flat => self.geodetic(position),
-            EarthModel::Wgs84 => {
-                let (latitude, longitude) = place.angles();
-                Geodetic {
-                    latitude_rad: libm::atan2(latitude.0, latitude.1),
-                    longitude_rad: libm::atan2(longitude.0, longitude.1),
-                    altitude_m: place.altitude_m,
-                }
-            }
         }
     }
 
@@ -231,6 +236,17 @@ pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Place {
+    /// What moves an aircraft here in a steady wind (m/s, local NED).
+    #[inline]
+    #[must_use]
+    pub fn nearby(&self, wind: &Ned) -> Nearby {
+        Nearby {
+            geopotential_altitude_m: self.geopotential_altitude_m,
+            gravity: self.gravity,
+            wind: self.e_from_ned * wind.0,
+        }
+    }
+
     /// Sine and cosine of the geodetic latitude, and of the longitude (round Earth).
     fn angles(&self) -> ((f64, f64), (f64, f64)) {
         let m = &self.e_from_ned;

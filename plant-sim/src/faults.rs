@@ -1,6 +1,6 @@
 //! What breaks. The only place where a fault acts: between the servos and the forces.
 //!
-//! A fault changes two things: how the effector moves ([`Effects::rate`]) and how much of its position has an
+//! A fault changes two things: how the effector moves ([`Effects::rates`]) and how much of its position has an
 //! effect ([`Effects::effective_deflection`]). Healthy effectors pass through both unchanged, to the bit.
 //!
 //! | kind | the servo | the effect | after the repair |
@@ -55,11 +55,11 @@ impl Effects {
         }
     }
 
-    /// Speed of the effector whose healthy servo would move at `healthy_rate`.
+    /// Speeds of the effectors whose healthy servos would move at `healthy`.
     #[inline]
     #[must_use]
-    pub fn rate(&self, effector: Effector, healthy_rate: f64) -> f64 {
-        self.following[effector] * healthy_rate + self.runaway[effector]
+    pub fn rates(&self, healthy: &PerEffector<f64>) -> PerEffector<f64> {
+        PerEffector::from_fn(|e| self.following[e] * healthy[e] + self.runaway[e])
     }
 
     /// What the air and the jet see of an effector at `position`, rad or N.

@@ -9,6 +9,7 @@ use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
 use crate::earth::Earth;
+use crate::earth::slopes::Slopes;
 use crate::faults::{Effects, Faults};
 use crate::sensors::SensorSet;
 use crate::servos;
@@ -76,6 +77,7 @@ impl Plant {
             wind: steady,
             gust: turbulence.step(setup.start.airspeed_m_s),
             density: LocalDensity::around(place.geopotential_altitude_m),
+            slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
             effects: Effects::none(),
         };
         let time = SimTime::ZERO;
@@ -204,8 +206,7 @@ impl Plant {
             let event_us = self.faults.next_event().map_or(end_us, SimTime::as_micros);
             let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
-            let body = &self.present.derivative;
-            self.state = self.dynamics.step(&self.state, body, &self.held, step_s);
+            self.state = self.dynamics.step(&self.state, &self.present, &self.held, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
             if event_us <= now_us {
@@ -232,6 +233,10 @@ impl Plant {
         let altitude_m = self.present.place.geopotential_altitude_m;
         if !self.held.density.covers(altitude_m) {
             self.held.density = LocalDensity::around(altitude_m);
+        }
+        let position = &self.state.rigid.position;
+        if !self.held.slopes.cover(position) {
+            self.held.slopes = Slopes::at(self.dynamics.earth(), position, &self.present.place);
         }
         self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.held, &self.present);
     }

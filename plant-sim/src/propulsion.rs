@@ -1,6 +1,6 @@
 //! Thrust and nozzle angles to force and moment.
 
-use icd::{Body, Effector, PerEffector};
+use icd::{Body, Effector, PerEffector, angle};
 
 use crate::rigid_body::Wrench;
 
@@ -14,8 +14,8 @@ use crate::rigid_body::Wrench;
 #[must_use]
 pub fn wrench(arm_m: f64, effective: &PerEffector<f64>) -> Wrench {
     let thrust = effective[Effector::Engine];
-    let (sin_z, cos_z) = libm::sincos(effective[Effector::NozzlePitch]);
-    let (sin_y, cos_y) = libm::sincos(effective[Effector::NozzleYaw]);
+    let nozzle = [effective[Effector::NozzlePitch], effective[Effector::NozzleYaw]];
+    let [(sin_z, cos_z), (sin_y, cos_y)] = angle::sincos_pair(nozzle);
     let side = -thrust * cos_z * sin_y;
     let down = thrust * sin_z;
     Wrench {

@@ -5,8 +5,6 @@
 use icd::Body;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::earth::{Earth, Place};
-
 /// How many numbers the state has.
 pub const STATES: usize = 13;
 
@@ -41,6 +39,8 @@ pub struct RigidDerivative {
 pub struct MassProperties {
     /// Mass, kg.
     pub mass_kg: f64,
+    /// Its inverse.
+    pub per_mass: f64,
     /// Inertia tensor I, kg m², body axes: off-diagonal terms are minus the products of inertia.
     pub inertia: Matrix3<f64>,
     /// Its inverse.
@@ -56,7 +56,7 @@ impl MassProperties {
             && inertia.fixed_view::<2, 2>(0, 0).determinant() > 0.0
             && inertia.determinant() > 0.0;
         let inertia_inverse = inertia.try_inverse().filter(|_| positive)?;
-        Some(Self { mass_kg, inertia, inertia_inverse })
+        Some(Self { mass_kg, per_mass: 1.0 / mass_kg, inertia, inertia_inverse })
     }
 }
 
@@ -151,7 +151,8 @@ impl RigidDerivative {
 /// Implements Eq. (13): the position moves with v turned into E.
 /// Implements Eq. (14) with the quaternion in the place of the Euler angles; attitude turns with ω − Ω.
 ///
-/// `e_from_body` and `place` belong to `state`; the caller has them already.
+/// `e_from_body`, the rate of the Earth (rad/s, body axes) and `gravity` (m/s², frame E, [`crate::earth::Place`])
+/// belong to `state`; the caller has them already.
 #[inline]
 #[must_use]
 pub fn derivative(
@@ -159,12 +160,11 @@ pub fn derivative(
     e_from_body: &Matrix3<f64>,
     mass: &MassProperties,
     wrench: &Wrench,
-    earth: &Earth,
-    place: &Place,
+    earth_rate: &Body,
+    gravity: &Vector3<f64>,
 ) -> RigidDerivative {
-    let (v, w) = (&state.velocity.0, &state.rates.0);
-    let earth_rate = e_from_body.tr_mul(&earth.rotation());
-    let gravity = e_from_body.tr_mul(&place.gravity);
+    let (v, w, earth_rate) = (&state.velocity.0, &state.rates.0, &earth_rate.0);
+    let gravity = e_from_body.tr_mul(gravity);
     let relative = w - earth_rate;
     let momentum = mass.inertia * w;
     let [qw, qx, qy, qz] = state.q_e_from_body;
@@ -177,7 +177,7 @@ pub fn derivative(
             qw * q + qz * p - qx * r,
             qw * r + qx * q - qy * p,
         ],
-        velocity: Body(wrench.force.0 / mass.mass_kg + gravity - (w + earth_rate).cross(v)),
+        velocity: Body(wrench.force.0 * mass.per_mass + gravity - (w + earth_rate).cross(v)),
         rates: Body(mass.inertia_inverse * (wrench.moment.0 - w.cross(&momentum))),
     }
 }
@@ -185,7 +185,7 @@ pub fn derivative(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::earth::{EarthModel, ROTATION_RAD_S};
+    use crate::earth::{Earth, EarthModel, ROTATION_RAD_S};
     use crate::geodesy::Geodetic;
     use crate::integrator::rk4;
 
@@ -199,13 +199,22 @@ mod tests {
         MassProperties::new(2.27, inertia).unwrap()
     }
 
+    fn motion(
+        state: &RigidState,
+        mass: &MassProperties,
+        wrench: &Wrench,
+        earth: &Earth,
+    ) -> RigidDerivative {
+        let e_from_body = state.e_from_body();
+        let gravity = earth.place(&state.position).gravity;
+        derivative(state, &e_from_body, mass, wrench, &earth.rotation_in(&e_from_body), &gravity)
+    }
+
     fn fly(mut state: RigidState, earth: &Earth, steps: u32, h: f64) -> RigidState {
         let mass = brick();
         for _ in 0..steps {
             let slope = |x: &[f64; STATES]| {
-                let s = RigidState::from_array(x);
-                derivative(&s, &s.e_from_body(), &mass, &FREE, earth, &earth.place(&s.position))
-                    .to_array()
+                motion(&RigidState::from_array(x), &mass, &FREE, earth).to_array()
             };
             let x = state.to_array();
             let x = rk4(&x, &slope(&x), h, slope);
@@ -292,7 +301,7 @@ mod tests {
         let place = earth.place(&state.position);
         let support = Body(e_from_body.tr_mul(&place.gravity) * -mass.mass_kg);
         let wrench = Wrench { force: support, moment: Body::zero() };
-        let d = derivative(&state, &e_from_body, &mass, &wrench, &earth, &place);
+        let d = motion(&state, &mass, &wrench, &earth);
         assert!(d.velocity.0.norm() < 1e-14, "{} m/s2", d.velocity.0.norm());
         assert!(d.q_e_from_body.iter().all(|x| x.abs() < 1e-19), "attitude turns");
     }
@@ -303,8 +312,7 @@ mod tests {
         let earth = Earth::new(EarthModel::Flat, START);
         let state = start(&earth, &START, Body::zero());
         let wrench = Wrench { force: Body::zero(), moment: Body::new(1.0, 0.0, 0.0) };
-        let place = earth.place(&state.position);
-        let d = derivative(&state, &state.e_from_body(), &brick(), &wrench, &earth, &place);
+        let d = motion(&state, &brick(), &wrench, &earth);
         let g = 2.6e-3 * 9.8e-3 - 0.4e-3 * 0.4e-3;
         assert!((d.rates.0.z - 0.4e-3 / g).abs() < 1e-9, "r' = {} rad/s2", d.rates.0.z);
         assert!((d.rates.0.x - 9.8e-3 / g).abs() < 1e-9, "p' = {} rad/s2", d.rates.0.x);

@@ -24,15 +24,43 @@ impl Servo {
         // max and min instead of clamp: total, also if someone swapped the ends.
         command.max(self.min).min(self.max)
     }
+}
 
-    /// Speed of the healthy actuator at `position` with this command (inside the travel).
+/// What the derivative needs of all the healthy actuators, side by side and without a division: it is asked
+/// for in every stage of the integration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drives {
+    /// 1 over the lag, 1/s.
+    per_lag: PerEffector<f64>,
+    /// Largest speed, rad/s or N/s.
+    rate_limit: PerEffector<f64>,
+}
+
+impl Drives {
+    /// Of these servos.
+    #[must_use]
+    pub fn new(servos: &PerEffector<Servo>) -> Self {
+        Self {
+            per_lag: PerEffector::from_fn(|e| 1.0 / servos[e].lag_s),
+            rate_limit: PerEffector::from_fn(|e| servos[e].rate_limit),
+        }
+    }
+
+    /// Speeds of the healthy actuators at these positions with these commands (inside the travel).
     #[inline]
     #[must_use]
-    pub fn rate(&self, command: f64, position: f64) -> f64 {
-        let free = (command - position) / self.lag_s;
-        // Comparisons instead of max and min: two instructions each, and this runs 32 times a step.
-        let above = if free < -self.rate_limit { -self.rate_limit } else { free };
-        if above > self.rate_limit { self.rate_limit } else { above }
+    pub fn rates(
+        &self,
+        commands: &PerEffector<f64>,
+        positions: &PerEffector<f64>,
+    ) -> PerEffector<f64> {
+        PerEffector::from_fn(|e| {
+            let free = (commands[e] - positions[e]) * self.per_lag[e];
+            let limit = self.rate_limit[e];
+            // Comparisons instead of max and min: one instruction each.
+            let above = if free < -limit { -limit } else { free };
+            if above > limit { limit } else { above }
+        })
     }
 }
 
@@ -58,15 +86,23 @@ mod tests {
 
     const SERVO: Servo = Servo { lag_s: 0.05, rate_limit: 1.4, min: -0.5, max: 0.5 };
 
+    /// Speed of one of these servos.
+    fn rate(command: f64, position: f64) -> f64 {
+        let all = |value| PerEffector::from_fn(|_| value);
+        let servos = PerEffector::from_fn(|_| SERVO);
+        Drives::new(&servos).rates(&all(command), &all(position))[Effector::Rudder]
+    }
+
     #[test]
     fn a_small_step_is_a_first_order_lag() {
-        assert_eq!(SERVO.rate(0.01, 0.0), 0.01 / 0.05);
+        // One rounding of 1 / lag.
+        assert!((rate(0.01, 0.0) / (0.01 / 0.05) - 1.0).abs() < 3e-16, "{}", rate(0.01, 0.0));
     }
 
     #[test]
     fn a_large_step_moves_at_the_rate_limit_either_way() {
-        assert_eq!(SERVO.rate(0.5, -0.5), 1.4);
-        assert_eq!(SERVO.rate(-0.5, 0.5), -1.4);
+        assert_eq!(rate(0.5, -0.5), 1.4);
+        assert_eq!(rate(-0.5, 0.5), -1.4);
     }
 
     #[test]

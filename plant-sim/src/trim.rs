@@ -217,9 +217,9 @@ impl Problem<'_> {
         let (rigid, relative) = self.rigid(x[0], x[5]);
         let positions = self.trim(x).positions();
         let e = self.dynamics.evaluate(&rigid, &positions, self.wind, &Body::zero(), &self.density);
-        let wind_body = e.e_from_body.tr_mul(&(e.place.e_from_ned * self.wind.0));
-        let linear = e.derivative.velocity.0 + relative.cross(&wind_body);
-        let angular = e.derivative.rates.0;
+        let wind_body = e.motion.e_from_body.tr_mul(&(e.place.e_from_ned * self.wind.0));
+        let linear = e.motion.derivative.velocity.0 + relative.cross(&wind_body);
+        let angular = e.motion.derivative.rates.0;
         Unknowns::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
     }
 
@@ -311,12 +311,16 @@ mod tests {
                 let density = LocalDensity::around(5_000.0);
                 let (rigid, gust) = (&state.rigid, Body::zero());
                 let e = dynamics.evaluate(rigid, &state.positions, &air, &gust, &density);
-                let ground = e.place.e_from_ned.tr_mul(&e.derivative.position);
+                let ground = e.place.e_from_ned.tr_mul(&e.motion.derivative.position);
                 // On WGS-84 the vertical of the position comes from Bowring's formula, good to 1e-12 rad.
                 assert!(ground.z.abs() < 1e-9, "{model:?} sinks with {} m/s", ground.z);
-                assert!((e.air.airspeed_m_s - 264.0).abs() < 1e-11);
-                assert!(e.air.beta_rad.abs() < 1e-13, "sideslip {} rad", e.air.beta_rad);
-                assert!(e.derivative.rates.0.norm() < 1e-10);
+                assert!((e.motion.air.airspeed_m_s - 264.0).abs() < 1e-11);
+                assert!(
+                    e.motion.air.beta_rad.abs() < 1e-13,
+                    "sideslip {} rad",
+                    e.motion.air.beta_rad
+                );
+                assert!(e.motion.derivative.rates.0.norm() < 1e-10);
             }
         }
     }

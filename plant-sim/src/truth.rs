@@ -15,8 +15,6 @@ pub struct Truth {
     pub body_rates: Body,
     /// Attitude relative to the local NED axes.
     pub attitude: Attitude,
-    /// The same as roll, pitch, yaw, rad.
-    pub euler: EulerAngles,
     /// True airspeed, m/s, gusts included.
     pub airspeed_m_s: f64,
     /// Angle of attack, rad, gusts included.
@@ -48,6 +46,12 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// The attitude as roll, pitch, yaw, rad; worked out for the judge who asks.
+    #[must_use]
+    pub fn euler(&self) -> EulerAngles {
+        self.attitude.euler()
+    }
+
     /// Of a state at `time`, with what is held there and what was found out about it.
     #[must_use]
     pub fn of(
@@ -60,24 +64,23 @@ impl Truth {
         let deflections = dynamics.effective(state, &held.effects);
         let rigid = &state.rigid;
         let earth = dynamics.earth();
-        let here = earth.geodetic_at(&rigid.position, &e.place);
+        let here = held.slopes.geodetic(earth, &rigid.position, &e.place);
         let attitude = earth.attitude(&e.place, &rigid.q_e_from_body);
-        let ned = |v: &Body| Ned(e.place.e_from_ned.tr_mul(&(e.e_from_body * v.0)));
-        let specific_force = Body(e.wrench.force.0 / dynamics.mass().mass_kg);
+        let ned = |v: &Body| Ned(e.place.e_from_ned.tr_mul(&(e.motion.e_from_body * v.0)));
+        let specific_force = Body(e.motion.wrench.force.0 * dynamics.mass().per_mass);
         Self {
             time,
             body_rates: rigid.rates,
             attitude,
-            euler: attitude.euler(),
-            airspeed_m_s: e.air.airspeed_m_s,
-            alpha_rad: e.air.alpha_rad,
-            beta_rad: e.air.beta_rad,
+            airspeed_m_s: e.motion.air.airspeed_m_s,
+            alpha_rad: e.motion.air.alpha_rad,
+            beta_rad: e.motion.air.beta_rad,
             altitude_m: e.place.altitude_m,
             latitude_rad: here.latitude_rad,
             longitude_rad: here.longitude_rad,
             velocity: ned(&rigid.velocity),
             position: earth.local_position(&rigid.position),
-            angular_acceleration: e.derivative.rates,
+            angular_acceleration: e.motion.derivative.rates,
             specific_force,
             normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
             deflections,

@@ -16,6 +16,7 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
+use crate::mission::{self, MissionOptions};
 use crate::paper::{self, Link, Options};
 use crate::udp_flight;
 
@@ -23,6 +24,9 @@ use crate::udp_flight;
 const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
 /// Largest turbulence that can be asked for, m/s rms.
 const TURBULENCE_MAX_M_S: f64 = 20.0;
+
+/// Fastest steady wind that can be asked for, m/s.
+const WIND_MAX_M_S: f64 = 60.0;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -40,12 +44,16 @@ pub struct Cli {
 enum Command {
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(PaperArgs),
+    /// Fly a demonstration mission and draw its track
+    Mission(MissionArgs),
     /// Derive the controller's belief from the plant at its design trim
     Linearize(LinearizeArgs),
     /// The flight software alone, as the program `autopilot`
     Autopilot(Box<AutopilotArgs>),
     /// The aircraft alone, as the program `plant-sim`
     PlantSim(Box<PlantArgs>),
+    /// Print every parameter of the autopilot, as docs/parameters.md has them
+    Parameters,
     /// Print how fast flights run on this machine, as ratios
     Bench(BenchArgs),
     /// Send link packets to and fro without a flight
@@ -93,6 +101,26 @@ enum LinkChoice {
     Udp,
 }
 
+/// Options of `sitl mission`.
+#[derive(Debug, Args)]
+pub struct MissionArgs {
+    /// Folder for the figure
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// flat or wgs84
+    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
+    earth: EarthModel,
+    /// Steady wind, m/s, to the east-north-east
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_wind)]
+    wind_m_s: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
+    turbulence_m_s: f64,
+    /// Seed of all random streams
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
 /// Options of `sitl linearize`.
 #[derive(Debug, Args)]
 pub struct LinearizeArgs {
@@ -114,9 +142,11 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
     match &cli.command {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Paper(args)) => return fly_paper(args, &program),
+        Some(Command::Mission(args)) => mission::run(&args.options())?,
         Some(Command::Linearize(args)) => write_belief(args)?,
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
+        Some(Command::Parameters) => print!("{}", autopilot::parameters::document()),
         Some(Command::Bench(args)) => bench::run(args, &program)?,
         Some(Command::Echo(args)) => echo::run(args)?,
     }
@@ -155,6 +185,19 @@ impl PaperArgs {
     }
 }
 
+impl MissionArgs {
+    fn options(&self) -> MissionOptions {
+        let Self { out, earth, wind_m_s, turbulence_m_s, seed } = self;
+        MissionOptions {
+            earth: *earth,
+            wind_m_s: *wind_m_s,
+            turbulence_m_s: *turbulence_m_s,
+            seed: *seed,
+            out: out.clone(),
+        }
+    }
+}
+
 fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let airframe = match &args.airframe {
         None => Airframe::paper(),
@@ -178,6 +221,10 @@ fn parse_gyro_noise(text: &str) -> Result<f64, String> {
 
 fn parse_turbulence(text: &str) -> Result<f64, String> {
     parse_inside(text, TURBULENCE_MAX_M_S, "m/s")
+}
+
+fn parse_wind(text: &str) -> Result<f64, String> {
+    parse_inside(text, WIND_MAX_M_S, "m/s")
 }
 
 fn parse_inside(text: &str, max: f64, unit: &str) -> Result<f64, String> {

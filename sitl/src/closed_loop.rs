@@ -75,6 +75,7 @@ pub fn settings(setup: &FlightSetup) -> Settings {
         belief: setup.belief,
         gains: setup.gains,
         limits: Parameters::default().limits,
+        navigation: Parameters::default().navigation,
         references: setup.references.clone(),
     }
 }
@@ -91,7 +92,7 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
     let Record { truth, log } = record;
     let state = State {
         rates: truth.body_rates.0,
-        attitude: truth.euler,
+        attitude: truth.euler(),
         alpha: truth.alpha_rad,
         beta: truth.beta_rad,
         airspeed_m_s: truth.airspeed_m_s,

@@ -1,4 +1,4 @@
-//! Figures 4 to 9 of the paper, and the survival curve, as SVG and PNG.
+//! Figures 4 to 9 of the paper, the survival curve, and a flown mission, as SVG and PNG.
 
 use std::fmt;
 
@@ -11,11 +11,13 @@ use crate::paper::cases::Flown;
 mod curve;
 mod deflections;
 mod estimate;
+mod mission;
 mod panel;
 mod raster;
 mod response;
 mod survive;
 
+pub use mission::figure as mission;
 pub use survive::survival;
 
 use panel::{DARK, Event, Ink, LABEL_SIZE, Panel, Pattern, TITLE_SIZE, draw_sample, text};

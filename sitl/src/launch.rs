@@ -1,8 +1,11 @@
 //! `sitl` without a subcommand: starts the two processes, shows the flight, ends both.
 //!
+//! Where there is a terminal, keys let simulation time stand still, step, run, and run at another speed: they
+//! become lines on the plant's standard input.
 //! The children end when their standard input ends, so they do not outlive this process, however it ends.
 
 use std::io;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
@@ -13,10 +16,13 @@ use crate::arrangement::{self, Arrangement};
 
 mod args;
 mod child;
+mod keys;
+mod pace;
 mod screen;
 
 pub use args::{LaunchArgs, OptionError};
 use child::{Child, News, Report};
+use keys::{Key, Keys};
 use screen::Screen;
 
 /// How often the children are looked after.
@@ -68,7 +74,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     let stop = Stop::new();
     stop.on_signals()?;
     let options = args.check()?;
-    let mut screen = Screen::new();
+    let mut screen = Screen::new(args.passing());
     let arrangement = if args.is_as_fast_as_possible() {
         let fastest = arrangement::fastest(program);
         screen.say(&format!(
@@ -79,71 +85,105 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     } else {
         Arrangement::UNPINNED
     };
-    let reports = News::channel();
+    let news = News::channel();
+    // The terminal is switched back when this goes, however this function ends.
+    let keys = Keys::listen(news.sender())?;
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
     words.extend(arrangement.autopilot.options());
-    let mut autopilot = Child::start("autopilot", program, &words, &reports)?;
-    let result = fly(
-        &mut autopilot,
-        |plant_link| {
-            let mut words = vec!["plant-sim".to_owned(), "--autopilot".to_owned(), plant_link];
-            words.extend(options.plant.clone());
-            words.extend(arrangement.plant.options());
-            Child::start("plant-sim", program, &words, &reports)
-        },
-        &reports,
-        &mut screen,
-        &stop,
-        args,
-    );
-    screen.end();
+    let autopilot = Child::start("autopilot", program, &words, &news)?;
+    let start_plant = |plant_link: SocketAddr| {
+        let mut words = vec!["plant-sim".to_owned(), "--status".to_owned()];
+        words.extend(["--autopilot".to_owned(), plant_link.to_string()]);
+        words.extend(options.plant.clone());
+        words.extend(arrangement.plant.options());
+        Child::start("plant-sim", program, &words, &news)
+    };
+    let mut flight = Flight { autopilot, plant: None, screen, stop: &stop, keys };
+    let result = flight.watch(&news, start_plant);
+    flight.end();
     result
 }
 
-/// Starts the plant once the autopilot listens, and watches both until something ends the flight.
-fn fly(
-    autopilot: &mut Child,
-    start_plant: impl Fn(String) -> Result<Child, LaunchError>,
-    news: &News,
-    screen: &mut Screen,
-    stop: &Stop,
-    args: &LaunchArgs,
-) -> Result<(), LaunchError> {
-    let began = clock::now();
-    let mut plant: Option<Child> = None;
-    let result = loop {
-        if stop.is_requested() {
-            break Ok(());
-        }
-        match news.next(LOOK_EVERY) {
-            Some(Report::Listening(address)) => {
-                plant = Some(start_plant(address.to_string())?);
-                screen.introduce(&args.ground_stations())?;
+/// Both processes and the operator's screen and keys.
+struct Flight<'a> {
+    autopilot: Child,
+    /// Started once the autopilot listens.
+    plant: Option<Child>,
+    screen: Screen,
+    stop: &'a Stop,
+    keys: Option<Keys>,
+}
+
+impl Flight<'_> {
+    /// Starts the plant once the autopilot listens, and watches both until something ends the flight.
+    fn watch(
+        &mut self,
+        news: &News,
+        start_plant: impl Fn(SocketAddr) -> Result<Child, LaunchError>,
+    ) -> Result<(), LaunchError> {
+        let began = clock::now();
+        while !self.stop.is_requested() {
+            if let Some(report) = news.next(LOOK_EVERY) {
+                self.take(report, &start_plant)?;
             }
-            Some(Report::Status(status)) => screen.status(&status, clock::now())?,
-            Some(Report::Said { process, line }) => {
-                screen.say(&format!("{process}: {line}"))?;
-                for child in plant.iter_mut().chain([&mut *autopilot]) {
+            if let Some(keys) = &self.keys {
+                keys.keep();
+            }
+            for child in [Some(&mut self.autopilot), self.plant.as_mut()].into_iter().flatten() {
+                if let Some(error) = child.ended(news, &mut self.screen) {
+                    return Err(error);
+                }
+            }
+            if self.plant.is_none() && clock::now() - began > START_MAX {
+                return Err(LaunchError::Silent);
+            }
+        }
+        Ok(())
+    }
+
+    fn take(
+        &mut self,
+        report: Report,
+        start_plant: impl Fn(SocketAddr) -> Result<Child, LaunchError>,
+    ) -> Result<(), LaunchError> {
+        match report {
+            Report::Listening { plant_link, ground_stations } => {
+                self.plant = Some(start_plant(plant_link)?);
+                self.screen.introduce(&ground_stations)?;
+                if self.keys.is_some() {
+                    self.screen.say(keys::HELP)?;
+                }
+            }
+            Report::Status(status) => self.screen.status(&status, clock::now())?,
+            Report::Passing(passing) => self.screen.pass(passing),
+            Report::Pressed(Key::Quit) => self.stop.request(),
+            Report::Pressed(key) => self.press(key),
+            Report::Said { process, line } => {
+                self.screen.say(&format!("{process}: {line}"))?;
+                for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
                     child.hear(process, &line);
                 }
             }
-            None => {}
         }
-        if let Some(error) = [Some(&mut *autopilot), plant.as_mut()]
-            .into_iter()
-            .flatten()
-            .find_map(|child| child.ended(news, screen))
-        {
-            break Err(error);
-        }
-        if plant.is_none() && clock::now() - began > START_MAX {
-            break Err(LaunchError::Silent);
-        }
-    };
-    let deadline: Instant = clock::now() + END_MAX;
-    for child in plant.iter_mut().chain([autopilot]) {
-        child.end(deadline);
+        Ok(())
     }
-    result
+
+    /// A key that is about time: what it leads to is shown at once, and again when the plant says so.
+    fn press(&mut self, key: Key) {
+        let Some(plant) = self.plant.as_mut() else { return };
+        let mut passing = self.screen.passing();
+        if let Some(order) = passing.order(key, self.screen.achieved()) {
+            plant.tell(&order);
+            self.screen.pass(passing);
+        }
+    }
+
+    fn end(mut self) {
+        let deadline: Instant = clock::now() + END_MAX;
+        for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
+            child.end(deadline);
+        }
+        self.screen.end();
+    }
 }

@@ -153,7 +153,7 @@ fn fly_processes(
     let mut autopilot = Process::start("autopilot", autopilot)?;
     let line = autopilot.line()?;
     let address: SocketAddr = match serde_json::from_str(&line) {
-        Ok(StatusLine::Listening { plant_link }) => plant_link,
+        Ok(StatusLine::Listening { plant_link, .. }) => plant_link,
         _ => return Err(autopilot.unexpected(line)),
     };
     plant.args(["--autopilot", &address.to_string()]);

@@ -11,7 +11,7 @@ use clap::{Args, Command};
 use icd::fault::{Onset, PlantAction, PlantReport, Travel};
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::wire::{Phase, Reports};
-use icd::{Effector, FaultKind, FaultReply, FaultRequest, SimTime};
+use icd::{Effector, FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
 use proptest::prelude::*;
@@ -110,13 +110,20 @@ struct Loop {
     answers: Wire,
     reply: Option<PlantReport>,
     wish: Option<FaultRequest>,
+    /// The wish is uttered in a packet of this phase.
+    wish_while: Phase,
+    /// For one tick after the other, over and over: exchanges in which time stands still.
+    pauses: Vec<u32>,
+    /// Of these, those that are still to come in this tick.
+    standing: u32,
+    tick: usize,
+    sensors: Sensors,
     setup: FlightSetup,
     bytes: Vec<u8>,
 }
 
 impl Loop {
-    fn ask(&mut self, now_us: u64) {
-        let sensors = self.plant.sense();
+    fn ask(&mut self, now_us: u64, phase: Phase) {
         let mut reports = Reports::new();
         reports.extend(self.reply.take());
         while !reports.is_full()
@@ -125,7 +132,7 @@ impl Loop {
             reports.push(report);
         }
         let (time, period) = (self.plant.time(), self.setup.plant.period);
-        let packet = self.plant_side.ask(time, Phase::Flying, period, &sensors, reports);
+        let packet = self.plant_side.ask(time, phase, period, &self.sensors, reports);
         self.questions.send(now_us, packet);
     }
 
@@ -144,14 +151,21 @@ impl Loop {
         for report in &packet.reports {
             self.autopilot.handle_report(report);
         }
-        if let Some(fault) = self.wish.take_if(|_| packet.time == BREAK_AT) {
+        let now = packet.time == BREAK_AT && packet.phase == self.wish_while;
+        if let Some(fault) = self.wish.take_if(|_| now) {
             self.autopilot.handle_intent(Intent { number: 7, wish: Wish::Fault(fault) });
         }
-        let output = self.autopilot.step(packet.time, &packet.sensors);
+        let actuators = if packet.phase == Phase::Flying {
+            let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators;
+            let log = self.autopilot.snapshot().unwrap().log;
+            let record = Record { truth: self.plant.truth(), log };
+            self.bytes.extend(postcard::to_stdvec(&record).unwrap());
+            actuators
+        } else {
+            self.autopilot.hold(&packet.sensors, false)
+        };
         let request = self.autopilot.next_request();
-        let record = Record { truth: self.plant.truth(), log: output.log };
-        self.bytes.extend(postcard::to_stdvec(&record).unwrap());
-        let answer = self.flight_side.answer(&output.actuators, request).unwrap();
+        let answer = self.flight_side.answer(&actuators, request).unwrap();
         self.answers.send(now_us, answer);
     }
 
@@ -170,17 +184,38 @@ impl Loop {
         if self.plant.time() + self.setup.plant.period > self.setup.duration {
             return true;
         }
+        if self.standing > 0 {
+            self.standing -= 1;
+            self.ask(now_us, Phase::Holding);
+            return false;
+        }
         self.plant.advance(&answer.actuators);
-        self.ask(now_us);
+        self.sensors = self.plant.sense();
+        self.tick += 1;
+        self.standing = self.pauses[self.tick % self.pauses.len()];
+        self.ask(now_us, Phase::Flying);
         false
     }
 }
 
 /// Flies over a network that does to packets what `fates` say, over and over.
 fn fly_over(questions: &[Fate], answers: &[Fate], wish: Option<FaultRequest>) -> Flown {
+    fly_with_pauses(questions, answers, wish, &[0])
+}
+
+/// The same, and time stands still for so many exchanges in one tick after the other, over and over. If there
+/// are pauses, the wish is uttered in one.
+fn fly_with_pauses(
+    questions: &[Fate],
+    answers: &[Fate],
+    wish: Option<FaultRequest>,
+    pauses: &[u32],
+) -> Flown {
     let setup = setup();
+    let mut plant = Plant::new(&setup.plant).unwrap();
+    let sensors = plant.sense();
     let mut flight = Loop {
-        plant: Plant::new(&setup.plant).unwrap(),
+        plant,
         plant_side: PlantSide::new(1),
         autopilot: Autopilot::new(&settings(&setup)),
         flight_side: FlightSide::new(),
@@ -188,13 +223,18 @@ fn fly_over(questions: &[Fate], answers: &[Fate], wish: Option<FaultRequest>) ->
         answers: Wire::new(answers),
         reply: None,
         wish,
+        wish_while: if pauses == [0] { Phase::Flying } else { Phase::Holding },
+        pauses: pauses.to_vec(),
+        standing: pauses[0],
+        tick: 0,
+        sensors,
         setup,
         bytes: Vec::new(),
     };
     let mut outcomes = Vec::new();
     let mut now_us = 0;
     let mut sent = (0, 0);
-    flight.ask(now_us);
+    flight.ask(now_us, Phase::Flying);
     loop {
         let asked = flight.plant_side.unanswered().map(<[u8]>::to_vec).unwrap();
         if flight.questions.sent != sent.1 {
@@ -262,6 +302,28 @@ fn every_kth_packet_in_trouble_changes_time_and_nothing_else() {
             }
         }
     }
+}
+
+#[test]
+fn pauses_change_nothing_on_a_good_link_and_on_a_bad_one() {
+    let good = fly_over(&[Fate::Arrives], &[Fate::Arrives], None);
+    let bad = [Fate::Arrives, Fate::Late, Fate::Twice, Fate::Lost, Fate::Echoed];
+    for fates in [&[Fate::Arrives], &bad[..]] {
+        for pauses in [&[1][..], &[0, 0, 5], &[40, 0, 0, 0, 0, 0, 0]] {
+            let paused = fly_with_pauses(fates, fates, None, pauses);
+            assert!(paused.bytes == good.bytes, "{fates:?}, {pauses:?}");
+        }
+    }
+}
+
+#[test]
+fn a_fault_asked_for_in_a_pause_acts_at_the_tick_where_time_stands() {
+    let good = fly_over(&[Fate::Arrives], &[Fate::Arrives], Some(broken_elevator()));
+    let clean = [Fate::Arrives];
+    let paused = fly_with_pauses(&clean, &clean, Some(broken_elevator()), &[3]);
+    let applied = Outcome::Plant(FaultReply::Applied { at: BREAK_AT });
+    assert_eq!(paused.outcomes, [(7, applied)]);
+    assert!(paused.bytes == good.bytes, "{} bytes", paused.bytes.len());
 }
 
 proptest! {

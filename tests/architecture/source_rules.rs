@@ -8,7 +8,7 @@ const LINES_MAX: usize = 500;
 /// Where the lint `disallowed_methods` may be lifted, and why. An entry that ends in `/` is a folder.
 const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 4] = [
     ("autopilot/src/clock.rs", "the one clock of the ground-station side"),
-    ("autopilot/src/io/gcs_link.rs", "the one socket of the ground-station side"),
+    ("autopilot/src/io/gcs_link/", "the sockets of the ground-station side"),
     ("host-io/src/clock.rs", "the one clock of the plant link: waiting and sending again"),
     ("host-io/src/socket.rs", "the one socket of the plant link"),
 ];

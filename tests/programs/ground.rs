@@ -67,6 +67,12 @@ impl Ground {
         }
     }
 
+    /// Takes what comes for this wall time.
+    pub fn listen_for(&mut self, wall: Duration) {
+        let until = Instant::now() + wall;
+        self.listen_until("the end of a time", |_| Instant::now() >= until);
+    }
+
     /// Sends a command and waits for its acknowledgement.
     pub fn command(&mut self, command: MavCmd, params: [f32; 7]) -> MavResult {
         self.listen_until("the vehicle", |ground| ground.vehicle.is_some());

@@ -1,7 +1,7 @@
 //! The real programs as child processes, and a ground station that talks to them.
 #![allow(dead_code, reason = "each test file uses what it needs")]
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
@@ -53,9 +53,31 @@ pub struct Program {
 impl Program {
     /// Starts a program and gathers what it says.
     pub fn start(name: &str, arguments: &[&str]) -> Self {
-        let mut child = Command::new(program(name))
-            .args(arguments)
-            .stdin(Stdio::null())
+        Self::start_with(name, arguments, Stdio::null())
+    }
+
+    /// The same, with the standard input in the hands of the test.
+    pub fn start_as_parent(name: &str, arguments: &[&str]) -> Self {
+        Self::start_with(name, arguments, Stdio::piped())
+    }
+
+    fn start_with(name: &str, arguments: &[&str], input: Stdio) -> Self {
+        let mut command = Command::new(program(name));
+        command.args(arguments);
+        // Tests run side by side, so ports for ground stations are open only where a test names them. What
+        // the user of this machine has set is no business of a test.
+        let flies = ["autopilot", "sitl"].contains(&name);
+        for option in ["--gcs-udp-server", "--gcs-tcp", "--parameter-file"] {
+            let named = |argument: &&str| {
+                argument.starts_with(option)
+                    || option.starts_with("--gcs") && *argument == "--no-gcs"
+            };
+            if flies && !arguments.iter().any(named) {
+                command.args([option, "none"]);
+            }
+        }
+        let mut child = command
+            .stdin(input)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -77,6 +99,12 @@ impl Program {
             });
         }
         Self { child, said, lines }
+    }
+
+    /// Says a line to a program that was started with [`Program::start_as_parent`].
+    pub fn tell(&mut self, line: &str) {
+        let input = self.child.stdin.as_mut().expect("started as a parent");
+        writeln!(input, "{line}").expect("the program reads");
     }
 
     /// Everything it said so far.
@@ -116,6 +144,11 @@ impl Program {
         }
     }
 
+    /// Whether it has ended.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().expect("a child can be waited for").is_some()
+    }
+
     /// Process number.
     pub fn id(&self) -> u32 {
         self.child.id()
@@ -140,13 +173,17 @@ pub fn autopilot(gcs: SocketAddr, options: &[&str]) -> (Program, String) {
 
 /// An autopilot on a free port, and where it waits for a plant.
 pub fn autopilot_with(options: &[&str]) -> (Program, String) {
+    let (program, listening) = listening_autopilot(options);
+    (program, listening["plant_link"].as_str().expect("an address").to_owned())
+}
+
+/// An autopilot on a free port, and everything it says about its ports.
+pub fn listening_autopilot(options: &[&str]) -> (Program, serde_json::Value) {
     let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--status"];
     arguments.extend(options);
     let program = Program::start("autopilot", &arguments);
     let line = program.wait_for("\"listening\"");
-    let status: serde_json::Value = serde_json::from_str(&line).expect("status lines are JSON");
-    let link = status["plant_link"].as_str().expect("an address").to_owned();
-    (program, link)
+    (program, serde_json::from_str(&line).expect("status lines are JSON"))
 }
 
 /// A port of loopback that nobody has at this moment.

@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Vector3};
 use crate::belief::{Belief, MassBelief};
 use crate::estimator::State;
 
-mod atmosphere;
+pub mod atmosphere;
 
 /// Smallest airspeed in the coefficients, m/s: the rates are divided by it.
 const AIRSPEED_FLOOR_M_S: f64 = 20.0;

@@ -27,6 +27,7 @@
 //! | design model f, g, g_T, g_c | [`design_model`] |
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
+//! | not in the paper: roll reference from a path | [`guidance`] |
 //!
 //! The crate is pure: no `std`, no allocation, no clock, no randomness, and nothing in a step can fail.
 //! Transcendental functions come from `libm`, so the bits do not depend on the host.
@@ -43,6 +44,7 @@ pub mod design_model;
 pub mod estimator;
 pub mod flight_control;
 pub mod gains;
+pub mod guidance;
 pub mod health;
 pub mod healthy_actuators;
 pub mod log;
@@ -60,6 +62,7 @@ pub use design_model::DesignModel;
 pub use estimator::State;
 pub use flight_control::{FlightControl, StepOutput};
 pub use gains::{CompensatorMode, Gains, MainLaw, ObserverMode};
+pub use guidance::GuidanceGains;
 pub use health::Health;
 pub use log::StepLog;
 pub use main_controller::{Demand, MainCommand};

@@ -10,6 +10,7 @@ fn autopilot() -> Autopilot {
         belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
         gains: Gains::REFERENCE,
         limits: Parameters::default().limits,
+        navigation: Parameters::default().navigation,
         references: ReferenceSchedule::default(),
     })
 }
@@ -90,6 +91,44 @@ fn a_restart_is_done_when_the_new_flight_begins() {
     assert_eq!(outcomes(&mut autopilot), []);
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     assert_eq!(outcomes(&mut autopilot), [(5, Outcome::Done)]);
+}
+
+#[test]
+fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(Intent { number: 5, wish: Wish::Pace(Pace::Step(3)) });
+    let request = PlantRequest { number: 5, action: PlantAction::Pace(Pace::Step(3)) };
+    assert_eq!(autopilot.next_request(), Some(request));
+    assert_eq!(outcomes(&mut autopilot), []);
+    let at = SimTime::from_micros(6_000);
+    let report = PlantReport::Paced { request: Some(5), pace: Pace::Step(3), at };
+    autopilot.handle_report(&report);
+    let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).collect();
+    let outcome = EventKind::Outcome { number: 5, outcome: Outcome::Done };
+    assert_eq!(told[0].kind, outcome);
+    assert_eq!(told[1], Event { time: at, kind: EventKind::Paced(Pace::Step(3)) });
+    // Somebody at the plant: an event, and nobody's outcome.
+    autopilot.handle_report(&PlantReport::Paced { request: None, pace: Pace::Run, at });
+    assert_eq!(outcomes(&mut autopilot), []);
+}
+
+#[test]
+fn a_pace_that_cannot_be_does_not_reach_the_plant() {
+    let mut autopilot = flying();
+    let paces = [Pace::Step(0), Pace::Step(Pace::STEPS_MAX + 1), Pace::Speed(f64::NAN)];
+    for (number, pace) in (0..).zip(paces) {
+        autopilot.handle_intent(Intent { number, wish: Wish::Pace(pace) });
+    }
+    assert_eq!(autopilot.next_request(), None);
+    let refused = outcomes(&mut autopilot);
+    assert_eq!(refused.len(), paces.len());
+    let out_of_range =
+        |outcome: &Outcome| matches!(outcome, Outcome::Refused(VehicleRefusal::OutOfRange { .. }));
+    assert!(refused.iter().all(|(_, outcome)| out_of_range(outcome)), "{refused:?}");
+    autopilot.hold(&sensors(), true);
+    autopilot.handle_intent(Intent { number: 7, wish: Wish::Pace(Pace::Step(1)) });
+    let over = Outcome::Refused(VehicleRefusal::FlightOver);
+    assert_eq!(outcomes(&mut autopilot), [(7, over)]);
 }
 
 #[test]
@@ -217,4 +256,45 @@ fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
     assert_eq!(snapshot.sensors, contact);
     assert!(snapshot.on_ground);
     assert_eq!(held.commands, before);
+}
+
+#[test]
+fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_flight() {
+    let mut autopilot = flying();
+    let stops = termination::commands(autopilot.belief());
+    autopilot.handle_intent(Intent { number: 1, wish: Wish::Terminate });
+    let output = autopilot.step(SimTime::from_micros(2_000), &sensors());
+    assert_eq!(output.actuators.commands, stops);
+    assert!(autopilot.snapshot().unwrap().terminated);
+    assert_eq!(autopilot.hold(&sensors(), false).commands, stops, "also while time stands still");
+    for wish in [Wish::Mode(Mode::Hold), Wish::Refer(Reference::Altitude(6_000.0))] {
+        autopilot.handle_intent(Intent { number: 2, wish });
+    }
+    let refused = Outcome::Refused(VehicleRefusal::Terminated);
+    assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused), (2, refused)]);
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    let output = autopilot.step(SimTime::ZERO, &sensors());
+    assert_ne!(output.actuators.commands, stops);
+    assert!(!autopilot.snapshot().unwrap().terminated);
+}
+
+#[test]
+fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
+    let mut autopilot = autopilot();
+    let plan = std::sync::Arc::new(crate::vehicle::plan::Plan::default());
+    autopilot.handle_intent(Intent { number: 1, wish: Wish::Plan(plan) });
+    let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.1 };
+    autopilot.handle_intent(Intent { number: 2, wish: Wish::Home(home) });
+    let refused = Outcome::Refused(VehicleRefusal::NoFlight);
+    assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused)]);
+}
+
+#[test]
+fn the_mode_changes_before_its_outcome_is_told() {
+    let mut autopilot = flying();
+    autopilot.handle_intent(Intent { number: 1, wish: Wish::Mode(Mode::Hold) });
+    let kinds: Vec<EventKind> =
+        std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
+    let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
+    assert_eq!(kinds, [EventKind::Mode(Mode::Hold), done]);
 }

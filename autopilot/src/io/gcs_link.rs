@@ -1,67 +1,110 @@
-//! The ground-station link: one UDP socket, and the channels to the control thread, around
+//! The ground-station link: its sockets, and the channels to the control thread, around
 //! [`crate::mavlink::Ground`].
 //!
-//! One socket serves all peers, since ground stations remember the address that datagrams come from.
+//! ```text
+//!  udp client ──┐                 ┌── Ground ──┐   intents   > control thread
+//!  udp server ──┼── Sockets ──────┤            ├── events    <
+//!  tcp server ──┘  never waits    └────────────┘   snapshots <
+//! ```
+//!
+//! One task serves all: it asks what happened, hands it to [`crate::mavlink::Ground`], and offers each
+//! socket what waits for it. A socket that takes nothing keeps its own queue waiting and no other.
+//!
+//! Ground stations remember the address that datagrams come from, so one socket calls all of them.
 
-use core::future::pending;
+use core::future::poll_fn;
 use core::time::Duration;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 
 use flight_control::Belief;
-use tokio::net::UdpSocket;
+use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
-use tracing::{debug, warn};
+use tracing::{info, warn};
 
 use super::channels::GroundChannels;
+use super::store::{Kept, Store};
 use crate::clock::{self, WallTime};
-use crate::event::Intent;
+use crate::event::{Event, Intent, Snapshot};
 use crate::mavlink::Ground;
+use crate::mavlink::heartbeat::HeartbeatIdentity;
+use crate::mavlink::peers::{Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection};
+use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
+use sockets::{Arrival, READ_MAX, Sockets};
 
-/// Longest datagram that is looked at; the largest frame has 280 bytes, and a path 1500.
-const DATAGRAM_MAX: usize = 2048;
-/// Events taken in a row, so that datagrams get their turn.
+mod sockets;
+mod tcp;
+mod udp;
+
+/// Names of the links, for messages: what to change if one cannot be opened.
+const UDP_CLIENT: &str = "UDP socket that calls ground stations (--gcs-bind)";
+const UDP_SERVER: &str = "UDP port for ground stations that call (--gcs-udp-server)";
+const TCP_SERVER: &str = "TCP port for ground stations that connect (--gcs-tcp)";
+
+/// Events taken in a row, so that the sockets get their turn.
 const EVENTS_IN_A_ROW: usize = 64;
 /// Shortest sleep: an overdue deadline that cannot be met yet must not spin.
 const SLEEP_MIN: Duration = Duration::from_millis(1);
 /// A full intent channel is tried again after this.
 const RETRY: Duration = Duration::from_millis(2);
 
-/// What the ground-station link needs to know.
+/// Which sockets there are to be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Links {
+    /// Ground stations that are called, at most [`CONFIGURED_MAX`].
+    pub clients: Vec<SocketAddr>,
+    /// Own address of the socket that calls them: an address of this machine, port 0 for any.
+    pub client_bind: SocketAddr,
+    /// Own address for ground stations that call by UDP.
+    pub udp_server: Option<SocketAddr>,
+    /// Own address for ground stations that connect by TCP.
+    pub tcp_server: Option<SocketAddr>,
+}
+
+/// Where ground stations can be: what [`Links`] has become.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Listening {
+    /// Ground stations that are called.
+    pub clients: Vec<SocketAddr>,
+    /// Where they can call by UDP.
+    pub udp_server: Option<SocketAddr>,
+    /// Where they can connect by TCP.
+    pub tcp_server: Option<SocketAddr>,
+}
+
+/// What the ground-station link starts from.
 #[derive(Debug, Clone)]
 pub struct GcsConfig {
-    /// Own address: an address of this machine, port 0 for any.
-    pub bind: SocketAddr,
-    /// Ground stations that are always spoken to.
-    pub endpoints: Vec<SocketAddr>,
+    /// Which sockets.
+    pub links: Links,
     /// Parameters at start; the control side must have started with the same.
     pub parameters: Parameters,
     /// Belief of the control side; scales the effectors' commands.
     pub belief: Belief,
-}
-
-impl GcsConfig {
-    /// Own address where nothing else is asked for: loopback, any port.
-    pub const DEFAULT_BIND: SocketAddr =
-        SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
+    /// The autopilot that heartbeats name.
+    pub identity: HeartbeatIdentity,
+    /// Where changes of parameters are kept, and what is kept already.
+    pub kept: Option<Kept>,
 }
 
 /// Why the link ends before it is told to.
 #[derive(Debug, thiserror::Error)]
 pub enum GcsError {
     /// No socket.
-    #[error("autopilot: cannot open {address} for ground stations: {source}")]
+    #[error("autopilot: cannot open {address}, the {link}: {source}")]
     Bind {
+        /// Which one, and the option that sets it.
+        link: &'static str,
         /// The address asked for.
         address: SocketAddr,
         /// What the system says.
         source: io::Error,
     },
-    /// An endpoint that the socket cannot reach: IPv4 and IPv6 do not mix.
+    /// A ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
     #[error(
         "autopilot: ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
     )]
@@ -71,75 +114,131 @@ pub enum GcsError {
         /// Own address.
         bind: SocketAddr,
     },
+    /// Too many ground stations to call.
+    #[error(
+        "autopilot: {count} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed"
+    )]
+    TooMany {
+        /// How many were asked for.
+        count: usize,
+    },
+    /// No thread for the parameter file.
+    #[error("autopilot: cannot keep parameters: {0}")]
+    Store(io::Error),
     /// The control thread has ended.
     #[error("autopilot: the control thread has ended")]
     ControlEnded,
 }
 
-/// Serves ground stations until `shutdown` becomes true or its sender is dropped.
-///
-/// # Errors
-/// [`GcsError`] if there is no socket, or when the control thread ends.
-pub async fn run(
-    config: GcsConfig,
-    channels: GroundChannels,
-    mut shutdown: watch::Receiver<bool>,
-) -> Result<(), GcsError> {
-    let GcsConfig { bind, endpoints, parameters, belief } = config;
-    if let Some(&endpoint) = endpoints.iter().find(|address| address.is_ipv4() != bind.is_ipv4()) {
-        return Err(GcsError::Family { endpoint, bind });
+/// The link with open sockets, before it serves anybody.
+#[derive(Debug)]
+pub struct GcsLink {
+    ground: Ground,
+    sockets: Sockets,
+    listening: Listening,
+    store: Option<Store>,
+}
+
+impl GcsLink {
+    /// Opens the sockets. Needs the runtime that will serve them.
+    ///
+    /// # Errors
+    /// [`GcsError`] names the link and its address.
+    pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
+        let GcsConfig { links, parameters, belief, identity, kept } = config;
+        let bind = links.client_bind;
+        let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
+        if let Some(&endpoint) = other {
+            return Err(GcsError::Family { endpoint, bind });
+        }
+        if links.clients.len() > CONFIGURED_MAX {
+            return Err(GcsError::TooMany { count: links.clients.len() });
+        }
+        let sockets = Sockets::open(links).await?;
+        let listening = sockets.listening(links)?;
+        let configured: Vec<Address> =
+            links.clients.iter().copied().map(Address::UdpClient).collect();
+        let host = Host { identity: *identity, unix_start_us: clock::unix_start_us() };
+        let mut ground = Ground::new(parameters, belief, &configured).with_host(host);
+        let mut store = None;
+        if let Some(kept) = kept {
+            ground.keep_parameters(kept.parameters);
+            store = Some(Store::open(&kept.path).map_err(GcsError::Store)?);
+        }
+        Ok(Self { ground, sockets, listening, store })
     }
-    #[expect(clippy::disallowed_methods, reason = "the ground-station link is I/O")]
-    let socket =
-        UdpSocket::bind(bind).await.map_err(|source| GcsError::Bind { address: bind, source })?;
-    let link = Link {
-        ground: Ground::new(&parameters, &belief, &endpoints),
-        socket,
-        channels,
-        held_back: None,
-        send_errors: 0,
-    };
-    tokio::select! {
-        // An error means that the sender is gone, which ends the link as well.
-        _ = shutdown.wait_for(|stop| *stop) => Ok(()),
-        result = link.serve() => result,
+
+    /// Where ground stations can be.
+    #[must_use]
+    pub fn listening(&self) -> &Listening {
+        &self.listening
+    }
+
+    /// Serves ground stations until `shutdown` becomes true or its sender is dropped.
+    ///
+    /// # Errors
+    /// [`GcsError::ControlEnded`] when the control thread ends.
+    pub async fn run(
+        self,
+        channels: GroundChannels,
+        mut shutdown: watch::Receiver<bool>,
+    ) -> Result<(), GcsError> {
+        let Self { ground, sockets, listening, store } = self;
+        let Listening { clients, udp_server, tcp_server } = listening;
+        info!(
+            ?clients,
+            udp_server = udp_server.map(tracing::field::display),
+            tcp_server = tcp_server.map(tracing::field::display),
+            "ground stations"
+        );
+        let link =
+            Link { ground, sockets, channels, store, held_back: None, refused: 0, turned_away: 0 };
+        tokio::select! {
+            // An error means that the sender is gone, which ends the link as well.
+            _ = shutdown.wait_for(|stop| *stop) => Ok(()),
+            result = link.serve() => result,
+        }
     }
 }
 
 struct Link {
     ground: Ground,
-    socket: UdpSocket,
+    sockets: Sockets,
     channels: GroundChannels,
+    /// Gone, it has written everything.
+    store: Option<Store>,
     /// An intent that found no room in the channel.
     held_back: Option<Intent>,
-    send_errors: u64,
+    /// Connections closed again since there were too many.
+    refused: u64,
+    /// Ground stations turned away when this was last told.
+    turned_away: u64,
 }
 
 enum Input {
-    Datagram { from: SocketAddr, length: usize },
-    Event(crate::event::Event),
-    Snapshot(Box<crate::event::Snapshot>),
+    Socket(Arrival),
+    Event(Event),
+    Snapshot(Box<Snapshot>),
     Time,
     ControlEnded,
 }
 
 impl Link {
     async fn serve(mut self) -> Result<(), GcsError> {
-        let mut buffer = [0; DATAGRAM_MAX];
+        let mut buffer = [0; READ_MAX];
         loop {
             let now = clock::now();
             self.ground.poll(now);
             self.pass_intents()?;
+            self.keep_parameters(now);
             let wanted = self.ground.wants_snapshot();
             self.channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
-            self.send().await;
+            self.send(now);
             let deadline = self.next_wake(now);
-            let input = self.next_input(&mut buffer, deadline).await;
+            let input = self.next_input(&mut buffer, deadline, now).await;
             let now = clock::now();
             match input {
-                Input::Datagram { from, length } => {
-                    self.ground.handle_datagram(from, &buffer[..length], now);
-                }
+                Input::Socket(arrival) => self.handle_arrival(&arrival, &buffer, now),
                 Input::Event(event) => {
                     self.ground.handle_event(&event, now);
                     for _ in 1..EVENTS_IN_A_ROW {
@@ -159,23 +258,89 @@ impl Link {
         if self.held_back.is_some() || self.ground.has_intents() {
             deadline = deadline.min(now + RETRY);
         }
+        if self.ground.can_resume() {
+            // What was sent made room for input that waits.
+            deadline = now;
+        }
         clock::instant(deadline).into()
     }
 
-    async fn next_input(&mut self, buffer: &mut [u8], deadline: Instant) -> Input {
-        // Not biased: each source gets its turn, also beside a flood of datagrams.
+    async fn next_input(&mut self, buffer: &mut [u8], deadline: Instant, now: WallTime) -> Input {
+        let Self { ground, sockets, channels, .. } = self;
+        let accepts = |connection| ground.accepts_input(connection);
+        // Not biased: each source gets its turn, also beside a flood of messages.
         tokio::select! {
-            received = receive(&self.socket, buffer) => {
-                let (length, from) = received;
-                Input::Datagram { from, length }
+            arrival = poll_fn(|cx| sockets.poll(cx, buffer, &accepts, now)) => {
+                Input::Socket(arrival)
             }
-            event = self.channels.events.recv() => {
-                event.map_or(Input::ControlEnded, Input::Event)
-            }
-            snapshot = self.channels.snapshots.recv() => {
+            event = channels.events.recv() => event.map_or(Input::ControlEnded, Input::Event),
+            snapshot = channels.snapshots.recv() => {
                 snapshot.map_or(Input::ControlEnded, |snapshot| Input::Snapshot(Box::new(snapshot)))
             }
             () = sleep_until(deadline) => Input::Time,
+        }
+    }
+
+    fn handle_arrival(&mut self, arrival: &Arrival, buffer: &[u8], now: WallTime) {
+        let bytes = |length: usize| buffer.get(..length).unwrap_or(buffer);
+        match *arrival {
+            Arrival::Datagram { from, length } => {
+                self.ground.handle_datagram(from, bytes(length), now);
+                self.tell_turned_away();
+            }
+            Arrival::Bytes { connection, length } => {
+                self.ground.handle_stream(connection, bytes(length), now);
+            }
+            Arrival::Opened { connection, from } => {
+                if self.ground.open(connection, now) {
+                    info!(%from, "ground-station connection opened");
+                } else {
+                    self.refuse(connection, from);
+                }
+            }
+            Arrival::Closed(connection) => self.close(connection, "by the ground station"),
+            Arrival::Writable => {}
+        }
+    }
+
+    fn refuse(&mut self, connection: Connection, from: SocketAddr) {
+        self.sockets.close(connection);
+        self.refused += 1;
+        // The first of each doubling: whoever is refused may try again without end.
+        if self.refused.is_power_of_two() {
+            warn!(
+                %from,
+                limit = CONNECTIONS_MAX,
+                refused = self.refused,
+                "a ground-station connection was refused: there are too many"
+            );
+        }
+    }
+
+    fn close(&mut self, connection: Connection, why: &str) {
+        self.ground.close(connection);
+        if let Some(from) = self.sockets.close(connection) {
+            info!(%from, why, "ground-station connection closed");
+        }
+    }
+
+    fn tell_turned_away(&mut self) {
+        let turned_away = self.ground.turned_away();
+        // The first of each doubling.
+        if turned_away != self.turned_away && turned_away.is_power_of_two() {
+            warn!(turned_away, "messages of a ground station were ignored: there are too many");
+        }
+        self.turned_away = turned_away;
+    }
+
+    /// Hands changed parameters to their file, and takes what became of it.
+    fn keep_parameters(&mut self, now: WallTime) {
+        let Some(store) = &self.store else { return };
+        if let Some(save) = self.ground.pop_save() {
+            store.save(save);
+        }
+        if let Some(saved) = store.outcome() {
+            self.ground.handle_saved(&saved, now);
         }
     }
 
@@ -194,79 +359,19 @@ impl Link {
         Ok(())
     }
 
-    /// Sends everything that waits. Nothing is read meanwhile, so input never outruns its answers.
-    async fn send(&mut self) {
-        while let Some((to, datagram)) = self.ground.pop_datagram() {
-            if let Err(error) = self.socket.send_to(&datagram, to).await {
-                self.send_errors += 1;
-                // The first of each doubling: a ground station that is not there is normal.
-                if self.send_errors.is_power_of_two() {
-                    warn!(%to, %error, errors = self.send_errors, "a datagram was not sent");
-                }
-            }
+    /// Offers each socket what waits for it, and gives up connections that take nothing for long.
+    fn send(&mut self, now: WallTime) {
+        loop {
+            let sockets = &self.sockets;
+            let frame = self.ground.pop_frame(|address| sockets.can_send(address));
+            let Some((to, frame)) = frame else { break };
+            self.sockets.send(to, frame, now);
         }
-    }
-}
-
-/// Next datagram. Errors of the socket concern an earlier send to somebody who is not there.
-async fn receive(socket: &UdpSocket, buffer: &mut [u8]) -> (usize, SocketAddr) {
-    match socket.recv_from(buffer).await {
-        Ok(received) => received,
-        Err(error) => {
-            debug!(%error, "ground-station socket");
-            // The other inputs and the deadline go on; the next call reads again.
-            pending().await
+        while let Some(connection) = self.sockets.stalled(now) {
+            self.close(connection, "it reads nothing");
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::config::{self, DEFAULT_BELIEF};
-    use crate::io::channels::channels;
-
-    fn config(endpoint: SocketAddr) -> GcsConfig {
-        GcsConfig {
-            bind: GcsConfig::DEFAULT_BIND,
-            endpoints: vec![endpoint],
-            parameters: Parameters::default(),
-            belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
-        }
-    }
-
-    #[tokio::test]
-    #[expect(clippy::disallowed_methods, reason = "a ground station for the test")]
-    async fn a_heartbeat_reaches_the_configured_ground_station_and_shutdown_ends_the_link() {
-        let station = UdpSocket::bind("127.0.0.1:0").await.unwrap();
-        let (ground, _control) = channels();
-        let (stop, stopped) = watch::channel(false);
-        let link = tokio::spawn(run(config(station.local_addr().unwrap()), ground, stopped));
-        let mut buffer = [0; 300];
-        let (length, _) = station.recv_from(&mut buffer).await.unwrap();
-        assert_eq!((length, buffer[0], buffer[7]), (21, 0xFD, 0), "a HEARTBEAT of MAVLink 2");
-        stop.send(true).unwrap();
-        assert!(link.await.unwrap().is_ok());
-    }
-
-    #[tokio::test]
-    async fn an_address_in_use_names_process_and_address() {
-        #[expect(clippy::disallowed_methods, reason = "occupies a port for the test")]
-        let taken = UdpSocket::bind("127.0.0.1:0").await.unwrap();
-        let address = taken.local_addr().unwrap();
-        let (ground, _control) = channels();
-        let (_stop, stopped) = watch::channel(false);
-        let config = GcsConfig { bind: address, ..config(address) };
-        let error = run(config, ground, stopped).await.unwrap_err().to_string();
-        assert!(error.contains("autopilot") && error.contains(&address.to_string()), "{error}");
-    }
-
-    #[tokio::test]
-    async fn the_link_ends_with_the_control_thread() {
-        let (ground, control) = channels();
-        let (_stop, stopped) = watch::channel(false);
-        drop(control);
-        let result = run(config(GcsConfig::DEFAULT_BIND), ground, stopped).await;
-        assert!(matches!(result, Err(GcsError::ControlEnded)), "{result:?}");
-    }
-}
+mod tests;

@@ -6,3 +6,4 @@ pub mod gcs_link;
 pub mod plant_link;
 pub mod presence;
 pub mod status;
+pub mod store;

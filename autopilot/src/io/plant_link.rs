@@ -148,21 +148,20 @@ impl PlantLink {
             self.autopilot.handle_report(report);
         }
         self.take_intents();
-        let (actuators, log) = match packet.phase {
-            Phase::Flying => {
-                let output = self.autopilot.step(packet.time, &packet.sensors);
-                (output.actuators, Some(output.log))
-            }
-            Phase::Holding => (self.autopilot.hold(&packet.sensors, false), None),
-            Phase::OnGround => (self.autopilot.hold(&packet.sensors, true), None),
+        let actuators = match packet.phase {
+            Phase::Flying => self.autopilot.step(packet.time, &packet.sensors).actuators,
+            Phase::Holding => self.autopilot.hold(&packet.sensors, false),
+            Phase::OnGround => self.autopilot.hold(&packet.sensors, true),
         };
         let request = self.autopilot.next_request();
         if let Some(answer) = self.side.answer(&actuators, request) {
             // What does not leave is lost, and will be asked for again.
             let _ = self.socket.send_to(answer, to);
         }
-        if let (Some(writer), Some(log)) = (self.step_log.as_mut(), log)
-            && let Err(problem) = writer.write(&(packet.time, log))
+        if packet.phase == Phase::Flying
+            && let Some(writer) = self.step_log.as_mut()
+            && let Some(snapshot) = self.autopilot.snapshot()
+            && let Err(problem) = writer.write(&(packet.time, snapshot.log))
         {
             error!(%problem, "the step log ends here");
         }

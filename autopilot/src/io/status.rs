@@ -10,6 +10,7 @@ use std::time::Duration;
 use host_io::Stop;
 use serde::{Deserialize, Serialize};
 
+use super::gcs_link::Listening;
 use crate::event::Snapshot;
 
 /// Time between two lines.
@@ -19,10 +20,13 @@ const INTERVAL: Duration = Duration::from_millis(100);
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StatusLine {
-    /// First of all: where plants are awaited.
+    /// First of all: where plants and ground stations are awaited.
     Listening {
         /// Address of the plant link.
         plant_link: std::net::SocketAddr,
+        /// Where ground stations can be; empty if there are to be none.
+        #[serde(default)]
+        ground_stations: Listening,
     },
     /// No plant has called yet.
     NoPlant,

@@ -3,7 +3,8 @@
 use icd::{Effector, Ned, PerEffector, Sensors};
 
 use crate::event::{EventKind, Snapshot};
-use crate::vehicle::Mode;
+use crate::vehicle::geodesy::{Horizon, Site};
+use crate::vehicle::{Mode, Place};
 
 /// Snapshots in a row that must contradict the events before they are believed: one of them can be a
 /// leftover from before the last event.
@@ -22,7 +23,7 @@ pub enum Phase {
     Lost,
 }
 
-/// The point on the ground, altitude zero, under the place where the flight was first seen.
+/// A point on the ground, altitude zero: under the place where the flight was first seen, until it is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Home {
     /// Geodetic latitude, rad.
@@ -34,14 +35,24 @@ pub struct Home {
 }
 
 impl Home {
-    fn under(sensors: &Sensors) -> Self {
+    fn at(place: Place, sensors: &Sensors) -> Self {
+        let aircraft = place_of(sensors);
+        let offset = Horizon::at(aircraft).offset(&Site::at(place));
         let at = sensors.position.0;
         Self {
-            latitude_rad: sensors.latitude_rad,
-            longitude_rad: sensors.longitude_rad,
-            position: Ned::new(at.x, at.y, at.z + sensors.altitude_m),
+            latitude_rad: place.latitude_rad,
+            longitude_rad: place.longitude_rad,
+            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + sensors.altitude_m),
         }
     }
+
+    fn is_at(&self, place: Place) -> bool {
+        place == Place { latitude_rad: self.latitude_rad, longitude_rad: self.longitude_rad }
+    }
+}
+
+fn place_of(sensors: &Sensors) -> Place {
+    Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad }
 }
 
 /// The aircraft as the ground stations may know it.
@@ -50,6 +61,7 @@ pub struct Aircraft {
     in_flight: bool,
     connected: bool,
     on_ground: bool,
+    terminated: bool,
     mode: Mode,
     faulty: PerEffector<bool>,
     contradictions: u32,
@@ -63,6 +75,7 @@ impl Default for Aircraft {
             in_flight: false,
             connected: false,
             on_ground: false,
+            terminated: false,
             mode: Mode::Reference,
             faulty: PerEffector::default(),
             contradictions: 0,
@@ -86,6 +99,7 @@ impl Aircraft {
             EventKind::FaultActs { effector, .. } => self.faulty[effector] = true,
             EventKind::FaultEnded { effector } => self.faulty[effector] = false,
             EventKind::GroundContact => self.on_ground = true,
+            EventKind::Terminated => self.terminated = true,
             EventKind::PlantLost => self.connected = false,
             EventKind::PlantBack => self.connected = true,
             _ => {}
@@ -94,18 +108,21 @@ impl Aircraft {
 
     /// Takes the state at one tick.
     pub fn handle_snapshot(&mut self, snapshot: &Snapshot) {
-        if (snapshot.mode, snapshot.on_ground) == (self.mode, self.on_ground) {
+        let shown = (snapshot.mode, snapshot.on_ground, snapshot.terminated);
+        if shown == (self.mode, self.on_ground, self.terminated) {
             self.contradictions = 0;
         } else {
             self.contradictions += 1;
             if self.contradictions >= CONTRADICTIONS {
-                self.mode = snapshot.mode;
-                self.on_ground = snapshot.on_ground;
+                (self.mode, self.on_ground, self.terminated) = shown;
                 self.contradictions = 0;
             }
         }
-        if self.home.is_none() {
-            self.home = Some(Home::under(&snapshot.sensors));
+        let first_seen = self.home.is_none().then(|| place_of(&snapshot.sensors));
+        if let Some(place) = snapshot.navigation.home.or(first_seen)
+            && !self.home.is_some_and(|home| home.is_at(place))
+        {
+            self.home = Some(Home::at(place, &snapshot.sensors));
         }
         self.snapshot = Some(*snapshot);
     }
@@ -119,6 +136,12 @@ impl Aircraft {
             (true, true, false) => Phase::Flying,
             (true, true, true) => Phase::OnGround,
         }
+    }
+
+    /// The flight was terminated: engine off, surfaces at their stops.
+    #[must_use]
+    pub fn is_terminated(&self) -> bool {
+        self.terminated
     }
 
     /// A fault of this effector acts, and its end has not been told yet.

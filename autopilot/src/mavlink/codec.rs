@@ -26,6 +26,8 @@ const HEADER_V1: usize = 6;
 const HEADER_V2: usize = 10;
 const CRC: usize = 2;
 const SIGNATURE: usize = 13;
+/// progress of COMMAND_ACK.
+const PROGRESS_UNKNOWN: u8 = u8::MAX;
 /// The one incompatibility flag that is understood; the signature itself is not looked at.
 const SIGNED: u8 = 0x01;
 
@@ -49,7 +51,7 @@ impl Identity {
 /// What was skipped in the input, since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Skipped {
-    /// Bytes that begin no frame.
+    /// Bytes that begin no frame, among them those behind the marker of a frame that was given up.
     pub noise_bytes: u64,
     /// Frames that end after the datagram.
     pub truncated: u64,
@@ -59,6 +61,10 @@ pub struct Skipped {
     pub unknown_flags: u64,
     /// Frames whose message is in no definition.
     pub unknown_id: u64,
+    /// Good frames of a datagram that nobody looked at, since there was no room for answers.
+    pub unanswerable: u64,
+    /// Bytes of a connection that came although there was no room for them.
+    pub overflow_bytes: u64,
 }
 
 /// One frame whose checksum is right.
@@ -74,6 +80,40 @@ pub struct Frame<'a> {
 
 /// Takes the next good frame out of `rest`; `None` at the end of the datagram.
 pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Frame<'a>> {
+    loop {
+        match cut(rest, skipped) {
+            Cut::Frame(frame) => return Some(frame),
+            Cut::Nothing => return None,
+            Cut::Beginning => {
+                // Nothing more will come, so only the marker is given up: a good frame may stand right
+                // behind it.
+                skipped.truncated += 1;
+                *rest = &rest[1..];
+            }
+        }
+    }
+}
+
+/// Takes the next good frame out of `rest`, of which more will come; `None` leaves there what may be the
+/// beginning of a frame, at most [`FRAME_MAX`] and a signature.
+pub fn next_frame_of_stream<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Frame<'a>> {
+    match cut(rest, skipped) {
+        Cut::Frame(frame) => Some(frame),
+        Cut::Nothing | Cut::Beginning => None,
+    }
+}
+
+/// What stands at the front, after everything that can be no frame was skipped.
+enum Cut<'a> {
+    Frame(Frame<'a>),
+    /// A marker, and bytes that may become a frame when more come.
+    Beginning,
+    Nothing,
+}
+
+/// Each decision looks only at bytes that are there in any case, so it does not matter where a stream was
+/// cut. Of what is no good frame only the marker is given up: its length means nothing.
+fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
     while let Some(&first) = rest.first() {
         let layout = match first {
             MAV_STX_V2 => Layout::v2(rest),
@@ -84,35 +124,26 @@ pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Fram
                 continue;
             }
         };
-        let whole = layout.and_then(|layout| Some((rest.get(..layout.length)?, layout)));
-        let Some((frame, layout)) = whole else {
-            // Only the marker is given up: a good frame may stand right behind it.
-            skipped.truncated += 1;
-            *rest = &rest[1..];
-            continue;
+        let Some(layout) = layout else { return Cut::Beginning };
+        let wrong = if layout.unknown_flags {
+            &mut skipped.unknown_flags
+        } else if !MavMessage::all_ids().contains(&layout.id) {
+            &mut skipped.unknown_id
+        } else {
+            let Some(frame) = rest.get(..layout.length) else { return Cut::Beginning };
+            let end = layout.payload_at + layout.payload_length;
+            let crc = calculate_crc(&frame[1..end], MavMessage::extra_crc(layout.id));
+            if frame[end..end + CRC] == crc.to_le_bytes() {
+                *rest = &rest[layout.length..];
+                let payload = &frame[layout.payload_at..end];
+                return Cut::Frame(Frame { sender: layout.sender, id: layout.id, payload });
+            }
+            &mut skipped.bad_crc
         };
-        if layout.unknown_flags {
-            skipped.unknown_flags += 1;
-            *rest = &rest[layout.length..];
-            continue;
-        }
-        if !MavMessage::all_ids().contains(&layout.id) {
-            skipped.unknown_id += 1;
-            *rest = &rest[layout.length..];
-            continue;
-        }
-        let end = layout.payload_at + layout.payload_length;
-        let crc = calculate_crc(&frame[1..end], MavMessage::extra_crc(layout.id));
-        if frame[end..end + CRC] != crc.to_le_bytes() {
-            skipped.bad_crc += 1;
-            *rest = &rest[1..];
-            continue;
-        }
-        *rest = &rest[layout.length..];
-        let payload = &frame[layout.payload_at..end];
-        return Some(Frame { sender: layout.sender, id: layout.id, payload });
+        *wrong += 1;
+        *rest = &rest[1..];
     }
-    None
+    Cut::Nothing
 }
 
 /// Where the parts of a frame are.
@@ -178,12 +209,22 @@ impl Encoded {
     pub fn command_ack(command: u16, result: MavResult, to: Identity) -> Self {
         let mut payload = Vec::with_capacity(COMMAND_ACK_DATA::ENCODED_LEN);
         payload.extend_from_slice(&command.to_le_bytes());
-        // Progress and the second result are zero: no command here takes its time.
-        payload.extend_from_slice(&[result as u8, 0, 0, 0, 0, 0, to.system, to.component]);
+        // How far a command under way has come is not known, and there is no second result.
+        let progress =
+            if result == MavResult::MAV_RESULT_IN_PROGRESS { PROGRESS_UNKNOWN } else { 0 };
+        let end = [result as u8, progress, 0, 0, 0, 0, to.system, to.component];
+        payload.extend_from_slice(&end);
+        Self::by_hand::<COMMAND_ACK_DATA>(payload)
+    }
+
+    /// A message whose payload was written by hand, since it may carry numbers that the definitions do not
+    /// have. Zeros at its end are cut off, as the protocol says.
+    #[must_use]
+    pub fn by_hand<D: MessageData>(mut payload: Vec<u8>) -> Self {
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
         }
-        Self { id: COMMAND_ACK_DATA::ID, extra_crc: COMMAND_ACK_DATA::EXTRA_CRC, payload }
+        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload }
     }
 
     /// The frame with this sequence number, MAVLink 2, not signed.

@@ -4,7 +4,9 @@ use flight_control::Belief;
 
 use super::aircraft::Aircraft;
 use super::codec::Identity;
+use super::control::Control;
 use super::intents::Intents;
+use super::modes::Streams;
 use super::peers::Peer;
 use super::statustext::StatusTexts;
 use super::telemetry::Telemetry;
@@ -34,8 +36,18 @@ pub struct Context<'a> {
     pub texts: &'a mut StatusTexts,
     /// What is streamed, and every message that can be asked for.
     pub telemetry: &'a mut Telemetry,
+    /// Which ground station has control.
+    pub control: &'a mut Control,
     /// A usable offboard setpoint came a moment ago.
     pub setpoint_is_fresh: bool,
     /// A pilot's sticks were heard a moment ago.
     pub sticks_are_fresh: bool,
+}
+
+impl Context<'_> {
+    /// What streams are heard just now.
+    #[must_use]
+    pub fn streams(&self) -> Streams {
+        Streams { setpoints: self.setpoint_is_fresh, sticks: self.sticks_are_fresh }
+    }
 }

@@ -22,11 +22,12 @@ saturating! {
     to_i32 -> i32;
 }
 
-/// 32-bit float field.
+/// 32-bit float field. A number too large for it becomes the largest; infinity and NaN stay what they are.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "MAVLink floats have 32 bits")]
 pub fn float(value: f64) -> f32 {
-    value as f32
+    let max = f64::from(f32::MAX);
+    if value.is_finite() { value.clamp(-max, max) as f32 } else { value as f32 }
 }
 
 /// The number that a person meant who typed a decimal which became `value` on the wire: 0.35, not
@@ -53,10 +54,22 @@ pub fn boot_us_low(time: SimTime) -> u32 {
     (time.as_micros() & u64::from(u32::MAX)) as u32
 }
 
+/// Whole number.
+#[must_use]
+pub fn whole(value: f64) -> i32 {
+    to_i32(value)
+}
+
 /// Latitude or longitude, 1e-7 deg.
 #[must_use]
 pub fn degrees_e7(angle_rad: f64) -> i32 {
     to_i32(angle_rad.to_degrees() * 1.0e7)
+}
+
+/// Latitude or longitude in degrees from 1e-7 deg.
+#[must_use]
+pub fn degrees_of_e7(angle: i32) -> f64 {
+    f64::from(angle) / 1.0e7
 }
 
 /// Millimetres.
@@ -69,6 +82,49 @@ pub fn millimetres(metres: f64) -> i32 {
 #[must_use]
 pub fn centimetres_per_second(metres_per_second: f64) -> i16 {
     to_i16(metres_per_second * 1.0e2)
+}
+
+/// Speed, cm/s; 655.34 m/s at most, since one more means "unknown".
+#[must_use]
+pub fn centimetres_per_second_unsigned(metres_per_second: f64) -> u16 {
+    to_u16(metres_per_second * 1.0e2).min(u16::MAX - 1)
+}
+
+/// Distance in whole metres; 65535 m at most.
+#[must_use]
+pub fn whole_metres(metres: f64) -> u16 {
+    to_u16(metres)
+}
+
+/// Pressure, hPa.
+#[must_use]
+pub fn hectopascals(pascals: f64) -> f32 {
+    float(pascals * 1.0e-2)
+}
+
+/// Temperature, degC.
+#[must_use]
+pub fn celsius(kelvin: f64) -> f32 {
+    float(kelvin - 273.15)
+}
+
+/// Temperature, 0.01 degC.
+#[must_use]
+pub fn centidegrees_celsius(kelvin: f64) -> i16 {
+    to_i16((kelvin - 273.15) * 1.0e2)
+}
+
+/// Degrees, not wrapped.
+#[must_use]
+pub fn degrees(angle_rad: f64) -> f64 {
+    angle_rad.to_degrees()
+}
+
+/// Bearing, -180 to 180 degrees.
+#[must_use]
+pub fn bearing_degrees(bearing_rad: f64) -> i16 {
+    let degrees = heading_degrees(bearing_rad);
+    if degrees > 180 { degrees - 360 } else { degrees }
 }
 
 /// Heading, 0 to 35999 centidegrees.
@@ -138,6 +194,11 @@ mod tests {
         assert_eq!(centimetres_per_second(-400.0), -32_768);
         assert_eq!(millimetres(1.0e9), i32::MAX);
         assert_eq!(centimetres_per_second(f64::NAN), 0);
+        assert_eq!(centimetres_per_second_unsigned(400.0), 40_000);
+        assert_eq!(centimetres_per_second_unsigned(700.0), 65_534, "65535 means unknown");
+        assert_eq!(whole_metres(1.0e6), 65_535);
+        assert_eq!(centidegrees_celsius(1.0e6), 32_767);
+        assert_eq!(float(1.0e300), f32::MAX);
     }
 
     #[test]
@@ -145,6 +206,8 @@ mod tests {
         assert_eq!(heading_centidegrees(-0.5_f64.to_radians()), 35_950);
         assert_eq!(heading_degrees(-0.4_f64.to_radians()), 0);
         assert_eq!(heading_degrees(-90.0_f64.to_radians()), 270);
+        assert_eq!(bearing_degrees(270.0_f64.to_radians()), -90);
+        assert_eq!(bearing_degrees(180.0_f64.to_radians()), 180);
         assert_eq!(heading_centidegrees(core::f64::consts::TAU), 0);
     }
 
@@ -182,6 +245,8 @@ mod tests {
         fn no_value_leaves_its_field(value in any::<f64>()) {
             prop_assert!(heading_centidegrees(value) < 36_000);
             prop_assert!((0..360).contains(&heading_degrees(value)));
+            prop_assert!((-180..=180).contains(&bearing_degrees(value)));
+            prop_assert!(centimetres_per_second_unsigned(value) < u16::MAX);
             prop_assert!(percent(value) <= 100);
             prop_assert!((1000..=2000).contains(&servo_pulse_us(value)) || value.is_nan());
         }

@@ -1,31 +1,284 @@
-//! MAVLink FTP: files that describe the autopilot.
+//! MAVLink FTP: files that describe the autopilot, for reading only.
+//!
+//! Each ground station has its own sessions. A session has the number that the client asks for, if it is
+//! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
+//! that comes again is answered as it was the first time.
 
+use core::time::Duration;
+
+use ::mavlink::dialects::common::FILE_TRANSFER_PROTOCOL_DATA;
+use arrayvec::ArrayVec;
+
+use super::codec::Encoded;
 use super::context::{Context, From};
 use super::peers::Peers;
 use crate::clock::WallTime;
+use files::File;
+use payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
+
+mod files;
+mod payload;
+
+pub use files::crc32;
+
+/// Open files of one client.
+const SESSIONS_MAX: usize = 4;
+/// Clients behind one peer; one more takes the place of the one that has been silent for longest.
+const CLIENTS_OF_A_PEER_MAX: usize = 4;
+/// A client that has been silent for this long is forgotten with its sessions.
+const SILENCE: Duration = Duration::from_secs(60);
+/// Messages of a burst that are sent together.
+const BURST: usize = 4;
+/// Time between them: 200 kB/s.
+const BURST_INTERVAL: Duration = Duration::from_millis(5);
+/// Messages of a burst before the client must ask for more, so that nothing goes on for ever.
+const BURST_MAX: usize = 256;
+/// A burst waits while a peer has less room than this for answers.
+const ROOM_MIN: usize = 96;
+
+/// An open file.
+#[derive(Debug, Clone, Copy)]
+struct Session {
+    number: u8,
+    file: File,
+}
+
+/// A file on its way.
+#[derive(Debug)]
+struct Burst {
+    session: Session,
+    opcode: u8,
+    /// Bytes in each message.
+    size: usize,
+    offset: u32,
+    sequence: u16,
+    left: usize,
+}
+
+/// One ground station.
+#[derive(Debug)]
+struct Client {
+    from: From,
+    heard: WallTime,
+    sessions: ArrayVec<Session, SESSIONS_MAX>,
+    burst: Option<Burst>,
+    /// The latest request and its answer.
+    latest: Option<([u8; LENGTH], Reply)>,
+}
 
 /// Gives files.
 #[derive(Debug, Default)]
-pub struct FtpService {}
+pub struct FtpService {
+    clients: Vec<Client>,
+    next_burst: WallTime,
+}
 
 impl FtpService {
     /// Takes one request: the 251 bytes of FILE_TRANSFER_PROTOCOL.
     pub fn handle(
         &mut self,
-        _from: From,
-        _request: &[u8; 251],
-        _now: WallTime,
+        from: From,
+        bytes: &[u8; LENGTH],
+        now: WallTime,
         _ctx: &mut Context,
-        _out: &mut Peers,
+        out: &mut Peers,
     ) {
+        let Some(request) = Request::parse(bytes) else { return };
+        let client = self.client(from, now);
+        if let Some((asked, reply)) = &client.latest
+            && asked == bytes
+        {
+            return send(out, from, reply.clone());
+        }
+        match client.answer(&request) {
+            Some(reply) => {
+                client.latest = Some((*bytes, reply.clone()));
+                send(out, from, reply);
+            }
+            // A burst, which begins with the next poll; asked for again, it begins again.
+            None => client.latest = None,
+        }
     }
 
-    /// Does what is due.
-    pub fn poll(&mut self, _now: WallTime, _ctx: &mut Context, _out: &mut Peers) {}
+    fn client(&mut self, from: From, now: WallTime) -> &mut Client {
+        let known = self.clients.iter().position(|client| client.from == from);
+        let place = known.unwrap_or_else(|| {
+            let same_peer = |client: &&Client| client.from.peer == from.peer;
+            if self.clients.iter().filter(same_peer).count() >= CLIENTS_OF_A_PEER_MAX {
+                let oldest =
+                    self.clients.iter().filter(same_peer).min_by_key(|client| client.heard);
+                let oldest = oldest.map(|client| client.from);
+                self.clients.retain(|client| Some(client.from) != oldest);
+            }
+            self.clients.push(Client::new(from));
+            self.clients.len() - 1
+        });
+        let client = &mut self.clients[place];
+        client.heard = now;
+        client
+    }
+
+    /// Sends what is due of each burst, and forgets who is gone.
+    pub fn poll(&mut self, now: WallTime, _ctx: &mut Context, out: &mut Peers) {
+        self.clients
+            .retain(|client| out.knows(client.from.peer) && now.since(client.heard) < SILENCE);
+        if now < self.next_burst {
+            return;
+        }
+        for client in self.clients.iter_mut().filter(|client| client.burst.is_some()) {
+            self.next_burst = now + BURST_INTERVAL;
+            for _ in 0..BURST {
+                if out.room(client.from.peer) < ROOM_MIN {
+                    break;
+                }
+                let Some(reply) = client.continue_burst() else { break };
+                send(out, client.from, reply);
+            }
+        }
+    }
 
     /// When there is something to do.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        None
+        let is_sending = self.clients.iter().any(|client| client.burst.is_some());
+        is_sending.then_some(self.next_burst)
     }
+}
+
+impl Client {
+    fn new(from: From) -> Self {
+        let heard = WallTime::ZERO;
+        Self { from, heard, sessions: ArrayVec::new(), burst: None, latest: None }
+    }
+
+    /// `None`: a burst begins.
+    fn answer(&mut self, request: &Request<'_>) -> Option<Reply> {
+        let answer = match request.operation() {
+            Operation::Nothing => Ok(request.ack(&[])),
+            Operation::TerminateSession => self.terminate(request),
+            Operation::ResetSessions => {
+                self.sessions.clear();
+                self.burst = None;
+                Ok(request.ack(&[]))
+            }
+            Operation::ListDirectory => list(request),
+            Operation::OpenFileReadOnly => self.open(request),
+            Operation::ReadFile => self.read(request),
+            Operation::CalculateCrc32 => {
+                find(request).map(|file| request.ack(&crc32(file.content).to_le_bytes()))
+            }
+            Operation::BurstReadFile => match self.begin_burst(request) {
+                Ok(()) => return None,
+                Err(problem) => Err(problem),
+            },
+            Operation::Change => Err(Problem::FileProtected),
+            Operation::Unknown => Err(Problem::UnknownCommand),
+        };
+        Some(answer.unwrap_or_else(|problem| request.nak(problem)))
+    }
+
+    fn session(&self, number: u8) -> Result<Session, Problem> {
+        let found = self.sessions.iter().find(|session| session.number == number);
+        found.copied().ok_or(Problem::InvalidSession)
+    }
+
+    fn open(&mut self, request: &Request<'_>) -> Result<Reply, Problem> {
+        let file = find(request)?;
+        let is_free = |number: &u8| self.session(*number).is_err();
+        let mut numbers = core::iter::once(request.session).chain(0..=u8::MAX);
+        let number = numbers.find(is_free).ok_or(Problem::NoSessionsAvailable)?;
+        let opened = self.sessions.try_push(Session { number, file });
+        opened.map_err(|_| Problem::NoSessionsAvailable)?;
+        let size = u32::try_from(file.content.len()).unwrap_or(u32::MAX);
+        Ok(request.ack(&size.to_le_bytes()).of_session(number))
+    }
+
+    fn terminate(&mut self, request: &Request<'_>) -> Result<Reply, Problem> {
+        let number = self.session(request.session)?.number;
+        self.sessions.retain(|session| session.number != number);
+        self.burst.take_if(|burst| burst.session.number == number);
+        Ok(request.ack(&[]))
+    }
+
+    fn read(&self, request: &Request<'_>) -> Result<Reply, Problem> {
+        let session = self.session(request.session)?;
+        if request.size == 0 {
+            return Err(Problem::InvalidDataSize);
+        }
+        part(&session.file, request.offset, request.size).map(|data| request.ack(data))
+    }
+
+    fn begin_burst(&mut self, request: &Request<'_>) -> Result<(), Problem> {
+        let session = self.session(request.session)?;
+        self.burst = Some(Burst {
+            session,
+            opcode: request.opcode,
+            size: if request.size == 0 { DATA_MAX } else { request.size },
+            offset: request.offset,
+            sequence: request.sequence,
+            left: BURST_MAX,
+        });
+        Ok(())
+    }
+
+    /// The next message of the burst. A file ends with a message that says so, as with PX4.
+    fn continue_burst(&mut self) -> Option<Reply> {
+        let burst = self.burst.as_mut()?;
+        let request = Request {
+            sequence: burst.sequence,
+            session: burst.session.number,
+            opcode: burst.opcode,
+            size: burst.size,
+            offset: burst.offset,
+            data: &[],
+        };
+        match part(&burst.session.file, burst.offset, burst.size) {
+            Ok(data) => {
+                burst.left -= 1;
+                burst.sequence = burst.sequence.wrapping_add(1);
+                burst.offset += u32::try_from(data.len()).unwrap_or_default();
+                let ends = burst.left == 0;
+                if ends {
+                    self.burst = None;
+                }
+                Some(request.ack(data).ending_burst(ends))
+            }
+            Err(problem) => {
+                self.burst = None;
+                Some(request.nak(problem))
+            }
+        }
+    }
+}
+
+fn find(request: &Request<'_>) -> Result<File, Problem> {
+    request.path().and_then(files::find).ok_or(Problem::FileNotFound)
+}
+
+/// Entries from number `offset` on.
+fn list(request: &Request<'_>) -> Result<Reply, Problem> {
+    if !request.path().is_some_and(files::is_folder) {
+        return Err(Problem::FileNotFound);
+    }
+    let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
+    let entries = files::entries(first, DATA_MAX);
+    if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
+}
+
+/// Up to `size` bytes from `offset` on; at least one.
+fn part(file: &File, offset: u32, size: usize) -> Result<&'static [u8], Problem> {
+    let offset = usize::try_from(offset).unwrap_or(usize::MAX);
+    let rest = file.content.get(offset..).filter(|rest| !rest.is_empty());
+    let rest = rest.ok_or(Problem::EndOfFile)?;
+    Ok(&rest[..rest.len().min(size)])
+}
+
+fn send(out: &mut Peers, from: From, reply: Reply) {
+    let message = FILE_TRANSFER_PROTOCOL_DATA {
+        target_network: 0,
+        target_system: from.sender.system,
+        target_component: from.sender.component,
+        payload: reply.bytes(),
+    };
+    out.answer(from.peer, Encoded::new(&message));
 }

@@ -1,22 +1,86 @@
-//! Silence of the controlling ground station.
+//! Silence of the ground stations: what it leads to is a parameter (`NAV_DLL_ACT`), after how long another
+//! (`COM_DL_LOSS_T`, wall time: a paused simulation loses nobody).
+//!
+//! The link is lost when no ground station is heard any more. While one is, it takes over from the one that
+//! had control (see [`super::control`]). Both the loss and its end are intents, so that they act on the
+//! flight at a tick of its own.
 
+use core::time::Duration;
+
+use ::mavlink::dialects::common::{MavSeverity, MavType};
+
+use super::aircraft::{Aircraft, Phase};
 use super::context::{Context, From};
+use super::control::{Control, Silence};
 use crate::clock::WallTime;
+use crate::event::Wish;
+use crate::parameters::Parameters;
 
 /// Listens to the heartbeats of ground stations.
 #[derive(Debug, Default)]
-pub struct LinkLoss {}
+pub struct LinkLoss {
+    /// The vehicle has been told that the link is lost.
+    told: bool,
+}
 
 impl LinkLoss {
     /// Takes a heartbeat: who sent it and its MAV_TYPE.
-    pub fn hear(&mut self, _from: From, _mav_type: u8, _now: WallTime, _ctx: &mut Context) {}
+    pub fn hear(&mut self, from: From, mav_type: u8, now: WallTime, ctx: &mut Context) {
+        if mav_type == MavType::MAV_TYPE_GCS as u8 {
+            ctx.control.hear(from.sender, now);
+            self.poll(now, ctx);
+        }
+    }
+
+    /// A flight began: its vehicle knows nothing of a lost link.
+    pub fn begin_flight(&mut self) {
+        self.told = false;
+    }
 
     /// Does what is due.
-    pub fn poll(&mut self, _now: WallTime, _ctx: &mut Context) {}
+    pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
+        if ctx.aircraft.phase() != Phase::Flying {
+            return;
+        }
+        match ctx.control.look(now, patience(ctx.parameters)) {
+            Silence::NobodyYet => {}
+            Silence::All if !self.told => {
+                let wish = Wish::LinkLost(ctx.parameters.link.loss_action);
+                // Without room now there is room at the next poll.
+                self.told = ctx.intents.push(wish).is_some();
+            }
+            Silence::All => {}
+            Silence::Heard => self.tell_back(ctx),
+            Silence::TakenOver(left, holder) => {
+                let text = format!("Ground station {left} is silent: {holder} takes over");
+                ctx.texts.say(MavSeverity::MAV_SEVERITY_NOTICE, text);
+                self.tell_back(ctx);
+            }
+        }
+    }
+
+    fn tell_back(&mut self, ctx: &mut Context) {
+        if self.told && ctx.intents.push(Wish::LinkBack).is_some() {
+            self.told = false;
+        }
+    }
 
     /// When there is something to do.
     #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        None
+    pub fn next_deadline(
+        &self,
+        control: &Control,
+        parameters: &Parameters,
+        aircraft: &Aircraft,
+    ) -> Option<WallTime> {
+        if self.told || aircraft.phase() != Phase::Flying {
+            // The next heartbeat, or the next event, tells.
+            return None;
+        }
+        control.next_silence(patience(parameters))
     }
+}
+
+fn patience(parameters: &Parameters) -> Duration {
+    Duration::try_from_secs_f64(parameters.link.loss_s).unwrap_or(Duration::MAX)
 }

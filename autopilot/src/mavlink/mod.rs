@@ -11,8 +11,6 @@
 //! A service has up to three verbs: `handle` reacts to one message, `poll` does what is due, and
 //! `next_deadline` says when that will be. Time is an argument.
 
-use std::net::SocketAddr;
-
 use flight_control::Belief;
 
 use crate::clock::WallTime;
@@ -23,12 +21,14 @@ use crate::vehicle::Mode;
 pub mod aircraft;
 pub mod codec;
 pub mod command;
-pub mod compatibility;
+pub mod component_metadata;
 pub mod context;
+pub mod control;
 pub mod convert;
 pub mod failure;
 pub mod ftp;
 pub mod heartbeat;
+pub mod inbox;
 pub mod intents;
 pub mod link_loss;
 pub mod manual;
@@ -46,9 +46,10 @@ pub mod statustext;
 pub mod telemetry;
 
 use aircraft::Aircraft;
-use codec::{Identity, Message, OWN, Skipped};
+use codec::{Frame, Identity, Message, OWN, Skipped};
 use command::CommandService;
 use context::{Context, From};
+use control::Control;
 use ftp::FtpService;
 use heartbeat::Heartbeat;
 use intents::Intents;
@@ -56,10 +57,10 @@ use link_loss::LinkLoss;
 use manual::Manual;
 use mission::MissionService;
 use offboard::Offboard;
-use param::ParamService;
-use peers::Peers;
+use param::{ParamService, Save, Saved};
+use peers::{Address, Connection, Peer, Peers};
 use statustext::StatusTexts;
-use telemetry::Telemetry;
+use telemetry::{Host, Telemetry};
 
 /// The ground-station side without its sockets.
 #[derive(Debug)]
@@ -79,6 +80,7 @@ pub struct Ground {
     mission: MissionService,
     ftp: FtpService,
     link_loss: LinkLoss,
+    control: Control,
     skipped: Skipped,
 }
 
@@ -86,7 +88,7 @@ impl Ground {
     /// Knows the configured peers and no aircraft yet. `belief` scales the effectors' commands and
     /// says how far they travel.
     #[must_use]
-    pub fn new(parameters: &Parameters, belief: &Belief, configured: &[SocketAddr]) -> Self {
+    pub fn new(parameters: &Parameters, belief: &Belief, configured: &[Address]) -> Self {
         Self {
             parameters: *parameters,
             belief: *belief,
@@ -95,7 +97,7 @@ impl Ground {
             peers: Peers::new(configured),
             texts: StatusTexts::default(),
             heartbeat: Heartbeat::default(),
-            telemetry: Telemetry::new(belief),
+            telemetry: Telemetry::new(belief, parameters, Host::default()),
             command: CommandService::default(),
             param: ParamService::default(),
             offboard: Offboard::default(),
@@ -103,12 +105,21 @@ impl Ground {
             mission: MissionService::default(),
             ftp: FtpService::default(),
             link_loss: LinkLoss::default(),
+            control: Control::default(),
             skipped: Skipped::default(),
         }
     }
 
-    /// Takes one datagram.
-    pub fn handle_datagram(&mut self, address: SocketAddr, datagram: &[u8], now: WallTime) {
+    /// What the process tells of itself; to be called before anything else.
+    #[must_use]
+    pub fn with_host(mut self, host: Host) -> Self {
+        self.heartbeat = Heartbeat::new(host.identity);
+        self.telemetry = Telemetry::new(&self.belief, &self.parameters, host);
+        self
+    }
+
+    /// Takes one datagram. Its rest is as lost if there is no room for the answers.
+    pub fn handle_datagram(&mut self, address: Address, datagram: &[u8], now: WallTime) {
         let mut rest = datagram;
         while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
             if frame.sender == OWN {
@@ -116,12 +127,74 @@ impl Ground {
                 continue;
             }
             let Some(peer) = self.peers.hear(address, now) else { return };
-            let from = From { peer, sender: frame.sender };
-            if let Some((target, message)) = codec::decode(&frame) {
-                self.dispatch(from, target, &message, now);
+            if self.peers.can_answer(peer) {
+                self.take(peer, &frame, now);
+            } else {
+                self.skipped.unanswerable += 1;
             }
         }
         self.texts.poll(&mut self.peers);
+    }
+
+    /// Takes what was read from a connection, cut anywhere. Read only while [`Ground::accepts_input`].
+    pub fn handle_stream(&mut self, connection: Connection, bytes: &[u8], now: WallTime) {
+        // A connection that is not open any more.
+        let Some((_, inbox)) = self.peers.inbox(connection) else { return };
+        self.skipped.overflow_bytes += inbox.receive(bytes) as u64;
+        self.read_inbox(connection, now);
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// Takes the frames that have come over a connection, as far as they can be answered.
+    fn read_inbox(&mut self, connection: Connection, now: WallTime) {
+        let Some((peer, inbox)) = self.peers.inbox(connection) else { return };
+        // The services answer into the same table, so the bytes leave it meanwhile.
+        let bytes = inbox.take();
+        let mut rest = &bytes[..];
+        let held = loop {
+            if !self.peers.can_answer(peer) {
+                break !rest.is_empty();
+            }
+            let Some(frame) = codec::next_frame_of_stream(&mut rest, &mut self.skipped) else {
+                break false;
+            };
+            if frame.sender != OWN {
+                self.take(peer, &frame, now);
+            }
+        };
+        let used = bytes.len() - rest.len();
+        if let Some((_, inbox)) = self.peers.inbox(connection) {
+            inbox.put_back(bytes, used, held);
+        }
+    }
+
+    fn take(&mut self, peer: Peer, frame: &Frame<'_>, now: WallTime) {
+        let from = From { peer, sender: frame.sender };
+        if let Some((target, message)) = codec::decode(frame) {
+            self.dispatch(from, target, &message, now);
+        }
+    }
+
+    /// Whether to read from a connection now; if not, its sender has to wait.
+    #[must_use]
+    pub fn accepts_input(&self, connection: Connection) -> bool {
+        self.peers.accepts_input(connection)
+    }
+
+    /// Input that was read and had to wait can be answered now, by [`Ground::poll`].
+    #[must_use]
+    pub fn can_resume(&self) -> bool {
+        self.peers.next_resumable().is_some()
+    }
+
+    /// A ground station has opened a connection. False if there are too many.
+    pub fn open(&mut self, connection: Connection, now: WallTime) -> bool {
+        self.peers.open(connection, now).is_some()
+    }
+
+    /// A connection was closed.
+    pub fn close(&mut self, connection: Connection) {
+        self.peers.close(connection);
     }
 
     fn dispatch(&mut self, from: From, target: Identity, message: &Message, now: WallTime) {
@@ -137,12 +210,17 @@ impl Ground {
             Message::Ping(_) => {}
             Message::Heartbeat(mav_type) => services.link_loss.hear(from, *mav_type, now, &mut ctx),
             Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
-            Message::SetMode(data) => modes::handle(data, now, &mut ctx),
+            Message::SetMode(data) => {
+                services.command.handle_set_mode(from, data, now, &mut ctx, out);
+            }
             Message::ParamRequestRead(data) => {
                 services.param.handle_read(from, data, &mut ctx, out);
             }
             Message::ParamRequestList => services.param.handle_list(from),
             Message::ParamSet(set) => services.param.handle_set(from, set, now, &mut ctx, out),
+            Message::Command(command) if command.id == param::PREFLIGHT_STORAGE => {
+                services.param.handle_storage(from, command, now, &mut ctx, out);
+            }
             Message::Command(command) => services.command.handle(from, command, now, &mut ctx, out),
             Message::SetAttitudeTarget(data) => services.offboard.handle(data, now, &mut ctx),
             Message::SetPositionGlobal(target) => {
@@ -156,7 +234,7 @@ impl Ground {
             }
             Message::Ftp(request) => services.ftp.handle(from, request, now, &mut ctx, out),
             Message::RequestDataStream(request) => {
-                ctx.telemetry.handle_data_stream(from, *request, now);
+                ctx.telemetry.handle_data_stream(from, *request);
             }
             Message::LogRequestList => ping::handle_log_list(from, out),
             Message::MissionRequestList(_)
@@ -175,8 +253,8 @@ impl Ground {
 
     /// The services with state, what they share, and the way out.
     fn split(&mut self, now: WallTime) -> (Services<'_>, Context<'_>, &mut Peers) {
-        let setpoint_is_fresh = self.offboard.is_fresh(now);
-        let sticks_are_fresh = self.manual.is_fresh(now);
+        let setpoint_is_fresh = self.offboard.is_fresh(now, &self.parameters);
+        let sticks_are_fresh = self.manual.is_fresh(now, &self.parameters);
         let services = Services {
             command: &mut self.command,
             param: &mut self.param,
@@ -193,6 +271,7 @@ impl Ground {
             intents: &mut self.intents,
             texts: &mut self.texts,
             telemetry: &mut self.telemetry,
+            control: &mut self.control,
             setpoint_is_fresh,
             sticks_are_fresh,
         };
@@ -208,8 +287,11 @@ impl Ground {
             EventKind::Outcome { number, outcome } => {
                 services.command.handle_outcome(number, &outcome, now, &mut ctx, out);
                 services.mission.handle_outcome(number, &outcome, now, &mut ctx, out);
+                services.offboard.handle_outcome(number, &outcome, now, &mut ctx);
             }
             EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
+            EventKind::Mode(Mode::Altitude) => services.manual.begin(now, &mut ctx),
+            EventKind::FlightBegan { .. } => services.link_loss.begin_flight(),
             _ => {}
         }
         services.mission.handle_event(&event.kind, &mut ctx, out);
@@ -229,6 +311,10 @@ impl Ground {
     /// Does what is due.
     pub fn poll(&mut self, now: WallTime) {
         self.peers.poll(now);
+        for _ in 0..peers::CONNECTIONS_MAX {
+            let Some(connection) = self.peers.next_resumable() else { break };
+            self.read_inbox(connection, now);
+        }
         let (services, mut ctx, out) = self.split(now);
         services.command.poll(now, &mut ctx, out);
         services.param.poll(now, &mut ctx, out);
@@ -238,23 +324,24 @@ impl Ground {
         services.ftp.poll(now, &mut ctx, out);
         services.link_loss.poll(now, &mut ctx);
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
-        self.telemetry.poll(now, &self.aircraft, &mut self.peers);
+        self.telemetry.poll(now, &self.aircraft, &self.parameters, &mut self.peers);
         self.texts.poll(&mut self.peers);
     }
 
     /// When [`Ground::poll`] has something to do.
     #[must_use]
     pub fn next_deadline(&self) -> WallTime {
-        let always = self.heartbeat.next_deadline().min(self.telemetry.next_deadline());
+        let always = self.heartbeat.next_deadline();
         let sometimes = [
+            self.telemetry.next_deadline(),
             self.peers.next_deadline(),
             self.command.next_deadline(),
             self.param.next_deadline(),
-            self.offboard.next_deadline(&self.aircraft),
-            self.manual.next_deadline(&self.aircraft),
+            self.offboard.next_deadline(&self.aircraft, &self.parameters),
+            self.manual.next_deadline(&self.aircraft, &self.control, &self.parameters),
             self.mission.next_deadline(),
             self.ftp.next_deadline(),
-            self.link_loss.next_deadline(),
+            self.link_loss.next_deadline(&self.control, &self.parameters, &self.aircraft),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
     }
@@ -276,15 +363,44 @@ impl Ground {
         !self.intents.is_empty()
     }
 
-    /// Next datagram to send and its destination.
-    pub fn pop_datagram(&mut self) -> Option<(SocketAddr, Vec<u8>)> {
-        self.peers.pop()
+    /// Next frame to send and its destination, of those to whom something can be sent now.
+    pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
+        self.peers.pop(can_send)
+    }
+
+    /// From now on changes of parameters are saved; `kept` is what is saved already.
+    pub fn keep_parameters(&mut self, kept: Parameters) {
+        self.param.keep(kept);
+    }
+
+    /// Next text of the parameter file.
+    pub fn pop_save(&mut self) -> Option<Save> {
+        self.param.pop_save()
+    }
+
+    /// Takes what became of a save.
+    pub fn handle_saved(&mut self, saved: &Saved, now: WallTime) {
+        let (services, mut ctx, out) = self.split(now);
+        services.param.handle_saved(saved, &mut ctx, out);
+        self.texts.poll(&mut self.peers);
     }
 
     /// The parameters now.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// Messages to the present peers dropped so far: telemetry, announcements, answers.
+    #[must_use]
+    pub fn dropped(&self) -> [u64; 3] {
+        self.peers.dropped()
+    }
+
+    /// Messages from visitors that nobody looked at, since there were too many visitors.
+    #[must_use]
+    pub fn turned_away(&self) -> u64 {
+        self.peers.turned_away()
     }
 
     /// What was skipped in the input so far.

@@ -1,5 +1,5 @@
 //! What waits to be sent to one peer. Answers and telemetry wait apart, so that a peer that reads slowly
-//! loses telemetry and never an acknowledgement.
+//! loses telemetry first, then what everybody is told, and never an acknowledgement.
 
 use std::collections::VecDeque;
 
@@ -8,6 +8,9 @@ use super::codec::Encoded;
 /// Answers that may wait: more than the frames of one datagram can ask for, a burst of the parameter list
 /// and the texts of a moment.
 pub const ANSWERS_MAX: usize = 256;
+/// Places kept for answers to what was read already. While a peer has fewer, nothing more is read from it.
+/// Twice the commands that may wait for their outcome, and far more than one message asks for.
+pub const ANSWERS_RESERVED: usize = 64;
 /// Telemetry that may wait: about a quarter of a second of it.
 const TELEMETRY_MAX: usize = 64;
 
@@ -18,11 +21,21 @@ pub struct Outbox {
     telemetry: VecDeque<Encoded>,
     sequence: u8,
     dropped_telemetry: u64,
+    dropped_announcements: u64,
     dropped_answers: u64,
 }
 
 impl Outbox {
-    /// Queues an answer, a text or a heartbeat. Dropped and counted if there is no room at all.
+    /// Queues what everybody is told. Dropped and counted if only the places of answers are left.
+    pub fn announce(&mut self, message: Encoded) {
+        if self.room() > ANSWERS_RESERVED {
+            self.answers.push_back(message);
+        } else {
+            self.dropped_announcements += 1;
+        }
+    }
+
+    /// Queues an answer. Dropped and counted if there is no room at all, which [`ANSWERS_RESERVED`] prevents.
     pub fn answer(&mut self, message: Encoded) {
         if self.answers.len() < ANSWERS_MAX {
             self.answers.push_back(message);
@@ -73,6 +86,12 @@ impl Outbox {
         self.dropped_telemetry
     }
 
+    /// Heartbeats, texts and changed parameters dropped so far.
+    #[must_use]
+    pub fn dropped_announcements(&self) -> u64 {
+        self.dropped_announcements
+    }
+
     /// Answers dropped so far.
     #[must_use]
     pub fn dropped_answers(&self) -> u64 {
@@ -101,6 +120,23 @@ mod tests {
         assert_eq!(outbox.pop(), Some(ack.frame(0)), "the answer goes first");
         assert_eq!(outbox.pop(), Some(value(1000 - 64).frame(1)));
         assert_eq!(outbox.dropped_telemetry(), 1000 - 64);
+    }
+
+    #[test]
+    fn announcements_leave_places_for_answers() {
+        let mut outbox = Outbox::default();
+        for ms in 0..10_000 {
+            outbox.announce(value(ms));
+        }
+        assert_eq!(outbox.room(), ANSWERS_RESERVED);
+        assert_eq!(
+            outbox.dropped_announcements(),
+            10_000 - (ANSWERS_MAX - ANSWERS_RESERVED) as u64
+        );
+        for ms in 0..ANSWERS_RESERVED {
+            outbox.answer(value(u32::try_from(ms).unwrap()));
+        }
+        assert_eq!((outbox.room(), outbox.dropped_answers()), (0, 0));
     }
 
     #[test]

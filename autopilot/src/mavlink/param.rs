@@ -2,19 +2,25 @@
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::{
-    MavParamError, MavParamType, MavSeverity, PARAM_ERROR_DATA, PARAM_REQUEST_READ_DATA,
-    PARAM_VALUE_DATA,
-};
+use ::mavlink::dialects::common::{MavParamError, MavResult, MavSeverity, PARAM_REQUEST_READ_DATA};
 
-use super::codec::{Encoded, ParamSet};
-use super::compatibility;
+use super::codec::{Command, Encoded, ParamSet};
 use super::context::{Context, From};
 use super::convert;
 use super::peers::{Peer, Peers};
 use crate::clock::WallTime;
 use crate::event::Wish;
-use crate::parameters::{Kind, Parameters, table};
+use crate::parameters::{ParameterError, Parameters, table};
+use keeper::{Keeper, Turn};
+use rows::{Row, error_message, find, number, row, value_message};
+
+mod keeper;
+mod rows;
+
+pub use keeper::{Save, Saved};
+
+/// MAV_CMD_PREFLIGHT_STORAGE.
+pub const PREFLIGHT_STORAGE: u16 = 245;
 
 /// A list is sent in bursts: five parameters each 10 ms are the 500 a second that a socket's buffer takes.
 const BURST: usize = 5;
@@ -30,92 +36,42 @@ struct List {
     next: usize,
 }
 
+/// What the control thread does not know yet.
+#[derive(Debug, Default)]
+struct Changed {
+    gains: bool,
+    limits: bool,
+    navigation: bool,
+}
+
+impl Changed {
+    fn note(&mut self, before: &Parameters, after: &Parameters) {
+        self.gains |= before.gains != after.gains;
+        self.limits |= before.limits != after.limits;
+        self.navigation |= before.navigation != after.navigation;
+    }
+
+    fn any(&self) -> bool {
+        self.gains || self.limits || self.navigation
+    }
+}
+
 /// Answers reads and writes.
 #[derive(Debug, Default)]
 pub struct ParamService {
     /// At most one for each peer.
     lists: Vec<List>,
     next_burst: WallTime,
-    /// The control thread does not know the latest gains, limits.
-    gains_changed: bool,
-    limits_changed: bool,
-}
-
-/// One row of either table.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    name: &'static str,
-    kind: Kind,
-    value: f64,
-    is_compatibility: bool,
-}
-
-fn count() -> usize {
-    table().len() + compatibility::TABLE.len()
-}
-
-fn row(index: usize, parameters: &Parameters) -> Option<Row> {
-    let rows = table();
-    if let Some(row) = rows.get(index) {
-        let value = row.value(parameters);
-        return Some(Row { name: row.name, kind: row.kind, value, is_compatibility: false });
-    }
-    let row = compatibility::TABLE.get(index - rows.len())?;
-    Some(Row { name: row.name, kind: row.kind, value: row.value, is_compatibility: true })
-}
-
-fn find(id: &[u8; 16]) -> Option<usize> {
-    let end = id.iter().position(|byte| *byte == 0).unwrap_or(id.len());
-    let name = &id[..end];
-    let own = table().iter().map(|row| row.name);
-    let all = own.chain(compatibility::TABLE.iter().map(|row| row.name));
-    all.into_iter().position(|candidate| candidate.as_bytes() == name)
-}
-
-fn value_message(index: usize, row: &Row) -> Encoded {
-    let (param_value, param_type) = match row.kind {
-        Kind::Int => {
-            #[expect(clippy::cast_possible_truncation, reason = "whole and small, by the table")]
-            let bits = (row.value as i32).to_le_bytes();
-            (f32::from_le_bytes(bits), MavParamType::MAV_PARAM_TYPE_INT32)
-        }
-        Kind::Real => (convert::float(row.value), MavParamType::MAV_PARAM_TYPE_REAL32),
-    };
-    Encoded::new(&PARAM_VALUE_DATA {
-        param_value,
-        param_count: u16::try_from(count()).unwrap_or(u16::MAX),
-        param_index: u16::try_from(index).unwrap_or(u16::MAX),
-        param_id: row.name.into(),
-        param_type,
-    })
-}
-
-fn error_message(from: From, id: [u8; 16], index: i16, error: MavParamError) -> Encoded {
-    Encoded::new(&PARAM_ERROR_DATA {
-        param_index: index,
-        target_system: from.sender.system,
-        target_component: from.sender.component,
-        param_id: id.into(),
-        error,
-    })
-}
-
-/// The number that a PARAM_SET carries; `None` for a type that does not fit four bytes.
-fn number(set: &ParamSet) -> Option<f64> {
-    let [a, b, ..] = set.value;
-    Some(match set.kind {
-        1 => f64::from(a),
-        2 => f64::from(i8::from_le_bytes([a])),
-        3 => f64::from(u16::from_le_bytes([a, b])),
-        4 => f64::from(i16::from_le_bytes([a, b])),
-        5 => f64::from(u32::from_le_bytes(set.value)),
-        6 => f64::from(i32::from_le_bytes(set.value)),
-        9 => convert::decimal(f32::from_le_bytes(set.value)),
-        _ => return None,
-    })
+    changed: Changed,
+    keeper: Keeper,
 }
 
 impl ParamService {
+    /// From now on changes are saved; `kept` is what is saved already.
+    pub fn keep(&mut self, kept: Parameters) {
+        self.keeper.begin(kept);
+    }
+
     /// PARAM_REQUEST_LIST: starts the list of this peer, from the beginning if one was being sent.
     pub fn handle_list(&mut self, from: From) {
         self.lists.retain(|list| list.peer != from.peer);
@@ -130,13 +86,12 @@ impl ParamService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        let index = match usize::try_from(data.param_index) {
-            Ok(index) => Some(index),
-            Err(_) => find(&data.param_id),
+        let found = match usize::try_from(data.param_index) {
+            Ok(index) => row(index, ctx.parameters),
+            Err(_) => find(&data.param_id, ctx.parameters),
         };
-        let found = index.and_then(|index| Some((index, row(index, ctx.parameters)?)));
         let message = match found {
-            Some((index, row)) => value_message(index, &row),
+            Some(row) => value_message(&row),
             None => {
                 let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
                 error_message(from, *data.param_id, data.param_index, error)
@@ -154,23 +109,21 @@ impl ParamService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        let Some((index, old)) =
-            find(&set.id).and_then(|index| Some((index, row(index, ctx.parameters)?)))
-        else {
+        let Some(old) = find(&set.id, ctx.parameters) else {
             let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
             out.answer(from.peer, error_message(from, set.id, -1, error));
             return;
         };
         match self.set(&old, set, now, ctx) {
             Ok(()) => {
-                if let Some(row) = row(index, ctx.parameters) {
-                    out.announce(&value_message(index, &row));
+                if let Some(row) = row(old.index, ctx.parameters) {
+                    out.announce(&value_message(&row));
                 }
             }
             Err((error, reason)) => {
                 ctx.texts.refuse(now, reason);
-                out.answer(from.peer, value_message(index, &old));
-                let index = i16::try_from(index).unwrap_or(-1);
+                out.answer(from.peer, value_message(&old));
+                let index = i16::try_from(old.index).unwrap_or(-1);
                 out.answer(from.peer, error_message(from, set.id, index, error));
             }
         }
@@ -190,40 +143,115 @@ impl ParamService {
             return Err((MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED, reason));
         };
         // What the wire cannot tell apart is the same, so an echo of a default leaves it exact.
-        if convert::float(value).to_bits() == convert::float(old.value).to_bits() {
+        let same = convert::float(value).to_bits() == convert::float(old.value).to_bits();
+        if same && old.is_compatibility {
             return Ok(());
         }
-        if old.is_compatibility {
-            let reason = format!("{name} not set: it is read-only");
-            return Err((MavParamError::MAV_PARAM_ERROR_READ_ONLY, reason));
-        }
-        let before = *ctx.parameters;
-        match ctx.parameters.set(name, value) {
-            Ok(warning) => {
-                if let Some(warning) = warning {
-                    let text = format!("{name} set {warning}");
-                    ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
-                }
+        if !same {
+            let before = *ctx.parameters;
+            let warning = ctx.parameters.set(name, value).map_err(refusal)?;
+            if let Some(warning) = warning {
+                let text = format!("{name} set {warning}");
+                ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
             }
-            Err(error) => {
-                let reason = format!("Not set: {error}");
-                return Err((MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, reason));
-            }
+            self.changed.note(&before, ctx.parameters);
         }
-        self.gains_changed |= ctx.parameters.gains != before.gains;
-        self.limits_changed |= ctx.parameters.limits != before.limits;
+        let value = if same { old.value } else { value };
+        if let Err(error) = self.keeper.keep(name, value) {
+            let text = format!("{name} set, but not saved: {error}");
+            ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
+        }
         Ok(())
+    }
+
+    /// PREFLIGHT_STORAGE: p1 1 saves now, 2 and 4 go back to the defaults. Acknowledged when it is on the
+    /// disk. Changes are saved without it as well.
+    pub fn handle_storage(
+        &mut self,
+        from: From,
+        command: &Command,
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) {
+        let [action, ..] = command.params;
+        let result = if action == 1.0 {
+            if self.keeper.wait(from) {
+                return;
+            }
+            ctx.texts.refuse(now, "Not saved: there is no parameter file");
+            MavResult::MAV_RESULT_UNSUPPORTED
+        } else if action == 2.0 || action == 4.0 {
+            self.reset(now, ctx, out);
+            if self.keeper.wait(from) {
+                return;
+            }
+            MavResult::MAV_RESULT_ACCEPTED
+        } else {
+            let reason =
+                "Storage refused: p1 is not 1 (save) or 2 (defaults); the file is read at start";
+            ctx.texts.refuse(now, reason);
+            MavResult::MAV_RESULT_UNSUPPORTED
+        };
+        out.answer(from.peer, Encoded::command_ack(PREFLIGHT_STORAGE, result, from.sender));
+    }
+
+    /// All parameters at their defaults, also those that the command line set.
+    fn reset(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        let before = *ctx.parameters;
+        *ctx.parameters = Parameters::default();
+        self.changed.note(&before, ctx.parameters);
+        self.keeper.reset();
+        let differs = |index: &usize| row(*index, &before) != row(*index, ctx.parameters);
+        let changed: Vec<usize> = (0..table().len()).filter(differs).collect();
+        for row in changed.iter().filter_map(|index| row(*index, ctx.parameters)) {
+            out.announce(&value_message(&row));
+        }
+        let text = format!("Parameters are at their defaults: {} changed", changed.len());
+        ctx.texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        self.pass_on(ctx);
+    }
+
+    /// Next text to be saved.
+    pub fn pop_save(&mut self) -> Option<Save> {
+        self.keeper.pop()
+    }
+
+    /// Takes what became of a save, and answers those who waited for it.
+    pub fn handle_saved(&mut self, saved: &Saved, ctx: &mut Context, out: &mut Peers) {
+        let (answered, turn) = self.keeper.handle(saved);
+        match (turn, &saved.result) {
+            (Some(Turn::Fails), Err(reason)) => {
+                let text = format!("Parameters are not saved: {reason}");
+                ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
+            }
+            (Some(Turn::Works), _) => {
+                ctx.texts.say(MavSeverity::MAV_SEVERITY_NOTICE, "Parameters are saved again");
+            }
+            _ => {}
+        }
+        let result = match &saved.result {
+            Ok(()) => MavResult::MAV_RESULT_ACCEPTED,
+            Err(_) => MavResult::MAV_RESULT_FAILED,
+        };
+        for from in answered {
+            out.answer(from.peer, Encoded::command_ack(PREFLIGHT_STORAGE, result, from.sender));
+        }
     }
 
     /// Tells the control thread the latest values; tried again with the next poll if there is no room.
     fn pass_on(&mut self, ctx: &mut Context) {
-        if self.gains_changed {
+        if self.changed.gains {
             let wish = Wish::Gains(Box::new(ctx.parameters.gains));
-            self.gains_changed = ctx.intents.push(wish).is_none();
+            self.changed.gains = ctx.intents.push(wish).is_none();
         }
-        if self.limits_changed {
+        if self.changed.limits {
             let wish = Wish::Limits(ctx.parameters.limits);
-            self.limits_changed = ctx.intents.push(wish).is_none();
+            self.changed.limits = ctx.intents.push(wish).is_none();
+        }
+        if self.changed.navigation {
+            let wish = Wish::Navigation(ctx.parameters.navigation);
+            self.changed.navigation = ctx.intents.push(wish).is_none();
         }
     }
 
@@ -243,7 +271,7 @@ impl ParamService {
             }
             for _ in 0..BURST {
                 let Some(row) = row(list.next, ctx.parameters) else { return false };
-                out.answer(list.peer, value_message(list.next, &row));
+                out.answer(list.peer, value_message(&row));
                 list.next += 1;
             }
             true
@@ -253,7 +281,17 @@ impl ParamService {
     /// When the next burst is due.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        let has_work = !self.lists.is_empty() || self.gains_changed || self.limits_changed;
-        has_work.then_some(self.next_burst)
+        (!self.lists.is_empty() || self.changed.any()).then_some(self.next_burst)
     }
+}
+
+fn refusal(error: ParameterError) -> (MavParamError, String) {
+    let kind = match error {
+        ParameterError::Unknown { .. } => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,
+        ParameterError::ReadOnly { .. } => MavParamError::MAV_PARAM_ERROR_READ_ONLY,
+        ParameterError::OutOfRange { .. }
+        | ParameterError::Order { .. }
+        | ParameterError::Gains(_) => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+    };
+    (kind, format!("Not set: {error}"))
 }

@@ -1,16 +1,46 @@
-//! Who listens: the configured addresses, always, and whoever sends to the socket, until they fall silent.
+//! Who listens: the configured addresses, always; whoever sends a datagram, until it falls silent; whoever
+//! opens a connection, until it is closed.
 
 use core::time::Duration;
 use std::net::SocketAddr;
 
 use super::codec::Encoded;
-use super::outbox::Outbox;
+use super::inbox::Inbox;
+use super::outbox::{ANSWERS_RESERVED, Outbox};
 use crate::clock::WallTime;
 
-/// Peers at the same time, configured ones included.
-const PEERS_MAX: usize = 16;
-/// A peer that came by itself and has been silent for this long is forgotten.
+/// Configured addresses.
+pub const CONFIGURED_MAX: usize = 8;
+/// Peers at the same time that came by themselves over UDP.
+pub const VISITORS_MAX: usize = 24;
+/// Connections at the same time.
+pub const CONNECTIONS_MAX: usize = 16;
+/// A peer that came by itself over UDP and has been silent for this long is forgotten.
 const SILENCE: Duration = Duration::from_secs(10);
+
+/// Number of a connection, never used twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Connection(pub u32);
+
+/// Where a peer is, and by which of our sockets it is reached. The same place by two sockets is two peers,
+/// each with its own sequence numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Address {
+    /// By the UDP socket that calls ground stations.
+    UdpClient(SocketAddr),
+    /// By the UDP port for ground stations that call.
+    UdpServer(SocketAddr),
+    /// By a TCP connection that a ground station has opened.
+    Tcp(Connection),
+}
+
+impl Address {
+    /// Bytes come as a stream, and silence means nothing: the connection says when it ends.
+    #[must_use]
+    pub const fn is_connection(self) -> bool {
+        matches!(self, Self::Tcp(_))
+    }
+}
 
 /// A peer, for as long as it is known. Never used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,10 +49,18 @@ pub struct Peer(u32);
 #[derive(Debug)]
 struct Entry {
     peer: Peer,
-    address: SocketAddr,
+    address: Address,
     configured: bool,
     heard: WallTime,
+    /// Used by connections only.
+    inbox: Inbox,
     outbox: Outbox,
+}
+
+impl Entry {
+    fn can_fall_silent(&self) -> bool {
+        !self.configured && !self.address.is_connection()
+    }
 }
 
 /// The peers and what waits to be sent to each.
@@ -34,45 +72,73 @@ pub struct Peers {
 }
 
 impl Peers {
-    /// The configured addresses; those beyond the limit are left out.
+    /// The configured addresses, at most [`CONFIGURED_MAX`]; those beyond are left out.
     #[must_use]
-    pub fn new(configured: &[SocketAddr]) -> Self {
-        let mut peers = Self { entries: Vec::with_capacity(PEERS_MAX), next: 0, turned_away: 0 };
-        for &address in configured.iter().take(PEERS_MAX) {
+    pub fn new(configured: &[Address]) -> Self {
+        let mut peers = Self { entries: Vec::new(), next: 0, turned_away: 0 };
+        for &address in configured.iter().take(CONFIGURED_MAX) {
             peers.add(address, true, WallTime::ZERO);
         }
         peers
     }
 
-    fn add(&mut self, address: SocketAddr, configured: bool, heard: WallTime) -> Peer {
+    fn add(&mut self, address: Address, configured: bool, heard: WallTime) -> Peer {
         let peer = Peer(self.next);
         self.next = self.next.wrapping_add(1);
-        self.entries.push(Entry { peer, address, configured, heard, outbox: Outbox::default() });
+        self.entries.push(Entry {
+            peer,
+            address,
+            configured,
+            heard,
+            inbox: Inbox::default(),
+            outbox: Outbox::default(),
+        });
         peer
     }
 
-    /// A good frame came from `address`. `None` if there is no room for one more peer.
-    pub fn hear(&mut self, address: SocketAddr, now: WallTime) -> Option<Peer> {
+    /// A good frame came from `address`. `None` if there is no room for one more peer, or if it is a
+    /// connection that is not open.
+    pub fn hear(&mut self, address: Address, now: WallTime) -> Option<Peer> {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
             entry.heard = now;
             return Some(entry.peer);
         }
-        if self.entries.len() >= PEERS_MAX {
-            self.turned_away += 1;
+        if address.is_connection() {
             return None;
         }
-        Some(self.add(address, false, now))
+        let peer = self.admit(address, VISITORS_MAX, now);
+        self.turned_away += u64::from(peer.is_none());
+        peer
+    }
+
+    /// A connection was opened. `None` if there are too many.
+    pub fn open(&mut self, connection: Connection, now: WallTime) -> Option<Peer> {
+        self.admit(Address::Tcp(connection), CONNECTIONS_MAX, now)
+    }
+
+    /// Adds a peer that came by itself, if fewer than `most` of its kind are known.
+    fn admit(&mut self, address: Address, most: usize, now: WallTime) -> Option<Peer> {
+        let is_connection = address.is_connection();
+        let alike =
+            |entry: &&Entry| !entry.configured && entry.address.is_connection() == is_connection;
+        let has_room = self.entries.iter().filter(alike).count() < most;
+        has_room.then(|| self.add(address, false, now))
+    }
+
+    /// A connection was closed: its peer is gone, with all that waits for it.
+    pub fn close(&mut self, connection: Connection) {
+        self.entries.retain(|entry| entry.address != Address::Tcp(connection));
     }
 
     /// Forgets who has been silent for too long.
     pub fn poll(&mut self, now: WallTime) {
-        self.entries.retain(|entry| entry.configured || now.since(entry.heard) < SILENCE);
+        self.entries.retain(|entry| !entry.can_fall_silent() || now.since(entry.heard) < SILENCE);
     }
 
     /// When the next silent peer will be forgotten.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        let visitors = self.entries.iter().filter(|entry| !entry.configured);
+        let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
         visitors.map(|entry| entry.heard + SILENCE).min()
     }
 
@@ -80,6 +146,43 @@ impl Peers {
     #[must_use]
     pub fn knows(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer)
+    }
+
+    /// Whether there is room for the answers to one more message of `peer`.
+    pub fn can_answer(&mut self, peer: Peer) -> bool {
+        self.room(peer) >= ANSWERS_RESERVED
+    }
+
+    /// The peer at the other end of `connection`, and what has come from it.
+    pub fn inbox(&mut self, connection: Connection) -> Option<(Peer, &mut Inbox)> {
+        let address = Address::Tcp(connection);
+        let mut entries = self.entries.iter_mut();
+        let entry = entries.find(|entry| entry.address == address)?;
+        Some((entry.peer, &mut entry.inbox))
+    }
+
+    /// Whether to read from `connection`: what came before was understood, and can be answered.
+    #[must_use]
+    pub fn accepts_input(&self, connection: Connection) -> bool {
+        let address = Address::Tcp(connection);
+        self.entries.iter().any(|entry| {
+            entry.address == address
+                && !entry.inbox.is_held()
+                && entry.outbox.room() >= ANSWERS_RESERVED
+        })
+    }
+
+    /// A connection whose input waited for room, and now has it.
+    #[must_use]
+    pub fn next_resumable(&self) -> Option<Connection> {
+        self.entries.iter().find_map(|entry| match entry.address {
+            Address::Tcp(connection)
+                if entry.inbox.is_held() && entry.outbox.room() >= ANSWERS_RESERVED =>
+            {
+                Some(connection)
+            }
+            _ => None,
+        })
     }
 
     fn outbox(&mut self, peer: Peer) -> Option<&mut Outbox> {
@@ -101,7 +204,19 @@ impl Peers {
     /// Something that every peer must get: heartbeats, texts, changed parameters.
     pub fn announce(&mut self, message: &Encoded) {
         for entry in &mut self.entries {
-            entry.outbox.answer(message.clone());
+            entry.outbox.announce(message.clone());
+        }
+    }
+
+    /// The peers now.
+    pub fn all(&self) -> impl Iterator<Item = Peer> + '_ {
+        self.entries.iter().map(|entry| entry.peer)
+    }
+
+    /// Telemetry for one peer; nobody gets it if the peer is gone.
+    pub fn stream_to(&mut self, peer: Peer, message: Encoded) {
+        if let Some(outbox) = self.outbox(peer) {
+            outbox.stream(message);
         }
     }
 
@@ -112,28 +227,38 @@ impl Peers {
         }
     }
 
-    /// Next datagram and its destination; answers of all peers go before telemetry of any.
-    pub fn pop(&mut self) -> Option<(SocketAddr, Vec<u8>)> {
-        let answers_first = |entry: &&mut Entry| entry.outbox.has_answer();
-        let entry = match self.entries.iter_mut().find(answers_first) {
-            Some(entry) => entry,
-            None => self.entries.iter_mut().find(|entry| entry.outbox.has_any())?,
+    /// Next frame and its destination, of those to whom something can be sent now; answers of all go
+    /// before telemetry of any.
+    pub fn pop(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
+        let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
+        let mut chosen: Option<&mut Entry> = None;
+        let entry = loop {
+            match ready.next() {
+                Some(entry) if entry.outbox.has_answer() => break entry,
+                Some(entry) if chosen.is_none() && entry.outbox.has_any() => chosen = Some(entry),
+                Some(_) => {}
+                None => break chosen?,
+            }
         };
         entry.outbox.pop().map(|frame| (entry.address, frame))
     }
 
-    /// Peers turned away because the table was full.
+    /// Messages from visitors that nobody looked at, since there were too many visitors.
     #[must_use]
     pub fn turned_away(&self) -> u64 {
         self.turned_away
     }
 
-    /// Messages dropped so far: telemetry, answers.
+    /// Messages to the present peers dropped so far: telemetry, announcements, answers.
     #[must_use]
-    pub fn dropped(&self) -> (u64, u64) {
-        self.entries.iter().fold((0, 0), |(telemetry, answers), entry| {
+    pub fn dropped(&self) -> [u64; 3] {
+        self.entries.iter().fold([0; 3], |[telemetry, announcements, answers], entry| {
             let outbox = &entry.outbox;
-            (telemetry + outbox.dropped_telemetry(), answers + outbox.dropped_answers())
+            [
+                telemetry + outbox.dropped_telemetry(),
+                announcements + outbox.dropped_announcements(),
+                answers + outbox.dropped_answers(),
+            ]
         })
     }
 }
@@ -142,8 +267,12 @@ impl Peers {
 mod tests {
     use super::*;
 
-    fn address(port: u16) -> SocketAddr {
+    fn place(port: u16) -> SocketAddr {
         SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    fn address(port: u16) -> Address {
+        Address::UdpClient(place(port))
     }
 
     fn seconds(s: u64) -> WallTime {
@@ -166,11 +295,35 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_bounded() {
+    fn visitors_and_connections_are_bounded_apart_and_configured_peers_always_have_a_place() {
+        let configured: Vec<Address> = (1..=8).map(address).collect();
+        let mut peers = Peers::new(&configured);
+        let come = |peers: &mut Peers, port| peers.hear(address(port), seconds(0)).is_some();
+        assert_eq!((100..200).filter(|port| come(&mut peers, *port)).count(), VISITORS_MAX);
+        let open = |peers: &mut Peers, n| peers.open(Connection(n), seconds(0)).is_some();
+        assert_eq!((0..100).filter(|n| open(&mut peers, *n)).count(), CONNECTIONS_MAX);
+        assert_eq!(peers.turned_away(), 100 - VISITORS_MAX as u64);
+        assert!((1..=8).all(|port| come(&mut peers, port)));
+    }
+
+    #[test]
+    fn the_same_place_by_two_sockets_is_two_peers() {
         let mut peers = Peers::new(&[]);
-        let let_in =
-            (1..=100).filter(|port| peers.hear(address(*port), seconds(0)).is_some()).count();
-        assert_eq!(let_in, PEERS_MAX);
-        assert_eq!(peers.turned_away(), 100 - PEERS_MAX as u64);
+        let one = peers.hear(Address::UdpClient(place(9_000)), seconds(0)).unwrap();
+        let other = peers.hear(Address::UdpServer(place(9_000)), seconds(0)).unwrap();
+        assert_ne!(one, other);
+        assert_eq!(peers.hear(Address::UdpServer(place(9_000)), seconds(1)), Some(other));
+    }
+
+    #[test]
+    fn a_connection_may_be_silent_and_is_gone_when_it_is_closed() {
+        let mut peers = Peers::new(&[]);
+        let peer = peers.open(Connection(0), seconds(0)).unwrap();
+        peers.poll(seconds(3_600));
+        assert!(peers.knows(peer));
+        assert_eq!(peers.next_deadline(), None);
+        peers.close(Connection(0));
+        assert!(!peers.knows(peer));
+        assert_eq!(peers.hear(Address::Tcp(Connection(0)), seconds(3_601)), None, "it is closed");
     }
 }

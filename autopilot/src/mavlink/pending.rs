@@ -16,7 +16,6 @@ use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::clock::WallTime;
 use crate::event::Outcome;
-use crate::vehicle::VehicleRefusal;
 
 /// Commands that may be open at the same time.
 const OPEN_MAX: usize = 32;
@@ -24,6 +23,8 @@ const OPEN_MAX: usize = 32;
 const COPIES_MAX: u32 = 32;
 /// After this the answer is that there was none. Ground stations give up after two or three seconds.
 const PATIENCE: Duration = Duration::from_secs(3);
+/// So often a ground station is told that the command is under way: MAVSDK asks again after 0.5 s.
+const PROGRESS: Duration = Duration::from_millis(400);
 /// Reason of a part without an answer.
 const NO_ANSWER: &str = "the aircraft does not answer";
 
@@ -36,12 +37,25 @@ pub struct Part {
     pub effector: Option<Effector>,
 }
 
+/// What follows when a command is accepted.
+#[derive(Debug, Default)]
+pub struct Aside {
+    /// What the operator should know then.
+    pub note: Option<String>,
+    /// It steers the aircraft: its sender has control.
+    pub steers: bool,
+}
+
 #[derive(Debug)]
 struct Open {
     from: From,
-    command: Command,
+    /// `None` for a SET_MODE, which has no acknowledgement.
+    command: Option<Command>,
     copies: u32,
     since: WallTime,
+    /// When it was last told that it is under way, or opened.
+    told: WallTime,
+    aside: Aside,
     parts: ArrayVec<Part, { Effector::COUNT }>,
     verdict: Verdict,
 }
@@ -71,8 +85,10 @@ impl Pending {
     ///
     /// `None` if no such command is open.
     pub fn join(&mut self, from: From, command: &Command) -> Option<Result<(), Refused>> {
-        let open =
-            self.open.iter_mut().find(|open| open.from == from && open.command == *command)?;
+        let open = self
+            .open
+            .iter_mut()
+            .find(|open| open.from == from && open.command == Some(*command))?;
         if open.copies >= COPIES_MAX {
             return Some(Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED)));
         }
@@ -86,19 +102,29 @@ impl Pending {
         self.open.len() < OPEN_MAX
     }
 
-    /// Opens a command that waits for the outcome of `parts`.
+    /// Opens a command, or a SET_MODE without one, that waits for the outcome of `parts`.
     pub fn open(
         &mut self,
         from: From,
-        command: &Command,
+        command: Option<&Command>,
         parts: ArrayVec<Part, { Effector::COUNT }>,
+        aside: Aside,
         now: WallTime,
     ) {
-        let verdict = Verdict::default();
-        self.open.push(Open { from, command: *command, copies: 1, since: now, parts, verdict });
+        self.open.push(Open {
+            from,
+            command: command.copied(),
+            copies: 1,
+            since: now,
+            told: now,
+            aside,
+            parts,
+            verdict: Verdict::default(),
+        });
     }
 
-    /// Takes the outcome of one intent; acknowledges the command when it was the last one.
+    /// Takes the outcome of one intent; acknowledges the command when it was the last one, and returns it if
+    /// it was accepted.
     pub fn resolve(
         &mut self,
         number: u32,
@@ -106,44 +132,72 @@ impl Pending {
         now: WallTime,
         ctx: &mut Context,
         out: &mut Peers,
-    ) {
+    ) -> Option<(From, Command)> {
         let place = self.open.iter().enumerate().find_map(|(index, open)| {
             let part = open.parts.iter().position(|part| part.number == number)?;
             Some((index, part))
         });
         // Outcomes of intents that nobody waits for, or no longer, are expected.
-        let Some((index, part)) = place else { return };
+        let (index, part) = place?;
         let open = &mut self.open[index];
         let part = open.parts.remove(part);
         open.verdict.take(part.effector, outcome, now, ctx);
-        if open.parts.is_empty() {
-            let open = self.open.swap_remove(index);
-            close(open, now, ctx.texts, out);
+        if !open.parts.is_empty() {
+            return None;
         }
+        let open = self.open.swap_remove(index);
+        let is_accepted = open.verdict.result == MavResult::MAV_RESULT_ACCEPTED;
+        let accepted = open.command.filter(|_| is_accepted).map(|command| (open.from, command));
+        close(open, now, ctx, out);
+        accepted
     }
 
-    /// Gives up what has been open for too long.
-    pub fn poll(&mut self, now: WallTime, texts: &mut StatusTexts, out: &mut Peers) {
+    /// Tells who waits that it takes time, and gives up what has been open for too long.
+    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
         let is_over = |open: &mut Open| now.since(open.since) >= PATIENCE;
         for open in self.open.extract_if(.., is_over) {
-            close(open, now, texts, out);
+            close(open, now, ctx, out);
+        }
+        for open in &mut self.open {
+            if let Some(command) = open.command.filter(|_| now.since(open.told) >= PROGRESS) {
+                open.told = now;
+                let result = MavResult::MAV_RESULT_IN_PROGRESS;
+                out.answer(
+                    open.from.peer,
+                    Encoded::command_ack(command.id, result, open.from.sender),
+                );
+            }
         }
     }
 
-    /// When the next command will be given up.
+    /// When the next command will be told of or given up.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        self.open.iter().map(|open| open.since + PATIENCE).min()
+        let due = |open: &Open| {
+            let over = open.since + PATIENCE;
+            if open.command.is_some() { over.min(open.told + PROGRESS) } else { over }
+        };
+        self.open.iter().map(due).min()
     }
 }
 
 /// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
-fn close(mut open: Open, now: WallTime, texts: &mut StatusTexts, out: &mut Peers) {
+fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     for part in &open.parts {
         open.verdict.not_now(part.effector, NO_ANSWER);
     }
-    open.verdict.tell(now, texts);
-    let ack = Encoded::command_ack(open.command.id, open.verdict.result, open.from.sender);
+    open.verdict.tell(now, ctx.texts);
+    let result = open.verdict.result;
+    if result == MavResult::MAV_RESULT_ACCEPTED {
+        if open.aside.steers {
+            ctx.control.take(open.from.sender);
+        }
+        if let Some(note) = open.aside.note {
+            ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, note);
+        }
+    }
+    let Some(command) = open.command else { return };
+    let ack = Encoded::command_ack(command.id, result, open.from.sender);
     for _ in 0..open.copies {
         out.answer(open.from.peer, ack.clone());
     }
@@ -175,13 +229,10 @@ impl Verdict {
             Outcome::Plant(reply) => self.take_reply(effector, reply, now, ctx),
             Outcome::Refused(refusal) => {
                 self.refused = true;
-                match refusal {
-                    VehicleRefusal::NoFlight | VehicleRefusal::FlightOver => {
-                        self.not_now(effector, refusal);
-                    }
-                    VehicleRefusal::OutOfRange { .. } | VehicleRefusal::NotOffboard => {
-                        self.never(effector, refusal);
-                    }
+                if refusal.is_temporary() {
+                    self.not_now(effector, refusal);
+                } else {
+                    self.never(effector, refusal);
                 }
             }
             Outcome::NoAnswer => self.not_now(effector, NO_ANSWER),

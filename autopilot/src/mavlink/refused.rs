@@ -31,6 +31,12 @@ impl Refused {
         Self { result: MavResult::MAV_RESULT_UNSUPPORTED, reason: Some(reason.into()) }
     }
 
+    /// The protocol wants FAILED here.
+    #[must_use]
+    pub fn failed(reason: impl Into<String>) -> Self {
+        Self { result: MavResult::MAV_RESULT_FAILED, reason: Some(reason.into()) }
+    }
+
     /// A result that says it all.
     #[must_use]
     pub fn silent(result: MavResult) -> Self {

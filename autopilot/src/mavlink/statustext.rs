@@ -208,7 +208,7 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
             Pace::Pause => (S::MAV_SEVERITY_INFO, "Simulation paused".into()),
             Pace::Run => (S::MAV_SEVERITY_INFO, "Simulation runs".into()),
             Pace::Step(periods) => (S::MAV_SEVERITY_INFO, format!("Simulation steps: {periods}")),
-            Pace::Speed(speed) => (S::MAV_SEVERITY_INFO, format!("Simulation runs at x{speed}")),
+            Pace::Speed(speed) => (S::MAV_SEVERITY_INFO, format!("Simulation speed: x{speed}")),
         },
     })
 }

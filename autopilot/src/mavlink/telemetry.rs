@@ -1,120 +1,114 @@
-//! What is streamed to every ground station, and how often. Rates are wall time, time stamps simulation time.
+//! What is streamed to each ground station, and how often. Rates are wall time, time stamps simulation time.
+//!
+//! ```text
+//!  commands 510, 511, REQUEST_DATA_STREAM ──> rates of one peer ──┐ due
+//!                        parameters STR_* ──> defaults ───────────┤
+//!                snapshot, aircraft ──> registry: build once ─────┴─> each peer for which it is due
+//!                       command 512 ──> registry: build ────────────> the peer that asks
+//! ```
 //!
 //! When something is due, a snapshot of the next tick is wished for, and the messages are made of it. A
 //! plant that stands still gives no snapshots; then the last one is shown again.
 
 use core::time::Duration;
 
-use ::mavlink::MessageData;
-use ::mavlink::dialects::common::{
-    AUTOPILOT_VERSION_DATA, HOME_POSITION_DATA, MavLandedState,
-    MavProtocolCapability as Capability, MavResult,
-};
+use ::mavlink::dialects::common::MavLandedState;
 use flight_control::Belief;
 
-use super::aircraft::Aircraft;
+use super::aircraft::{Aircraft, Home};
 use super::codec::{Encoded, StreamRequest};
-use super::context::{Context, From};
-use super::convert;
+use super::context::From;
+use super::heartbeat::HeartbeatIdentity;
 use super::peers::{Peer, Peers};
-use super::refused::Refused;
 use crate::clock::WallTime;
+use crate::parameters::{Parameters, StreamParameters};
 
+mod intervals;
 mod messages;
+mod rates;
+mod registry;
+mod request;
 
-/// The stream table: message and time between two of them in ms.
-const INTERVALS: [(Stream, u64); 12] = [
-    (Stream::SysStatus, 500),
-    (Stream::ExtendedSysState, 500),
-    (Stream::Attitude, 40),
-    (Stream::AttitudeQuaternion, 40),
-    (Stream::GlobalPositionInt, 100),
-    (Stream::LocalPositionNed, 100),
-    (Stream::VfrHud, 100),
-    (Stream::Altitude, 200),
-    (Stream::HomePosition, 2000),
-    (Stream::ServoOutputRaw, 100),
-    (Stream::ActuatorOutputStatus, 100),
-    (Stream::NamedValues, 100),
-];
+pub use request::request;
 
-/// A message, or a group of the same kind, that is streamed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stream {
-    SysStatus,
-    ExtendedSysState,
-    Attitude,
-    AttitudeQuaternion,
-    GlobalPositionInt,
-    LocalPositionNed,
-    VfrHud,
-    Altitude,
-    HomePosition,
-    ServoOutputRaw,
-    ActuatorOutputStatus,
-    /// z2, compensation, flag, angle of attack, sideslip.
-    NamedValues,
-}
+use messages::status;
+pub use messages::status::mission_current;
+use rates::Rates;
+use registry::TABLE;
 
 /// A snapshot that was wished for is waited for this long.
 const PATIENCE: Duration = Duration::from_millis(50);
+
+/// What messages are made of.
+#[derive(Debug, Clone, Copy)]
+struct View<'a> {
+    aircraft: &'a Aircraft,
+    belief: &'a Belief,
+    host: Host,
+    now: WallTime,
+}
+
+/// What the process tells of itself.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Host {
+    /// The autopilot that the heartbeat names.
+    pub identity: HeartbeatIdentity,
+    /// UNIX time at [`WallTime::ZERO`], us; `None` if it is not known.
+    pub unix_start_us: Option<u64>,
+}
 
 /// Streams telemetry.
 #[derive(Debug)]
 pub struct Telemetry {
     belief: Belief,
-    due: [WallTime; INTERVALS.len()],
+    host: Host,
+    defaults: StreamParameters,
+    rates: Vec<Rates>,
     /// Something is due and waits for a snapshot, since then.
     waiting: Option<WallTime>,
+    /// The last wait was in vain: nothing is waited for until a snapshot comes.
+    still: bool,
+    /// A state of this flight has been shown.
+    shown: bool,
     landed: Option<MavLandedState>,
+    /// Home as it was told.
+    home: Option<Home>,
 }
 
 impl Telemetry {
-    /// Everything is due at once.
+    /// Nobody listens yet.
     #[must_use]
-    pub fn new(belief: &Belief) -> Self {
+    pub fn new(belief: &Belief, parameters: &Parameters, host: Host) -> Self {
         Self {
             belief: *belief,
-            due: [WallTime::ZERO; INTERVALS.len()],
+            host,
+            defaults: parameters.streams,
+            rates: Vec::new(),
             waiting: None,
+            still: false,
+            shown: false,
             landed: None,
+            home: None,
         }
     }
 
     /// REQUEST_DATA_STREAM: scales the rates of one peer.
-    pub fn handle_data_stream(&mut self, _from: From, _request: StreamRequest, _now: WallTime) {}
-
-    /// SET_MESSAGE_INTERVAL of one peer: param1 and param2 of the command. -1 stops, 0 goes back to the
-    /// default, else microseconds.
-    ///
-    /// # Errors
-    /// No such message, or an interval that is none or too short.
-    pub fn set_interval(
-        &mut self,
-        _peer: Peer,
-        _message_id: f32,
-        _interval_us: f32,
-    ) -> Result<(), Refused> {
-        Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
-    }
-
-    /// GET_MESSAGE_INTERVAL of one peer: the MESSAGE_INTERVAL that answers it; its interval is 0 for a
-    /// message that is never sent.
-    ///
-    /// # Errors
-    /// `message_id` is no message number.
-    pub fn interval(&self, _peer: Peer, _message_id: f32) -> Result<Encoded, Refused> {
-        Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
+    pub fn handle_data_stream(&mut self, from: From, request: StreamRequest) {
+        let defaults = self.defaults;
+        self.rates_of(from.peer).want_group(request, intervals::SHORTEST, &defaults);
     }
 
     /// A snapshot of the next tick is wanted.
     #[must_use]
     pub fn wants_snapshot(&self) -> bool {
-        self.waiting.is_some()
+        self.waiting.is_some() || self.still
     }
 
     /// A snapshot has come: what waited for it is sent.
     pub fn handle_snapshot(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+        self.still = false;
+        self.show_a_new_flight(aircraft);
+        self.tell_home(now, aircraft, out);
         if self.waiting.take().is_some() {
             self.send_due(now, aircraft, out);
         }
@@ -122,147 +116,116 @@ impl Telemetry {
 
     /// Tells at once when the aircraft has come down or a flight has begun.
     pub fn tell_landed_state(&mut self, aircraft: &Aircraft, out: &mut Peers) {
-        let landed = messages::landed_state(aircraft);
+        let landed = status::landed_state(aircraft);
         if self.landed.replace(landed) != Some(landed) {
-            out.announce(&messages::extended_sys_state(aircraft));
+            out.announce(&status::extended_sys_state(aircraft));
         }
     }
 
+    /// Tells at once that home was moved.
+    fn tell_home(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+        let home = aircraft.home().copied();
+        if let (Some(before), Some(home)) = (self.home, home)
+            && before != home
+        {
+            let view = View { aircraft, belief: &self.belief, host: self.host, now };
+            if let Some(message) = messages::pose::home_position(&view) {
+                out.announce(&message);
+            }
+        }
+        self.home = home.or(self.home);
+    }
+
     /// Starts to wait for a snapshot when something is due; sends without one when none comes.
-    pub fn poll(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+    pub fn poll(
+        &mut self,
+        now: WallTime,
+        aircraft: &Aircraft,
+        parameters: &Parameters,
+        out: &mut Peers,
+    ) {
+        self.follow(now, parameters, out);
+        self.show_a_new_flight(aircraft);
         self.tell_landed_state(aircraft, out);
         match self.waiting {
-            None if self.due.iter().any(|due| *due <= now) => self.waiting = Some(now),
+            None if self.next_due().is_some_and(|due| due <= now) => {
+                if self.still {
+                    self.send_due(now, aircraft, out);
+                } else {
+                    self.waiting = Some(now);
+                }
+            }
             Some(since) if now.since(since) >= PATIENCE => {
                 self.waiting = None;
+                self.still = true;
                 self.send_due(now, aircraft, out);
             }
             _ => {}
         }
     }
 
-    /// When there is something to do.
+    /// When there is something to do; `None` while nobody listens.
     #[must_use]
-    pub fn next_deadline(&self) -> WallTime {
-        match self.waiting {
-            Some(since) => since + PATIENCE,
-            None => self.due.into_iter().min().unwrap_or_default(),
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        self.waiting.map(|since| since + PATIENCE).or_else(|| self.next_due())
+    }
+
+    fn next_due(&self) -> Option<WallTime> {
+        self.rates.iter().filter_map(Rates::next).min()
+    }
+
+    /// Peers come and go, and so do parameters.
+    fn follow(&mut self, now: WallTime, parameters: &Parameters, out: &Peers) {
+        if self.defaults != parameters.streams {
+            self.defaults = parameters.streams;
+            for rates in &mut self.rates {
+                rates.defaults_changed(now, &self.defaults);
+            }
+        }
+        self.rates.retain(|rates| out.knows(rates.peer()));
+        for peer in out.all() {
+            self.rates_of(peer);
         }
     }
 
+    fn rates_of(&mut self, peer: Peer) -> &mut Rates {
+        let place = self.rates.iter().position(|rates| rates.peer() == peer);
+        let place = place.unwrap_or_else(|| {
+            self.rates.push(Rates::new(peer, &self.defaults));
+            self.rates.len() - 1
+        });
+        &mut self.rates[place]
+    }
+
+    /// The first state of a flight is worth telling at once, also what is told rarely.
+    fn show_a_new_flight(&mut self, aircraft: &Aircraft) {
+        let has_state = aircraft.snapshot().is_some();
+        if has_state && !self.shown {
+            for rates in &mut self.rates {
+                rates.everything_is_due(&self.defaults);
+            }
+        }
+        self.shown = has_state;
+    }
+
+    /// Each message that is due for somebody is made once.
     fn send_due(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        for ((stream, interval_ms), due) in INTERVALS.into_iter().zip(&mut self.due) {
-            if *due > now {
-                continue;
+        let Self { belief, host, defaults, rates, .. } = self;
+        let view = View { aircraft, belief, host: *host, now };
+        for (index, row) in TABLE.iter().enumerate() {
+            let mut built: Option<Vec<Encoded>> = None;
+            for rates in rates.iter_mut() {
+                if rates.take_due(index, row, now, defaults) {
+                    for message in built.get_or_insert_with(|| row.build(&view)) {
+                        out.stream_to(rates.peer(), message.clone());
+                    }
+                }
             }
-            let interval = Duration::from_millis(interval_ms);
-            // Keeps the rhythm, but never catches up: what is late is gone.
-            *due = if now.since(*due) < interval { *due + interval } else { now + interval };
-            send(stream, aircraft, &self.belief, out);
+        }
+        for rates in rates {
+            rates.find_next();
         }
     }
-}
-
-/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it.
-///
-/// # Errors
-/// No such message, or nothing to tell yet.
-pub fn request(
-    ctx: &Context,
-    _peer: Peer,
-    _now: WallTime,
-    message_id: f32,
-    _param2: f32,
-) -> Result<Vec<Encoded>, Refused> {
-    if message_id == AUTOPILOT_VERSION_ID {
-        return Ok(vec![autopilot_version()]);
-    }
-    if message_id == HOME_POSITION_ID {
-        return home_position(ctx.aircraft)
-            .map(|message| vec![message])
-            .ok_or(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED));
-    }
-    Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED))
-}
-
-fn send(stream: Stream, aircraft: &Aircraft, belief: &Belief, out: &mut Peers) {
-    let state = aircraft.snapshot();
-    let message = match stream {
-        Stream::SysStatus => Some(messages::sys_status(aircraft)),
-        Stream::ExtendedSysState => Some(messages::extended_sys_state(aircraft)),
-        Stream::Attitude => state.map(messages::attitude),
-        Stream::AttitudeQuaternion => state.map(messages::attitude_quaternion),
-        Stream::GlobalPositionInt => state.map(messages::global_position_int),
-        Stream::LocalPositionNed => state.map(messages::local_position_ned),
-        Stream::VfrHud => state.map(|state| messages::vfr_hud(state, belief)),
-        Stream::Altitude => state.map(messages::altitude),
-        Stream::HomePosition => home_position(aircraft),
-        Stream::ServoOutputRaw => state.map(|state| messages::servo_output_raw(state, belief)),
-        Stream::ActuatorOutputStatus => {
-            state.map(|state| messages::actuator_output_status(state, belief))
-        }
-        Stream::NamedValues => {
-            for message in state.into_iter().flat_map(messages::named_values) {
-                out.stream(&message);
-            }
-            None
-        }
-    };
-    if let Some(message) = message {
-        out.stream(&message);
-    }
-}
-
-/// Id of HOME_POSITION as a command parameter.
-pub const HOME_POSITION_ID: f32 = 242.0;
-/// Id of AUTOPILOT_VERSION as a command parameter.
-pub const AUTOPILOT_VERSION_ID: f32 = 148.0;
-const _: () = assert!(HOME_POSITION_DATA::ID == 242 && AUTOPILOT_VERSION_DATA::ID == 148);
-
-/// HOME_POSITION, once home is known.
-#[must_use]
-pub fn home_position(aircraft: &Aircraft) -> Option<Encoded> {
-    let home = aircraft.home()?;
-    let position = home.position.0;
-    Some(Encoded::new(&HOME_POSITION_DATA {
-        latitude: convert::degrees_e7(home.latitude_rad),
-        longitude: convert::degrees_e7(home.longitude_rad),
-        altitude: 0,
-        x: convert::float(position.x),
-        y: convert::float(position.y),
-        z: convert::float(position.z),
-        q: [1.0, 0.0, 0.0, 0.0],
-        approach_x: 0.0,
-        approach_y: 0.0,
-        approach_z: 0.0,
-        time_usec: 0,
-    }))
-}
-
-/// flight_sw_version: PX4 1.17.0, a development version (type byte 0), since ground stations judge what a
-/// PX4 can do by it.
-const FLIGHT_SW_VERSION: u32 = u32::from_be_bytes([1, 17, 0, 0]);
-
-/// AUTOPILOT_VERSION.
-#[must_use]
-pub fn autopilot_version() -> Encoded {
-    Encoded::new(&AUTOPILOT_VERSION_DATA {
-        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2,
-        uid: 0,
-        flight_sw_version: FLIGHT_SW_VERSION,
-        middleware_sw_version: 0,
-        os_sw_version: 0,
-        board_version: 0,
-        vendor_id: 0,
-        product_id: 0,
-        flight_custom_version: [0; 8],
-        middleware_custom_version: [0; 8],
-        os_custom_version: [0; 8],
-        uid2: [0; 18],
-    })
 }
 
 #[cfg(test)]

@@ -2,9 +2,23 @@
 //! control side, and a plant that says what the test tells it to.
 
 mod commands;
+mod every_command;
 mod faults;
+mod ftp;
+mod heartbeat;
+mod link_loss;
+mod links;
 mod loss;
+mod manual;
+mod mission;
+mod modes;
 mod offboard;
 mod params;
+mod places;
+mod plan_commands;
+mod positions;
+mod references;
 mod robustness;
+mod state;
+mod storage;
 pub(super) mod world;

@@ -2,9 +2,10 @@
 
 use std::sync::LazyLock;
 
-use super::{
-    CompensatorMode, Get, Kind, MainLaw, ObserverMode, Parameter, Parameters, Set, TUNABLES,
-};
+use flight_control::gains::TUNABLES;
+
+use super::{Choice, CompensatorMode, Get, Kind, MainLaw, ObserverMode, Parameter, Set};
+use crate::vehicle::LinkLossAction;
 
 /// All parameters, in the order of their index on the wire.
 #[must_use]
@@ -12,163 +13,170 @@ pub fn table() -> &'static [Parameter] {
     static TABLE: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
         let gains = TUNABLES.iter().map(|tunable| Parameter {
             name: tunable.name,
+            group: law(tunable.name),
             kind: Kind::Real,
             unit: tunable.unit,
             min: tunable.min,
             max: tunable.max,
             meaning: tunable.meaning,
+            choices: &[],
             get: Get::Gain(tunable.get),
             set: Set::Gain(tunable.set),
         });
-        SWITCHES.iter().chain(LIMITS).chain(FAILURE).copied().chain(gains).collect()
+        let own = [LAWS, REFERENCES, FAILURE, FAILURE_NUMBERS, GUIDANCE, LINK_LOSS, LINK_TIMES];
+        own.concat().into_iter().chain(STREAMS.iter().copied()).chain(gains).collect()
     });
     &TABLE
 }
 
-const fn int(
-    name: &'static str,
-    max: f64,
-    meaning: &'static str,
-    get: fn(&Parameters) -> f64,
-    set: fn(&mut Parameters, f64),
-) -> Parameter {
-    let (get, set) = (Get::Own(get), Set::Own(set));
-    Parameter { name, kind: Kind::Int, unit: "-", min: 0.0, max, meaning, get, set }
+/// The law that a gain belongs to, by the first letters of its name.
+fn law(name: &str) -> &'static str {
+    match name.split('_').next() {
+        Some("ALT") => "Altitude law",
+        Some("ROL") => "Roll law",
+        Some("YAW") => "Yaw damper",
+        Some("SPD") => "Speed law",
+        Some("OBS") => "Observer",
+        Some("ACT") => "Activation",
+        _ => "Other gains",
+    }
 }
 
-const fn real(
-    name: &'static str,
-    unit: &'static str,
-    (min, max): (f64, f64),
-    meaning: &'static str,
-    get: fn(&Parameters) -> f64,
-    set: fn(&mut Parameters, f64),
-) -> Parameter {
-    let (get, set) = (Get::Own(get), Set::Own(set));
-    Parameter { name, kind: Kind::Real, unit, min, max, meaning, get, set }
+/// Rows of numbers: name, unit, range, field of `Parameters`, meaning.
+macro_rules! numbers {
+    ($kind:ident, $group:literal; $(
+        $name:literal, $unit:literal, $min:literal to $max:literal, $($field:ident).+, $meaning:literal;
+    )*) => {
+        &[$(Parameter {
+            name: $name,
+            group: $group,
+            kind: Kind::$kind,
+            unit: $unit,
+            min: $min,
+            max: $max,
+            meaning: $meaning,
+            choices: &[],
+            get: Get::Own(|p| p.$($field).+),
+            set: Set::Own(|p, value| p.$($field).+ = value),
+        }),*]
+    };
 }
 
-/// Which laws fly.
-const SWITCHES: &[Parameter] = &[
-    int(
-        "FTC_MODE",
-        2.0,
-        "Compensator: 0 off, 1 armed, 2 always on",
-        |p| match p.gains.selection.compensator {
-            CompensatorMode::Off => 0.0,
-            CompensatorMode::Armed => 1.0,
-            CompensatorMode::AlwaysOn => 2.0,
-        },
-        |p, v| {
-            p.gains.selection.compensator = match v {
-                0.0 => CompensatorMode::Off,
-                1.0 => CompensatorMode::Armed,
-                _ => CompensatorMode::AlwaysOn,
-            };
-        },
-    ),
-    int(
-        "FTC_OBS",
-        1.0,
-        "Observer: 0 knows the compensation, 1 literal (as printed, does not)",
-        |p| f64::from(u8::from(p.gains.selection.observer == ObserverMode::Literal)),
-        |p, v| {
-            p.gains.selection.observer =
-                if v == 0.0 { ObserverMode::Informed } else { ObserverMode::Literal };
-        },
-    ),
-    int(
-        "CTL_LAW",
-        1.0,
-        "Main controller: 0 PID, 1 PID with the nozzle ganged to it (baseline)",
-        |p| f64::from(u8::from(p.gains.selection.main == MainLaw::PidGangedNozzle)),
-        |p, v| {
-            p.gains.selection.main = if v == 0.0 { MainLaw::Pid } else { MainLaw::PidGangedNozzle };
-        },
-    ),
-];
+/// Rows of choices: name, field of `Parameters`, meaning, then number, variant and meaning of each value.
+/// Numbers count from 0.
+macro_rules! choices {
+    ($group:literal; $(
+        $name:literal, $($field:ident).+, $meaning:literal:
+        $($value:literal $($variant:tt)::+ $label:literal),+;
+    )*) => {
+        &[$(Parameter {
+            name: $name,
+            group: $group,
+            kind: Kind::Int,
+            unit: "-",
+            min: 0.0,
+            max: [$($value),+].len() as f64 - 1.0,
+            meaning: $meaning,
+            choices: &[$(Choice { value: $value, label: $label }),+],
+            get: Get::Own(|p| match p.$($field).+ {
+                $($($variant)::+ => f64::from($value)),+
+            }),
+            set: Set::Own(|p, value| {
+                let choices = [$(($value, $($variant)::+)),+];
+                let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
+                if let Some((_, variant)) = chosen {
+                    p.$($field).+ = variant;
+                }
+            }),
+        }),*]
+    };
+}
 
-/// References that are accepted.
-const LIMITS: &[Parameter] = &[
-    real(
-        "REF_ALT_MIN",
-        "m",
-        (0.0, 20_000.0),
-        "Lowest altitude reference",
-        |p| p.limits.altitude_min_m,
-        |p, v| p.limits.altitude_min_m = v,
-    ),
-    real(
-        "REF_ALT_MAX",
-        "m",
-        (0.0, 20_000.0),
-        "Highest altitude reference",
-        |p| p.limits.altitude_max_m,
-        |p, v| p.limits.altitude_max_m = v,
-    ),
-    real(
-        "FW_AIRSPD_MIN",
-        "m/s",
-        (50.0, 500.0),
-        "Lowest airspeed reference",
-        |p| p.limits.airspeed_min_m_s,
-        |p, v| p.limits.airspeed_min_m_s = v,
-    ),
-    real(
-        "FW_AIRSPD_MAX",
-        "m/s",
-        (50.0, 500.0),
-        "Highest airspeed reference",
-        |p| p.limits.airspeed_max_m_s,
-        |p, v| p.limits.airspeed_max_m_s = v,
-    ),
-    real(
-        "REF_ROLL_MAX",
-        "deg",
-        (1.0, 80.0),
-        "Largest roll reference",
-        |p| p.limits.roll_max_deg,
-        |p, v| p.limits.roll_max_deg = v,
-    ),
-];
+const LAWS: &[Parameter] = choices! { "Laws";
+    "FTC_MODE", gains.selection.compensator, "When the compensator acts":
+        0 CompensatorMode::Off "never",
+        1 CompensatorMode::Armed "when a fault is seen",
+        2 CompensatorMode::AlwaysOn "always";
+    "FTC_OBS", gains.selection.observer, "Observer":
+        0 ObserverMode::Informed "knows the compensation",
+        1 ObserverMode::Literal "as printed, does not know the compensation";
+    "CTL_LAW", gains.selection.main, "Main controller":
+        0 MainLaw::Pid "PID",
+        1 MainLaw::PidGangedNozzle "PID with the nozzle ganged to it (baseline)";
+};
 
-/// Fault injection.
-const FAILURE: &[Parameter] = &[
-    int(
-        "SYS_FAILURE_EN",
-        1.0,
-        "Fault injection: 0 refused, 1 allowed",
-        |p| f64::from(u8::from(p.failure.enabled)),
-        |p, v| p.failure.enabled = v != 0.0,
-    ),
-    int(
-        "FLT_STUCK_MODE",
-        1.0,
-        "STUCK: 0 where it is, 1 at FLT_STUCK_DEG",
-        |p| f64::from(u8::from(p.failure.stuck_at_angle)),
-        |p, v| p.failure.stuck_at_angle = v != 0.0,
-    ),
-    real(
-        "FLT_STUCK_DEG",
-        "deg",
-        (-90.0, 90.0),
-        "Angle of STUCK with FLT_STUCK_MODE 1",
-        |p| p.failure.stuck_deg,
-        |p, v| p.failure.stuck_deg = v,
-    ),
-    int(
-        "FLT_STUCK_RATE",
-        1.0,
-        "STUCK at an angle: 0 jumps there, 1 travels at the actuator's rate",
-        |p| f64::from(u8::from(p.failure.stuck_travels)),
-        |p, v| p.failure.stuck_travels = v != 0.0,
-    ),
-    real(
-        "FLT_LOE_PCT",
-        "%",
-        (0.0, 100.0),
-        "Effect that is left after WRONG (loss of effectiveness)",
-        |p| p.failure.remaining_pct,
-        |p, v| p.failure.remaining_pct = v,
-    ),
-];
+const REFERENCES: &[Parameter] = numbers! { Real, "References";
+    "REF_ALT_MIN", "m", 0.0 to 20_000.0, limits.altitude_min_m,
+        "Lowest altitude reference, above the ellipsoid";
+    "REF_ALT_MAX", "m", 0.0 to 20_000.0, limits.altitude_max_m,
+        "Highest altitude reference, above the ellipsoid";
+    "FW_AIRSPD_MIN", "m/s", 50.0 to 500.0, limits.airspeed_min_m_s,
+        "Lowest true airspeed reference";
+    "FW_AIRSPD_MAX", "m/s", 50.0 to 500.0, limits.airspeed_max_m_s,
+        "Highest true airspeed reference";
+    "REF_ROLL_MAX", "deg", 1.0 to 80.0, limits.roll_max_deg,
+        "Largest roll reference";
+};
+
+const FAILURE: &[Parameter] = choices! { "Fault injection";
+    "SYS_FAILURE_EN", failure.enabled, "Fault injection":
+        0 false "refused",
+        1 true "allowed";
+    "FLT_STUCK_MODE", failure.stuck_at_angle, "Where STUCK holds an effector":
+        0 false "where it is",
+        1 true "at FLT_STUCK_DEG";
+    "FLT_STUCK_RATE", failure.stuck_travels, "How STUCK comes to an angle":
+        0 false "jumps there",
+        1 true "travels at the actuator's rate";
+};
+
+const FAILURE_NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
+    "FLT_STUCK_DEG", "deg", -90.0 to 90.0, failure.stuck_deg,
+        "Angle of STUCK with FLT_STUCK_MODE 1";
+    "FLT_LOE_PCT", "%", 0.0 to 100.0, failure.remaining_pct,
+        "Effect that is left after WRONG (loss of effectiveness)";
+};
+
+const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
+    "FW_L1_PERIOD", "s", 5.0 to 100.0, navigation.l1_period_s,
+        "Period of the lateral guidance: longer is softer, and cuts corners more";
+    "FW_L1_DAMPING", "-", 0.4 to 1.5, navigation.l1_damping,
+        "Damping of the lateral guidance";
+    "NAV_BANK_MAX", "deg", 1.0 to 80.0, navigation.bank_max_deg,
+        "Largest bank angle of the guidance; REF_ROLL_MAX limits it too";
+    "NAV_LOITER_RAD", "m", 1_000.0 to 100_000.0, navigation.loiter_radius_m,
+        "Radius of circles that have none of their own";
+    "NAV_ACC_RAD", "m", 50.0 to 20_000.0, navigation.acceptance_m,
+        "Smallest acceptance radius of waypoints";
+    "NAV_CLIMB_MAX", "m/s", 1.0 to 100.0, navigation.climb_max_m_s,
+        "Largest climb rate of stick and offboard references";
+    "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, navigation.return_altitude_m,
+        "Altitude of the return, above the ellipsoid (PX4 counts it from home)";
+};
+
+const LINK_LOSS: &[Parameter] = choices! { "Link loss";
+    "NAV_DLL_ACT", link.loss_action, "What happens when the controlling ground station falls silent":
+        0 LinkLossAction::Continue "the flight goes on",
+        1 LinkLossAction::Hold "circle where the aircraft is",
+        2 LinkLossAction::Return "fly home";
+};
+
+const LINK_TIMES: &[Parameter] = numbers! { Real, "Link loss";
+    "COM_DL_LOSS_T", "s", 2.0 to 300.0, link.loss_s,
+        "Silence of the controlling ground station until NAV_DLL_ACT, wall time";
+    "COM_OF_LOSS_T", "s", 0.1 to 60.0, link.offboard_loss_s,
+        "Silence of an offboard stream until Offboard ends, wall time";
+    "COM_RC_LOSS_T", "s", 0.1 to 35.0, link.sticks_loss_s,
+        "Silence of a pilot's sticks until Altitude ends, wall time";
+};
+
+const STREAMS: &[Parameter] = numbers! { Real, "Streams";
+    "STR_ATT_HZ", "Hz", 0.1 to 100.0, streams.attitude_hz,
+        "Attitude messages where nothing else is asked for, wall time";
+    "STR_POS_HZ", "Hz", 0.1 to 100.0, streams.position_hz,
+        "Position and speed messages where nothing else is asked for, wall time";
+    "STR_ACT_HZ", "Hz", 0.1 to 100.0, streams.actuators_hz,
+        "Messages of the effectors' commands where nothing else is asked for, wall time";
+    "STR_FTC_HZ", "Hz", 0.1 to 100.0, streams.compensator_hz,
+        "Messages about the compensator where nothing else is asked for, wall time";
+};

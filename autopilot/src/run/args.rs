@@ -1,7 +1,7 @@
 //! Command line of the autopilot.
 
 use std::fs;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use flight_control::{Belief, Gains};
@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::RunError;
+use super::ground_stations::{ConfigFile, GroundStationArgs};
 use crate::config;
-use crate::io::gcs_link::GcsConfig;
+use crate::io::gcs_link::Links;
+use crate::io::store::{Kept, ParameterFile};
 use crate::parameters::Parameters;
 use crate::vehicle::schedule::ReferenceSchedule;
 
@@ -24,13 +26,6 @@ const SCENARIOS: [(&str, &str); 3] = [
     ("case1", include_str!("../../../plant-sim/scenarios/case1.toml")),
     ("case2", include_str!("../../../plant-sim/scenarios/case2.toml")),
 ];
-
-/// Where ground stations listen if nothing else is asked for: QGroundControl, and offboard scripts.
-pub const DEFAULT_GROUND_STATIONS: [SocketAddr; 2] = [local(14_550), local(14_540)];
-
-const fn local(port: u16) -> SocketAddr {
-    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
-}
 
 /// Whether the compensator acts: parameter `FTC_MODE` by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -51,6 +46,15 @@ impl Ftc {
             Self::Off => "off",
             Self::Armed => "armed",
             Self::Always => "always",
+        }
+    }
+
+    /// Value of `FTC_MODE`.
+    const fn value(self) -> f64 {
+        match self {
+            Self::Off => 0.0,
+            Self::Armed => 1.0,
+            Self::Always => 2.0,
         }
     }
 }
@@ -80,15 +84,15 @@ pub struct AutopilotArgs {
     /// Set a parameter; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub parameters: Vec<ParameterSetting>,
-    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
-    #[arg(long = "gcs", value_name = "IP:PORT")]
-    pub ground_stations: Vec<SocketAddr>,
-    /// Own address for ground stations [default: any port of loopback, or of every address if one of them is elsewhere]
-    #[arg(long, value_name = "IP:PORT")]
-    pub gcs_bind: Option<SocketAddr>,
-    /// No ground stations at all
-    #[arg(long, conflicts_with_all = ["ground_stations", "gcs_bind"])]
-    pub no_gcs: bool,
+    /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
+    #[arg(long, value_name = "FILE|none")]
+    pub parameter_file: Option<ParameterFile>,
+    /// Settings from a file; the options here win over it
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Where ground stations can be.
+    #[command(flatten)]
+    pub ground_stations: GroundStationArgs,
     /// Write the signals of every control step to this file
     #[arg(long, value_name = "FILE")]
     pub step_log: Option<PathBuf>,
@@ -121,53 +125,57 @@ pub struct ControlSetup {
 }
 
 impl AutopilotArgs {
-    /// Ground stations that are always spoken to.
-    #[must_use]
-    pub fn ground_stations(&self) -> &[SocketAddr] {
-        if self.ground_stations.is_empty() {
-            &DEFAULT_GROUND_STATIONS
-        } else {
-            &self.ground_stations
-        }
-    }
-
-    /// Own address for ground stations.
-    #[must_use]
-    pub fn gcs_bind(&self) -> SocketAddr {
-        let everywhere = match self.ground_stations().first() {
-            Some(SocketAddr::V6(_)) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
-            Some(SocketAddr::V4(_)) | None => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
+    /// The sockets for ground stations that options and file ask for; `None` if there are to be none.
+    ///
+    /// # Errors
+    /// [`RunError`] names the file, and key, value and allowed form.
+    pub fn links(&self) -> Result<Option<Links>, RunError> {
+        let file = match &self.config {
+            None => ConfigFile::default(),
+            Some(path) => ConfigFile::read(path)?,
         };
-        self.gcs_bind.unwrap_or_else(|| {
-            let here = |address: &SocketAddr| address.ip() == GcsConfig::DEFAULT_BIND.ip();
-            let all_here = self.ground_stations().iter().all(here);
-            if all_here { GcsConfig::DEFAULT_BIND } else { everywhere }
-        })
+        Ok(self.ground_stations.links(&file.ground_stations))
     }
 
-    /// The control side that the options ask for, validated.
+    /// The parameters that ground stations have set; `None` where none are kept.
+    ///
+    /// # Errors
+    /// [`RunError`] names file, parameter, value and allowed range.
+    pub fn kept_parameters(&self) -> Result<Option<Kept>, RunError> {
+        if self.setup.is_some() {
+            // Exactly that setup.
+            return Ok(None);
+        }
+        Ok(self.parameter_file.clone().unwrap_or_default().read()?)
+    }
+
+    /// The control side that the options ask for, validated. The parameter file is not looked at, so that a
+    /// flight of record does not depend on it.
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup(&self) -> Result<(ControlSetup, Parameters), RunError> {
-        let mut parameters = Parameters::default();
+        self.control_setup_over(&Parameters::default())
+    }
+
+    /// The same, where what the options leave open is as in `parameters`.
+    ///
+    /// # Errors
+    /// [`RunError`] names file or parameter, value and allowed range.
+    pub fn control_setup_over(
+        &self,
+        parameters: &Parameters,
+    ) -> Result<(ControlSetup, Parameters), RunError> {
+        let mut parameters = *parameters;
         if let Some(path) = &self.setup {
             let setup = read_setup(path)?;
             parameters.gains = setup.gains;
             return Ok((setup, parameters));
         }
-        if let Some(ftc) = self.ftc {
-            let mode = match ftc {
-                Ftc::Off => 0.0,
-                Ftc::Armed => 1.0,
-                Ftc::Always => 2.0,
-            };
-            parameters.set("FTC_MODE", mode)?;
-        }
-        for ParameterSetting { name, value } in &self.parameters {
-            if let Some(warning) = parameters.set(name, *value)? {
-                warn!("{name} = {value}: {warning}");
-            }
+        let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
+        let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
+        if let Some(warning) = parameters.set_all(ftc.into_iter().chain(settings))? {
+            warn!("parameters: {warning}");
         }
         let belief = match &self.belief {
             None => config::belief(DEFAULT_BELIEF_NAME, config::DEFAULT_BELIEF)?,

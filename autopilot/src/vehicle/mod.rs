@@ -1,19 +1,53 @@
 //! What the aircraft is doing: mode and references. Accepts or refuses what the operator wants.
+//!
+//! In the modes that follow a path the guidance makes the roll reference ([`flight_control::guidance`]), one
+//! tick at a time, from where the aircraft is and how it moves over the ground. Nothing here is stored that
+//! depends on wall time, and nothing is allocated in a tick.
 
 use flight_control::Demand;
+use flight_control::guidance::{Steering, hold_course};
 use icd::{Sensors, SimTime};
 
+mod altitude;
+mod circling;
+pub mod geodesy;
+mod hold;
+mod link;
+mod mission;
 pub mod mode;
 pub mod navigation;
+mod offboard;
 pub mod plan;
+mod refusal;
 pub mod request;
+pub mod rules;
 pub mod schedule;
+mod situation;
+mod sticks;
+mod wishes;
 
-use crate::parameters::ReferenceLimits;
+use crate::event::EventKind;
+use altitude::AltitudeDemand;
+use circling::{Flown, Orbit};
+use geodesy::{LocalAxes, Site};
+use hold::Hold;
+use link::Link;
+use mission::{Flight, Mission};
 pub use mode::Mode;
 pub use navigation::Navigation;
+use offboard::Offboard;
+pub use refusal::VehicleRefusal;
 pub use request::{LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks};
+pub use rules::Rules;
 use schedule::ReferenceSchedule;
+use situation::{Situation, WindEstimate};
+use sticks::Pilot;
+
+/// Fastest change of a roll reference that the guidance makes, rad/s (20 deg/s): the ailerons follow it
+/// without reaching their stops.
+const ROLL_RATE_RAD_S: f64 = 0.349_065_85;
+/// Longest time between two ticks that counts, s.
+const DT_MAX_S: f64 = 0.1;
 
 /// Mode and references.
 #[derive(Debug, Clone)]
@@ -22,48 +56,54 @@ pub struct Vehicle {
     demand: Option<Demand>,
     schedule: ReferenceSchedule,
     scheduled: usize,
-}
-
-/// Why the vehicle does not do what was asked.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum VehicleRefusal {
-    /// Outside the reference limits.
-    #[error("{what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
-    OutOfRange {
-        /// Which reference.
-        what: &'static str,
-        /// Unit of the numbers.
-        unit: &'static str,
-        /// Asked for.
-        value: f64,
-        /// Smallest allowed.
-        min: f64,
-        /// Largest allowed.
-        max: f64,
-    },
-    /// Only in Offboard.
-    #[error("a roll reference needs Offboard")]
-    NotOffboard,
-    /// No plant, or it has gone silent: there is nothing to fly.
-    #[error("no aircraft is connected")]
-    NoFlight,
-    /// The aircraft is on the ground.
-    #[error("the flight is over")]
-    FlightOver,
+    /// Course that Reference holds, rad.
+    course_rad: Option<f64>,
+    hold: Hold,
+    mission: Mission,
+    offboard: Offboard,
+    pilot: Pilot,
+    link: Link,
+    home: Option<Site>,
+    axes: Option<LocalAxes>,
+    wind: WindEstimate,
+    altitude: AltitudeDemand,
+    time: Option<SimTime>,
+    terminated: bool,
+    navigation: Navigation,
 }
 
 impl Vehicle {
-    /// In Hold, with references by time.
+    /// In Reference, with references by time and without a plan.
     #[must_use]
     pub fn new(schedule: ReferenceSchedule) -> Self {
-        Self { mode: Mode::Reference, demand: None, schedule, scheduled: 0 }
+        Self {
+            mode: Mode::Reference,
+            demand: None,
+            schedule,
+            scheduled: 0,
+            course_rad: None,
+            hold: Hold::default(),
+            mission: Mission::default(),
+            offboard: Offboard::default(),
+            pilot: Pilot::default(),
+            link: Link::default(),
+            home: None,
+            axes: None,
+            wind: WindEstimate::default(),
+            altitude: AltitudeDemand::default(),
+            time: None,
+            terminated: false,
+            navigation: Navigation::default(),
+        }
     }
 
-    /// A flight begins: back to Hold, the references start from the first sample.
+    /// A flight begins, or this autopilot comes back into one: in Reference, with references that start from
+    /// the first sample and home under it. The plan stays loaded and begins anew.
     pub fn begin_flight(&mut self) {
-        self.mode = Mode::Reference;
-        self.demand = None;
-        self.scheduled = 0;
+        let schedule = core::mem::take(&mut self.schedule);
+        let mut mission = core::mem::take(&mut self.mission);
+        mission.rewind();
+        *self = Self { mission, ..Self::new(schedule) };
     }
 
     /// Mode now.
@@ -78,50 +118,156 @@ impl Vehicle {
         self.demand.as_ref()
     }
 
-    /// References at this tick: the first sample's altitude and airspeed with wings level, then what the
-    /// schedule and the operator said since.
-    pub fn track(&mut self, time: SimTime, sensors: &Sensors) -> Demand {
-        let demand = self.demand.get_or_insert(Demand {
-            altitude_m: sensors.altitude_m,
-            roll_rad: 0.0,
-            airspeed_m_s: sensors.airspeed_m_s,
-        });
+    /// Where it is going, as of the last tick.
+    #[must_use]
+    pub fn navigation(&self) -> &Navigation {
+        &self.navigation
+    }
+
+    /// The flight was terminated.
+    #[must_use]
+    pub fn is_terminated(&self) -> bool {
+        self.terminated
+    }
+
+    /// What the laws are asked for at this tick: the references, with what a standing altitude error needs.
+    ///
+    /// The references are the first sample's altitude and airspeed with wings level, then what the schedule,
+    /// the operator and the mode have said since. Sensor values that are no numbers leave them as they are.
+    pub fn track(
+        &mut self,
+        time: SimTime,
+        sensors: &Sensors,
+        rules: &Rules,
+        tell: &mut dyn FnMut(EventKind),
+    ) -> Demand {
+        let before = self.time.replace(time).unwrap_or(time);
+        #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
+        let dt_s = (time.micros_since(before) as f64 * 1.0e-6).min(DT_MAX_S);
+        let mut demand = self.demand.unwrap_or_else(|| self.first(sensors));
+        self.follow_schedule(time, &mut demand);
+        let mut altitude_m = None;
+        let mut flown = None;
+        if self.is_guided() {
+            self.wind.step(sensors, dt_s);
+            if let Some(situation) = Situation::new(sensors, &self.wind, dt_s) {
+                flown = self.fly(&situation, &mut demand, rules, tell);
+                if let Some(Flown { steering, .. }) = flown {
+                    let most = ROLL_RATE_RAD_S * dt_s;
+                    demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
+                }
+                if self.mode != Mode::Reference {
+                    altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
+                }
+            }
+        }
+        if self.mode == Mode::Reference {
+            self.altitude.reset();
+        }
+        self.demand = Some(demand);
+        self.describe(flown.as_ref());
+        Demand { altitude_m: altitude_m.unwrap_or(demand.altitude_m), ..demand }
+    }
+
+    /// Somebody else than the operator's word makes a reference.
+    fn is_guided(&self) -> bool {
+        self.mode != Mode::Reference || self.course_rad.is_some()
+    }
+
+    /// References, home and local axes of the first sample.
+    fn first(&mut self, sensors: &Sensors) -> Demand {
+        let place =
+            Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad };
+        if rules::check_place(place).is_ok() {
+            self.home = Some(Site::at(place));
+            self.axes = Some(LocalAxes::of(place, sensors.altitude_m, sensors.position));
+        }
+        Demand { altitude_m: sensors.altitude_m, roll_rad: 0.0, airspeed_m_s: sensors.airspeed_m_s }
+    }
+
+    /// A scheduled roll angle is flown in Reference and ends a course; altitude and airspeed count in every
+    /// mode, until the mode sets others.
+    fn follow_schedule(&mut self, time: SimTime, demand: &mut Demand) {
         while let Some(entry) = self.schedule.entry(self.scheduled).filter(|entry| entry.at <= time)
         {
             demand.altitude_m = entry.altitude_m.unwrap_or(demand.altitude_m);
-            demand.roll_rad = entry.roll_rad.unwrap_or(demand.roll_rad);
             demand.airspeed_m_s = entry.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
+            if let (Some(roll_rad), Mode::Reference) = (entry.roll_rad, self.mode) {
+                demand.roll_rad = roll_rad;
+                self.course_rad = None;
+            }
             self.scheduled += 1;
         }
-        *demand
     }
 
-    /// Changes a reference.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
-    pub fn refer(
+    /// One tick of the mode; `None` where it leaves the roll reference alone.
+    fn fly(
         &mut self,
-        reference: Reference,
-        limits: &ReferenceLimits,
-    ) -> Result<(), VehicleRefusal> {
-        limits.check(reference)?;
-        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
-        match reference {
-            Reference::Altitude(altitude_m) => demand.altitude_m = altitude_m,
-            Reference::Airspeed(airspeed_m_s) => demand.airspeed_m_s = airspeed_m_s,
-            Reference::Roll(roll_rad) if self.mode == Mode::Offboard => demand.roll_rad = roll_rad,
-            Reference::Roll(_) | Reference::Course(_) => return Err(VehicleRefusal::NotOffboard),
+        situation: &Situation,
+        demand: &mut Demand,
+        rules: &Rules,
+        tell: &mut dyn FnMut(EventKind),
+    ) -> Option<Flown> {
+        if self.mode == Mode::Mission
+            && let Some(flown) = self.fly_mission(situation, demand, rules, tell)
+        {
+            return Some(flown);
         }
-        Ok(())
+        match self.mode {
+            // A plan that has just ended has changed the mode.
+            Mode::Mission => None,
+            Mode::Reference => self.course_rad.map(|course_rad| Flown {
+                steering: hold_course(course_rad, &situation.velocity, &rules.guidance()),
+                target: None,
+            }),
+            Mode::Hold => Some(self.hold.fly(situation, demand, rules)),
+            Mode::Return => self.home.map(|centre| {
+                let home = Orbit { centre, radius_m: None, clockwise: true };
+                home.fly(situation, demand, rules)
+            }),
+            Mode::Offboard => self.offboard.fly(situation, demand, rules),
+            Mode::Altitude => {
+                self.pilot.fly(situation, demand, rules);
+                None
+            }
+        }
     }
 
-    /// Changes the mode. Hold levels the wings; Offboard keeps the references until the first setpoint.
-    pub fn set_mode(&mut self, mode: Mode) {
-        self.mode = mode;
-        if let (Mode::Hold | Mode::Reference, Some(demand)) = (mode, self.demand.as_mut()) {
-            demand.roll_rad = 0.0;
+    /// One tick of the plan. At its end the mode changes and there is nothing more to fly.
+    fn fly_mission(
+        &mut self,
+        situation: &Situation,
+        demand: &mut Demand,
+        rules: &Rules,
+        tell: &mut dyn FnMut(EventKind),
+    ) -> Option<Flown> {
+        let mut tick = mission::Tick { situation, rules, home: self.home, tell };
+        match self.mission.fly(demand, &mut tick) {
+            Flight::Fly(flown) => return Some(flown),
+            Flight::Complete(around) => {
+                self.mode = Mode::Hold;
+                self.hold = Hold::around(around);
+            }
+            Flight::Home => {
+                self.mode = Mode::Return;
+                demand.altitude_m = rules.nearest_altitude_m(rules.navigation.return_altitude_m);
+            }
         }
+        self.link.forget();
+        tell(EventKind::Mode(self.mode));
+        None
+    }
+
+    fn describe(&mut self, flown: Option<&Flown>) {
+        let steering = flown.map(|flown| flown.steering);
+        self.navigation = Navigation {
+            target: flown.and_then(|flown| flown.target),
+            course_rad: steering.map(|steering: Steering| steering.course_rad),
+            cross_track_m: steering.map_or(0.0, |steering| steering.cross_track_m),
+            home: self.home.map(|home| home.place()),
+            ..Navigation::default()
+        };
+        self.mission.describe(&mut self.navigation);
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Navigation {
     pub item: u16,
     /// How far it has come.
     pub progress: Progress,
+    /// Home, once there was a first sample.
+    pub home: Option<Place>,
 }
 
 /// A point that the guidance flies to.

@@ -2,6 +2,8 @@
 
 use super::request::Place;
 
+mod check;
+
 /// Items that a plan may have.
 pub const ITEMS_MAX: usize = 1000;
 

@@ -2,6 +2,10 @@ use super::*;
 use crate::config;
 use crate::parameters::Parameters;
 
+mod modes;
+mod plane;
+mod plans;
+
 fn sensors() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
@@ -12,14 +16,23 @@ fn seconds(s: f64) -> SimTime {
     SimTime::from_seconds(s).unwrap()
 }
 
-fn limits() -> ReferenceLimits {
-    Parameters::default().limits
+fn rules() -> Rules {
+    let Parameters { limits, navigation, .. } = Parameters::default();
+    Rules { limits, navigation }
+}
+
+fn track(vehicle: &mut Vehicle, time: SimTime) -> Demand {
+    vehicle.track(time, &sensors(), &rules(), &mut |_| {})
+}
+
+fn change(vehicle: &mut Vehicle, mode: Mode) {
+    vehicle.change_mode(mode, &rules(), &mut |_| {}).unwrap();
 }
 
 #[test]
 fn without_any_word_it_keeps_what_it_has() {
     let mut vehicle = Vehicle::new(ReferenceSchedule::default());
-    let demand = vehicle.track(SimTime::ZERO, &sensors());
+    let demand = track(&mut vehicle, SimTime::ZERO);
     assert_eq!(demand, Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 });
 }
 
@@ -29,35 +42,35 @@ fn scheduled_references_act_at_their_tick_and_an_autopilot_that_joins_late_has_t
                 [[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n";
     let schedule = config::references("s.toml", text).unwrap();
     let mut vehicle = Vehicle::new(schedule.clone());
-    assert_eq!(vehicle.track(seconds(0.998), &sensors()).altitude_m, 5_000.0);
-    assert_eq!(vehicle.track(seconds(1.0), &sensors()).altitude_m, 6_000.0);
-    let late = Vehicle::new(schedule).track(seconds(3.0), &sensors());
+    assert_eq!(track(&mut vehicle, seconds(0.998)).altitude_m, 5_000.0);
+    assert_eq!(track(&mut vehicle, seconds(1.0)).altitude_m, 6_000.0);
+    let late = track(&mut Vehicle::new(schedule), seconds(3.0));
     assert_eq!((late.altitude_m, late.roll_rad), (6_000.0, 15.0_f64.to_radians()));
 }
 
 #[test]
-fn a_roll_reference_needs_offboard_and_hold_levels_the_wings() {
+fn a_roll_reference_needs_offboard_and_reference_levels_the_wings() {
     let mut vehicle = Vehicle::new(ReferenceSchedule::default());
-    vehicle.track(SimTime::ZERO, &sensors());
+    track(&mut vehicle, SimTime::ZERO);
     let roll = Reference::Roll(0.2);
-    assert_eq!(vehicle.refer(roll, &limits()), Err(VehicleRefusal::NotOffboard));
-    vehicle.set_mode(Mode::Offboard);
-    assert_eq!(vehicle.refer(roll, &limits()), Ok(()));
-    assert_eq!(vehicle.track(seconds(1.0), &sensors()).roll_rad, 0.2);
-    vehicle.set_mode(Mode::Hold);
-    assert_eq!(vehicle.track(seconds(1.1), &sensors()).roll_rad, 0.0);
+    assert_eq!(vehicle.refer(roll, &rules()), Err(VehicleRefusal::NotOffboard));
+    change(&mut vehicle, Mode::Offboard);
+    assert_eq!(vehicle.refer(roll, &rules()), Ok(()));
+    assert_eq!(track(&mut vehicle, seconds(1.0)).roll_rad, 0.2);
+    change(&mut vehicle, Mode::Reference);
+    assert_eq!(track(&mut vehicle, seconds(1.1)).roll_rad, 0.0);
 }
 
 #[test]
 fn references_outside_the_limits_or_not_finite_change_nothing() {
     let mut vehicle = Vehicle::new(ReferenceSchedule::default());
-    vehicle.track(SimTime::ZERO, &sensors());
-    vehicle.set_mode(Mode::Offboard);
+    track(&mut vehicle, SimTime::ZERO);
+    change(&mut vehicle, Mode::Offboard);
     let before = vehicle.demand().copied();
     for bad in [f64::NAN, f64::INFINITY, 1.0e6, -1.0e6] {
         for reference in [Reference::Altitude(bad), Reference::Airspeed(bad), Reference::Roll(bad)]
         {
-            assert!(vehicle.refer(reference, &limits()).is_err(), "{reference:?}");
+            assert!(vehicle.refer(reference, &rules()).is_err(), "{reference:?}");
         }
     }
     assert_eq!(vehicle.demand().copied(), before);

@@ -74,4 +74,17 @@ impl Reader<'_> {
     pub fn f64(&mut self) -> Result<f64, WireError> {
         self.take().map(f64::from_le_bytes)
     }
+    /// Several values with one look at the length.
+    #[inline]
+    pub fn f64s<const N: usize>(&mut self) -> Result<[f64; N], WireError> {
+        let error = WireError::Length { bytes: self.total };
+        let (head, tail) = self.left.split_at_checked(8 * N).ok_or(error)?;
+        self.left = tail;
+        let (chunks, _) = head.as_chunks::<8>();
+        let mut values = [0.0; N];
+        for (value, chunk) in values.iter_mut().zip(chunks) {
+            *value = f64::from_le_bytes(*chunk);
+        }
+        Ok(values)
+    }
 }

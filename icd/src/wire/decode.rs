@@ -4,9 +4,9 @@ use super::cursor::Reader;
 use super::encode::{KIND_ACTUATORS, KIND_REFUSAL, KIND_SENSORS};
 use super::{
     ActuatorPacket, Actuators, ControlPeriod, Effector, FaultKind, FaultReply, FaultRequest, MAGIC,
-    Onset, PACKET_MAX, Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest, Refusal,
-    RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, Travel, VERSION,
-    WireError,
+    Onset, PACKET_MAX, Pace, Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest,
+    Refusal, RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, Travel,
+    VERSION, WireError,
 };
 
 /// Header and checksum, without a body.
@@ -78,6 +78,22 @@ impl Context {
         WireError::Value { field, value, session: self.session, sequence: self.sequence }
     }
 
+    /// All of them finite, or the first that is not, with its name.
+    fn all_finite<const N: usize>(
+        self,
+        values: [f64; N],
+        name: impl Fn(usize) -> &'static str,
+    ) -> Result<[f64; N], WireError> {
+        // `&` and not `&&`: one branch for all of them.
+        if values.iter().fold(true, |finite, value| finite & value.is_finite()) {
+            return Ok(values);
+        }
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(self.value(name(index), values[index])),
+            None => Ok(values),
+        }
+    }
+
     fn finite(self, field: &'static str, value: f64) -> Result<f64, WireError> {
         if value.is_finite() { Ok(value) } else { Err(self.value(field, value)) }
     }
@@ -100,10 +116,8 @@ fn sensor_packet(
     let micros = r.u32()?;
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| context.value("control_period_us", f64::from(micros)))?;
-    let mut values = [0.0; Sensors::COUNT];
-    for (value, name) in values.iter_mut().zip(Sensors::NAMES) {
-        *value = context.finite(name, r.f64()?)?;
-    }
+    let values =
+        context.all_finite(r.f64s::<{ Sensors::COUNT }>()?, |index| Sensors::NAMES[index])?;
     let square = values[6..10].iter().map(|v| v * v).sum::<f64>();
     if (square - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(context.value("attitude (squared length)", square));
@@ -124,10 +138,9 @@ fn actuator_packet(
     time: SimTime,
     context: Context,
 ) -> Result<ActuatorPacket, WireError> {
-    let mut commands = PerEffector::<f64>::default();
-    for effector in Effector::ALL {
-        commands[effector] = context.finite(effector.key(), r.f64()?)?;
-    }
+    let values =
+        context.all_finite(r.f64s::<{ Effector::COUNT }>()?, |index| Effector::ALL[index].key())?;
+    let commands = PerEffector::new(values);
     let request = match r.u8()? {
         0 => None,
         1 => Some(PlantRequest { number: r.u32()?, action: read_action(r, context)? }),
@@ -150,6 +163,10 @@ fn read_action(r: &mut Reader<'_>, context: Context) -> Result<PlantAction, Wire
             };
             Ok(PlantAction::Fault(FaultRequest::Inject { effector, kind, onset }))
         }
+        3 => {
+            let code = r.u8()?;
+            Ok(PlantAction::Pace(pace(code, r.f64()?, context)?))
+        }
         value => Err(WireError::Code { field: "request", value }),
     }
 }
@@ -168,6 +185,24 @@ fn fault_kind(code: u8, value: f64) -> Result<FaultKind, WireError> {
         4 => Ok(FaultKind::Float),
         value => Err(WireError::Code { field: "fault kind", value }),
     }
+}
+
+/// A pace that can be: a fraction of a period, or a speed beyond the limits, is refused like NaN.
+fn pace(code: u8, value: f64, context: Context) -> Result<Pace, WireError> {
+    let pace = match code {
+        0 => Pace::Pause,
+        1 => Pace::Run,
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates, and what it changes is refused"
+        )]
+        2 if f64::from(value as u32) == value => Pace::Step(value as u32),
+        2 => return Err(context.value("pace", value)),
+        3 => Pace::Speed(value),
+        value => return Err(WireError::Code { field: "pace", value }),
+    };
+    if pace.is_valid() { Ok(pace) } else { Err(context.value("pace", value)) }
 }
 
 fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, WireError> {
@@ -193,6 +228,14 @@ fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, Wire
                 value => return Err(WireError::Code { field: "fault reply", value }),
             };
             Ok(PlantReport::FaultReply { request: number, reply })
+        }
+        4 => {
+            let request = match b {
+                0 => None,
+                1 => Some(number),
+                value => return Err(WireError::Code { field: "pace request", value }),
+            };
+            Ok(PlantReport::Paced { request, pace: pace(a, v, context)?, at })
         }
         value => Err(WireError::Code { field: "report", value }),
     }

@@ -2,7 +2,7 @@
 
 use super::cursor::Writer;
 use super::{
-    ActuatorPacket, FaultKind, FaultReply, FaultRequest, MAGIC, Onset, PacketBytes, Phase,
+    ActuatorPacket, FaultKind, FaultReply, FaultRequest, MAGIC, Onset, Pace, PacketBytes, Phase,
     PlantAction, PlantReport, PlantRequest, Refusal, RefusalPacket, RefusalReason, SensorPacket,
     Travel, VERSION,
 };
@@ -46,6 +46,12 @@ pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
             w.u32(*number);
             match action {
                 PlantAction::Restart => w.u8(0),
+                PlantAction::Pace(pace) => {
+                    w.u8(3);
+                    let (code, value) = pace_code(*pace);
+                    w.u8(code);
+                    w.f64(value);
+                }
                 PlantAction::Fault(FaultRequest::Clear { effector }) => {
                     w.u8(1);
                     w.u8(*effector as u8);
@@ -102,6 +108,15 @@ fn kind_code(kind: &FaultKind) -> (u8, f64) {
     }
 }
 
+fn pace_code(pace: Pace) -> (u8, f64) {
+    match pace {
+        Pace::Pause => (0, 0.0),
+        Pace::Run => (1, 0.0),
+        Pace::Step(periods) => (2, f64::from(periods)),
+        Pace::Speed(speed) => (3, speed),
+    }
+}
+
 /// One fixed-size record: code, two small codes, pad, number, time, two values.
 struct Record {
     code: u8,
@@ -131,6 +146,11 @@ fn write_report(w: &mut Writer<'_>, report: &PlantReport) {
             values: [0.0; 2],
         },
         PlantReport::FaultReply { request, reply } => reply_record(*request, reply),
+        PlantReport::Paced { request, pace, at } => {
+            let (a, value) = pace_code(*pace);
+            let (b, number) = request.map_or((0, 0), |number| (1, number));
+            Record { code: 4, a, b, number, time: at.as_micros(), values: [value, 0.0] }
+        }
     };
     w.u8(record.code);
     w.u8(record.a);

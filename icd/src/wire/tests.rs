@@ -98,8 +98,24 @@ fn every_request_reply_and_report_comes_back() {
         encode_sensors(&packet, &mut bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
+    for (request, pace) in [
+        (None, Pace::Pause),
+        (Some(0), Pace::Run),
+        (Some(u32::MAX), Pace::Step(1)),
+        (Some(7), Pace::Speed(0.1)),
+    ] {
+        let mut packet = full_sensor_packet();
+        packet.reports.clear();
+        packet.reports.push(PlantReport::Paced { request, pace, at });
+        encode_sensors(&packet, &mut bytes);
+        assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+    }
     let actions = [
         PlantAction::Restart,
+        PlantAction::Pace(Pace::Pause),
+        PlantAction::Pace(Pace::Run),
+        PlantAction::Pace(Pace::Step(Pace::STEPS_MAX)),
+        PlantAction::Pace(Pace::Speed(Pace::SPEED.0)),
         PlantAction::Fault(FaultRequest::Clear { effector: Effector::NozzleYaw }),
         PlantAction::Fault(FaultRequest::Inject {
             effector: Effector::Engine,
@@ -131,6 +147,41 @@ fn a_value_that_is_not_finite_is_named() {
     packet.actuators.commands[Effector::Rudder] = f64::INFINITY;
     encode_actuators(&packet, &mut bytes);
     assert!(matches!(decode(&bytes), Err(WireError::Value { field: "rudder", .. })));
+}
+
+#[test]
+fn a_pace_that_cannot_be_is_refused() {
+    let mut bytes = PacketBytes::new();
+    let too_many = Pace::Step(Pace::STEPS_MAX + 1);
+    let impossible = [Pace::Step(0), too_many, Pace::Speed(0.0), Pace::Speed(-1.0)];
+    for pace in impossible.into_iter().chain([1.0e9, f64::NAN, f64::INFINITY].map(Pace::Speed)) {
+        let action = PlantAction::Pace(pace);
+        let packet = ActuatorPacket {
+            request: Some(PlantRequest { number: 5, action }),
+            ..actuator_packet()
+        };
+        encode_actuators(&packet, &mut bytes);
+        let decoded = decode(&bytes);
+        assert!(matches!(decoded, Err(WireError::Value { field: "pace", .. })), "{decoded:?}");
+    }
+    // Half a period: the value is the last field.
+    let action = PlantAction::Pace(Pace::Step(1));
+    let packet =
+        ActuatorPacket { request: Some(PlantRequest { number: 5, action }), ..actuator_packet() };
+    encode_actuators(&packet, &mut bytes);
+    let end = bytes.len() - 4;
+    bytes[end - 8..end].copy_from_slice(&0.5_f64.to_le_bytes());
+    let crc = crc32fast::hash(&bytes[..end]).to_le_bytes();
+    bytes[end..].copy_from_slice(&crc);
+    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "pace", .. })));
+}
+
+#[test]
+fn the_version_that_knows_pace_is_not_the_one_that_did_not() {
+    let mut bytes = PacketBytes::new();
+    encode_actuators(&actuator_packet(), &mut bytes);
+    bytes[4..6].copy_from_slice(&1_u16.to_le_bytes());
+    assert!(matches!(decode(&bytes), Err(WireError::Version { theirs: 1, .. })));
 }
 
 #[test]

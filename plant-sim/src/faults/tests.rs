@@ -49,7 +49,7 @@ impl Bench {
 
     /// Speed of an effector whose servo wants to move with one unit per second.
     fn rate(&self, effector: Effector) -> f64 {
-        self.faults.effects().rate(effector, 1.0)
+        self.faults.effects().rates(&PerEffector::from_fn(|_| 1.0))[effector]
     }
 }
 

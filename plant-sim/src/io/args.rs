@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use host_io::Wait;
 use icd::{ControlPeriod, SimTime};
 
-pub use super::pacer::Speed;
 use super::run::RunError;
+pub use super::speed::Speed;
 use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
 use crate::earth::EarthModel;
 use crate::scenario::{CASE1, CASE2, NOMINAL, Scenario};
@@ -33,6 +33,9 @@ pub struct PlantArgs {
     /// Simulation time per wall time, 0.01 to 1000, or max
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max", default_value = "1")]
     pub speed: Speed,
+    /// Let simulation time stand still at the start, until somebody lets it run
+    #[arg(long)]
+    pub start_paused: bool,
     /// Control period, 1 to 4 ms
     #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     pub period_ms: ControlPeriod,
@@ -69,9 +72,12 @@ pub struct PlantArgs {
     /// Print one line of JSON about the flight at its end
     #[arg(long, hide = true)]
     pub report: bool,
-    /// End when the standard input ends
+    /// Take orders about time from the standard input (pause, run, step N, speed X), and end when it ends
     #[arg(long, hide = true)]
     pub with_parent: bool,
+    /// Print one line of JSON whenever simulation time begins to pass in another way
+    #[arg(long, hide = true)]
+    pub status: bool,
 }
 
 impl PlantArgs {

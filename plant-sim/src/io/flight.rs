@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use tracing::{error, info};
 
 use super::link::{Link, LinkError};
-use super::pacer::{Pacer, Speed};
+use super::pacer::{Due, Order, Pacer};
+use super::parent::Parent;
 use crate::plant::Plant;
 
 /// Where the next tick is farther away than this, the plant asks without a control step meanwhile.
@@ -51,10 +52,14 @@ pub(super) struct Flight<'a> {
     pub(super) link: &'a mut Link,
     pub(super) stop: &'a Stop,
     pub(super) truth_log: &'a mut Option<TickLogWriter>,
+    pub(super) pacer: &'a mut Pacer,
+    pub(super) parent: &'a Parent,
     /// Answer to the last request; leaves with the next packet.
     pub(super) reply: Option<PlantReport>,
     /// The last packet had room for more reports, so none waits.
     pub(super) all_told: bool,
+    /// The last answer asked for something, so there may be more to come.
+    pub(super) asked: bool,
     pub(super) ticks: u64,
 }
 
@@ -66,39 +71,67 @@ enum Answer {
 
 impl Flight<'_> {
     /// Flies until something ends it.
-    pub(super) fn fly(&mut self, speed: Speed) -> Result<FlightEnd, LinkError> {
-        let mut pace: Option<(Pacer, Instant)> = None;
+    pub(super) fn fly(&mut self) -> Result<FlightEnd, LinkError> {
+        let mut began: Option<Instant> = None;
         loop {
             let sensors = self.plant.sense();
             if self.plant.on_ground() {
-                let wall = pace.map_or(Duration::ZERO, |(_, began)| clock::now() - began);
+                let wall = began.map_or(Duration::ZERO, |began| clock::now() - began);
                 return self.stay_on_ground(&sensors, wall);
             }
-            let mut actuators = match self.exchange(Phase::Flying, &sensors)? {
+            let actuators = match self.exchange(Phase::Flying, &sensors)? {
                 Answer::Fly(actuators) => actuators,
                 Answer::End(end) => return Ok(end),
             };
             self.ticks += 1;
-            let (pacer, began) = pace.get_or_insert_with(|| {
+            let began = *began.get_or_insert_with(|| {
                 info!(session = %format_args!("{:016x}", self.link.session()), "the flight begins");
-                (Pacer::new(speed, self.plant.time()), clock::now())
+                clock::now()
             });
             let next = self.plant.time() + self.period;
             if self.until.is_some_and(|until| next > until) {
-                let wall = clock::now() - *began;
+                let wall = clock::now() - began;
                 return self.take_leave(Phase::Holding, &sensors, wall);
             }
-            while let Some(left) = pacer.left(next) {
-                if left > HOLD_EVERY {
-                    match self.exchange(Phase::Holding, &sensors)? {
-                        Answer::Fly(held) => actuators = held,
-                        Answer::End(end) => return Ok(end),
-                    }
-                }
-                clock::sleep(left.min(HOLD_EVERY));
-            }
+            let actuators = match self.wait_until_due(next, &sensors, actuators)? {
+                Answer::Fly(actuators) => actuators,
+                Answer::End(end) => return Ok(end),
+            };
             self.plant.advance(&actuators);
+            self.pacer.advanced(self.plant.time());
         }
+    }
+
+    /// Lets wall time pass until the tick at `next` is due; returns the commands that hold until then.
+    fn wait_until_due(
+        &mut self,
+        next: SimTime,
+        sensors: &Sensors,
+        mut actuators: Actuators,
+    ) -> Result<Answer, LinkError> {
+        loop {
+            self.parent.look_after(self.pacer, self.plant.time());
+            let left = match self.pacer.due(self.plant.time(), next, clock::now) {
+                Due::Now => return Ok(Answer::Fly(actuators)),
+                Due::In(left) => left,
+                Due::Never => Duration::MAX,
+            };
+            if left > HOLD_EVERY {
+                match self.exchange(Phase::Holding, sensors)? {
+                    Answer::Fly(held) => actuators = held,
+                    end @ Answer::End(_) => return Ok(end),
+                }
+                if self.asked || self.has_news() {
+                    continue;
+                }
+            }
+            clock::sleep(left.min(HOLD_EVERY));
+        }
+    }
+
+    /// Something waits to be told to the autopilot.
+    fn has_news(&self) -> bool {
+        self.reply.is_some() || self.pacer.has_reports() || !self.all_told
     }
 
     /// One question and its answer, and what the answer asks for.
@@ -106,7 +139,7 @@ impl Flight<'_> {
         let mut reports = Reports::new();
         reports.extend(self.reply.take());
         while !reports.is_full()
-            && let Some(report) = self.plant.pop_report()
+            && let Some(report) = self.pacer.pop_report().or_else(|| self.plant.pop_report())
         {
             reports.push(report);
         }
@@ -120,6 +153,7 @@ impl Flight<'_> {
             return Ok(Answer::End(FlightEnd::Stop));
         }
         let Some(answer) = self.link.answer()? else { return Ok(Answer::End(FlightEnd::Stop)) };
+        self.asked = answer.request.is_some();
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
@@ -128,6 +162,9 @@ impl Flight<'_> {
             Some(PlantRequest { number, action: PlantAction::Fault(request) }) => {
                 let reply = self.plant.request(&request);
                 self.reply = Some(PlantReport::FaultReply { request: number, reply });
+            }
+            Some(PlantRequest { number, action: PlantAction::Pace(pace) }) => {
+                self.pacer.order(Order { request: Some(number), pace }, self.plant.time());
             }
         }
         Ok(Answer::Fly(answer.actuators))
@@ -152,10 +189,12 @@ impl Flight<'_> {
             return self.take_leave(Phase::OnGround, sensors, wall);
         }
         loop {
+            self.parent.look_after(self.pacer, self.plant.time());
+            self.pacer.end(self.plant.time());
             if let Answer::End(end) = self.exchange(Phase::OnGround, sensors)? {
                 return Ok(end);
             }
-            if self.all_told && self.reply.is_none() {
+            if !self.asked && !self.has_news() {
                 clock::sleep(HOLD_EVERY);
             }
         }
@@ -171,11 +210,12 @@ impl Flight<'_> {
         let (time, on_ground) = (self.plant.time(), self.plant.on_ground());
         let report =
             FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };
+        self.pacer.end(time);
         for _ in 0..FAREWELLS_MAX {
             if let Answer::End(end) = self.exchange(phase, sensors)? {
                 return Ok(end);
             }
-            if self.all_told && self.reply.is_none() {
+            if !self.has_news() {
                 break;
             }
         }

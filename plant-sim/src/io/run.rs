@@ -11,6 +11,8 @@ use tracing::{info, warn};
 use super::args::PlantArgs;
 use super::flight::{Flight, FlightEnd, FlightReport};
 use super::link::{Link, LinkError, RESEND_AFTER};
+use super::pacer::Pacer;
+use super::parent::Parent;
 use crate::config::ConfigError;
 use crate::plant::Plant;
 use crate::setup::{PlantSetup, SetupError};
@@ -78,9 +80,7 @@ pub enum RunError {
 pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let stop = Stop::new();
     stop.on_signals()?;
-    if args.with_parent {
-        stop.with_parent()?;
-    }
+    let parent = Parent::new(args.with_parent, args.status, &stop)?;
     let setup = args.plant_setup()?;
     // Before the socket: a flight that cannot start should say so, not wait for an autopilot.
     let plant = Plant::new(&setup)?;
@@ -94,7 +94,8 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
         warn!(%error, "running on any core");
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
-    let end = fly(args, &setup, plant, socket, &stop, &mut truth_log);
+    let link = Link::new(socket, stop.clone());
+    let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {
         log.finish()?;
     }
@@ -110,13 +111,15 @@ fn fly(
     args: &PlantArgs,
     setup: &PlantSetup,
     first: Plant,
-    socket: LinkSocket,
+    mut link: Link,
     stop: &Stop,
+    parent: &Parent,
     truth_log: &mut Option<TickLogWriter>,
 ) -> Result<ExitReason, RunError> {
-    let mut link = Link::new(socket, stop.clone());
+    let mut pacer = Pacer::new(setup.period, args.speed, args.start_paused);
     let mut plant = first;
     loop {
+        pacer.begin_flight();
         let mut flight = Flight {
             plant,
             period: setup.period,
@@ -124,11 +127,14 @@ fn fly(
             link: &mut link,
             stop,
             truth_log,
+            pacer: &mut pacer,
+            parent,
             reply: None,
             all_told: true,
+            asked: false,
             ticks: 0,
         };
-        match flight.fly(args.speed)? {
+        match flight.fly()? {
             FlightEnd::Stop => return Ok(ExitReason::Stopped),
             FlightEnd::Complete(report) => return Ok(ExitReason::Complete(report)),
             FlightEnd::Restart => {

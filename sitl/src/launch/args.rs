@@ -1,11 +1,12 @@
 //! Options of `sitl` itself, and what they become for the two processes.
 
-use std::net::SocketAddr;
-
-use autopilot::run::{AutopilotArgs, DEFAULT_GROUND_STATIONS};
+use autopilot::parameters::Parameters;
+use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use plant_sim::Plant;
 use plant_sim::io::{PlantArgs, Speed};
+
+use super::pace::Passing;
 
 /// Options of a flight; each is explained by `sitl autopilot --help` and `sitl plant-sim --help`.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -19,6 +20,9 @@ pub struct LaunchArgs {
     /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
     speed: Option<String>,
+    /// Let simulation time stand still at the start, until somebody lets it run
+    #[arg(long)]
+    start_paused: bool,
     /// Control period, 1 to 4 ms [default: 2]
     #[arg(long, allow_negative_numbers = true, value_name = "MS")]
     period_ms: Option<String>,
@@ -46,12 +50,33 @@ pub struct LaunchArgs {
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
     param: Vec<String>,
+    /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
+    #[arg(long, value_name = "FILE|none")]
+    parameter_file: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960]
     #[arg(long, value_name = "IP:PORT")]
     plant_link: Option<String>,
+    /// Settings of the autopilot from a file; the options here win over it
+    #[arg(long, value_name = "FILE")]
+    config: Option<String>,
     /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
-    #[arg(long, value_name = "IP:PORT")]
+    #[arg(long, value_name = "IP:PORT|none")]
     gcs: Vec<String>,
+    /// Own address for calling them [default: any port of loopback]
+    #[arg(long, value_name = "IP:PORT")]
+    gcs_bind: Option<String>,
+    /// Where ground stations can call by UDP [default: 127.0.0.1:18570]
+    #[arg(long, value_name = "IP:PORT|none")]
+    gcs_udp_server: Option<String>,
+    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760]
+    #[arg(long, value_name = "IP:PORT|none")]
+    gcs_tcp: Option<String>,
+    /// The autopilot that heartbeats name, px4 or generic [default: px4]
+    #[arg(long, value_name = "NAME")]
+    mavlink_autopilot: Option<String>,
+    /// No ground stations at all
+    #[arg(long)]
+    no_gcs: bool,
 }
 
 /// Words for the two processes.
@@ -84,24 +109,29 @@ fn without_frame(message: &str) -> String {
 }
 
 impl LaunchArgs {
-    /// Where ground stations are spoken to.
-    pub(super) fn ground_stations(&self) -> Vec<SocketAddr> {
-        if self.gcs.is_empty() {
-            return DEFAULT_GROUND_STATIONS.to_vec();
-        }
-        self.gcs.iter().filter_map(|address| address.parse().ok()).collect()
-    }
-
     /// Whether the two processes should not wait for the wall clock.
     pub(super) fn is_as_fast_as_possible(&self) -> bool {
-        self.speed.as_ref().is_some_and(|speed| speed.parse() == Ok(Speed::Max))
+        self.speed() == Speed::Max
+    }
+
+    /// How simulation time passes at the start.
+    pub(super) fn passing(&self) -> Passing {
+        Passing::new(self.start_paused, self.speed())
+    }
+
+    /// A word that is no speed is refused by [`LaunchArgs::check`].
+    fn speed(&self) -> Speed {
+        self.speed.as_ref().and_then(|speed| speed.parse().ok()).unwrap_or(Speed::REAL_TIME)
     }
 
     /// The options for each process, after both have been asked whether they would start with them.
     pub(super) fn check(&self) -> Result<Options, OptionError> {
         let options = Options { autopilot: self.autopilot_words(), plant: self.plant_words() };
         let autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
-        autopilot.control_setup()?;
+        let kept =
+            autopilot.kept_parameters()?.map_or_else(Parameters::default, |kept| kept.parameters);
+        autopilot.control_setup_over(&kept)?;
+        autopilot.links()?;
         let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
         Plant::new(&plant.plant_setup()?)?;
         Ok(options)
@@ -113,11 +143,20 @@ impl LaunchArgs {
         add(&mut words, "--ftc", &self.ftc);
         add(&mut words, "--belief", &self.belief);
         add(&mut words, "--plant-link", &self.plant_link);
+        add(&mut words, "--parameter-file", &self.parameter_file);
         for setting in &self.param {
             words.push(format!("--param={setting}"));
         }
         for station in &self.gcs {
             words.push(format!("--gcs={station}"));
+        }
+        add(&mut words, "--config", &self.config);
+        add(&mut words, "--gcs-bind", &self.gcs_bind);
+        add(&mut words, "--gcs-udp-server", &self.gcs_udp_server);
+        add(&mut words, "--gcs-tcp", &self.gcs_tcp);
+        add(&mut words, "--mavlink-autopilot", &self.mavlink_autopilot);
+        if self.no_gcs {
+            words.push("--no-gcs".to_owned());
         }
         words
     }
@@ -127,6 +166,9 @@ impl LaunchArgs {
         add(&mut words, "--scenario", &self.scenario);
         add(&mut words, "--airframe", &self.airframe);
         add(&mut words, "--speed", &self.speed);
+        if self.start_paused {
+            words.push("--start-paused".to_owned());
+        }
         add(&mut words, "--period-ms", &self.period_ms);
         add(&mut words, "--step-us", &self.step_us);
         add(&mut words, "--earth", &self.earth);
@@ -162,7 +204,7 @@ mod tests {
     #[test]
     fn wrong_options_are_refused_before_anything_starts() {
         let some = |text: &str| Some(text.to_owned());
-        let base = LaunchArgs::default;
+        let base = || LaunchArgs { parameter_file: some("none"), ..LaunchArgs::default() };
         for (args, words) in [
             (LaunchArgs { speed: some("-1"), ..base() }, "0.01 to 1000"),
             (LaunchArgs { period_ms: some("7"), ..base() }, "1 to 4"),
@@ -171,6 +213,10 @@ mod tests {
             (LaunchArgs { scenario: some("no.toml"), ..base() }, "no.toml: "),
             (LaunchArgs { param: vec!["NOPE=1".to_owned()], ..base() }, "NOPE"),
             (LaunchArgs { gcs: vec!["nowhere".to_owned()], ..base() }, "nowhere"),
+            (LaunchArgs { mavlink_autopilot: some("apm"), ..base() }, "px4, generic"),
+            (LaunchArgs { gcs_tcp: some("5760"), ..base() }, "5760 is not IP:PORT or none"),
+            (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),
+            (LaunchArgs { config: some("no.toml"), ..base() }, "no.toml: "),
         ] {
             let refusal = refusal(&args);
             assert!(refusal.contains(words), "{refusal}");

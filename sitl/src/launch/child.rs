@@ -1,6 +1,6 @@
 //! One of the two processes, as the launcher sees it.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -9,10 +9,14 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use autopilot::io::gcs_link::Listening;
 use autopilot::io::status::StatusLine;
 use host_io::clock;
+use plant_sim::io::PlantLine;
 
 use super::LaunchError;
+use super::keys::Key;
+use super::pace::Passing;
 use super::screen::Screen;
 
 /// Lines that wait to be shown.
@@ -25,10 +29,19 @@ const LAST_WORDS: Duration = Duration::from_millis(200);
 /// What a child reports.
 #[derive(Debug)]
 pub(super) enum Report {
-    /// The autopilot waits for plants here.
-    Listening(SocketAddr),
+    /// The autopilot waits for plants and ground stations.
+    Listening {
+        /// For plants.
+        plant_link: SocketAddr,
+        /// For ground stations.
+        ground_stations: Listening,
+    },
     /// The flight goes on.
     Status(StatusLine),
+    /// Simulation time passes like this from here on.
+    Passing(Passing),
+    /// The operator wants something.
+    Pressed(Key),
     /// A line for the operator.
     Said {
         /// Who says it.
@@ -50,9 +63,25 @@ impl News {
         Self { sender, receiver }
     }
 
+    /// For somebody else who has something to report.
+    pub(super) fn sender(&self) -> NewsSender {
+        NewsSender(self.sender.clone())
+    }
+
     /// Next report; `None` if none comes in time.
     pub(super) fn next(&self, patience: Duration) -> Option<Report> {
         self.receiver.recv_timeout(patience).ok()
+    }
+}
+
+/// Where reports go.
+pub(super) struct NewsSender(SyncSender<Report>);
+
+impl NewsSender {
+    /// Never waits: a full channel means that the operator's screen has stopped, and drops the report.
+    /// False if nobody reads any more.
+    pub(super) fn tell(&self, report: Report) -> bool {
+        !matches!(self.0.try_send(report), Err(TrySendError::Disconnected(_)))
     }
 }
 
@@ -86,13 +115,20 @@ impl Child {
             .map_err(failed)?;
         let input = process.stdin.take();
         if let Some(output) = process.stdout.take() {
-            forward(output, news.sender.clone(), move |line| status(name, line)).map_err(failed)?;
+            forward(output, news.sender(), move |line| status(name, line)).map_err(failed)?;
         }
         if let Some(errors) = process.stderr.take() {
             let said = move |line| Report::Said { process: name, line };
-            forward(errors, news.sender.clone(), said).map_err(failed)?;
+            forward(errors, news.sender(), said).map_err(failed)?;
         }
         Ok(Self { name, process, input, last_line: "nothing".to_owned() })
+    }
+
+    /// Says a line to it. One that has ended is noticed elsewhere.
+    pub(super) fn tell(&mut self, line: &str) {
+        if let Some(input) = self.input.as_mut() {
+            let _ = writeln!(input, "{line}").and_then(|()| input.flush());
+        }
     }
 
     /// Remembers what it said last.
@@ -144,21 +180,26 @@ impl Drop for Child {
 
 fn status(process: &'static str, line: String) -> Report {
     match serde_json::from_str(&line) {
-        Ok(StatusLine::Listening { plant_link }) => Report::Listening(plant_link),
+        Ok(StatusLine::Listening { plant_link, ground_stations }) => {
+            Report::Listening { plant_link, ground_stations }
+        }
         Ok(status) => Report::Status(status),
-        Err(_) => Report::Said { process, line },
+        Err(_) => match serde_json::from_str(&line) {
+            Ok(PlantLine::Pace { paused, speed }) => Report::Passing(Passing { paused, speed }),
+            Err(_) => Report::Said { process, line },
+        },
     }
 }
 
 fn forward(
     stream: impl Read + Send + 'static,
-    news: SyncSender<Report>,
+    news: NewsSender,
     report: impl Fn(String) -> Report + Send + 'static,
 ) -> std::io::Result<()> {
     let read = move || {
         for line in BufReader::new(stream).lines().map_while(Result::ok) {
-            // Full means that the operator's screen has stopped: better lose lines than stop the child.
-            if let Err(TrySendError::Disconnected(_)) = news.try_send(report(line)) {
+            // Better lose lines than stop the child.
+            if !news.tell(report(line)) {
                 return;
             }
         }

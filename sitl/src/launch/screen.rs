@@ -1,10 +1,12 @@
 //! What the operator sees: lines, and below them one that follows the flight.
 
 use std::io::{self, IsTerminal, Write};
-use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use autopilot::io::gcs_link::Listening;
 use autopilot::io::status::{FlightStatus, PlantState, StatusLine};
+
+use super::pace::Passing;
 
 /// Time between two lines where the output is no terminal.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -16,8 +18,11 @@ pub(super) struct Screen {
     terminal: bool,
     live: String,
     shown: Option<(Instant, Change)>,
-    pace: Option<(Instant, f64)>,
-    speed: f64,
+    passing: Passing,
+    /// Wall time and simulation time when the speed was measured last.
+    measured: Option<(Instant, f64)>,
+    /// Simulation time per wall time, once it has been measured.
+    achieved: Option<f64>,
 }
 
 /// What makes a plain line worth printing before its time.
@@ -25,12 +30,13 @@ pub(super) struct Screen {
 struct Change {
     compensator_active: bool,
     plant: Option<PlantState>,
+    passing: Passing,
 }
 
 impl Screen {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(passing: Passing) -> Self {
         let terminal = io::stdout().is_terminal();
-        Self { terminal, live: String::new(), shown: None, pace: None, speed: 1.0 }
+        Self { terminal, live: String::new(), shown: None, passing, measured: None, achieved: None }
     }
 
     /// A line that stays.
@@ -45,18 +51,9 @@ impl Screen {
     }
 
     /// Where to connect and how to break something.
-    pub(super) fn introduce(&mut self, ground_stations: &[SocketAddr]) -> io::Result<()> {
-        let Some(last) = ground_stations.last() else { return Ok(()) };
-        let all: Vec<String> =
-            ground_stations.iter().map(|station| format!("udp {station}")).collect();
-        self.say(&format!(
-            "ground stations  {}
-break something  python3 -c \"from pymavlink import mavutil as u; c = u.mavlink_connection('udpin:{last}'); \
-c.wait_heartbeat(); c.mav.command_long_send(1, 1, 31010, 0, 102, 2, 3, 1, 30, 0, 0)\"
-                 (servo 3, the left elevator, jams at 30 deg; 1 2 ailerons, 4 right elevator, 5 rudder, 6 7 nozzle)
-end              Ctrl-C",
-            all.join(", ")
-        ))
+    pub(super) fn introduce(&mut self, ground_stations: &Listening) -> io::Result<()> {
+        let words = introduction(ground_stations);
+        if words.is_empty() { Ok(()) } else { self.say(&words) }
     }
 
     /// The flight now.
@@ -66,9 +63,12 @@ end              Ctrl-C",
             StatusLine::Listening { .. } | StatusLine::NoPlant => return Ok(()),
         };
         self.follow_pace(flight.t_s, now);
-        let line = line(flight, self.speed);
-        let change =
-            Change { compensator_active: flight.compensator_active, plant: Some(flight.plant) };
+        let line = line(flight, self.passing, self.achieved);
+        let change = Change {
+            compensator_active: flight.compensator_active,
+            plant: Some(flight.plant),
+            passing: self.passing,
+        };
         if self.terminal {
             self.live.clone_from(&line);
             let mut out = io::stdout().lock();
@@ -83,15 +83,34 @@ end              Ctrl-C",
         Ok(())
     }
 
-    /// Simulation time per wall time over the last second or so.
+    /// Simulation time passes like this from here on.
+    pub(super) fn pass(&mut self, passing: Passing) {
+        if self.passing != passing {
+            self.passing = passing;
+            self.measured = None;
+            self.achieved = None;
+        }
+    }
+
+    /// How simulation time passes.
+    pub(super) fn passing(&self) -> Passing {
+        self.passing
+    }
+
+    /// Simulation time per wall time over the last second or so, once it is known.
+    pub(super) fn achieved(&self) -> Option<f64> {
+        self.achieved
+    }
+
+    /// Measures simulation time per wall time about once a second.
     fn follow_pace(&mut self, t_s: f64, now: Instant) {
-        let (then, then_s) = *self.pace.get_or_insert((now, t_s));
+        let (then, then_s) = *self.measured.get_or_insert((now, t_s));
         let wall_s = (now - then).as_secs_f64();
         if t_s < then_s {
-            self.pace = Some((now, t_s));
+            self.measured = Some((now, t_s));
         } else if wall_s >= 1.0 {
-            self.speed = (t_s - then_s) / wall_s;
-            self.pace = Some((now, t_s));
+            self.achieved = Some((t_s - then_s) / wall_s);
+            self.measured = Some((now, t_s));
         }
     }
 
@@ -105,8 +124,11 @@ end              Ctrl-C",
     }
 }
 
-fn line(flight: &FlightStatus, speed: f64) -> String {
+fn line(flight: &FlightStatus, passing: Passing, achieved: Option<f64>) -> String {
     let FlightStatus { plant, t_s, altitude_m, airspeed_m_s, roll_deg, mode, .. } = flight;
+    let speed = passing.words(achieved);
+    // Single steps are to be seen.
+    let time = if passing.paused { format!("{t_s:11.3}") } else { format!("{t_s:9.1}") };
     let compensator = match (flight.compensator_active, flight.fade) {
         (false, fade) if fade <= 0.0 => "asleep".to_owned(),
         (true, fade) if fade <= 0.0 => "fault seen, off".to_owned(),
@@ -118,14 +140,68 @@ fn line(flight: &FlightStatus, speed: f64) -> String {
         PlantState::Lost => "   PLANT LOST",
     };
     format!(
-        "t {t_s:9.1} s   altitude {altitude_m:6.0} m   speed {airspeed_m_s:6.1} m/s   roll {roll_deg:6.1} deg   \
-         compensator {compensator}   {mode}   x{speed:.1}{plant}"
+        "t {time} s   altitude {altitude_m:6.0} m   speed {airspeed_m_s:6.1} m/s   roll {roll_deg:6.1} deg   \
+         compensator {compensator}   {mode}   {speed}{plant}"
     )
+}
+
+/// Empty if there can be no ground station.
+fn introduction(ground_stations: &Listening) -> String {
+    let Listening { clients, udp_server, tcp_server } = ground_stations;
+    let called = clients.iter().map(|station| format!("udp {station}"));
+    let called: Vec<String> = called.collect();
+    let udp = udp_server.map(|port| format!("udp {port}"));
+    let tcp = tcp_server.map(|port| format!("tcp {port}"));
+    let awaited: Vec<String> = udp.into_iter().chain(tcp).collect();
+    let mut lines = Vec::new();
+    if !called.is_empty() {
+        lines.push(format!("ground stations  called at {}", called.join(", ")));
+    }
+    if !awaited.is_empty() {
+        lines.push(format!("ground stations  may connect to {}", awaited.join(", ")));
+    }
+    // Whoever calls has to speak first.
+    let (connect, greeting) = match (clients.last(), udp_server, tcp_server) {
+        (Some(last), _, _) => (format!("udpin:{last}"), ""),
+        (None, _, Some(port)) => (format!("tcp:{port}"), ""),
+        (None, Some(port), None) => {
+            (format!("udpout:{port}"), "c.mav.heartbeat_send(6, 8, 0, 0, 0); ")
+        }
+        (None, None, None) => return String::new(),
+    };
+    lines.push(format!(
+        "break something  python3 -c \"from pymavlink import mavutil as u; c = u.mavlink_connection('{connect}'); \
+{greeting}c.wait_heartbeat(); c.mav.command_long_send(1, 1, 31010, 0, 102, 2, 3, 1, 30, 0, 0)\"
+                 (servo 3, the left elevator, jams at 30 deg; 1 2 ailerons, 4 right elevator, 5 rudder, 6 7 nozzle)
+end              Ctrl-C"
+    ));
+    lines.join("\n")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::net::SocketAddr;
+
+    #[test]
+    fn the_introduction_names_every_way_to_connect_and_one_that_works() {
+        let at = |port| SocketAddr::from(([127, 0, 0, 1], port));
+        let mut listening = Listening {
+            clients: vec![at(14_550), at(14_540)],
+            udp_server: Some(at(18_570)),
+            tcp_server: Some(at(5_760)),
+        };
+        let words = introduction(&listening);
+        assert!(words.contains("called at udp 127.0.0.1:14550, udp 127.0.0.1:14540"), "{words}");
+        assert!(words.contains("connect to udp 127.0.0.1:18570, tcp 127.0.0.1:5760"), "{words}");
+        assert!(words.contains("'udpin:127.0.0.1:14540'"), "{words}");
+        listening.clients.clear();
+        assert!(introduction(&listening).contains("'tcp:127.0.0.1:5760'"));
+        listening.tcp_server = None;
+        let words = introduction(&listening);
+        assert!(words.contains("'udpout:127.0.0.1:18570'") && words.contains("heartbeat_send"));
+        assert_eq!(introduction(&Listening::default()), "");
+    }
 
     #[test]
     fn the_line_tells_a_switched_off_compensator_from_a_sleeping_one() {
@@ -141,10 +217,13 @@ mod tests {
         };
         let expected = "t      12.3 s   altitude   5000 m   speed  264.0 m/s   roll   -0.2 deg   \
                         compensator asleep   Hold   x1.0";
-        assert_eq!(line(&flight, 1.0), expected);
+        let running = Passing { paused: false, speed: Some(1.0) };
+        assert_eq!(line(&flight, running, None), expected);
         flight.compensator_active = true;
-        assert!(line(&flight, 1.0).contains("compensator fault seen, off"));
+        assert!(line(&flight, running, None).contains("compensator fault seen, off"));
         flight.fade = 0.5;
-        assert!(line(&flight, 1.0).contains("compensator ACTIVE 50 %"));
+        assert!(line(&flight, running, None).contains("compensator ACTIVE 50 %"));
+        let paused = line(&flight, Passing { paused: true, speed: None }, None);
+        assert!(paused.starts_with("t      12.340 s ") && paused.ends_with("PAUSED"), "{paused}");
     }
 }

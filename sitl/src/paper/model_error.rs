@@ -191,8 +191,8 @@ fn verdict(case: &Case, run: Run) -> Result<Verdict, FlightError> {
     closed_loop::fly(&case.run(run), &mut |record| {
         let truth = &record.truth;
         lost |= is_lost(&Row {
-            phi_rad: truth.euler.phi,
-            theta_rad: truth.euler.theta,
+            phi_rad: truth.euler().phi,
+            theta_rad: truth.euler().theta,
             alpha_rad: truth.alpha_rad,
             beta_rad: truth.beta_rad,
             altitude_m: truth.altitude_m,
@@ -200,7 +200,7 @@ fn verdict(case: &Case, run: Run) -> Result<Verdict, FlightError> {
         });
         activated |= record.log.compensator_active;
         if truth.time.as_seconds() >= settled_from_s {
-            sum += truth.euler.phi;
+            sum += truth.euler().phi;
             count += 1.0;
         }
     })?;

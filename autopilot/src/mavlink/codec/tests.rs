@@ -3,6 +3,7 @@ use ::mavlink::dialects::common::{
     COMMAND_ACK_DATA, HEARTBEAT_DATA, MavCmd, NAMED_VALUE_FLOAT_DATA,
 };
 use ::mavlink::{MAVLinkV2MessageRaw, MavHeader};
+use proptest::prelude::*;
 
 fn heartbeat(sequence: u8) -> Vec<u8> {
     let header = MavHeader { system_id: 255, component_id: 190, sequence };
@@ -25,7 +26,7 @@ fn good_frames_behind_bad_ones_are_found_and_the_bad_ones_counted() {
     unknown_flag[2] = 0x04;
     let mut unknown_id = heartbeat(3);
     unknown_id[7..10].copy_from_slice(&[0xFF, 0xFF, 0x7F]);
-    let truncated = vec![0xFD, 200, 0, 0];
+    let truncated = vec![0xFD, 200, 0, 0, 0, 255, 190, 0, 0, 0];
     let all = [heartbeat(0), bad_crc, unknown_flag, unknown_id, truncated, heartbeat(4)].concat();
     let (ids, skipped) = ids(&all);
     assert_eq!(ids, [0, 0]);
@@ -83,4 +84,63 @@ fn missing_trailing_zeros_are_zeros() {
         message,
         Message::Command(Command { id: 420, params: [0.0; 7], frame: None, xy: None })
     );
+}
+
+/// What comes over a connection: good frames, and everything else that can stand between them.
+fn stream() -> impl Strategy<Value = Vec<u8>> {
+    let noise = prop_oneof![2 => any::<u8>(), 1 => Just(0xFD_u8), 1 => Just(0xFE_u8)];
+    let piece = prop_oneof![
+        4 => any::<u8>().prop_map(heartbeat),
+        1 => (any::<u8>(), 0..21_usize).prop_map(|(n, end)| heartbeat(n)[..end].to_vec()),
+        1 => (any::<u8>(), 0..21_usize).prop_map(|(n, at)| {
+            let mut frame = heartbeat(n);
+            frame[at] ^= 0x10;
+            frame
+        }),
+        1 => proptest::collection::vec(noise, 0..40),
+    ];
+    proptest::collection::vec(piece, 0..30).prop_map(|pieces| pieces.concat())
+}
+
+/// Sender, message id and payload.
+type Read = (Identity, u32, Vec<u8>);
+
+/// Frames of a stream that comes in pieces cut at `cuts`, what was skipped, and what is left.
+fn frames_of_pieces(stream: &[u8], cuts: &[usize]) -> (Vec<Read>, Skipped, usize) {
+    let mut cuts: Vec<usize> = cuts.iter().map(|cut| cut % (stream.len() + 1)).collect();
+    cuts.push(stream.len());
+    cuts.sort_unstable();
+    let (mut frames, mut skipped, mut begin) = (Vec::new(), Skipped::default(), 0);
+    for end in cuts {
+        let mut rest = &stream[begin..end];
+        while let Some(frame) = next_frame_of_stream(&mut rest, &mut skipped) {
+            frames.push((frame.sender, frame.id, frame.payload.to_vec()));
+        }
+        begin = end - rest.len();
+    }
+    (frames, skipped, stream.len() - begin)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_stream_cut_anywhere_gives_what_it_gives_whole(
+        stream in stream(),
+        cuts in proptest::collection::vec(any::<usize>(), 0..60),
+    ) {
+        let whole = frames_of_pieces(&stream, &[]);
+        prop_assert_eq!(&frames_of_pieces(&stream, &cuts), &whole);
+        let bytewise: Vec<usize> = (0..stream.len()).collect();
+        prop_assert_eq!(&frames_of_pieces(&stream, &bytewise), &whole);
+        prop_assert!(whole.2 <= FRAME_MAX + SIGNATURE, "{} bytes wait", whole.2);
+    }
+
+    #[test]
+    fn a_good_frame_is_found_whatever_stood_before_it(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
+        // Behind the frame stands enough for whatever the noise may seem to begin.
+        let bytes = [noise, heartbeat(1), vec![0; FRAME_MAX + SIGNATURE]].concat();
+        let (frames, ..) = frames_of_pieces(&bytes, &[]);
+        prop_assert!(frames.iter().any(|(sender, id, _)| (sender.system, *id) == (255, 0)), "{:?}", frames);
+    }
 }

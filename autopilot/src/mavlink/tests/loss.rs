@@ -3,7 +3,7 @@
 use super::world::*;
 use crate::event::Wish;
 use crate::parameters::Parameters;
-use crate::vehicle::Mode;
+use crate::vehicle::{Mode, Place};
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
 
 /// Tries of the client, half a second apart, as MAVSDK has it.
@@ -50,6 +50,9 @@ struct End {
     parameters: Parameters,
     mode: Mode,
     altitude_m: f64,
+    airspeed_m_s: f64,
+    /// Centre of the circle.
+    centre: Option<Place>,
     bandwidth_of_the_laws: Option<f64>,
 }
 
@@ -60,6 +63,11 @@ fn final_state(lost: u32) -> (End, u32) {
     link.converse(&mode, is_ack(176));
     let climb = command_long(186, [6_000.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0], all);
     link.converse(&climb, is_ack(186));
+    let go =
+        command_int(192, 0, [-1.0, 1.0, 0.0, f32::NAN], [349_500_000, -1_178_500_000], 6_500.0);
+    link.converse(&go, is_ack(192));
+    let faster = command_long(178, [0.0, 280.0, -1.0, 0.0, 0.0, 0.0, 0.0], all);
+    link.converse(&faster, is_ack(178));
     let fault = command_long(420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0], all);
     link.converse(&fault, is_ack(420));
     for (name, value) in [("OBS_W0", 40.0), ("REF_ALT_MAX", 9_000.0)] {
@@ -80,6 +88,8 @@ fn final_state(lost: u32) -> (End, u32) {
         parameters: *link.world.ground.parameters(),
         mode: snapshot.mode,
         altitude_m: snapshot.demand.altitude_m,
+        airspeed_m_s: snapshot.demand.airspeed_m_s,
+        centre: snapshot.navigation.target.map(|target| target.place),
         bandwidth_of_the_laws: bandwidths.next_back(),
     };
     (end, link.count)
@@ -88,8 +98,10 @@ fn final_state(lost: u32) -> (End, u32) {
 #[test]
 fn whichever_datagram_is_lost_the_final_state_is_the_same() {
     let (end, count) = final_state(0);
-    assert_eq!((end.altitude_m, end.bandwidth_of_the_laws), (6_000.0, Some(40.0)));
-    assert!(count >= 10, "{count} datagrams");
+    assert_eq!((end.altitude_m, end.airspeed_m_s), (6_500.0, 280.0));
+    assert_eq!((end.mode, end.bandwidth_of_the_laws), (Mode::Hold, Some(40.0)));
+    assert!(end.centre.is_some(), "a place to circle around");
+    assert!(count >= 14, "{count} datagrams");
     for lost in 1..=count {
         assert_eq!(final_state(lost).0, end, "datagram {lost} lost");
     }

@@ -1,6 +1,6 @@
 use super::world::*;
 use crate::event::Wish;
-use crate::vehicle::{Mode, Reference};
+use crate::vehicle::{Mode, Setpoint};
 use ::mavlink::dialects::common::{
     AttitudeTargetTypemask, MavMessage, MavResult, SET_ATTITUDE_TARGET_DATA,
 };
@@ -92,8 +92,11 @@ fn setpoints_that_stop_lead_back_to_hold_after_half_a_second_and_once() {
     world.run_ms(3_000);
     let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
     assert_eq!(said, 1, "{:?}", world.texts());
+    world.take_wishes();
     world.send(&setpoint(15.0));
-    assert_eq!(roll_deg(&mut world), 0.0, "a late setpoint does not bring Offboard back");
+    world.run_ms(20);
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold, "a late setpoint is too late");
+    assert!(world.take_wishes().is_empty());
 }
 
 #[test]
@@ -142,7 +145,7 @@ fn a_flood_of_setpoints_becomes_a_trickle_of_references_and_the_last_one_counts(
         .take_wishes()
         .into_iter()
         .filter_map(|wish| match wish {
-            Wish::Refer(Reference::Roll(roll)) => Some(roll.to_degrees()),
+            Wish::Setpoint(Setpoint::Roll(roll)) => Some(roll.to_degrees()),
             _ => None,
         })
         .collect();
@@ -161,11 +164,12 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
         world.now = world.now + STEP;
         world.send(&setpoint(20.0));
     }
-    world.now = world.now + 2 * super::super::offboard::FRESH;
+    world.now = world.now + STEP * 500;
     world.settle();
     assert!(world.take_wishes().is_empty(), "no aircraft, no reference and no change of mode");
     assert_eq!(world.texts(), [""; 0]);
-    let offboard_deadline = world.ground.offboard.next_deadline(&world.ground.aircraft);
+    let offboard_deadline =
+        world.ground.offboard.next_deadline(&world.ground.aircraft, &world.ground.parameters);
     assert_eq!(offboard_deadline, None, "a deadline that is never met would keep a thread busy");
 
     world.autopilot.plant_back();

@@ -1,7 +1,8 @@
 use super::world::*;
 use crate::event::Wish;
-use crate::mavlink::compatibility;
+use crate::parameters::COMPATIBILITY;
 use crate::parameters::{Kind, Parameters, table};
+use crate::vehicle::LinkLossAction;
 use ::mavlink::dialects::common::{
     MavMessage, MavParamType, PARAM_ERROR_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
     PARAM_SET_DATA, PARAM_VALUE_DATA,
@@ -45,7 +46,7 @@ fn read(name: &str, param_index: i16) -> MavMessage {
 }
 
 fn total() -> usize {
-    table().len() + compatibility::TABLE.len()
+    table().len() + COMPATIBILITY.len()
 }
 
 fn only_value(world: &mut World) -> PARAM_VALUE_DATA {
@@ -153,7 +154,10 @@ fn a_refused_write_echoes_the_old_value_and_says_why() {
         (set_real("OBS_W0", -5.0), "OBS_W0 = -5 is outside 1 to 500 rad/s"),
         (set_real("OBS_W0", f32::NAN), "OBS_W0 = NaN is outside"),
         (set_real("OBS_W0", f32::INFINITY), "OBS_W0 = inf is outside"),
-        (set_real("FW_AIRSPD_MIN", 400.0), "FW_AIRSPD_MIN = 400 is outside"),
+        (
+            set_real("FW_AIRSPD_MIN", 400.0),
+            "FW_AIRSPD_MIN = 400 m/s is above FW_AIRSPD_MAX = 320 m/s",
+        ),
         (set_int("FTC_MODE", 7), "FTC_MODE = 7 is outside 0 to 2"),
         (set_int("SYS_AUTOSTART", 1), "read-only"),
         (set("OBS_W0", 1.0, MavParamType::MAV_PARAM_TYPE_REAL64), "type 10 is not supported"),
@@ -222,4 +226,61 @@ fn a_set_outside_lemma_1_is_accepted_with_a_warning_that_has_the_numbers() {
     world.send(&set_real("OBS_KB", 1.5));
     assert!(world.said("beta1^2 5625 <= 10000"), "{:?}", world.texts());
     assert_eq!(only_value(&mut world).param_value, 1.5);
+}
+
+#[test]
+fn lists_of_several_peers_run_side_by_side_and_each_is_whole() {
+    let mut world = World::flying();
+    world.send(&request_list());
+    world.run_ms(20);
+    let bytes = world.encode(STATION, &request_list());
+    world.send_bytes(address(14_540), &bytes);
+    world.run_ms(1_000);
+    for port in [14_550, 14_540] {
+        let values = world.values(address(port));
+        let indices: Vec<usize> = values.iter().map(|value| value.param_index.into()).collect();
+        assert_eq!(indices, (0..total()).collect::<Vec<_>>(), "to {port}");
+    }
+}
+
+#[test]
+fn every_index_can_be_read_on_its_own() {
+    let mut world = World::flying();
+    for index in 0..total() {
+        world.send(&read("", i16::try_from(index).unwrap()));
+        assert_eq!(usize::from(only_value(&mut world).param_index), index);
+    }
+}
+
+#[test]
+fn a_change_of_the_guidance_reaches_the_vehicle() {
+    let mut world = World::flying();
+    world.send(&set_real("NAV_LOITER_RAD", 8_000.0));
+    let wishes = world.take_wishes();
+    let [Wish::Navigation(navigation)] = &wishes[..] else { panic!("{wishes:?}") };
+    assert_eq!(navigation.loiter_radius_m, 8_000.0);
+    world.send(&set_int("NAV_DLL_ACT", 2));
+    assert!(world.take_wishes().is_empty(), "link loss is our own business");
+    assert_eq!(world.ground.parameters().link.loss_action, LinkLossAction::Return);
+}
+
+#[test]
+fn a_list_with_holes_is_filled_by_index() {
+    let mut world = World::flying();
+    for lost in 0..total() {
+        world.got.clear();
+        world.send(&request_list());
+        world.run_ms(1_000);
+        let mut have: Vec<usize> = world
+            .values(address(14_550))
+            .iter()
+            .map(|value| value.param_index.into())
+            .filter(|index| *index != lost)
+            .collect();
+        world.got.clear();
+        world.send(&read("", i16::try_from(lost).unwrap()));
+        have.push(only_value(&mut world).param_index.into());
+        have.sort_unstable();
+        assert_eq!(have, (0..total()).collect::<Vec<_>>(), "{lost} lost");
+    }
 }

@@ -99,7 +99,7 @@ proptest! {
 
     #[test]
     fn any_message_with_any_payload_is_survived(
-        id in prop_oneof![Just(0_u8), Just(4), Just(11), Just(20), Just(21), Just(23), Just(75), Just(76), Just(82), Just(111)],
+        id in prop_oneof![Just(0_u8), Just(4), Just(11), Just(20), Just(21), Just(23), Just(69), Just(70), Just(75), Just(76), Just(82), Just(84), Just(86), Just(111)],
         mut payload in proptest::collection::vec(any::<u8>(), 1..255),
     ) {
         // Addressed to us, wherever the target stands.

@@ -15,6 +15,7 @@ use crate::config::{self, DEFAULT_BELIEF};
 use crate::event::{Intent, Wish};
 use crate::mavlink::Ground;
 use crate::mavlink::codec::{self, Identity, Skipped};
+use crate::mavlink::peers::Address;
 use crate::parameters::Parameters;
 use crate::vehicle::schedule::ReferenceSchedule;
 
@@ -32,9 +33,10 @@ pub enum PlantManner {
 /// A frame that the ground station got.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Got {
-    pub to: SocketAddr,
+    pub to: Address,
     pub id: u32,
     pub payload: Vec<u8>,
+    pub sequence: u8,
     pub at: WallTime,
 }
 
@@ -69,14 +71,17 @@ pub struct World {
     /// Every intent that reached the control side.
     pub intents: Vec<Intent>,
     pub sensors: Sensors,
+    /// Peers to whom nothing can be sent for now.
+    pub stuck: Vec<Address>,
     sequence: u8,
 }
 
 /// Time of one step of the world; simulation and wall time run together.
 pub const STEP: Duration = Duration::from_millis(2);
 
-pub fn address(port: u16) -> SocketAddr {
-    SocketAddr::from(([127, 0, 0, 1], port))
+/// A place on this machine, by the socket that calls ground stations.
+pub fn address(port: u16) -> Address {
+    Address::UdpClient(SocketAddr::from(([127, 0, 0, 1], port)))
 }
 
 pub fn level_flight() -> Sensors {
@@ -106,6 +111,7 @@ impl World {
                 belief,
                 gains: Gains::REFERENCE,
                 limits: parameters.limits,
+                navigation: parameters.navigation,
                 references: ReferenceSchedule::default(),
             }),
             plant: PlantManner::Willing,
@@ -114,6 +120,7 @@ impl World {
             got: Vec::new(),
             intents: Vec::new(),
             sensors: level_flight(),
+            stuck: Vec::new(),
             sequence: 0,
         }
     }
@@ -166,12 +173,19 @@ impl World {
     }
 
     fn reports(&mut self, request: &PlantRequest) -> Vec<PlantReport> {
-        let PlantAction::Fault(fault) = request.action else {
-            self.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
-            self.sim = SimTime::ZERO;
-            return Vec::new();
-        };
         let at = self.sim;
+        let fault = match request.action {
+            PlantAction::Fault(fault) => fault,
+            PlantAction::Restart => {
+                self.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+                self.sim = SimTime::ZERO;
+                return Vec::new();
+            }
+            PlantAction::Pace(_) if self.plant == PlantManner::Silent => return Vec::new(),
+            PlantAction::Pace(pace) => {
+                return vec![PlantReport::Paced { request: Some(request.number), pace, at }];
+            }
+        };
         let effector = fault.effector();
         let reply = |reply| PlantReport::FaultReply { request: request.number, reply };
         match (self.plant, fault) {
@@ -193,17 +207,23 @@ impl World {
     }
 
     fn collect(&mut self) {
-        while let Some((to, datagram)) = self.ground.pop_datagram() {
+        let stuck = &self.stuck;
+        while let Some((to, datagram)) = self.ground.pop_frame(|address| !stuck.contains(&address))
+        {
             let (mut rest, mut skipped) = (&datagram[..], Skipped::default());
             let frame = codec::next_frame(&mut rest, &mut skipped).expect("a good frame");
             assert!(rest.is_empty() && skipped == Skipped::default(), "{datagram:?}");
             let payload = frame.payload.to_vec();
-            self.got.push(Got { to, id: frame.id, payload, at: self.now });
+            let (id, sequence) = (frame.id, datagram[4]);
+            self.got.push(Got { to, id, payload, sequence, at: self.now });
         }
     }
 
-    pub fn send_bytes(&mut self, from: SocketAddr, bytes: &[u8]) {
-        self.ground.handle_datagram(from, bytes, self.now);
+    pub fn send_bytes(&mut self, from: Address, bytes: &[u8]) {
+        match from {
+            Address::Tcp(connection) => self.ground.handle_stream(connection, bytes, self.now),
+            _ => self.ground.handle_datagram(from, bytes, self.now),
+        }
         self.settle();
     }
 
@@ -233,12 +253,31 @@ impl World {
     }
 
     pub fn send_command_int(&mut self, command: u16, frame: u8, params: [f32; 4], z: f32) {
-        let bytes = command_int(command, frame, params, z);
+        self.send_command_at(command, frame, params, [0, 0], z);
+    }
+
+    /// COMMAND_INT with a place.
+    pub fn send_command_at(
+        &mut self,
+        command: u16,
+        frame: u8,
+        params: [f32; 4],
+        xy: [i32; 2],
+        z: f32,
+    ) {
+        let bytes = command_int(command, frame, params, xy, z);
         self.send_bytes(address(14_550), &bytes);
     }
 
-    /// Acknowledgements to 14550 since the last call that took them.
+    /// Final acknowledgements to 14550 since the last call that took any.
     pub fn take_acks(&mut self) -> Vec<Ack> {
+        let mut acks = self.take_all_acks();
+        acks.retain(|ack| ack.result != MavResult::MAV_RESULT_IN_PROGRESS as u8);
+        acks
+    }
+
+    /// The same with those that say "in progress".
+    pub fn take_all_acks(&mut self) -> Vec<Ack> {
         let acks = self.got.iter().filter(|got| got.id == 77 && got.to == address(14_550));
         let acks = acks
             .map(|got| {
@@ -271,7 +310,7 @@ impl World {
     }
 
     /// PARAM_VALUE to `to` so far.
-    pub fn values(&self, to: SocketAddr) -> Vec<PARAM_VALUE_DATA> {
+    pub fn values(&self, to: Address) -> Vec<PARAM_VALUE_DATA> {
         self.got.iter().filter(|got| got.to == to).filter_map(Got::read).collect()
     }
 
@@ -289,10 +328,17 @@ pub fn command_long(command: u16, params: [f32; 7], target: Identity) -> Vec<u8>
     frame(76, 152, &payload)
 }
 
-/// A COMMAND_INT frame by hand; x and y are zero.
-pub fn command_int(command: u16, frame_type: u8, params: [f32; 4], z: f32) -> Vec<u8> {
+/// A COMMAND_INT frame by hand.
+pub fn command_int(
+    command: u16,
+    frame_type: u8,
+    params: [f32; 4],
+    [x, y]: [i32; 2],
+    z: f32,
+) -> Vec<u8> {
     let mut payload: Vec<u8> = params.iter().flat_map(|value| value.to_le_bytes()).collect();
-    payload.extend_from_slice(&[0; 8]);
+    payload.extend_from_slice(&x.to_le_bytes());
+    payload.extend_from_slice(&y.to_le_bytes());
     payload.extend_from_slice(&z.to_le_bytes());
     payload.extend_from_slice(&command.to_le_bytes());
     payload.extend_from_slice(&[1, 1, frame_type, 0, 0]);

@@ -2,9 +2,9 @@
 //!
 //! The heartbeat says PX4, so QGroundControl asks for them at connect and, where one is missing or zero,
 //! warns of missing parameters or an unfinished setup. They are read-only. Everything that means something
-//! is in [`crate::parameters`].
+//! is in [`super::table`].
 
-use crate::parameters::Kind;
+use super::Kind;
 
 /// One such parameter.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +28,7 @@ const fn real(name: &'static str, value: f64, reason: &'static str) -> Compatibi
 }
 
 /// All of them.
-pub const TABLE: [CompatibilityParameter; 23] = [
+pub const COMPATIBILITY: [CompatibilityParameter; 20] = [
     int("SYS_AUTOSTART", 2100, "QGroundControl: zero means that no airframe is chosen"),
     int("CAL_GYRO0_ID", 1, "QGroundControl: zero means that the gyros are not calibrated"),
     int("CAL_ACC0_ID", 1, "QGroundControl: zero means that the accelerometers are not calibrated"),
@@ -36,23 +36,26 @@ pub const TABLE: [CompatibilityParameter; 23] = [
     int("SYS_HAS_MAG", 0, "QGroundControl: asks for no compass setup"),
     int("SYS_HAS_NUM_ASPD", 0, "QGroundControl: asks for no airspeed setup"),
     int("COM_RC_IN_MODE", 1, "QGroundControl: no radio setup, joystick instead"),
-    int("NAV_DLL_ACT", 0, "QGroundControl, safety page: nothing happens on link loss"),
-    int("COM_DL_LOSS_T", 10, "QGroundControl, safety page"),
     int("COM_LOW_BAT_ACT", 0, "QGroundControl, safety page: there is no battery"),
-    real("BAT_LOW_THR", 0.15, "QGroundControl, safety page"),
-    real("BAT_CRIT_THR", 0.07, "QGroundControl, safety page"),
-    real("BAT_EMERGEN_THR", 0.05, "QGroundControl, safety page"),
-    real("RTL_RETURN_ALT", 5_000.0, "QGroundControl, safety page; MAVSDK reads it"),
+    real("BAT_LOW_THR", 0.15, "QGroundControl, safety page: there is no battery"),
+    real("BAT_CRIT_THR", 0.07, "QGroundControl, safety page: there is no battery"),
+    real("BAT_EMERGEN_THR", 0.05, "QGroundControl, safety page: there is no battery"),
     int("GF_ACTION", 0, "QGroundControl, safety page: there is no geofence"),
-    real("GF_MAX_HOR_DIST", 0.0, "QGroundControl, safety page"),
-    real("GF_MAX_VER_DIST", 0.0, "QGroundControl, safety page"),
-    int("RC_MAP_FLTMODE", 0, "QGroundControl, flight mode page"),
-    int("RC_MAP_ROLL", 0, "QGroundControl, summary page"),
-    int("RC_MAP_PITCH", 0, "QGroundControl, summary page"),
-    int("RC_MAP_YAW", 0, "QGroundControl, summary page"),
-    int("RC_MAP_THROTTLE", 0, "QGroundControl, summary page"),
-    real("MIS_TAKEOFF_ALT", 100.0, "MAVSDK reads it"),
+    real("GF_MAX_HOR_DIST", 0.0, "QGroundControl, safety page: there is no geofence"),
+    real("GF_MAX_VER_DIST", 0.0, "QGroundControl, safety page: there is no geofence"),
+    int("RC_MAP_FLTMODE", 0, "QGroundControl, flight mode page: there is no radio"),
+    int("RC_MAP_ROLL", 0, "QGroundControl, summary page: there is no radio"),
+    int("RC_MAP_PITCH", 0, "QGroundControl, summary page: there is no radio"),
+    int("RC_MAP_YAW", 0, "QGroundControl, summary page: there is no radio"),
+    int("RC_MAP_THROTTLE", 0, "QGroundControl, summary page: there is no radio"),
+    real("MIS_TAKEOFF_ALT", 100.0, "MAVSDK reads it: a flight begins in the air"),
 ];
+
+/// The one with this name.
+#[must_use]
+pub fn compatibility(name: &str) -> Option<&'static CompatibilityParameter> {
+    COMPATIBILITY.iter().find(|row| row.name == name)
+}
 
 #[cfg(test)]
 mod tests {
@@ -61,15 +64,11 @@ mod tests {
 
     #[test]
     fn none_of_them_hides_a_parameter_that_means_something() {
-        for row in &TABLE {
+        for row in &COMPATIBILITY {
             assert!(row.name.len() <= 16, "{}", row.name);
             assert!(table().iter().all(|real| real.name != row.name), "{}", row.name);
-            assert_eq!(
-                TABLE.iter().filter(|other| other.name == row.name).count(),
-                1,
-                "{}",
-                row.name
-            );
+            let same = COMPATIBILITY.iter().filter(|other| other.name == row.name).count();
+            assert_eq!(same, 1, "{}", row.name);
         }
     }
 }

@@ -1,0 +1,30 @@
+//! Where home is.
+
+use super::fields::{flag, number, place};
+use super::{Asking, Decision};
+use crate::event::Wish;
+use crate::mavlink::codec::Command;
+use crate::mavlink::refused::Refused;
+use crate::vehicle::Place;
+
+/// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever p7 says.
+pub fn set_home(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [here, _, _, _, _, _, altitude] = command.params;
+    if flag("p1", here)? {
+        let state = asking.ctx.aircraft.snapshot();
+        let sensors = state
+            .map(|state| state.sensors)
+            .ok_or_else(|| Refused::for_now("Home refused: no position yet"))?;
+        return Ok(Decision::ask(Wish::Home(Place {
+            latitude_rad: sensors.latitude_rad,
+            longitude_rad: sensors.longitude_rad,
+        })));
+    }
+    let altitude = number("altitude p7", altitude)?;
+    let place = place(command)?
+        .ok_or_else(|| Refused::denied("Home refused: no latitude and longitude (p5, p6)"))?;
+    let note = altitude
+        .filter(|altitude| *altitude != 0.0)
+        .map(|altitude| format!("Home is on the ground at altitude 0 m: {altitude} m is not used"));
+    Ok(Decision::ask(Wish::Home(place)).noting(note))
+}

@@ -1,0 +1,114 @@
+//! Go somewhere and circle there; pause.
+
+use super::fields::{airspeed, byte, flag, location, location_or_here, number, signed_radius};
+use super::{Asking, Decision};
+use crate::event::Wish;
+use crate::mavlink::codec::Command;
+use crate::mavlink::context::Context;
+use crate::mavlink::refused::Refused;
+use crate::vehicle::plan::Progress;
+use crate::vehicle::{Mode, Reposition};
+
+/// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
+const CHANGE_MODE: u8 = 1;
+
+/// DO_REPOSITION: p1 speed, p2 flags, p3 radius, p4 direction, p5 to p7 location. What is not given stays
+/// as it is; without anything it means "circle here".
+pub fn reposition(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [speed, flags, radius, direction, ..] = command.params;
+    let flags = if flags.is_nan() { 0 } else { byte("flags p2", flags)? };
+    let change_mode = flags & CHANGE_MODE != 0;
+    if !change_mode && asking.ctx.aircraft.mode() != Mode::Hold {
+        return Err(Refused::denied(
+            "Reposition refused: it needs Hold, or bit 0 of p2 to change to it",
+        ));
+    }
+    let radius_m = number("radius p3", radius)?.filter(|radius| *radius != 0.0);
+    if radius_m.is_some_and(|radius| radius < 0.0) {
+        return Err(Refused::denied(
+            "Reposition refused: the radius p3 is negative; p4 = 1 turns left",
+        ));
+    }
+    // Some ground stations send a yaw angle here: only the exact numbers mean a direction.
+    let clockwise = match number("direction p4", direction)? {
+        Some(0.0) => Some(true),
+        Some(1.0) => Some(false),
+        _ => None,
+    };
+    let target = location(command, asking.ctx)?;
+    let airspeed_m_s = kept_or_airspeed(speed, asking.ctx)?;
+    Ok(Decision::ask(Wish::Reposition(Reposition {
+        place: target.place,
+        altitude_m: target.altitude_m,
+        radius_m,
+        clockwise,
+        airspeed_m_s,
+        change_mode,
+    })))
+}
+
+/// A speed; below zero and NaN leave it as it is.
+fn kept_or_airspeed(speed: f32, ctx: &Context) -> Result<Option<f64>, Refused> {
+    let speed = number("speed", speed)?.filter(|speed| *speed >= 0.0);
+    speed.map(|speed| airspeed(speed, ctx)).transpose()
+}
+
+/// DO_ORBIT: p1 radius, positive clockwise, p2 speed, p3 where the nose points (always along the circle),
+/// p4 how far, p5 to p7 centre.
+pub fn orbit(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [radius, speed, _, arc, ..] = command.params;
+    let (radius_m, clockwise) = signed_radius("radius p1", radius)?;
+    if number("p4", arc)?.is_some_and(|arc| arc != 0.0) {
+        return Err(Refused::denied("Orbit refused: only without an end (p4 = 0)"));
+    }
+    let centre = location(command, asking.ctx)?;
+    let airspeed_m_s = kept_or_airspeed(speed, asking.ctx)?;
+    Ok(Decision::ask(Wish::Reposition(Reposition {
+        place: centre.place,
+        altitude_m: centre.altitude_m,
+        radius_m,
+        clockwise,
+        airspeed_m_s,
+        change_mode: true,
+    })))
+}
+
+/// NAV_LOITER_UNLIM: p3 radius, positive clockwise, p5 to p7 centre, zeros for "here".
+pub fn loiter(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [_, _, radius, ..] = command.params;
+    circle(command, radius, asking.ctx)
+}
+
+/// NAV_LOITER_TO_ALT: p2 radius, positive clockwise, p5 to p7 centre, zeros for "here". The aircraft stays.
+pub fn loiter_to_altitude(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [_, radius, ..] = command.params;
+    circle(command, radius, asking.ctx)
+}
+
+fn circle(command: &Command, radius: f32, ctx: &Context) -> Result<Decision, Refused> {
+    let (radius_m, clockwise) = signed_radius("radius", radius)?;
+    let centre = location_or_here(command, ctx)?;
+    Ok(Decision::ask(Wish::Reposition(Reposition {
+        place: centre.place,
+        altitude_m: centre.altitude_m,
+        radius_m,
+        clockwise,
+        airspeed_m_s: None,
+        change_mode: true,
+    })))
+}
+
+/// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
+pub fn pause_or_continue(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    if !flag("p1", command.params[0])? {
+        return Ok(Decision::ask(Wish::Reposition(Reposition {
+            change_mode: true,
+            ..Reposition::default()
+        })));
+    }
+    let state = asking.ctx.aircraft.snapshot();
+    match state.map(|state| state.navigation.progress) {
+        Some(Progress::Paused | Progress::Active) => Ok(Decision::ask(Wish::Mode(Mode::Mission))),
+        _ => Err(Refused::for_now("Continue refused: no plan is paused")),
+    }
+}

@@ -1,0 +1,104 @@
+//! Modes, arming, the end of a flight, and what a jet in the air does not do.
+
+use super::fields::{byte, flag};
+use super::{Asking, Decision};
+use crate::event::Wish;
+use crate::mavlink::aircraft::{Aircraft, Phase};
+use crate::mavlink::codec::Command;
+use crate::mavlink::modes;
+use crate::mavlink::refused::Refused;
+use crate::vehicle::Mode;
+
+/// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
+const FORCE: f32 = 21_196.0;
+
+const RESTART: &str = "restart it (command 246, p1 = 1)";
+
+/// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
+pub fn set_mode(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [base, main, sub, ..] = command.params;
+    let has_custom_flag = byte("base mode p1", base)? & 1 != 0;
+    let main = byte("main mode p2", main)?;
+    // A main mode without sub modes needs none.
+    let sub = if sub.is_nan() { 0 } else { byte("sub mode p3", sub)? };
+    let mode = modes::requested(has_custom_flag, main, sub, asking.ctx.streams())?;
+    Ok(Decision::ask(Wish::Mode(mode)))
+}
+
+/// DO_SET_STANDARD_MODE: p1 MAV_STANDARD_MODE.
+pub fn set_standard_mode(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let standard_mode = byte("standard mode p1", command.params[0])?;
+    let mode = modes::requested_standard(standard_mode, asking.ctx.streams())?;
+    Ok(Decision::ask(Wish::Mode(mode)))
+}
+
+/// NAV_RETURN_TO_LAUNCH.
+pub fn return_home(_: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+    Ok(Decision::ask(Wish::Mode(Mode::Return)))
+}
+
+/// COMPONENT_ARM_DISARM: p1 1 arms, 0 disarms, p2 21196 also in the air.
+pub fn arm_or_disarm(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [arm, force, ..] = command.params;
+    let aircraft = asking.ctx.aircraft;
+    if flag("p1", arm)? {
+        return match not_ready(aircraft) {
+            None => Ok(Decision::accept()),
+            Some(reason) => Err(Refused::for_now(format!("PreArm: {reason}"))),
+        };
+    }
+    match aircraft.phase() {
+        Phase::OnGround | Phase::NoFlight => Ok(Decision::accept()),
+        Phase::Flying | Phase::Lost if force == FORCE => Ok(Decision::ask(Wish::Terminate)
+            .noting("Disarmed by force in the air: the flight is terminated".to_owned())),
+        Phase::Flying | Phase::Lost => Err(Refused::for_now(
+            "Disarming refused: the aircraft is in the air (p2 = 21196 terminates the flight)",
+        )),
+    }
+}
+
+/// What keeps the aircraft from being armed and flown.
+fn not_ready(aircraft: &Aircraft) -> Option<String> {
+    match aircraft.phase() {
+        Phase::Flying if aircraft.is_terminated() => {
+            Some(format!("the flight was terminated, {RESTART}"))
+        }
+        Phase::Flying => None,
+        Phase::OnGround => Some(format!("the flight is over, {RESTART}")),
+        Phase::NoFlight | Phase::Lost => Some("no aircraft is connected".into()),
+    }
+}
+
+/// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
+pub fn prearm_checks(_: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    match not_ready(asking.ctx.aircraft) {
+        None => Err(Refused::for_now("PreArm: the aircraft is armed and in the air")),
+        Some(reason) => Ok(Decision::accept().noting(format!("PreArm: {reason}"))),
+    }
+}
+
+/// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol wants FAILED for anything less.
+pub fn terminate(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+    let [terminate, ..] = command.params;
+    if !terminate.is_finite() {
+        return Err(Refused::denied("Termination refused: p1 is not finite"));
+    }
+    if terminate > 0.5 {
+        return Ok(Decision::ask(Wish::Terminate));
+    }
+    Err(Refused::failed("Not terminated: p1 is not above 0.5"))
+}
+
+/// NAV_TAKEOFF: a flight begins in the air.
+pub fn take_off(_: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+    let reason = match not_ready(asking.ctx.aircraft) {
+        None => "the aircraft is in the air already".to_owned(),
+        Some(reason) => reason,
+    };
+    Err(Refused::for_now(format!("Takeoff refused: {reason}")))
+}
+
+/// NAV_LAND, DO_LAND_START.
+pub fn land(_: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+    Err(Refused::unsupported("Landing refused: this aircraft has no landing gear and no runway"))
+}

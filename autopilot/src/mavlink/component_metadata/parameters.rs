@@ -1,0 +1,91 @@
+//! The parameters: what QGroundControl shows beside each value.
+
+use serde_json::{Map, Value, json};
+
+use crate::parameters::{COMPATIBILITY, CompatibilityParameter, Kind, Parameter, table};
+
+/// Figures that a value should show, its default and its smallest value included.
+const FIGURES: i32 = 4;
+/// Most places behind the point that are shown.
+const PLACES_MAX: i32 = 12;
+
+/// The file.
+pub(super) fn description() -> Value {
+    let own = table().iter().map(tunable);
+    let all: Vec<Value> = own.chain(COMPATIBILITY.iter().map(compatibility)).collect();
+    json!({ "version": 1, "parameters": all })
+}
+
+fn tunable(row: &Parameter) -> Value {
+    let mut entry = Map::new();
+    let mut put = |key: &str, value: Value| drop(entry.insert(key.to_owned(), value));
+    put("name", row.name.into());
+    put("type", type_name(row.kind).into());
+    put("group", row.group.into());
+    put("category", "Standard".into());
+    put("shortDesc", row.meaning.into());
+    put("longDesc", long_text(row).into());
+    put("min", row.min.into());
+    put("max", row.max.into());
+    put("default", row.default_value().into());
+    put("decimalPlaces", decimal_places(row).into());
+    put("rebootRequired", false.into());
+    if row.unit != "-" {
+        put("units", row.unit.into());
+    }
+    if !row.choices.is_empty() {
+        let values = row.choices.iter();
+        let values =
+            values.map(|choice| json!({"value": choice.value, "description": choice.label}));
+        put("values", values.collect());
+    }
+    Value::Object(entry)
+}
+
+fn long_text(row: &Parameter) -> String {
+    let Parameter { meaning, min, max, unit, .. } = row;
+    let range = if row.choices.is_empty() {
+        let unit = if *unit == "-" { "" } else { unit };
+        format!("From {min} to {max} {unit}").trim_end().to_owned()
+    } else {
+        let labels = row.choices.iter().map(|choice| format!("{} {}", choice.value, choice.label));
+        labels.collect::<Vec<_>>().join("; ")
+    };
+    format!("{meaning}. {range}. A change acts at once.")
+}
+
+fn compatibility(row: &CompatibilityParameter) -> Value {
+    json!({
+        "name": row.name,
+        "type": type_name(row.kind),
+        "group": "Compatibility",
+        "category": "System",
+        "shortDesc": "Only for ground stations, read-only",
+        "longDesc": format!(
+            "A parameter of PX4 that ground stations look for. It means nothing here. {}.",
+            row.reason
+        ),
+        "default": row.value,
+        "decimalPlaces": if row.kind == Kind::Int { 0 } else { 2 },
+        "readOnly": true,
+    })
+}
+
+fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Int => "Int32",
+        Kind::Real => "Float",
+    }
+}
+
+/// Places behind the point with which the smallest value of interest shows its figures.
+fn decimal_places(row: &Parameter) -> i32 {
+    if row.kind == Kind::Int {
+        return 0;
+    }
+    let sizes = [row.default_value(), row.min].map(f64::abs);
+    let smallest = sizes.into_iter().filter(|size| *size > 0.0).fold(row.max.abs(), f64::min);
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number is small")]
+    let exponent = libm::floor(libm::log10(smallest)) as i32;
+    (FIGURES - 1 - exponent).clamp(1, PLACES_MAX)
+}

@@ -1,0 +1,50 @@
+//! REQUEST_MESSAGE: one message of the table, now, for the peer that asks.
+
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common::{MESSAGE_INTERVAL_DATA, MavResult};
+
+use super::View;
+use super::intervals::whole;
+use super::registry::{self, Nothing};
+use crate::clock::WallTime;
+use crate::mavlink::codec::Encoded;
+use crate::mavlink::context::Context;
+use crate::mavlink::peers::Peer;
+use crate::mavlink::refused::Refused;
+
+/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it. param2 picks one of a
+/// list of modes by its number, and the message of which MESSAGE_INTERVAL tells.
+///
+/// # Errors
+/// No such message, nothing to tell yet, or nothing with this number.
+pub fn request(
+    ctx: &Context,
+    peer: Peer,
+    now: WallTime,
+    message_id: f32,
+    param2: f32,
+) -> Result<Vec<Encoded>, Refused> {
+    let telemetry = &*ctx.telemetry;
+    let id = whole(message_id)?;
+    if id == MESSAGE_INTERVAL_DATA::ID {
+        return telemetry.interval(peer, param2).map(|message| vec![message]);
+    }
+    let unsupported = Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED);
+    let (_, row) = registry::find(id).ok_or(unsupported)?;
+    let view = View { aircraft: ctx.aircraft, belief: ctx.belief, host: telemetry.host, now };
+    row.answer(&view, index(param2)?).map_err(|nothing| {
+        Refused::silent(match nothing {
+            Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
+            Nothing::There => MavResult::MAV_RESULT_DENIED,
+        })
+    })
+}
+
+/// A number in a list. NaN means "not given", that is all.
+fn index(param2: f32) -> Result<u8, Refused> {
+    if param2.is_nan() {
+        return Ok(0);
+    }
+    let number = whole(param2)?;
+    u8::try_from(number).map_err(|_| Refused::silent(MavResult::MAV_RESULT_DENIED))
+}

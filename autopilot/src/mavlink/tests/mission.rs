@@ -1,0 +1,11 @@
+//! The mission protocol: plans in and out, item by item.
+
+mod client;
+mod conversations;
+mod garbage;
+mod guided;
+mod items;
+mod loss;
+mod refusals;
+mod silence;
+mod uploads;

@@ -1,0 +1,95 @@
+//! The tables as a page for people: `docs/parameters.md`.
+
+use core::fmt::Write as _;
+
+use super::{COMPATIBILITY, Kind, Parameter, table};
+
+const OPENING: &str = "\
+# Parameters
+
+<!-- Written by `sitl parameters`; do not edit. -->
+
+Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets
+one for a flight. A change acts at once, without a restart. A value outside its range is refused; the answer
+says why and repeats the value that stays.
+
+What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
+user's data folder) and used again by the next `sitl` or `autopilot`, which says so when it starts. What the
+command line sets wins and is not kept. `sitl paper`, `sitl bench` and flights inside one process never look at
+the file.
+
+Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
+";
+
+const COMPATIBILITY_OPENING: &str = "
+## Compatibility
+
+These only satisfy a ground station: the heartbeat says PX4, so QGroundControl and MAVSDK look for some
+parameters of PX4 and warn where one is missing or zero. They mean nothing here and are read-only.
+
+| name | type | value | who wants it |
+|---|---|---|---|
+";
+
+/// The page.
+#[must_use]
+pub fn document() -> String {
+    let mut page = OPENING.to_owned();
+    let mut group = "";
+    for row in table() {
+        if row.group != group {
+            group = row.group;
+            page += &format!(
+                "\n## {group}\n\n| name | type | unit | range | default | what it does |\n"
+            );
+            page += "|---|---|---|---|---|---|\n";
+        }
+        page += &line(row);
+    }
+    page += COMPATIBILITY_OPENING;
+    for row in &COMPATIBILITY {
+        let kind = type_name(row.kind);
+        page += &format!("| `{}` | {kind} | {} | {} |\n", row.name, row.value, row.reason);
+    }
+    page
+}
+
+fn line(row: &Parameter) -> String {
+    let Parameter { name, unit, min, max, meaning, .. } = row;
+    let mut line = format!("| `{name}` | {} | {unit} | ", type_name(row.kind));
+    // Writing to a string cannot fail.
+    let _ = write!(line, "{min} to {max} | {} | {meaning}", row.default_value());
+    for (index, choice) in row.choices.iter().enumerate() {
+        let before = if index == 0 { ':' } else { ';' };
+        let _ = write!(line, "{before} {} {}", choice.value, choice.label);
+    }
+    line + " |\n"
+}
+
+fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Int => "INT32",
+        Kind::Real => "FLOAT",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_in_the_documents_is_the_one_of_the_table() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/parameters.md");
+        let page = std::fs::read_to_string(path).unwrap_or_default();
+        assert!(page == document(), "write it anew: sitl parameters > docs/parameters.md");
+    }
+
+    #[test]
+    fn every_parameter_stands_on_the_page_once() {
+        let page = document();
+        let own = table().iter().map(|row| row.name);
+        for name in own.chain(COMPATIBILITY.iter().map(|row| row.name)) {
+            assert_eq!(page.matches(&format!("| `{name}` |")).count(), 1, "{name}");
+        }
+    }
+}

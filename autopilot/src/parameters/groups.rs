@@ -1,0 +1,118 @@
+//! The parameters by what they are about. Defaults are in [`super::Parameters::default`], ranges in the
+//! table.
+
+use super::ParameterError;
+use crate::vehicle::{LinkLossAction, Reference, VehicleRefusal};
+
+/// Parameters of the guidance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NavigationParameters {
+    /// Period of the lateral guidance, s.
+    pub l1_period_s: f64,
+    /// Damping of the lateral guidance.
+    pub l1_damping: f64,
+    /// Largest bank angle that the guidance asks for, deg.
+    pub bank_max_deg: f64,
+    /// Radius of circles that have none of their own, m.
+    pub loiter_radius_m: f64,
+    /// Smallest acceptance radius of waypoints, m.
+    pub acceptance_m: f64,
+    /// Largest climb rate of stick and offboard references, m/s.
+    pub climb_max_m_s: f64,
+    /// Altitude of the return, m above the ellipsoid.
+    pub return_altitude_m: f64,
+}
+
+/// What silence of ground stations leads to, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkParameters {
+    /// What happens when the controlling ground station falls silent.
+    pub loss_action: LinkLossAction,
+    /// Silence after which it happens, wall time, s.
+    pub loss_s: f64,
+    /// Silence of an offboard stream after which Offboard ends, wall time, s.
+    pub offboard_loss_s: f64,
+    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
+    pub sticks_loss_s: f64,
+}
+
+/// Default rates of the streams, Hz of wall time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StreamParameters {
+    /// Attitude.
+    pub attitude_hz: f64,
+    /// Position and speed.
+    pub position_hz: f64,
+    /// Commands of the effectors.
+    pub actuators_hz: f64,
+    /// What the compensator does.
+    pub compensator_hz: f64,
+}
+
+/// References that are accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceLimits {
+    /// Lowest altitude, m.
+    pub altitude_min_m: f64,
+    /// Highest altitude, m.
+    pub altitude_max_m: f64,
+    /// Lowest true airspeed, m/s.
+    pub airspeed_min_m_s: f64,
+    /// Highest true airspeed, m/s.
+    pub airspeed_max_m_s: f64,
+    /// Largest roll angle either way, deg.
+    pub roll_max_deg: f64,
+}
+
+/// Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FailureParameters {
+    /// Fault injection is allowed.
+    pub enabled: bool,
+    /// STUCK means stuck at `stuck_deg` instead of where it is.
+    pub stuck_at_angle: bool,
+    /// Angle of STUCK, deg.
+    pub stuck_deg: f64,
+    /// A stuck effector travels to its angle at the actuator's rate instead of jumping.
+    pub stuck_travels: bool,
+    /// Effect that is left after WRONG, percent.
+    pub remaining_pct: f64,
+}
+
+impl ReferenceLimits {
+    /// Checks a reference; NaN is outside every range.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal::OutOfRange`].
+    pub fn check(&self, reference: Reference) -> Result<(), VehicleRefusal> {
+        let (what, unit, value, min, max) = match reference {
+            Reference::Altitude(value) => {
+                ("altitude", "m", value, self.altitude_min_m, self.altitude_max_m)
+            }
+            Reference::Airspeed(value) => {
+                ("airspeed", "m/s", value, self.airspeed_min_m_s, self.airspeed_max_m_s)
+            }
+            Reference::Roll(value) => {
+                ("roll", "deg", value.to_degrees(), -self.roll_max_deg, self.roll_max_deg)
+            }
+            Reference::Course(value) => ("course", "deg", value.to_degrees(), -180.0, 360.0),
+        };
+        if (min..=max).contains(&value) {
+            Ok(())
+        } else {
+            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
+        }
+    }
+
+    pub(super) fn check_order(&self) -> Result<(), ParameterError> {
+        for (lower, low, upper, high, unit) in [
+            ("REF_ALT_MIN", self.altitude_min_m, "REF_ALT_MAX", self.altitude_max_m, "m"),
+            ("FW_AIRSPD_MIN", self.airspeed_min_m_s, "FW_AIRSPD_MAX", self.airspeed_max_m_s, "m/s"),
+        ] {
+            if low > high {
+                return Err(ParameterError::Order { lower, low, upper, high, unit });
+            }
+        }
+        Ok(())
+    }
+}

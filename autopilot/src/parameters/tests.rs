@@ -1,0 +1,41 @@
+use super::*;
+
+#[test]
+fn names_are_unique_and_short_enough_and_defaults_are_inside_their_range() {
+    for (i, row) in table().iter().enumerate() {
+        assert!(row.name.len() <= 16, "{}", row.name);
+        assert!(table()[..i].iter().all(|other| other.name != row.name), "{}", row.name);
+        let value = row.value(&Parameters::default());
+        assert!((row.min..=row.max).contains(&value), "{} = {value} {}", row.name, row.unit);
+    }
+}
+
+#[test]
+fn every_parameter_reads_what_was_set_and_refuses_what_is_outside() {
+    for row in table() {
+        let mut parameters = Parameters::default();
+        let middle = if row.kind == Kind::Int { row.max } else { 0.5 * (row.min + row.max) };
+        if parameters.set(row.name, middle).is_ok() {
+            assert!((row.value(&parameters) - middle).abs() < 1e-9, "{}", row.name);
+        }
+        let before = parameters;
+        for bad in [f64::NAN, f64::INFINITY, row.max * 1.01 + 1.0, row.min - 1.0] {
+            assert!(parameters.set(row.name, bad).is_err(), "{} = {bad}", row.name);
+        }
+        assert_eq!(parameters, before);
+    }
+}
+
+#[test]
+fn a_lower_limit_above_its_upper_limit_is_refused() {
+    let mut parameters = Parameters::default();
+    parameters.set("FW_AIRSPD_MAX", 250.0).unwrap();
+    assert!(parameters.set("FW_AIRSPD_MIN", 260.0).is_err());
+}
+
+#[test]
+fn a_set_outside_lemma_1_is_accepted_with_a_warning() {
+    let mut parameters = Parameters::default();
+    assert!(parameters.set("OBS_KB", 1.5).unwrap().is_some());
+    assert!((parameters.gains.observer.rate_factor - 1.5).abs() < 1e-12);
+}

@@ -1,0 +1,89 @@
+//! The altitude reference where something else than the operator's word makes it.
+
+use super::rules::Rules;
+use super::situation::Situation;
+
+/// Rate at which a standing altitude error is added to what the laws are asked for, 1/s: slower than the
+/// altitude law, which needs about 10 s.
+const TRIM_RATE_PER_S: f64 = 0.025;
+/// Largest addition, m.
+const TRIM_MAX_M: f64 = 300.0;
+/// The altitude law sees no larger error, m; such an error is a climb that has not ended.
+const LAW_SEES_M: f64 = 400.0;
+/// An aircraft that climbs or descends faster has no standing error, m/s.
+const STANDING_CLIMB_M_S: f64 = 5.0;
+
+/// The altitude that the laws are asked for where a path, a pilot or a stream is flown.
+///
+/// Differs from the reference in two ways. It moves no faster than `NAV_CLIMB_MAX`, because an aircraft that
+/// pushes over has no lift left to turn with. And it is displaced slowly so that no error stands: the altitude
+/// law is a deviation from the trim of one airspeed and integrates only near its reference, so away from that
+/// airspeed, or steeply banked, it flies 50 to 200 m beside it for good. The laws themselves stay as they are;
+/// in Reference they get the reference.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AltitudeDemand {
+    reference_m: Option<f64>,
+    added_m: f64,
+}
+
+impl AltitudeDemand {
+    /// The next tick starts from the aircraft.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// What to ask the laws for after one tick, m.
+    pub fn step(&mut self, reference_m: f64, situation: &Situation, rules: &Rules) -> f64 {
+        let Situation { altitude_m, climb_m_s, dt_s, .. } = *situation;
+        let seen = || altitude_m + (reference_m - altitude_m).clamp(-LAW_SEES_M, LAW_SEES_M);
+        let moved = self.reference_m.unwrap_or_else(seen);
+        let most = rules.navigation.climb_max_m_s * dt_s;
+        let moved = moved + (reference_m - moved).clamp(-most, most);
+        self.reference_m = Some(moved);
+        let error = moved - altitude_m;
+        if error.abs() < LAW_SEES_M {
+            let standing = (1.0 - climb_m_s.abs() / STANDING_CLIMB_M_S).max(0.0);
+            let change = TRIM_RATE_PER_S * standing * error * dt_s;
+            self.added_m = (self.added_m + change).clamp(-TRIM_MAX_M, TRIM_MAX_M);
+        }
+        moved + self.added_m
+    }
+}
+
+/// The reference runs ahead of the aircraft by at most the way of this time at the climb rate, s: about
+/// what the altitude law lags behind a ramp.
+const AHEAD_S: f64 = 12.0;
+/// When the climb ends the reference is where the aircraft will be after this time, s.
+const LEVEL_OFF_S: f64 = 3.0;
+
+/// An altitude reference that is moved by a climb rate.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ClimbReference {
+    moving: bool,
+}
+
+impl ClimbReference {
+    /// The reference after one tick, m. At a climb rate of zero it stays where it is; when the climb rate
+    /// becomes zero it is drawn to the aircraft, so that letting go of the stick ends the climb.
+    pub fn step(
+        &mut self,
+        reference_m: f64,
+        climb_m_s: f64,
+        situation: &Situation,
+        rules: &Rules,
+    ) -> f64 {
+        let moving = climb_m_s != 0.0;
+        let stopped = self.moving && !moving;
+        self.moving = moving;
+        let reference_m = if stopped {
+            situation.altitude_m + situation.climb_m_s * LEVEL_OFF_S
+        } else if moving {
+            let ahead = climb_m_s.abs() * AHEAD_S;
+            (reference_m + climb_m_s * situation.dt_s)
+                .clamp(situation.altitude_m - ahead, situation.altitude_m + ahead)
+        } else {
+            return reference_m;
+        };
+        rules.nearest_altitude_m(reference_m)
+    }
+}

@@ -1,0 +1,89 @@
+//! Circles: around a point, or tangent to the present track.
+
+use flight_control::Demand;
+use flight_control::guidance::{Horizontal, Steering, follow_circle};
+
+use super::geodesy::Site;
+use super::navigation::Target;
+use super::rules::Rules;
+use super::situation::Situation;
+
+/// A circle that begins here begins this long after now, s: the time to roll in.
+const ROLL_IN_S: f64 = 2.0;
+
+/// A circle around a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Orbit {
+    /// Its centre.
+    pub centre: Site,
+    /// Radius that was asked for, m; `None`: the parameter `NAV_LOITER_RAD`.
+    pub radius_m: Option<f64>,
+    /// Direction, seen from above.
+    pub clockwise: bool,
+}
+
+/// What the guidance wants, and for what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flown {
+    /// For the roll reference.
+    pub steering: Steering,
+    /// Where to, if to a point.
+    pub target: Option<Target>,
+}
+
+impl Orbit {
+    /// A circle that the present track touches: the aircraft only has to roll in.
+    #[must_use]
+    pub fn here(
+        situation: &Situation,
+        radius_m: Option<f64>,
+        clockwise: bool,
+        demand: &Demand,
+        rules: &Rules,
+    ) -> Self {
+        let circle = Self { centre: *situation.horizon.site(), radius_m, clockwise };
+        let course = situation.course_rad();
+        let (sin, cos) = libm::sincos(course);
+        let ahead = Horizontal::new(cos, sin);
+        let side = if clockwise { 1.0 } else { -1.0 };
+        let abeam = Horizontal::new(-sin, cos) * side;
+        let radius_m = circle.flown_radius_m(situation, demand, rules);
+        let centre = ahead * (situation.speed_m_s * ROLL_IN_S) + abeam * radius_m;
+        Self { centre: Site::at(situation.horizon.place_at(&centre)), ..circle }
+    }
+
+    /// The radius that is flown, m: what was asked for, or the smallest that can be flown.
+    #[must_use]
+    pub fn flown_radius_m(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> f64 {
+        let wanted = self.radius_m.unwrap_or(rules.navigation.loiter_radius_m);
+        wanted.max(situation.smallest_circle_m(demand.airspeed_m_s, rules))
+    }
+
+    /// One tick on the way to it or around it.
+    #[must_use]
+    pub fn fly(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> Flown {
+        let radius_m = self.flown_radius_m(situation, demand, rules);
+        let centre = situation.horizon.offset(&self.centre);
+        let steering = follow_circle(
+            &centre,
+            radius_m,
+            self.clockwise,
+            &situation.velocity,
+            &rules.guidance(),
+        );
+        let target = target(&self.centre, &centre, demand.altitude_m, Some(radius_m));
+        Flown { steering, target: Some(target) }
+    }
+}
+
+/// The target as telemetry tells it.
+#[must_use]
+pub fn target(site: &Site, offset: &Horizontal, altitude_m: f64, radius_m: Option<f64>) -> Target {
+    Target {
+        place: site.place(),
+        altitude_m,
+        distance_m: offset.norm(),
+        bearing_rad: libm::atan2(offset.y, offset.x),
+        radius_m,
+    }
+}

@@ -1,0 +1,101 @@
+//! How an item begins: from what it asks for to what is flown.
+
+use flight_control::Demand;
+
+use super::leg::{Leg, Ramp};
+use super::loiter::{Loiter, Until};
+use super::{Mission, Task, Tick};
+use crate::event::EventKind;
+use crate::vehicle::circling::Orbit;
+use crate::vehicle::geodesy::Site;
+use crate::vehicle::plan::{Action, Circle, Item, Point};
+
+/// An item that is not flown itself.
+pub enum Otherwise {
+    /// Done already.
+    AtOnce,
+    /// Another item is.
+    Jump(u16),
+    /// The way home is.
+    Home,
+}
+
+impl Mission {
+    /// Begins an item; what it changes at once is changed.
+    pub(super) fn begin(
+        &mut self,
+        item: &Item,
+        demand: &mut Demand,
+        tick: &mut Tick,
+    ) -> Result<Task, Otherwise> {
+        if !matches!(item.action, Action::Jump { .. }) {
+            (tick.tell)(EventKind::PlanItem(self.current));
+        }
+        let (circle, until) = match item.action {
+            Action::Waypoint { point, acceptance_m } => {
+                return Ok(Task::Leg(self.leg(&point, acceptance_m, demand, tick)));
+            }
+            Action::LoiterUnlimited(circle) => (circle, Until::ForGood),
+            Action::LoiterTurns { circle, turns } => {
+                (circle, Until::Turned(turns * core::f64::consts::TAU))
+            }
+            Action::LoiterTime { circle, seconds } => (circle, Until::Held(seconds)),
+            Action::LoiterToAltitude(circle) => (circle, Until::Altitude),
+            Action::ChangeSpeed { airspeed_m_s } => {
+                demand.airspeed_m_s = tick.rules.nearest_airspeed_m_s(airspeed_m_s);
+                return Err(Otherwise::AtOnce);
+            }
+            Action::ChangeAltitude { altitude_m } => {
+                demand.altitude_m = tick.rules.nearest_altitude_m(altitude_m);
+                return Ok(Task::Climb(tick.situation.course_rad()));
+            }
+            Action::Jump { to, times } => return Err(Otherwise::Jump(self.jump(to, times))),
+            Action::Return => return Err(Otherwise::Home),
+        };
+        Ok(Task::Loiter(self.circle(&circle, until, demand, tick)))
+    }
+
+    fn leg(&self, point: &Point, acceptance_m: Option<f64>, demand: &Demand, tick: &Tick) -> Leg {
+        let here = *tick.situation.horizon.site();
+        let to = point.place.map_or(here, Site::at);
+        let length_m = tick.situation.horizon.offset(&to).norm();
+        let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
+        let from = self.previous.unwrap_or(here);
+        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp }
+    }
+
+    fn circle(&self, circle: &Circle, until: Until, demand: &mut Demand, tick: &Tick) -> Loiter {
+        let Tick { situation, rules, .. } = *tick;
+        let orbit = match circle.centre.place {
+            Some(place) => Orbit {
+                centre: Site::at(place),
+                radius_m: circle.radius_m,
+                clockwise: circle.clockwise,
+            },
+            None => Orbit::here(situation, circle.radius_m, circle.clockwise, demand, rules),
+        };
+        let length_m = situation.horizon.offset(&orbit.centre).norm();
+        let altitude_m = circle.centre.altitude_m;
+        let mut loiter = Loiter::new(orbit, until, self.next_point(tick.home), altitude_m);
+        match altitude_m {
+            // Climbing is what the item is for: it begins at once.
+            Some(end) if until == Until::Altitude => {
+                demand.altitude_m = rules.nearest_altitude_m(end);
+            }
+            end => loiter.ramp = end.map(|end| Ramp::new(demand.altitude_m, end, length_m)),
+        }
+        loiter
+    }
+
+    /// Where a jump leads now, and counts it.
+    fn jump(&mut self, to: u16, times: Option<u16>) -> u16 {
+        let Some(jumped) = self.jumped.get_mut(usize::from(self.current)) else {
+            return self.current.saturating_add(1);
+        };
+        if times.is_some_and(|times| *jumped >= times) {
+            return self.current.saturating_add(1);
+        }
+        *jumped = jumped.saturating_add(1);
+        to
+    }
+}

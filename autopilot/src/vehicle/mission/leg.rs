@@ -1,0 +1,142 @@
+//! A straight leg to a waypoint: where it ends, and the altitude along it.
+
+use flight_control::Demand;
+use flight_control::guidance::approach::planned_radius_m;
+use flight_control::guidance::{Horizontal, follow_line};
+
+use crate::vehicle::circling::{Flown, target};
+use crate::vehicle::geodesy::Site;
+use crate::vehicle::rules::Rules;
+use crate::vehicle::situation::Situation;
+
+/// Time to roll into a turn of a right angle or more, s.
+const ROLL_IN_S: f64 = 2.0;
+/// Turns are begun early as if they were no more than a right angle: the rest of a sharper one is flown
+/// beyond the point.
+const ANTICIPATED_MAX_RAD: f64 = core::f64::consts::FRAC_PI_2;
+/// A turn is begun within this share of the shorter of its two legs.
+const LEG_SHARE: f64 = 0.5;
+/// The bisector of an almost reversed course has no direction; below this length it does not count.
+const BISECTOR_MIN: f64 = 0.2;
+
+/// A leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// Where it begins.
+    pub from: Site,
+    /// The waypoint.
+    pub to: Site,
+    /// Acceptance radius that was asked for, m.
+    pub acceptance_m: Option<f64>,
+    /// Where the path goes on after it.
+    pub next: Option<Site>,
+    /// Altitude along it.
+    pub ramp: Option<Ramp>,
+}
+
+/// An altitude that changes linearly with the way, reached where the leg ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    from_m: f64,
+    to_m: f64,
+    length_m: f64,
+    /// The largest share of the way so far: the reference never goes back.
+    share: f64,
+}
+
+impl Ramp {
+    /// From one altitude to another on a way of this length, m.
+    #[must_use]
+    pub fn new(from_m: f64, to_m: f64, length_m: f64) -> Self {
+        Self { from_m, to_m, length_m, share: 0.0 }
+    }
+
+    /// Altitude with this much of the way left, m; it is complete when `early_m` is left.
+    pub fn altitude_m(&mut self, left_m: f64, early_m: f64) -> f64 {
+        let length_m = self.length_m - early_m;
+        let share = if length_m > 1.0 { 1.0 - (left_m - early_m) / length_m } else { 1.0 };
+        self.share = self.share.max(share).min(1.0);
+        self.from_m + self.share * (self.to_m - self.from_m)
+    }
+
+    /// Where it ends, m.
+    #[must_use]
+    pub fn end_m(&self) -> f64 {
+        self.to_m
+    }
+}
+
+/// The leg as seen from the aircraft.
+struct View {
+    from: Horizontal,
+    to: Horizontal,
+    /// Along the leg.
+    along: Horizontal,
+    /// Along the next one, and its length, m.
+    onwards: Option<(Horizontal, f64)>,
+    length_m: f64,
+}
+
+impl View {
+    fn new(leg: &Leg, situation: &Situation) -> Self {
+        let seen = |site: &Site| situation.horizon.offset(site);
+        let (from, to) = (seen(&leg.from), seen(&leg.to));
+        let along = to - from;
+        let length_m = along.norm();
+        let along = if length_m > 1.0 { along / length_m } else { Horizontal::zeros() };
+        let onwards = leg.next.as_ref().and_then(|next| {
+            let way = seen(next) - to;
+            let length_m = way.norm();
+            (length_m > 1.0).then(|| (way / length_m, length_m))
+        });
+        Self { from, to, along, onwards, length_m }
+    }
+
+    /// How far before the point the turn into the next leg begins, m: R tan(Δχ/2) and the way of rolling in.
+    fn anticipation_m(&self, situation: &Situation, rules: &Rules) -> f64 {
+        let Some((onwards, next_m)) = self.onwards else { return 0.0 };
+        let turn = libm::acos(self.along.dot(&onwards).clamp(-1.0, 1.0)).min(ANTICIPATED_MAX_RAD);
+        let v = situation.speed_m_s;
+        let radius_m = planned_radius_m(v, &rules.guidance());
+        let roll_in_m = v * ROLL_IN_S * turn / ANTICIPATED_MAX_RAD;
+        let wanted = radius_m * libm::tan(0.5 * turn) + roll_in_m;
+        wanted.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
+    }
+
+    /// Beyond the end of the leg, or beyond the bisector of the turn.
+    fn is_passed(&self) -> bool {
+        let bisector = self.onwards.map(|(onwards, _)| self.along + onwards);
+        let beyond = |normal: &Horizontal| self.to.dot(normal) <= 0.0;
+        beyond(&self.along)
+            || bisector.filter(|b| b.norm() > BISECTOR_MIN).is_some_and(|b| beyond(&b))
+    }
+}
+
+impl Leg {
+    /// One tick: what to fly, or `None` when the waypoint is reached.
+    pub fn fly(
+        &mut self,
+        situation: &Situation,
+        demand: &mut Demand,
+        rules: &Rules,
+    ) -> Option<Flown> {
+        let view = View::new(self, situation);
+        let acceptance_m = self.acceptance_m.unwrap_or_else(|| {
+            rules.navigation.acceptance_m.max(view.anticipation_m(situation, rules))
+        });
+        let distance_m = view.to.norm();
+        if let Some(ramp) = &mut self.ramp {
+            let altitude_m = ramp.altitude_m(distance_m, acceptance_m);
+            demand.altitude_m = rules.nearest_altitude_m(altitude_m);
+        }
+        if distance_m <= acceptance_m || view.is_passed() {
+            if let Some(ramp) = &self.ramp {
+                demand.altitude_m = rules.nearest_altitude_m(ramp.end_m());
+            }
+            return None;
+        }
+        let steering = follow_line(&view.from, &view.to, &situation.velocity, &rules.guidance());
+        let target = target(&self.to, &view.to, demand.altitude_m, None);
+        Some(Flown { steering, target: Some(target) })
+    }
+}

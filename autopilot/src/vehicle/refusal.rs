@@ -1,0 +1,110 @@
+//! Why the vehicle does not do what was asked.
+
+use super::Mode;
+
+/// Why the vehicle does not do what was asked. The text is for the operator.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum VehicleRefusal {
+    /// Outside the reference limits.
+    #[error("{what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
+    OutOfRange {
+        /// Which reference.
+        what: &'static str,
+        /// Unit of the numbers.
+        unit: &'static str,
+        /// Asked for.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// A number of a plan that cannot be flown.
+    #[error("item {item}: {what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
+    ItemOutOfRange {
+        /// Which item, from 0.
+        item: u16,
+        /// Which number of it.
+        what: &'static str,
+        /// Unit of the numbers.
+        unit: &'static str,
+        /// Asked for.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// A jump to an item that does not exist, or the operator's wish for one.
+    #[error("there is no item {item}: the plan has {items}")]
+    NoSuchItem {
+        /// Which was asked for, from 0.
+        item: u16,
+        /// How many there are.
+        items: u16,
+    },
+    /// Jumps that lead to each other without anything to fly between them.
+    #[error("item {item} jumps in a circle without a point to fly to")]
+    EndlessJump {
+        /// Where it was noticed, from 0.
+        item: u16,
+    },
+    /// More items than a plan may have.
+    #[error("{items} items are too many: at most {max}")]
+    PlanTooLong {
+        /// How many.
+        items: usize,
+        /// How many are allowed.
+        max: usize,
+    },
+    /// Mission needs a plan.
+    #[error("there is no plan: upload one first")]
+    NoPlan,
+    /// Only in Offboard.
+    #[error("setpoints and a roll reference need Offboard")]
+    NotOffboard,
+    /// Only in Altitude.
+    #[error("stick positions need Altitude")]
+    NotAltitude,
+    /// Only in Reference.
+    #[error("a course reference needs Reference")]
+    NotReference,
+    /// Only in Hold, or with the flag that changes to it.
+    #[error("a new position needs Hold, or the flag that changes to it")]
+    NotHold,
+    /// The altitude belongs to the mode.
+    #[error("{0} sets the altitude itself: change to Hold first")]
+    AltitudeIsTaken(Mode),
+    /// No plant, or it has gone silent: there is nothing to fly.
+    #[error("no aircraft is connected")]
+    NoFlight,
+    /// The aircraft is on the ground.
+    #[error("the flight is over")]
+    FlightOver,
+    /// Only a new flight undoes it.
+    #[error("the flight was terminated")]
+    Terminated,
+}
+
+impl VehicleRefusal {
+    /// The same request may be accepted later: in another mode, with another plan, in another flight.
+    #[must_use]
+    pub const fn is_temporary(&self) -> bool {
+        match self {
+            Self::OutOfRange { .. }
+            | Self::ItemOutOfRange { .. }
+            | Self::NoSuchItem { .. }
+            | Self::EndlessJump { .. }
+            | Self::PlanTooLong { .. } => false,
+            Self::NoPlan
+            | Self::NotOffboard
+            | Self::NotAltitude
+            | Self::NotReference
+            | Self::NotHold
+            | Self::AltitudeIsTaken(_)
+            | Self::NoFlight
+            | Self::FlightOver
+            | Self::Terminated => true,
+        }
+    }
+}

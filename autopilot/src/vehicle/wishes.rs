@@ -1,0 +1,244 @@
+//! What the operator wants of the vehicle.
+//!
+//! The caller has made sure that there is an aircraft in the air ([`crate::autopilot::Autopilot`]). A refused
+//! wish changes nothing.
+
+use std::sync::Arc;
+
+use super::hold::Hold;
+use super::offboard::Offboard;
+use super::plan::Plan;
+use super::rules::{check_place, radius};
+use super::sticks::Pilot;
+use super::{
+    LinkLossAction, Mode, Place, Reference, Reposition, Rules, Setpoint, Site, Sticks, Vehicle,
+    VehicleRefusal, WindEstimate,
+};
+use crate::event::EventKind;
+
+type Tell<'a> = &'a mut dyn FnMut(EventKind);
+
+impl Vehicle {
+    /// Changes the mode. The same mode again changes nothing, but Reference levels the wings.
+    ///
+    /// # Errors
+    /// The flight was terminated, or there is no plan for Mission.
+    pub fn change_mode(
+        &mut self,
+        mode: Mode,
+        rules: &Rules,
+        tell: Tell,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if mode == Mode::Mission && self.mission.is_empty() {
+            return Err(VehicleRefusal::NoPlan);
+        }
+        self.link.forget();
+        self.enter(mode, rules, tell);
+        Ok(())
+    }
+
+    fn can_obey(&self) -> Result<(), VehicleRefusal> {
+        if self.terminated { Err(VehicleRefusal::Terminated) } else { Ok(()) }
+    }
+
+    /// Enters a mode that can be flown. Altitude and airspeed references go on in all modes, but Return has an
+    /// altitude of its own. Offboard keeps the roll reference until the first setpoint.
+    fn enter(&mut self, mode: Mode, rules: &Rules, tell: Tell) {
+        if mode == Mode::Reference {
+            self.course_rad = None;
+            self.level_wings();
+        }
+        if mode == self.mode {
+            return;
+        }
+        if !self.is_guided() {
+            self.wind = WindEstimate::default();
+        }
+        self.mission.pause();
+        match mode {
+            Mode::Reference => {}
+            Mode::Hold => self.hold = Hold::default(),
+            Mode::Mission => self.mission.start(),
+            Mode::Return => {
+                if let Some(demand) = self.demand.as_mut() {
+                    demand.altitude_m =
+                        rules.nearest_altitude_m(rules.navigation.return_altitude_m);
+                }
+            }
+            Mode::Offboard => self.offboard = Offboard::default(),
+            Mode::Altitude => {
+                self.pilot = Pilot::default();
+                self.level_wings();
+            }
+        }
+        self.mode = mode;
+        tell(EventKind::Mode(mode));
+    }
+
+    fn level_wings(&mut self) {
+        if let Some(demand) = self.demand.as_mut() {
+            demand.roll_rad = 0.0;
+        }
+    }
+
+    /// Changes a reference. An altitude or airspeed in Mission holds until the next item that sets one.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.limits.check(reference)?;
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        match (reference, self.mode) {
+            (Reference::Altitude(_), Mode::Return | Mode::Altitude) => {
+                return Err(VehicleRefusal::AltitudeIsTaken(self.mode));
+            }
+            (Reference::Altitude(altitude_m), _) => {
+                demand.altitude_m = altitude_m;
+                self.mission.release_altitude();
+            }
+            (Reference::Airspeed(airspeed_m_s), _) => demand.airspeed_m_s = airspeed_m_s,
+            (Reference::Roll(roll_rad), Mode::Offboard) => {
+                let setpoint = Setpoint::Roll(roll_rad);
+                return self.offboard.take(setpoint, None, demand, rules);
+            }
+            (Reference::Course(course_rad), Mode::Reference) => self.course_rad = Some(course_rad),
+            (Reference::Roll(_), _) => return Err(VehicleRefusal::NotOffboard),
+            (Reference::Course(_), _) => return Err(VehicleRefusal::NotReference),
+        }
+        Ok(())
+    }
+
+    /// Circles somewhere.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn reposition(
+        &mut self,
+        wanted: &Reposition,
+        rules: &Rules,
+        tell: Tell,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.check_some(wanted.place, wanted.altitude_m, wanted.airspeed_m_s)?;
+        wanted.radius_m.map_or(Ok(()), |radius_m| radius(radius_m).check())?;
+        if self.mode != Mode::Hold && !wanted.change_mode {
+            return Err(VehicleRefusal::NotHold);
+        }
+        if self.demand.is_none() {
+            return Err(VehicleRefusal::NoFlight);
+        }
+        self.link.forget();
+        self.enter(Mode::Hold, rules, tell);
+        self.hold.reposition(wanted);
+        if let Some(demand) = self.demand.as_mut() {
+            demand.altitude_m = wanted.altitude_m.unwrap_or(demand.altitude_m);
+            demand.airspeed_m_s = wanted.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
+        }
+        Ok(())
+    }
+
+    /// Takes a setpoint of an offboard stream.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn take_setpoint(
+        &mut self,
+        setpoint: Setpoint,
+        rules: &Rules,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if self.mode != Mode::Offboard {
+            return Err(VehicleRefusal::NotOffboard);
+        }
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        self.offboard.take(setpoint, self.axes.as_ref(), demand, rules)
+    }
+
+    /// Takes stick positions.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if self.mode != Mode::Altitude {
+            return Err(VehicleRefusal::NotAltitude);
+        }
+        self.pilot.take(sticks)
+    }
+
+    /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first
+    /// item at once, and without a plan the aircraft holds.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] names the item; the plan before stays then.
+    pub fn replace_plan(
+        &mut self,
+        plan: &Arc<Plan>,
+        rules: &Rules,
+        tell: Tell,
+    ) -> Result<(), VehicleRefusal> {
+        plan.check(rules)?;
+        self.mission.replace(Arc::clone(plan));
+        if self.mode == Mode::Mission {
+            if self.mission.is_empty() {
+                self.link.forget();
+                self.enter(Mode::Hold, rules, tell);
+            } else {
+                self.mission.start();
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes an item the current one; Mission goes on with it at once.
+    ///
+    /// # Errors
+    /// There is no such item, or the flight was terminated.
+    pub fn select_item(&mut self, item: u16, tell: Tell) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        self.mission.select(item)?;
+        // In Mission the next tick begins the item, and tells.
+        if self.mode != Mode::Mission {
+            tell(EventKind::PlanItem(item));
+        }
+        Ok(())
+    }
+
+    /// Moves home.
+    ///
+    /// # Errors
+    /// No such place.
+    pub fn set_home(&mut self, place: Place) -> Result<(), VehicleRefusal> {
+        check_place(place)?;
+        self.home = Some(Site::at(place));
+        Ok(())
+    }
+
+    /// Ends the flight for good; what that means for the effectors is in [`crate::termination`].
+    pub fn terminate(&mut self, tell: Tell) {
+        if !core::mem::replace(&mut self.terminated, true) {
+            tell(EventKind::Terminated);
+        }
+    }
+
+    /// The controlling ground station is silent.
+    pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, tell: Tell) {
+        let Some(chosen) = self.link.lose(action, self.mode) else { return };
+        tell(EventKind::LinkLost(action));
+        if let (Some(mode), false) = (chosen, self.terminated) {
+            self.enter(mode, rules, tell);
+        }
+    }
+
+    /// It is back: what its silence led to is undone, unless somebody has chosen another mode since.
+    pub fn regain_link(&mut self, rules: &Rules, tell: Tell) {
+        let Some(mode) = self.link.regain(self.mode) else { return };
+        let can_fly = mode != Mode::Mission || !self.mission.is_empty();
+        if can_fly && !self.terminated {
+            self.enter(mode, rules, tell);
+        }
+        tell(EventKind::LinkBack(self.mode));
+    }
+}

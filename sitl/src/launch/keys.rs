@@ -1,0 +1,173 @@
+//! The operator's keys, where the standard input is a terminal.
+
+use std::io::{self, ErrorKind, IsTerminal, Read, Stdin};
+use std::thread;
+use std::time::Duration;
+
+use host_io::clock;
+use nix::sys::signal::{SigSet, Signal};
+use nix::sys::termios::{
+    LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
+};
+use nix::unistd::{getpgrp, tcgetpgrp};
+
+use super::child::{NewsSender, Report};
+
+/// What the keys do, for the operator.
+pub(super) const HELP: &str = "keys             space pause or run, s one step, S a hundred, - slower, + faster, 1 real time, q quit";
+/// Periods of a long step.
+const LONG_STEP: u32 = 100;
+/// A key that cannot be read now (the process is in the background) is tried again after this.
+const AGAIN: Duration = Duration::from_millis(200);
+/// First byte of what cursor and function keys send.
+const ESCAPE: u8 = 0x1b;
+
+/// What the operator wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Key {
+    /// Let time stand still if it runs, and run if it stands still.
+    PauseOrRun,
+    /// Let this many control periods pass.
+    Step(u32),
+    /// Half as fast.
+    Slower,
+    /// Twice as fast.
+    Faster,
+    /// As fast as the wall clock.
+    RealTime,
+    /// End the flight.
+    Quit,
+}
+
+impl Key {
+    fn from_byte(byte: u8) -> Option<Self> {
+        match byte {
+            b' ' => Some(Self::PauseOrRun),
+            b's' | b'.' => Some(Self::Step(1)),
+            b'S' => Some(Self::Step(LONG_STEP)),
+            b'-' => Some(Self::Slower),
+            // The key of the plus sign, without shift.
+            b'+' | b'=' => Some(Self::Faster),
+            b'1' => Some(Self::RealTime),
+            b'q' => Some(Self::Quit),
+            _ => None,
+        }
+    }
+}
+
+/// The terminal, switched to single keys without echo; as it was again when this is dropped.
+pub(super) struct Keys {
+    terminal: Stdin,
+    before: Termios,
+}
+
+impl Keys {
+    /// Switches the terminal and sends each key to `news`. `None` where there is no terminal to read from.
+    ///
+    /// Ctrl-C, Ctrl-Z and Ctrl-\ remain signals.
+    ///
+    /// # Errors
+    /// What the system says, if it refuses a thread or to switch.
+    pub(super) fn listen(news: NewsSender) -> io::Result<Option<Self>> {
+        let terminal = io::stdin();
+        if !terminal.is_terminal() || is_in_background(&terminal) {
+            return Ok(None);
+        }
+        let before = tcgetattr(&terminal)?;
+        let keys = Self { terminal, before };
+        keys.switch()?;
+        thread::Builder::new().name("keys".to_owned()).spawn(move || read(&news))?;
+        Ok(Some(keys))
+    }
+
+    fn switch(&self) -> nix::Result<()> {
+        let mut single = self.before.clone();
+        single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
+        single.control_chars[SpecialCharacterIndices::VMIN as usize] = 1;
+        single.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
+        tcsetattr(&self.terminal, SetArg::TCSANOW, &single)
+    }
+
+    /// Switches again after a stay in the background, where a shell had the terminal in its own way.
+    pub(super) fn keep(&self) {
+        let lines = |now: Termios| now.local_flags.contains(LocalFlags::ICANON);
+        if !is_in_background(&self.terminal) && tcgetattr(&self.terminal).is_ok_and(lines) {
+            // Without it the keys need Enter; nothing else is wrong.
+            let _ = self.switch();
+        }
+    }
+}
+
+impl Drop for Keys {
+    fn drop(&mut self) {
+        // In the background the terminal is the shell's.
+        if !is_in_background(&self.terminal) {
+            // A terminal that has gone needs no restoring.
+            let _ = tcsetattr(&self.terminal, SetArg::TCSANOW, &self.before);
+        }
+    }
+}
+
+/// Whether another process group has the terminal. One that is nobody's is not the background.
+fn is_in_background(terminal: &Stdin) -> bool {
+    tcgetpgrp(terminal).is_ok_and(|foreground| foreground != getpgrp())
+}
+
+fn read(news: &NewsSender) {
+    // So that reading in the background is an error, and does not stop the process.
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGTTIN);
+    if signals.thread_block().is_err() {
+        return;
+    }
+    let mut input = io::stdin().lock();
+    let mut bytes = [0; 64];
+    loop {
+        match input.read(&mut bytes) {
+            Ok(0) => return,
+            Ok(count) => {
+                let typed = bytes.get(..count).unwrap_or_default();
+                for key in keys(typed) {
+                    if !news.tell(Report::Pressed(key)) {
+                        return;
+                    }
+                }
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => clock::sleep(AGAIN),
+        }
+    }
+}
+
+/// The keys in what was typed; what begins with an escape is one key that means nothing here.
+fn keys(typed: &[u8]) -> impl Iterator<Item = Key> {
+    let typed = if typed.first() == Some(&ESCAPE) { &[] } else { typed };
+    typed.iter().filter_map(|byte| Key::from_byte(*byte))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_mean_what_the_help_says() {
+        let typed: Vec<Key> = keys(b" sS-+1q.").collect();
+        let expected = [
+            Key::PauseOrRun,
+            Key::Step(1),
+            Key::Step(100),
+            Key::Slower,
+            Key::Faster,
+            Key::RealTime,
+            Key::Quit,
+            Key::Step(1),
+        ];
+        assert_eq!(typed, expected);
+    }
+
+    #[test]
+    fn a_cursor_key_is_not_the_letters_that_it_sends() {
+        assert_eq!(keys(b"\x1b[1;5C").next(), None);
+        assert_eq!(keys(b"xyz\n\xff").next(), None);
+    }
+}

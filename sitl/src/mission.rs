@@ -1,0 +1,222 @@
+//! A mission flown in one process and drawn: `sitl mission`.
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use autopilot::config;
+use autopilot::event::{EventKind, Wish};
+use autopilot::vehicle::geodesy::{Horizon, Site};
+use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
+use autopilot::vehicle::{Mode, Place};
+use flight_control::Gains;
+use flight_control::guidance::Horizontal;
+use icd::{ControlPeriod, SimTime};
+use plant_sim::setup::default_step_us;
+use plant_sim::{Airframe, EarthModel, Scenario, SetupError, scenario};
+
+use crate::closed_loop::FlightSetup;
+use crate::figures;
+use crate::guided::{self, Moment, Spoken};
+
+/// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
+const WIND_TOWARDS_RAD: f64 = 1.2;
+/// The plan is handed over and begun at this time, s.
+const BEGIN_S: f64 = 5.0;
+/// A point of the track is kept this often, control periods.
+const TRACK_EVERY: u64 = 250;
+/// The flight goes on for this long on the circle after the plan, s.
+const AFTER_S: f64 = 200.0;
+/// The longest flight, s.
+const DURATION_S: f64 = 7_200.0;
+
+/// What a mission is flown with.
+#[derive(Debug, Clone)]
+pub struct MissionOptions {
+    /// Which Earth.
+    pub earth: EarthModel,
+    /// Steady wind, m/s.
+    pub wind_m_s: f64,
+    /// Turbulence, m/s rms.
+    pub turbulence_m_s: f64,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Folder for the figure.
+    pub out: PathBuf,
+}
+
+/// One point of a flown track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackPoint {
+    /// Simulation time, s.
+    pub t_s: f64,
+    /// Where.
+    pub place: Place,
+    /// Altitude and its reference, m.
+    pub altitude_m: [f64; 2],
+    /// True airspeed and its reference, m/s.
+    pub airspeed_m_s: [f64; 2],
+    /// Roll angle and its reference, rad.
+    pub roll_rad: [f64; 2],
+    /// Mode.
+    pub mode: Mode,
+    /// Current item.
+    pub item: u16,
+    /// Distance from the path, m.
+    pub cross_track_m: f64,
+    /// Radius of the circle that is flown or flown to, m.
+    pub radius_m: Option<f64>,
+}
+
+/// A flown mission.
+#[derive(Debug, Clone, Default)]
+pub struct Flown {
+    /// The track.
+    pub track: Vec<TrackPoint>,
+    /// What has happened to the plan, and when (s).
+    pub events: Vec<(f64, EventKind)>,
+}
+
+/// A plan with all that a plan can have, around a start point: two legs that climb, a turn on a slow circle, a
+/// rectangle flown twice, a descent on a circle to the left, and the return.
+#[must_use]
+pub fn demo(start: Place) -> Plan {
+    let horizon = Horizon::at(start);
+    let point = |north_km: f64, east_km: f64, altitude_m: f64| Point {
+        place: Some(horizon.place_at(&Horizontal::new(north_km * 1.0e3, east_km * 1.0e3))),
+        altitude_m: Some(altitude_m),
+    };
+    let waypoint = |north_km, east_km, altitude_m| Action::Waypoint {
+        point: point(north_km, east_km, altitude_m),
+        acceptance_m: None,
+    };
+    let circle = |north_km, east_km, altitude_m, clockwise| Circle {
+        centre: point(north_km, east_km, altitude_m),
+        radius_m: Some(10_000.0),
+        clockwise,
+    };
+    let actions = vec![
+        waypoint(30.0, 0.0, 5_500.0),
+        waypoint(30.0, 40.0, 6_500.0),
+        Action::ChangeSpeed { airspeed_m_s: 240.0 },
+        Action::LoiterTurns { circle: circle(0.0, 70.0, 6_000.0, true), turns: 1.0 },
+        Action::ChangeSpeed { airspeed_m_s: 264.0 },
+        waypoint(-45.0, 50.0, 5_000.0),
+        waypoint(-45.0, 0.0, 5_000.0),
+        waypoint(-10.0, 0.0, 5_500.0),
+        waypoint(-10.0, 50.0, 5_500.0),
+        Action::Jump { to: 5, times: Some(1) },
+        Action::LoiterToAltitude(circle(10.0, 15.0, 4_000.0, false)),
+        Action::Return,
+    ];
+    let items = actions.into_iter().map(|action| Item { action, autocontinue: true }).collect();
+    Plan { id: 1, items }
+}
+
+/// The aircraft of the paper in level flight, with a wind.
+///
+/// # Errors
+/// What is wrong with the shipped files.
+pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
+    let period = ControlPeriod::DEFAULT;
+    let mut plant = nominal.plant.setup(Airframe::paper(), 0, period, default_step_us(period));
+    plant.earth = options.earth;
+    plant.wind.speed_m_s = options.wind_m_s;
+    plant.wind.towards_rad = WIND_TOWARDS_RAD;
+    plant.wind.turbulence_m_s = options.turbulence_m_s;
+    plant.seed = options.seed;
+    Ok(FlightSetup {
+        plant,
+        belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?,
+        gains: Gains::REFERENCE,
+        references: config::references("nominal.toml", scenario::NOMINAL)?,
+        duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
+    })
+}
+
+/// Where a setup starts.
+#[must_use]
+pub fn start(setup: &FlightSetup) -> Place {
+    let start = &setup.plant.start;
+    Place { latitude_rad: start.latitude_rad, longitude_rad: start.longitude_rad }
+}
+
+/// The wishes that begin a plan.
+#[must_use]
+pub fn begin(plan: &Arc<Plan>) -> Vec<Spoken> {
+    let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
+    let wishes = [Wish::Plan(Arc::clone(plan)), Wish::Mode(Mode::Mission)];
+    wishes.map(|wish| Spoken { at, wish }).into()
+}
+
+/// Flies wishes until some time after the plan is complete, and keeps the track.
+///
+/// # Errors
+/// [`SetupError`] if the plant cannot start.
+pub fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Result<Flown, SetupError> {
+    let mut flown = Flown::default();
+    let mut tick = 0;
+    let mut over_s = f64::INFINITY;
+    let mut sink = |moment: &Moment| {
+        let t_s = moment.snapshot.time.as_seconds();
+        flown.events.extend(moment.events.iter().map(|event| (t_s, event.kind)));
+        if moment.events.iter().any(|event| event.kind == EventKind::PlanComplete) {
+            over_s = t_s + AFTER_S;
+        }
+        if tick % TRACK_EVERY == 0 {
+            flown.track.push(TrackPoint::of(moment));
+        }
+        tick += 1;
+        t_s < over_s
+    };
+    guided::fly_while(setup, spoken, &mut sink)?;
+    Ok(flown)
+}
+
+impl TrackPoint {
+    fn of(moment: &Moment) -> Self {
+        let Moment { truth, snapshot, .. } = moment;
+        let navigation = &snapshot.navigation;
+        Self {
+            t_s: snapshot.time.as_seconds(),
+            place: Place {
+                latitude_rad: snapshot.sensors.latitude_rad,
+                longitude_rad: snapshot.sensors.longitude_rad,
+            },
+            altitude_m: [truth.altitude_m, snapshot.demand.altitude_m],
+            airspeed_m_s: [truth.airspeed_m_s, snapshot.demand.airspeed_m_s],
+            roll_rad: [snapshot.log.state.attitude.phi, snapshot.demand.roll_rad],
+            mode: snapshot.mode,
+            item: navigation.item,
+            cross_track_m: navigation.cross_track_m,
+            radius_m: navigation.target.and_then(|target| target.radius_m),
+        }
+    }
+
+    /// Where it is in the axes of a place, km north and east.
+    #[must_use]
+    pub fn offset_km(&self, horizon: &Horizon) -> (f64, f64) {
+        let offset = horizon.offset(&Site::at(self.place)) / 1.0e3;
+        (offset.x, offset.y)
+    }
+}
+
+/// Flies the demonstration and draws it.
+///
+/// # Errors
+/// What keeps it from being flown or drawn, in words for the operator.
+pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
+    let setup = setup(options)?;
+    let plan = Arc::new(demo(start(&setup)));
+    let flown = fly(&setup, &begin(&plan))?;
+    let figure = figures::mission(&plan, start(&setup), &flown)?;
+    fs::create_dir_all(&options.out)?;
+    for (extension, bytes) in [("svg", figure.svg.clone().into_bytes()), ("png", figure.png()?)] {
+        let path = options.out.join(figure.name).with_extension(extension);
+        fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
