@@ -91,7 +91,7 @@ def main():
         c.expect("changealt", s.hears(r"DO_CHANGE_ALTITUDE: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
         time.sleep(2.0)
         s.say("exit")
-        for words in ["fence breach", "Traceback", "no link", "link 1 down", "UNKNOWN", "unknown message",
+        for words in ["fence breach", "Traceback", "no link", "link 1 down", "UNKNOWN_", "unknown message",
                       "ERROR", "timed out", "Unable"]:
             c.expect(f"never says {words!r}", words not in s.output)
         try:

@@ -6,7 +6,7 @@ import time
 
 from checks import Checks
 from pymavlink import mavutil
-from station import ACCEPTED, DENIED, NAN, TEMPORARILY_REJECTED, UNSUPPORTED, Station
+from station import ACCEPTED, DENIED, FAILED, NAN, TEMPORARILY_REJECTED, UNSUPPORTED, Station
 
 REFERENCE, HOLD, MISSION, RETURN, OFFBOARD, ALTITUDE = (4, 11), (4, 3), (4, 4), (4, 5), (6, 0), (2, 0)
 GLOBAL, GLOBAL_RELATIVE = 0, 3
@@ -54,7 +54,7 @@ def commands(s, c):
     expect("arm: it is armed", ACCEPTED, s.command(400, [1.0, 0.0]))
     expect("disarm in the air", TEMPORARILY_REJECTED, s.command(400, [0.0, 0.0]))
     expect("take-off in the air", TEMPORARILY_REJECTED, s.command(22))
-    expect("pre-arm checks (401)", ACCEPTED, s.command(401))
+    expect("pre-arm checks (401) of an armed aircraft", TEMPORARILY_REJECTED, s.command(401))
     expect("home (410)", ACCEPTED, s.command(410, [0.0] * 7))
     expect("capabilities (520)", ACCEPTED, s.command(520, [1.0]))
     expect("unknown command", UNSUPPORTED, s.command(12345))
@@ -139,7 +139,8 @@ def mission(s, c):
         same &= item is not None and (item.command, item.frame, item.x, item.y) == (command, frame, x, y)
     s.mav.mission_ack_send(1, 1, 0, 0)
     c.expect("mission: the download is what was uploaded", same)
-    c.expect("mission: start (300)", s.command(300, [0.0, 0.0]) == ACCEPTED)
+    result = s.command(300, [0.0, 0.0])
+    c.expect("mission: start (300)", result == ACCEPTED, f"result {result}, {s.texts()[-2:]}")
     c.expect("mission: the mode is Mission", s.wait(lambda: s.mode() == MISSION, 2.0))
     reached = s.wait(lambda: any(m.seq == 0 for m in s.of("MISSION_ITEM_REACHED")), 60.0)
     c.expect("mission: the first waypoint is reached", reached)
@@ -149,7 +150,7 @@ def mission(s, c):
     c.expect("mission: progress is told", s.wait(lambda: s.latest["MISSION_CURRENT"].seq >= 2, 5.0))
     c.expect("mission: set the current item (224)", s.command(224, [3.0, 0.0]) == ACCEPTED)
     c.expect("mission: and it is", s.wait(lambda: s.latest["MISSION_CURRENT"].seq == 3, 3.0))
-    c.expect("mission: a current item that is not there", s.command(224, [77.0, 0.0]) == DENIED)
+    c.expect("mission: a current item that is not there", s.command(224, [77.0, 0.0]) == FAILED)
     s.mav.mission_clear_all_send(1, 1, 0)
     ack = s.wait_for("MISSION_ACK")
     c.expect("mission: clear", ack is not None and ack.type == 0)

@@ -9,7 +9,7 @@ os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
 
 GCS, AUTOPILOT_INVALID = 6, 8
-ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, IN_PROGRESS = 0, 1, 2, 3, 5
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 1, 2, 3, 4, 5
 NAN = float("nan")
 
 
@@ -43,11 +43,12 @@ class Station:
         return not hasattr(self.link, "last_address") or self.link.last_address is not None
 
     def _take(self, message):
+        message = known(message)
         kind = message.get_type()
         if kind == "BAD_DATA":
             self.bad += 1
             return
-        if message.get_srcSystem() != 1:
+        if message.get_srcSystem() != 1 and not kind.startswith("UNKNOWN"):
             return
         message.arrived = time.monotonic()
         self.messages.append(message)
@@ -159,6 +160,43 @@ class Station:
             and "HOME_POSITION" in self.latest,
             timeout_s,
         )
+
+
+class ByHand:
+    """A message that this pymavlink has no definition of, with the fields that are looked at."""
+
+    def __init__(self, message, kind, fields):
+        self._message, self._kind = message, kind
+        self._system, self._sequence = message.get_msgbuf()[5], message.get_msgbuf()[4]
+        self.__dict__.update(fields)
+
+    def get_type(self):
+        return self._kind
+
+    def get_srcSystem(self):
+        return self._system
+
+    def get_seq(self):
+        return self._sequence
+
+    def __getattr__(self, name):
+        return getattr(self._message, name)
+
+
+def known(message):
+    """PROTOCOL_VERSION and COMPONENT_METADATA by hand, everything else as it is."""
+    if not message.get_type().startswith("UNKNOWN_"):
+        return message
+    frame = bytes(message.get_msgbuf())
+    payload, msg_id = frame[10:-2].ljust(200, b"\0"), int.from_bytes(frame[7:10], "little")
+    if msg_id == 300:
+        version, low, high = struct.unpack("<HHH", payload[:6])
+        return ByHand(message, "PROTOCOL_VERSION", {"version": version, "min_version": low, "max_version": high})
+    if msg_id == 397:
+        boot, crc = struct.unpack("<II", payload[:8])
+        uri = payload[8:108].split(b"\0")[0].decode()
+        return ByHand(message, "COMPONENT_METADATA", {"time_boot_ms": boot, "file_crc": crc, "uri": uri})
+    return message
 
 
 def number(value):

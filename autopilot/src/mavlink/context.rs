@@ -42,6 +42,8 @@ pub struct Context<'a> {
     pub setpoint_is_fresh: bool,
     /// A pilot's sticks were heard a moment ago.
     pub sticks_are_fresh: bool,
+    /// Items of the plan that the aircraft has taken.
+    pub plan_items: u16,
 }
 
 impl Context<'_> {

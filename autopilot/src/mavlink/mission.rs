@@ -201,6 +201,12 @@ impl MissionService {
         out.announce(&super::telemetry::mission_current(&state));
     }
 
+    /// Items of the plan that the aircraft has taken.
+    #[must_use]
+    pub fn plan_items(&self) -> u16 {
+        self.stored.count()
+    }
+
     /// When there is something to do.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {

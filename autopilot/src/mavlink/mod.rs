@@ -255,6 +255,7 @@ impl Ground {
     fn split(&mut self, now: WallTime) -> (Services<'_>, Context<'_>, &mut Peers) {
         let setpoint_is_fresh = self.offboard.is_fresh(now, &self.parameters);
         let sticks_are_fresh = self.manual.is_fresh(now, &self.parameters);
+        let plan_items = self.mission.plan_items();
         let services = Services {
             command: &mut self.command,
             param: &mut self.param,
@@ -274,6 +275,7 @@ impl Ground {
             control: &mut self.control,
             setpoint_is_fresh,
             sticks_are_fresh,
+            plan_items,
         };
         (services, context, &mut self.peers)
     }

@@ -6,7 +6,7 @@ use crate::event::Wish;
 use crate::mavlink::codec::Command;
 use crate::mavlink::refused::Refused;
 use crate::mavlink::telemetry;
-use crate::vehicle::{Mode, Navigation};
+use crate::vehicle::Mode;
 
 /// "The current item" in DO_SET_MISSION_CURRENT.
 const CURRENT: f64 = -1.0;
@@ -56,10 +56,23 @@ pub fn set_current(command: &Command, asking: &mut Asking) -> Result<Decision, R
     }
 }
 
-/// What is known about the plan, if there is one.
-fn plan(asking: &Asking) -> Result<Navigation, Refused> {
-    let state = asking.ctx.aircraft.snapshot().map(|state| state.navigation);
-    state
-        .filter(|navigation| navigation.items > 0)
-        .ok_or_else(|| Refused::for_now("Mission refused: there is no plan"))
+/// A plan that the aircraft has taken.
+struct Loaded {
+    /// Items.
+    items: u16,
+    /// Current item.
+    item: u16,
+}
+
+/// What is known about the plan, if there is one. The upload knows it before the next state shows it: by the
+/// state alone a plan that was acknowledged a moment ago would be denied.
+fn plan(asking: &Asking) -> Result<Loaded, Refused> {
+    let (shown, item) = asking.ctx.aircraft.snapshot().map_or((0, 0), |state| {
+        let navigation = state.navigation;
+        (navigation.items, navigation.item)
+    });
+    match asking.ctx.plan_items.max(shown) {
+        0 => Err(Refused::for_now("Mission refused: there is no plan")),
+        items => Ok(Loaded { items, item }),
+    }
 }

@@ -5,7 +5,7 @@ use crate::event::Wish;
 use crate::mavlink::codec::Identity;
 use crate::mavlink::tests::world::*;
 use ::mavlink::dialects::common::{
-    MISSION_ACK_DATA, MISSION_ITEM_INT_DATA, MavMessage, MavMissionResult as R,
+    MISSION_ACK_DATA, MISSION_ITEM_INT_DATA, MavMessage, MavMissionResult as R, MavResult,
 };
 
 fn requests(world: &mut World) -> Vec<u16> {
@@ -226,4 +226,17 @@ fn the_plan_survives_a_new_flight() {
     let navigation = client.world.autopilot.snapshot().unwrap().navigation;
     assert_eq!((navigation.plan_id, navigation.items, navigation.item), (id, 3, 0));
     assert_eq!(bytes(&client.download().unwrap().0), bytes(&waypoints(3)));
+}
+
+#[test]
+fn a_plan_is_started_in_the_moment_of_its_acknowledgement() {
+    let mut world = World::flying();
+    world.send(&count(2));
+    world.send(&message(waypoint(0)));
+    world.send(&message(waypoint(1)));
+    assert_eq!(results(&mut world), [R::MAV_MISSION_ACCEPTED]);
+    // No control step and no state in between.
+    world.take_acks();
+    world.send_command(300, [0.0; 7]);
+    assert_eq!(world.take_acks(), [ack(300, MavResult::MAV_RESULT_ACCEPTED)]);
 }
