@@ -1,4 +1,4 @@
-//! Six degrees of freedom: force and moment to motion, over any [`Earth`].
+//! Six degrees of freedom: force and moment to motion, over any [`crate::earth::Earth`].
 //!
 //! Knows no aircraft: any vehicle with a mass, an inertia, a force and a moment can fly it.
 
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 /// How many numbers the state has.
 pub const STATES: usize = 13;
 
-/// Where the body is and how it moves, relative to the Earth-fixed frame E of [`Earth`].
+/// Where the body is and how it moves, relative to the Earth-fixed frame E of [`crate::earth::Earth`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidState {
     /// Position in E, m.

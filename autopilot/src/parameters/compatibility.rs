@@ -2,7 +2,7 @@
 //!
 //! The heartbeat says PX4, so QGroundControl asks for them at connect and, where one is missing or zero,
 //! warns of missing parameters or an unfinished setup. They are read-only. Everything that means something
-//! is in [`super::table`].
+//! is in [`super::table()`].
 
 use super::Kind;
 
