@@ -123,7 +123,7 @@ impl Autopilot {
             on_ground: false,
             mode: self.vehicle.mode(),
             demand: self.vehicle.demand().copied().unwrap_or(command),
-            navigation: *self.vehicle.navigation(),
+            navigation: self.vehicle.navigation(),
             terminated: self.vehicle.is_terminated(),
             sensors: *sensors,
             log: output.log,
@@ -138,8 +138,10 @@ impl Autopilot {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
                 snapshot.sensors = *sensors;
-                // A mode chosen in a pause is shown in the pause; it acts when time goes on.
+                // What is chosen in a pause is shown in the pause; it acts when time goes on.
                 snapshot.mode = self.vehicle.mode();
+                snapshot.demand = self.vehicle.demand().copied().unwrap_or(snapshot.demand);
+                snapshot.navigation = self.vehicle.navigation();
                 snapshot.terminated = self.vehicle.is_terminated();
                 Actuators { commands: snapshot.log.commands }
             }
@@ -281,7 +283,8 @@ impl Autopilot {
             Wish::Sticks(sticks) => vehicle.take_sticks(sticks),
             Wish::Plan(plan) => vehicle.replace_plan(&plan, rules, tell),
             Wish::PlanItem(item) => vehicle.select_item(item, tell),
-            Wish::Home(place) => vehicle.set_home(place),
+            Wish::Continue => vehicle.continue_plan(rules, tell),
+            Wish::Home(place) => vehicle.set_home(place, tell),
             Wish::Terminate => {
                 vehicle.terminate(tell);
                 Ok(())

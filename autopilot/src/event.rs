@@ -50,6 +50,8 @@ pub enum Wish {
     Plan(Arc<Plan>),
     /// Go on with this item of the plan.
     PlanItem(u16),
+    /// Go on with the plan that was paused.
+    Continue,
     /// Where home is; its altitude is that of the ground.
     Home(Place),
     /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
@@ -136,6 +138,8 @@ pub enum EventKind {
     ItemReached(u16),
     /// The last item of the plan is done.
     PlanComplete,
+    /// Home was moved to here.
+    Home(Place),
     /// The flight was terminated.
     Terminated,
     /// The controlling ground station has fallen silent, and this is done about it.

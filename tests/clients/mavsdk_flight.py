@@ -5,11 +5,14 @@ import math
 import time
 
 from mavsdk import ComponentType, Configuration, Mavsdk
-from mavsdk.plugins.action import Action, ActionError
-from mavsdk.plugins.failure import Failure, FailureType, FailureUnit
+from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
+from mavsdk.plugins.failure import Failure, FailureError, FailureResult, FailureType, FailureUnit
+from mavsdk.plugins.ftp import Ftp
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
-from mavsdk.plugins.offboard import Attitude, Offboard
+from mavsdk.plugins.mission_raw import MissionItem as RawItem
+from mavsdk.plugins.mission_raw import MissionRaw
+from mavsdk.plugins.offboard import Attitude, Offboard, PositionGlobalYaw, PositionNedYaw, VelocityNedYaw
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
@@ -83,6 +86,8 @@ def actions(c, action, seen):
     c.expect("action: go to", wait_until(lambda: seen["flight_mode"].name == "HOLD", 3.0))
     action.goto_location_fixedwing(lat, lon, 5200.0, 9000.0)
     c.expect("action: go to with a radius", True)
+    action.do_orbit(9000.0, 264.0, OrbitYawBehavior.UNCONTROLLED, lat, lon, 5200.0)
+    c.expect("action: orbit", True)
     action.set_current_speed(260.0)
     c.expect("action: speed", True)
     action.hold()
@@ -110,6 +115,17 @@ def fly_offboard(c, system, seen):
     c.expect("offboard: started", wait_until(lambda: seen["flight_mode"].name == "OFFBOARD", 3.0))
     rolled = wait_until(lambda: abs(seen["attitude_euler"].roll_deg - 15.0) < 2.0, 8.0)
     c.expect("offboard: the roll is flown", rolled, f"{seen['attitude_euler'].roll_deg:.1f} deg")
+    lat, lon = ahead(seen["position"], 30e3, 0.0)
+    north = seen["position_velocity_ned"].position.north_m + 30e3
+    for name, send in [
+        ("global position", lambda: offboard.set_position_global(
+            PositionGlobalYaw(lat, lon, 5200.0, 0.0, PositionGlobalYaw.AltitudeType.AMSL))),
+        ("local position", lambda: offboard.set_position_ned(PositionNedYaw(north, 0.0, -5200.0, 0.0))),
+        ("velocity", lambda: offboard.set_velocity_ned(VelocityNedYaw(264.0, 0.0, 0.0, 0.0))),
+    ]:
+        send()
+        time.sleep(1.0)
+        c.expect(f"offboard: {name}", seen["flight_mode"].name == "OFFBOARD", seen["flight_mode"])
     offboard.stop()
     c.expect("offboard: stopped, Hold", wait_until(lambda: seen["flight_mode"].name == "HOLD", 3.0))
 
@@ -132,6 +148,26 @@ def parameters(c, system):
     except Exception as error:
         took = time.monotonic() - began
         c.expect("param: one that is not there is refused", True, f"{error}, {took:.2f} s")
+
+
+def raw(c, system, seen):
+    mission = MissionRaw(system)
+    lat, lon = ahead(seen["position"], 30e3, 0.0)
+    nan = float("nan")
+    items = [
+        RawItem(seq, 6, 16, int(seq == 0), 1, 0.0, 0.0, 0.0, nan, int(lat * 1e7), int(lon * 1e7), 5100.0, 0)
+        for seq in range(2)
+    ]
+    mission.upload_mission(items)
+    got = mission.download_mission()
+    got = got[1] if isinstance(got, tuple) else got
+    c.expect("mission_raw: uploaded and downloaded", len(got) == 2, len(got))
+    mission.clear_mission()
+
+
+def files(c, system):
+    names = [entry.name for entry in Ftp(system).list_directory("/").entries]
+    c.expect("ftp: the description files are listed", "general.json" in names, names)
 
 
 def main():
@@ -165,6 +201,17 @@ def main():
     failure.inject(FailureUnit.SYSTEM_SERVO, FailureType.STUCK, 5)
     failure.inject(FailureUnit.SYSTEM_SERVO, FailureType.OK, 5)
     c.expect("failure: a servo sticks and is cleared", True)
+    for unit, instance, result in [
+        (FailureUnit.SENSOR_GYRO, 0, FailureResult.UNSUPPORTED),
+        (FailureUnit.SYSTEM_SERVO, 77, FailureResult.DENIED),
+    ]:
+        try:
+            failure.inject(unit, FailureType.STUCK, instance)
+            c.expect(f"failure: {unit.name} {instance} is {result.name}", False)
+        except FailureError as error:
+            c.expect(f"failure: {unit.name} {instance} is {result.name}", error.result == result, error.result)
+    raw(c, system, seen)
+    files(c, system)
     mavsdk.destroy()
     c.end()
 

@@ -298,3 +298,49 @@ fn the_mode_changes_before_its_outcome_is_told() {
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
     assert_eq!(kinds, [EventKind::Mode(Mode::Hold), done]);
 }
+
+#[test]
+fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
+    use crate::vehicle::Place;
+    use crate::vehicle::plan::{Action, Item, Plan, Point, Progress};
+    let point = Point { place: None, altitude_m: Some(6_000.0) };
+    let action = Action::Waypoint { point, acceptance_m: None };
+    let items = vec![Item { action, autocontinue: true }; 3];
+    let home = Place { latitude_rad: 0.1, longitude_rad: 0.2 };
+    let (mut shown, mut unseen) = (flying(), flying());
+    let wishes = [
+        Wish::Plan(std::sync::Arc::new(Plan { id: 9, items })),
+        Wish::Refer(Reference::Altitude(6_000.0)),
+        Wish::Home(home),
+        Wish::Mode(Mode::Mission),
+        Wish::PlanItem(2),
+        Wish::Mode(Mode::Hold),
+    ];
+    let log = shown.snapshot().unwrap().log;
+    for (number, wish) in (0..).zip(wishes) {
+        shown.handle_intent(Intent { number, wish: wish.clone() });
+        shown.hold(&sensors(), false);
+        unseen.handle_intent(Intent { number, wish });
+    }
+    let snapshot = *shown.snapshot().unwrap();
+    let plan = snapshot.navigation;
+    assert_eq!((plan.plan_id, plan.items, plan.item), (9, 3, 2));
+    assert_eq!((plan.progress, plan.home), (Progress::Paused, Some(home)));
+    assert_eq!((snapshot.demand.altitude_m, snapshot.mode), (6_000.0, Mode::Hold));
+    assert_eq!(snapshot.log, log, "the step was what it was");
+    for tick in 1..100 {
+        let time = SimTime::from_micros(2_000 * tick);
+        assert_eq!(shown.step(time, &sensors()), unseen.step(time, &sensors()));
+    }
+}
+
+#[test]
+fn a_new_home_is_told_before_its_outcome() {
+    let mut autopilot = flying();
+    let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.2 };
+    autopilot.handle_intent(Intent { number: 1, wish: Wish::Home(home) });
+    let kinds: Vec<EventKind> =
+        std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
+    let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
+    assert_eq!(kinds, [EventKind::Home(home), done]);
+}

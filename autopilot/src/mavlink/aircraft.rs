@@ -67,6 +67,8 @@ pub struct Aircraft {
     contradictions: u32,
     snapshot: Option<Snapshot>,
     home: Option<Home>,
+    /// An event has moved home, and no snapshot has come since.
+    home_told: bool,
 }
 
 impl Default for Aircraft {
@@ -81,6 +83,7 @@ impl Default for Aircraft {
             contradictions: 0,
             snapshot: None,
             home: None,
+            home_told: false,
         }
     }
 }
@@ -99,6 +102,13 @@ impl Aircraft {
             EventKind::FaultActs { effector, .. } => self.faulty[effector] = true,
             EventKind::FaultEnded { effector } => self.faulty[effector] = false,
             EventKind::GroundContact => self.on_ground = true,
+            EventKind::Home(place) => {
+                // Before the first snapshot there are no axes: it will bring home too.
+                if let Some(snapshot) = &self.snapshot {
+                    self.home = Some(Home::at(place, &snapshot.sensors));
+                    self.home_told = true;
+                }
+            }
             EventKind::Terminated => self.terminated = true,
             EventKind::PlantLost => self.connected = false,
             EventKind::PlantBack => self.connected = true,
@@ -121,9 +131,12 @@ impl Aircraft {
         let first_seen = self.home.is_none().then(|| place_of(&snapshot.sensors));
         if let Some(place) = snapshot.navigation.home.or(first_seen)
             && !self.home.is_some_and(|home| home.is_at(place))
+            && !self.home_told
         {
             self.home = Some(Home::at(place, &snapshot.sensors));
         }
+        // One that contradicts the event can be a leftover from before it; the next one is believed.
+        self.home_told = false;
         self.snapshot = Some(*snapshot);
     }
 

@@ -17,6 +17,7 @@ use super::pending::{Aside, Part, Pending};
 use super::refused::Refused;
 use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
+use crate::vehicle::Mode;
 
 mod fields;
 mod home;
@@ -157,14 +158,25 @@ impl CommandService {
             return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
         }
         let steers = asked.iter().any(|asked| steers(&asked.wish));
+        let mode = asked.iter().find_map(|asked| match asked.wish {
+            Wish::Mode(mode) => Some(mode),
+            _ => None,
+        });
         let mut parts = ArrayVec::new();
         for Asked { wish, effector } in asked {
             if let Some(number) = ctx.intents.push(wish) {
                 parts.push(Part { number, effector });
             }
         }
-        self.pending.open(from, command, parts, Aside { note, steers }, now);
+        self.pending.open(from, command, parts, Aside { note, steers, mode }, now);
         Ok(None)
+    }
+
+    /// Takes a change of mode: if somebody has asked for it, it has control before the outcome says so.
+    pub fn handle_mode(&mut self, mode: Mode, ctx: &mut Context) {
+        if let Some(from) = self.pending.asker_of(mode) {
+            ctx.control.take(from.sender);
+        }
     }
 
     /// Takes the outcome of an intent.
@@ -212,6 +224,7 @@ const fn steers(wish: &Wish) -> bool {
             | Wish::Refer(_)
             | Wish::Reposition(_)
             | Wish::PlanItem(_)
+            | Wish::Continue
             | Wish::Home(_)
             | Wish::Terminate
     )

@@ -38,16 +38,16 @@ pub struct Context<'a> {
     pub telemetry: &'a mut Telemetry,
     /// Which ground station has control.
     pub control: &'a mut Control,
-    /// A usable offboard setpoint came a moment ago.
+    /// The sender of the message at hand sent a usable offboard setpoint a moment ago.
     pub setpoint_is_fresh: bool,
-    /// A pilot's sticks were heard a moment ago.
+    /// Its sticks were heard a moment ago.
     pub sticks_are_fresh: bool,
     /// Items of the plan that the aircraft has taken.
     pub plan_items: u16,
 }
 
 impl Context<'_> {
-    /// What streams are heard just now.
+    /// What streams of the sender are heard just now.
     #[must_use]
     pub fn streams(&self) -> Streams {
         Streams { setpoints: self.setpoint_is_fresh, sticks: self.sticks_are_fresh }

@@ -1,8 +1,12 @@
 //! Which ground station has control: the one whose command was last accepted, or else the first that was
-//! heard. When it falls silent and another one is heard, that one takes over.
+//! heard.
+//!
+//! A holder whose order was accepted keeps control when it falls silent, whoever else is heard: its silence is
+//! the lost link. A holder that was only heard first gives control on to another station that is heard.
 //!
 //! A station is a system: its components, a map and a joystick, share control. A program that commands
-//! without heartbeats has control too, but its silence means nothing, since it was never heard.
+//! without heartbeats has control too, but its silence means nothing, since it was never heard: then the link
+//! is lost when all stations that were heard are silent.
 
 use core::time::Duration;
 
@@ -11,7 +15,8 @@ use arrayvec::ArrayVec;
 use super::codec::Identity;
 use crate::clock::WallTime;
 
-/// Ground stations whose heartbeats are followed; the one that was silent for the longest makes room.
+/// Ground stations whose heartbeats are followed; the one that was silent for the longest makes room, but
+/// not the holder.
 const STATIONS_MAX: usize = 16;
 
 #[derive(Debug, Clone, Copy)]
@@ -25,78 +30,87 @@ struct Station {
 pub enum Silence {
     /// None was ever heard: nobody can be lost.
     NobodyYet,
-    /// A station is heard.
+    /// The station that counts is heard.
     Heard,
     /// The first of these systems fell silent and the second has taken over.
     TakenOver(u8, u8),
-    /// All stations are silent.
-    All,
+    /// The station that steered, or where none did every station, is silent.
+    Lost,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Holder {
+    system: u8,
+    /// It has control by an accepted order, not only because it was heard.
+    has_steered: bool,
 }
 
 /// Who has control, and who was heard when.
 #[derive(Debug, Default)]
 pub struct Control {
     stations: ArrayVec<Station, STATIONS_MAX>,
-    holder: Option<u8>,
+    holder: Option<Holder>,
 }
 
 impl Control {
     /// The system that has control.
     #[must_use]
     pub fn holder(&self) -> Option<u8> {
-        self.holder
+        self.holder.map(|holder| holder.system)
     }
 
     /// A command or a reference of `sender` was accepted.
     pub fn take(&mut self, sender: Identity) {
-        self.holder = Some(sender.system);
+        self.holder = Some(Holder { system: sender.system, has_steered: true });
     }
 
     /// A heartbeat of a ground station.
     pub fn hear(&mut self, sender: Identity, now: WallTime) {
         let system = sender.system;
         if self.holder.is_none() {
-            self.holder = Some(system);
+            self.holder = Some(Holder { system, has_steered: false });
         }
         if let Some(station) = self.stations.iter_mut().find(|station| station.system == system) {
             station.heard = now;
             return;
         }
         if self.stations.is_full() {
-            let oldest = self.stations.iter().enumerate().min_by_key(|(_, station)| station.heard);
-            if let Some((place, _)) = oldest {
+            let holder = self.holder();
+            let others = self.stations.iter().enumerate();
+            let others = others.filter(|(_, station)| Some(station.system) != holder);
+            if let Some((place, _)) = others.min_by_key(|(_, station)| station.heard) {
                 self.stations.swap_remove(place);
             }
         }
         self.stations.push(Station { system, heard: now });
     }
 
-    /// Looks who is silent for `patience`, and gives control on.
+    /// Looks who is silent for `patience`, and gives control on where nobody has steered.
     pub fn look(&mut self, now: WallTime, patience: Duration) -> Silence {
         let Some(latest) = self.latest() else { return Silence::NobodyYet };
-        if now.since(latest.heard) >= patience {
-            return Silence::All;
-        }
-        let silent = self
-            .holder
-            .and_then(|holder| self.stations.iter().find(|station| station.system == holder))
-            .filter(|station| now.since(station.heard) >= patience);
-        match silent {
-            Some(station) => {
-                let left = station.system;
-                self.holder = Some(latest.system);
-                Silence::TakenOver(left, latest.system)
+        let is_silent = |station: Station| now.since(station.heard) >= patience;
+        let has_steered = self.holder.is_some_and(|holder| holder.has_steered);
+        match self.holding().filter(|station| is_silent(*station)) {
+            Some(_) if has_steered || is_silent(latest) => Silence::Lost,
+            Some(silent) => {
+                self.holder = Some(Holder { system: latest.system, has_steered: false });
+                Silence::TakenOver(silent.system, latest.system)
             }
+            None if is_silent(latest) => Silence::Lost,
             None => Silence::Heard,
         }
     }
 
-    /// When the holder, or the last of all stations, will have been silent for `patience`.
+    /// When the holder, or the last of all stations if it was never heard, will have been silent for
+    /// `patience`.
     #[must_use]
     pub fn next_silence(&self, patience: Duration) -> Option<WallTime> {
-        let holder =
-            self.stations.iter().find(|station| Some(station.system) == self.holder).copied();
-        holder.or(self.latest()).map(|station| station.heard + patience)
+        self.holding().or(self.latest()).map(|station| station.heard + patience)
+    }
+
+    /// The holder, if it was ever heard.
+    fn holding(&self) -> Option<Station> {
+        self.stations.iter().find(|station| Some(station.system) == self.holder()).copied()
     }
 
     fn latest(&self) -> Option<Station> {
@@ -138,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn control_passes_on_when_its_holder_falls_silent_and_somebody_else_is_heard() {
+    fn control_passes_on_when_a_holder_that_never_steered_is_silent_and_another_is_heard() {
         let mut control = Control::default();
         control.hear(station(255), seconds(0));
         control.hear(station(245), seconds(5));
@@ -146,7 +160,37 @@ mod tests {
         assert_eq!(control.next_silence(PATIENCE), Some(seconds(10)));
         assert_eq!(control.look(seconds(10), PATIENCE), Silence::TakenOver(255, 245));
         assert_eq!(control.look(seconds(11), PATIENCE), Silence::Heard, "told once");
-        assert_eq!(control.look(seconds(15), PATIENCE), Silence::All);
+        assert_eq!(control.look(seconds(15), PATIENCE), Silence::Lost);
+    }
+
+    #[test]
+    fn a_holder_that_has_steered_is_lost_although_others_are_heard() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.take(station(255));
+        control.hear(station(245), seconds(9));
+        assert_eq!(control.look(seconds(9), PATIENCE), Silence::Heard);
+        assert_eq!(control.next_silence(PATIENCE), Some(seconds(10)));
+        for second in 10..200 {
+            // More of them than the table has room for.
+            control.hear(Identity { system: second, component: 1 }, seconds(u64::from(second)));
+            assert_eq!(control.look(seconds(u64::from(second)), PATIENCE), Silence::Lost);
+        }
+        assert_eq!(control.holder(), Some(255));
+        control.take(station(199));
+        assert_eq!(control.look(seconds(200), PATIENCE), Silence::Heard, "the new holder");
+    }
+
+    #[test]
+    fn while_a_program_without_heartbeats_has_control_the_last_station_stands_in() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.take(station(9));
+        assert_eq!(control.look(seconds(9), PATIENCE), Silence::Heard);
+        control.hear(station(245), seconds(9));
+        assert_eq!(control.look(seconds(18), PATIENCE), Silence::Heard);
+        assert_eq!(control.look(seconds(19), PATIENCE), Silence::Lost);
+        assert_eq!(control.holder(), Some(9));
     }
 
     #[test]

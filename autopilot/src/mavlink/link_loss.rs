@@ -1,9 +1,10 @@
-//! Silence of the ground stations: what it leads to is a parameter (`NAV_DLL_ACT`), after how long another
+//! Silence of the controlling ground station: what it leads to is a parameter (`NAV_DLL_ACT`), after how long another
 //! (`COM_DL_LOSS_T`, wall time: a paused simulation loses nobody).
 //!
-//! The link is lost when no ground station is heard any more. While one is, it takes over from the one that
-//! had control (see [`super::control`]). Both the loss and its end are intents, so that they act on the
-//! flight at a tick of its own.
+//! The link is lost when the station that has steered is silent, also when others are heard (see
+//! [`super::control`]). It is back when that station is heard again, or when an accepted order gives control
+//! to another one that is heard. Both the loss and its end are intents, so that they act on the flight at a
+//! tick of its own.
 
 use core::time::Duration;
 
@@ -44,12 +45,12 @@ impl LinkLoss {
         }
         match ctx.control.look(now, patience(ctx.parameters)) {
             Silence::NobodyYet => {}
-            Silence::All if !self.told => {
+            Silence::Lost if !self.told => {
                 let wish = Wish::LinkLost(ctx.parameters.link.loss_action);
                 // Without room now there is room at the next poll.
                 self.told = ctx.intents.push(wish).is_some();
             }
-            Silence::All => {}
+            Silence::Lost => {}
             Silence::Heard => self.tell_back(ctx),
             Silence::TakenOver(left, holder) => {
                 let text = format!("Ground station {left} is silent: {holder} takes over");

@@ -123,10 +123,10 @@ impl Manual {
         }
     }
 
-    /// Stick positions came a moment ago.
+    /// Stick positions of this system came a moment ago.
     #[must_use]
-    pub fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
-        self.pilots.iter().any(|pilot| now.since(pilot.heard) <= patience(parameters))
+    pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
+        self.pilot(system).is_some_and(|pilot| now.since(pilot.heard) <= patience(parameters))
     }
 
     /// The sticks that count: those of the system that has control.

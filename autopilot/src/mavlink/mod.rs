@@ -205,7 +205,7 @@ impl Ground {
         if !target.reaches_us() {
             return;
         }
-        let (services, mut ctx, out) = self.split(now);
+        let (services, mut ctx, out) = self.split_for(Some(from), now);
         match message {
             Message::Ping(_) => {}
             Message::Heartbeat(mav_type) => services.link_loss.hear(from, *mav_type, now, &mut ctx),
@@ -222,12 +222,10 @@ impl Ground {
                 services.param.handle_storage(from, command, now, &mut ctx, out);
             }
             Message::Command(command) => services.command.handle(from, command, now, &mut ctx, out),
-            Message::SetAttitudeTarget(data) => services.offboard.handle(data, now, &mut ctx),
-            Message::SetPositionGlobal(target) => {
-                services.offboard.handle_global(target, now, &mut ctx);
-            }
-            Message::SetPositionLocal(target) => {
-                services.offboard.handle_local(target, now, &mut ctx);
+            Message::SetAttitudeTarget(_)
+            | Message::SetPositionGlobal(_)
+            | Message::SetPositionLocal(_) => {
+                services.offboard.handle(from, message, now, &mut ctx);
             }
             Message::ManualControl(_) | Message::RcOverride(_) => {
                 services.manual.handle(from, message, now, &mut ctx);
@@ -253,8 +251,19 @@ impl Ground {
 
     /// The services with state, what they share, and the way out.
     fn split(&mut self, now: WallTime) -> (Services<'_>, Context<'_>, &mut Peers) {
-        let setpoint_is_fresh = self.offboard.is_fresh(now, &self.parameters);
-        let sticks_are_fresh = self.manual.is_fresh(now, &self.parameters);
+        self.split_for(None, now)
+    }
+
+    /// The same for a message of somebody.
+    fn split_for(
+        &mut self,
+        from: Option<From>,
+        now: WallTime,
+    ) -> (Services<'_>, Context<'_>, &mut Peers) {
+        let system = from.map(|from| from.sender.system);
+        let parameters = &self.parameters;
+        let setpoint_is_fresh = system.is_some_and(|s| self.offboard.is_fresh(s, now, parameters));
+        let sticks_are_fresh = system.is_some_and(|s| self.manual.is_fresh(s, now, parameters));
         let plan_items = self.mission.plan_items();
         let services = Services {
             command: &mut self.command,
@@ -285,6 +294,10 @@ impl Ground {
         self.aircraft.handle_event(&event.kind);
         self.texts.handle_event(&event.kind, &self.parameters);
         let (services, mut ctx, out) = self.split(now);
+        if let EventKind::Mode(mode) = event.kind {
+            // Who asked for it has control from here on: its stream counts at once.
+            services.command.handle_mode(mode, &mut ctx);
+        }
         match event.kind {
             EventKind::Outcome { number, outcome } => {
                 services.command.handle_outcome(number, &outcome, now, &mut ctx, out);
@@ -297,6 +310,8 @@ impl Ground {
             _ => {}
         }
         services.mission.handle_event(&event.kind, &mut ctx, out);
+        // An order may have given control on.
+        services.link_loss.poll(now, &mut ctx);
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
         self.telemetry.tell_landed_state(&self.aircraft, &mut self.peers);
@@ -339,7 +354,7 @@ impl Ground {
             self.peers.next_deadline(),
             self.command.next_deadline(),
             self.param.next_deadline(),
-            self.offboard.next_deadline(&self.aircraft, &self.parameters),
+            self.offboard.next_deadline(&self.aircraft, &self.control, &self.parameters),
             self.manual.next_deadline(&self.aircraft, &self.control, &self.parameters),
             self.mission.next_deadline(),
             self.ftp.next_deadline(),

@@ -3,15 +3,17 @@
 //!
 //! The stream must not pause for longer than `COM_OF_LOSS_T` of wall time, since the sender's clock is a
 //! wall clock; a paused simulation changes nothing about that. Without a flying aircraft setpoints are
-//! ignored.
+//! ignored. Each system has a stream of its own: Offboard is entered on the stream of the system that asks for
+//! it, and then the setpoints of the system that has control count ([`super::control`]).
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::{MavSeverity, SET_ATTITUDE_TARGET_DATA};
+use ::mavlink::dialects::common::MavSeverity;
 
 use super::aircraft::Aircraft;
-use super::codec::PositionTarget;
-use super::context::Context;
+use super::codec::Message;
+use super::context::{Context, From};
+use super::control::Control;
 use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
 use crate::parameters::Parameters;
@@ -26,17 +28,38 @@ const INTERVAL: Duration = Duration::from_millis(10);
 /// The wish to go back to Hold is repeated after this time if the mode has not changed.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// Follows the stream of setpoints.
+/// Systems whose setpoints are followed; the one that was silent for the longest makes room.
+const STREAMS_MAX: usize = 4;
+
+/// The setpoints of one system.
 #[derive(Debug, Default)]
-pub struct Offboard {
+struct Stream {
+    system: u8,
     /// Latest usable setpoint and when it came.
-    setpoint: Option<(WallTime, Read)>,
+    latest: Option<(WallTime, Read)>,
     /// It has not been passed on yet.
     is_new: bool,
+    /// It was unusable, and that has been said.
+    told_unusable: bool,
+    /// It comes without control, and that has been said.
+    told_uncontrolled: bool,
+}
+
+impl Stream {
+    fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
+        self.latest.is_some_and(|(at, _)| now.since(at) <= patience(parameters))
+    }
+}
+
+/// Follows the streams of setpoints.
+#[derive(Debug, Default)]
+pub struct Offboard {
+    /// In the order of hearing.
+    streams: Vec<Stream>,
     passed_on: Option<WallTime>,
-    /// Number of the intent that passed it on.
+    /// Number of the oldest intent with a setpoint whose outcome is open.
     number: Option<u32>,
-    /// What has been said about the stream since Offboard began or since it was usable.
+    /// What has been said since Offboard began.
     told: Told,
     /// Hold was wished for.
     fell_back: Option<WallTime>,
@@ -44,60 +67,86 @@ pub struct Offboard {
 
 #[derive(Debug, Default)]
 struct Told {
-    unusable: bool,
     refused: bool,
     limited: bool,
     unused: bool,
 }
 
 impl Offboard {
-    /// A usable setpoint came a moment ago.
+    /// A usable setpoint of this system came a moment ago.
     #[must_use]
-    pub fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
-        self.setpoint.is_some_and(|(at, _)| now.since(at) <= patience(parameters))
+    pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
+        self.stream(system).is_some_and(|stream| stream.is_fresh(now, parameters))
     }
 
-    /// Takes an attitude.
-    pub fn handle(&mut self, data: &SET_ATTITUDE_TARGET_DATA, now: WallTime, ctx: &mut Context) {
-        self.take(setpoints::of_attitude(data, ctx.parameters), now, ctx);
-    }
-
-    /// Takes a global position or velocity.
-    pub fn handle_global(
-        &mut self,
-        target: &PositionTarget<i32>,
-        now: WallTime,
-        ctx: &mut Context,
-    ) {
-        self.take(setpoints::of_global(target, ctx.parameters), now, ctx);
-    }
-
-    /// Takes a local position or velocity.
-    pub fn handle_local(&mut self, target: &PositionTarget<f32>, now: WallTime, ctx: &mut Context) {
-        self.take(setpoints::of_local(target, ctx.parameters), now, ctx);
-    }
-
-    fn take(&mut self, read: Result<Read, Unusable>, now: WallTime, ctx: &mut Context) {
+    /// Takes an attitude, a position or a velocity.
+    pub fn handle(&mut self, from: From, message: &Message, now: WallTime, ctx: &mut Context) {
+        let read = match message {
+            Message::SetAttitudeTarget(data) => setpoints::of_attitude(data, ctx.parameters),
+            Message::SetPositionGlobal(target) => setpoints::of_global(target, ctx.parameters),
+            Message::SetPositionLocal(target) => {
+                let heading = ctx.aircraft.snapshot().map(|state| state.sensors.attitude.euler());
+                setpoints::of_local(target, heading.map(|euler| euler.psi), ctx.parameters)
+            }
+            _ => return,
+        };
+        let system = from.sender.system;
+        let counts = ctx.control.holder() == Some(system);
+        let is_stranger = ctx.aircraft.flies_offboard() && !counts;
+        let stream = self.heard(system);
+        if is_stranger && !core::mem::replace(&mut stream.told_uncontrolled, true) {
+            let text = format!("Setpoints of system {system} refused: it has no control");
+            ctx.texts.refuse(now, text);
+        }
         match read {
             Ok(read) => {
-                self.setpoint = Some((now, read));
-                self.is_new = true;
-                self.told.unusable = false;
+                stream.latest = Some((now, read));
+                stream.is_new = true;
+                stream.told_unusable = false;
                 self.pass_on(now, ctx);
             }
-            Err(Unusable(reason)) if !self.told.unusable => {
-                self.told.unusable = true;
+            Err(Unusable(reason)) if !is_stranger && !stream.told_unusable => {
+                stream.told_unusable = true;
                 ctx.texts.refuse(now, format!("Setpoint refused: {reason}"));
             }
             Err(_) => {}
         }
     }
 
+    fn stream(&self, system: u8) -> Option<&Stream> {
+        self.streams.iter().find(|stream| stream.system == system)
+    }
+
+    /// The stream of a system that was heard just now.
+    fn heard(&mut self, system: u8) -> &mut Stream {
+        let known = self.streams.iter().position(|stream| stream.system == system);
+        let stream = match known {
+            Some(place) => self.streams.remove(place),
+            None => Stream { system, ..Stream::default() },
+        };
+        if self.streams.len() >= STREAMS_MAX {
+            self.streams.remove(0);
+        }
+        self.streams.push(stream);
+        let last = self.streams.len() - 1;
+        &mut self.streams[last]
+    }
+
+    /// The setpoints that count: those of the system that has control.
+    fn counting(&self, control: &Control) -> Option<&Stream> {
+        self.stream(control.holder()?)
+    }
+
     /// Offboard began: the latest setpoint counts at once.
     pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
-        self.is_new = self.is_fresh(now, ctx.parameters);
+        for stream in &mut self.streams {
+            stream.is_new = true;
+            stream.told_unusable = false;
+            stream.told_uncontrolled = false;
+        }
         self.fell_back = None;
         self.told = Told::default();
+        self.number = None;
         self.pass_on(now, ctx);
     }
 
@@ -109,7 +158,11 @@ impl Offboard {
         now: WallTime,
         ctx: &mut Context,
     ) {
-        if self.number != Some(number) || !ctx.aircraft.flies_offboard() {
+        if self.number != Some(number) {
+            return;
+        }
+        self.number = None;
+        if !ctx.aircraft.flies_offboard() {
             return;
         }
         match outcome {
@@ -124,14 +177,20 @@ impl Offboard {
 
     fn pass_on(&mut self, now: WallTime, ctx: &mut Context) {
         let is_early = self.passed_on.is_some_and(|at| now.since(at) < INTERVAL);
-        let Some((_, read)) = self.setpoint else { return };
-        if !ctx.aircraft.flies_offboard() || !self.is_new || is_early {
+        if !ctx.aircraft.flies_offboard() || is_early {
             return;
         }
+        let holder = ctx.control.holder();
+        let stream = self.streams.iter_mut().find(|stream| Some(stream.system) == holder);
+        let due = stream.filter(|stream| stream.is_new && stream.is_fresh(now, ctx.parameters));
+        let Some((stream, (_, read))) = due.and_then(|s| s.latest.map(|latest| (s, latest))) else {
+            return;
+        };
         let number = ctx.intents.push(Wish::Setpoint(read.setpoint));
         if number.is_some() {
-            self.number = number;
-            self.is_new = false;
+            stream.is_new = false;
+            // The outcome of an older one is not to be missed.
+            self.number = self.number.or(number);
             self.passed_on = Some(now);
             self.tell(&read, now, ctx);
         }
@@ -157,7 +216,8 @@ impl Offboard {
         }
         self.pass_on(now, ctx);
         let is_waiting = self.fell_back.is_some_and(|at| now.since(at) < REPEAT);
-        if self.is_fresh(now, ctx.parameters) || is_waiting {
+        let stream = self.counting(ctx.control);
+        if is_waiting || stream.is_some_and(|stream| stream.is_fresh(now, ctx.parameters)) {
             return;
         }
         if ctx.intents.push(Wish::Mode(Mode::Hold)).is_some() {
@@ -171,21 +231,24 @@ impl Offboard {
 
     /// When there is something to do.
     #[must_use]
-    pub fn next_deadline(&self, aircraft: &Aircraft, parameters: &Parameters) -> Option<WallTime> {
+    pub fn next_deadline(
+        &self,
+        aircraft: &Aircraft,
+        control: &Control,
+        parameters: &Parameters,
+    ) -> Option<WallTime> {
         if !aircraft.flies_offboard() {
             return None;
         }
-        if self.setpoint.is_none() && self.fell_back.is_none() {
-            return Some(WallTime::ZERO);
+        if let Some(at) = self.fell_back {
+            return Some(at + REPEAT);
         }
-        let early = self.passed_on.filter(|_| self.is_new).map(|at| at + INTERVAL);
+        let latest = self.counting(control).and_then(|stream| Some((stream, stream.latest?)));
+        let Some((stream, (at, _))) = latest else { return Some(WallTime::ZERO) };
+        let early = self.passed_on.filter(|_| stream.is_new).map(|at| at + INTERVAL);
         // One microsecond beyond the last instant at which the setpoint counts.
-        let stale =
-            self.setpoint.map(|(at, _)| at + patience(parameters) + Duration::from_micros(1));
-        match self.fell_back {
-            Some(at) => Some(at + REPEAT),
-            None => early.into_iter().chain(stale).min(),
-        }
+        let stale = at + patience(parameters) + Duration::from_micros(1);
+        Some(early.map_or(stale, |early| early.min(stale)))
     }
 }
 

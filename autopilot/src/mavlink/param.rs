@@ -175,18 +175,26 @@ impl ParamService {
         out: &mut Peers,
     ) {
         let [action, ..] = command.params;
-        let result = if action == 1.0 {
-            if self.keeper.wait(from) {
-                return;
+        let saves = action == 1.0;
+        let result = if saves || action == 2.0 || action == 4.0 {
+            if self.keeper.is_crowded() {
+                ctx.texts.refuse(now, "Not done: too many wait for a save");
+                MavResult::MAV_RESULT_TEMPORARILY_REJECTED
+            } else {
+                if !saves {
+                    self.reset(now, ctx, out);
+                }
+                if self.keeper.wait(from) {
+                    return;
+                }
+                // Nothing is kept: the defaults are there all the same.
+                if saves {
+                    ctx.texts.refuse(now, "Not saved: there is no parameter file");
+                    MavResult::MAV_RESULT_UNSUPPORTED
+                } else {
+                    MavResult::MAV_RESULT_ACCEPTED
+                }
             }
-            ctx.texts.refuse(now, "Not saved: there is no parameter file");
-            MavResult::MAV_RESULT_UNSUPPORTED
-        } else if action == 2.0 || action == 4.0 {
-            self.reset(now, ctx, out);
-            if self.keeper.wait(from) {
-                return;
-            }
-            MavResult::MAV_RESULT_ACCEPTED
         } else {
             let reason =
                 "Storage refused: p1 is not 1 (save) or 2 (defaults); the file is read at start";

@@ -16,6 +16,7 @@ use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::clock::WallTime;
 use crate::event::Outcome;
+use crate::vehicle::Mode;
 
 /// Commands that may be open at the same time.
 const OPEN_MAX: usize = 32;
@@ -44,6 +45,8 @@ pub struct Aside {
     pub note: Option<String>,
     /// It steers the aircraft: its sender has control.
     pub steers: bool,
+    /// The mode that it asks for.
+    pub mode: Option<Mode>,
 }
 
 #[derive(Debug)]
@@ -94,6 +97,13 @@ impl Pending {
         }
         open.copies += 1;
         Some(Ok(()))
+    }
+
+    /// Who asked first, of those that wait for this mode.
+    #[must_use]
+    pub fn asker_of(&self, mode: Mode) -> Option<From> {
+        let asked = self.open.iter().filter(|open| open.aside.mode == Some(mode));
+        asked.min_by_key(|open| open.since).map(|open| open.from)
     }
 
     /// One more command may be opened.

@@ -188,7 +188,7 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
             (S::MAV_SEVERITY_CRITICAL, "Aircraft lost: no packet for a second".into())
         }
         EventKind::PlantBack => (S::MAV_SEVERITY_NOTICE, "Aircraft is back".into()),
-        EventKind::PlanItem(_) | EventKind::ItemReached(_) => return None,
+        EventKind::PlanItem(_) | EventKind::ItemReached(_) | EventKind::Home(_) => return None,
         EventKind::PlanComplete => (S::MAV_SEVERITY_INFO, "Mission complete".into()),
         EventKind::Terminated => {
             (S::MAV_SEVERITY_EMERGENCY, "Flight terminated: engine off, surfaces hard over".into())

@@ -23,8 +23,10 @@ use begin::Otherwise;
 use leg::Leg;
 use loiter::{ALTITUDE_REACHED_M, Circled, Loiter, Until};
 
-/// Items without anything to fly that are done in one tick; beyond it the plan counts as complete.
-const AT_ONCE_MAX: u32 = 2_000;
+/// Items that are begun in one tick, each with two events; the next tick goes on with the rest.
+const AT_ONCE_MAX: u32 = 4;
+/// Shortest time between two jumps back, s: a loop that takes no time must not flood anybody with events.
+const LOOP_MIN_S: f64 = 1.0;
 
 /// The plan and how far it has come.
 #[derive(Debug, Clone, Default)]
@@ -37,6 +39,12 @@ pub struct Mission {
     task: Option<Task>,
     /// The point that the aircraft has just flown by: the next leg begins there.
     previous: Option<Site>,
+    /// A jump has led back, and nothing has been flown since.
+    jumped_back: bool,
+    /// Time until the next jump back, s.
+    loop_wait_s: f64,
+    /// What was flown last.
+    flown: Option<Flown>,
 }
 
 /// The current item in flight.
@@ -88,6 +96,8 @@ impl Mission {
         self.current = 0;
         self.task = None;
         self.previous = None;
+        self.jumped_back = false;
+        self.flown = None;
         self.progress = if self.is_empty() { Progress::NoPlan } else { Progress::NotStarted };
     }
 
@@ -104,6 +114,7 @@ impl Mission {
         }
         // From where the aircraft is: a leg begins anew, a circle counts on.
         self.previous = None;
+        self.flown = None;
         match &mut self.task {
             Some(Task::Loiter(loiter)) if loiter.is_begun() => loiter.resume(),
             Some(Task::Parked(_)) | None => {}
@@ -155,11 +166,22 @@ impl Mission {
         navigation.progress = self.progress;
     }
 
+    /// How far it has come.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
     /// One tick of Mission.
     pub fn fly(&mut self, demand: &mut Demand, tick: &mut Tick) -> Flight {
         let plan = Arc::clone(&self.plan);
+        self.loop_wait_s = (self.loop_wait_s - tick.situation.dt_s).max(0.0);
         for _ in 0..AT_ONCE_MAX {
-            let Some(item) = plan.items.get(usize::from(self.current)) else { break };
+            let Some(item) = plan.items.get(usize::from(self.current)) else {
+                let around = self.last_circle(demand, tick);
+                self.complete(tick);
+                return Flight::Complete(around);
+            };
             let task = match self.task {
                 Some(task) => task,
                 None => match self.begin(item, demand, tick) {
@@ -172,6 +194,7 @@ impl Mission {
                         self.current = to;
                         continue;
                     }
+                    Err(Otherwise::Later) => break,
                     Err(Otherwise::Home) => {
                         self.complete(tick);
                         return Flight::Home;
@@ -179,13 +202,21 @@ impl Mission {
                 },
             };
             if let Some(flown) = self.continue_task(task, demand, tick) {
+                self.flown = Some(flown);
                 return Flight::Fly(flown);
             }
             self.finish(item, Some(task), demand, tick);
         }
-        let around = self.last_circle(demand, tick);
-        self.complete(tick);
-        Flight::Complete(around)
+        Flight::Fly(self.carry_on(tick))
+    }
+
+    /// Until the next item begins: on as before, or straight on.
+    fn carry_on(&mut self, tick: &Tick) -> Flown {
+        let Tick { situation, rules, .. } = *tick;
+        *self.flown.get_or_insert_with(|| Flown {
+            steering: hold_course(situation.course_rad(), &situation.velocity, &rules.guidance()),
+            target: None,
+        })
     }
 
     fn complete(&mut self, tick: &mut Tick) {
@@ -263,6 +294,7 @@ impl Mission {
             Some(_) => (None, here(tick.rules)),
         };
         self.previous = previous;
+        self.jumped_back &= task.is_none();
         if item.autocontinue {
             self.current = self.current.saturating_add(1);
             self.task = None;

@@ -69,6 +69,7 @@ pub struct Vehicle {
     altitude: AltitudeDemand,
     time: Option<SimTime>,
     terminated: bool,
+    /// Without plan and home.
     navigation: Navigation,
 }
 
@@ -118,10 +119,13 @@ impl Vehicle {
         self.demand.as_ref()
     }
 
-    /// Where it is going, as of the last tick.
+    /// Where it is going, as of the last tick, with plan and home as they are now.
     #[must_use]
-    pub fn navigation(&self) -> &Navigation {
-        &self.navigation
+    pub fn navigation(&self) -> Navigation {
+        let home = self.home.map(|home| home.place());
+        let mut navigation = Navigation { home, ..self.navigation };
+        self.mission.describe(&mut navigation);
+        navigation
     }
 
     /// The flight was terminated.
@@ -264,10 +268,8 @@ impl Vehicle {
             target: flown.and_then(|flown| flown.target),
             course_rad: steering.map(|steering: Steering| steering.course_rad),
             cross_track_m: steering.map_or(0.0, |steering| steering.cross_track_m),
-            home: self.home.map(|home| home.place()),
             ..Navigation::default()
         };
-        self.mission.describe(&mut self.navigation);
     }
 }
 

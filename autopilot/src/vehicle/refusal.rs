@@ -60,6 +60,9 @@ pub enum VehicleRefusal {
     /// Mission needs a plan.
     #[error("there is no plan: upload one first")]
     NoPlan,
+    /// Only a plan that was begun and is not complete goes on.
+    #[error("no plan is paused")]
+    NoPausedPlan,
     /// Only in Offboard.
     #[error("setpoints and a roll reference need Offboard")]
     NotOffboard,
@@ -97,6 +100,7 @@ impl VehicleRefusal {
             | Self::EndlessJump { .. }
             | Self::PlanTooLong { .. } => false,
             Self::NoPlan
+            | Self::NoPausedPlan
             | Self::NotOffboard
             | Self::NotAltitude
             | Self::NotReference

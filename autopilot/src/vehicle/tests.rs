@@ -2,6 +2,7 @@ use super::*;
 use crate::config;
 use crate::parameters::Parameters;
 
+mod loops;
 mod modes;
 mod plane;
 mod plans;

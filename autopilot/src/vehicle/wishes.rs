@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::hold::Hold;
 use super::offboard::Offboard;
-use super::plan::Plan;
+use super::plan::{Plan, Progress};
 use super::rules::{check_place, radius};
 use super::sticks::Pilot;
 use super::{
@@ -36,6 +36,20 @@ impl Vehicle {
         self.link.forget();
         self.enter(mode, rules, tell);
         Ok(())
+    }
+
+    /// Goes on with a paused plan; one that is being flown just goes on.
+    ///
+    /// # Errors
+    /// The flight was terminated, or no plan is paused.
+    pub fn continue_plan(&mut self, rules: &Rules, tell: Tell) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        match self.mission.progress() {
+            Progress::Paused | Progress::Active => self.change_mode(Mode::Mission, rules, tell),
+            Progress::NoPlan | Progress::NotStarted | Progress::Complete => {
+                Err(VehicleRefusal::NoPausedPlan)
+            }
+        }
     }
 
     fn can_obey(&self) -> Result<(), VehicleRefusal> {
@@ -210,9 +224,10 @@ impl Vehicle {
     ///
     /// # Errors
     /// No such place.
-    pub fn set_home(&mut self, place: Place) -> Result<(), VehicleRefusal> {
+    pub fn set_home(&mut self, place: Place, tell: Tell) -> Result<(), VehicleRefusal> {
         check_place(place)?;
         self.home = Some(Site::at(place));
+        tell(EventKind::Home(place));
         Ok(())
     }
 

@@ -65,14 +65,17 @@ struct Loaded {
 }
 
 /// What is known about the plan, if there is one. The upload knows it before the next state shows it: by the
-/// state alone a plan that was acknowledged a moment ago would be denied.
+/// state alone a plan that was acknowledged a moment ago would be denied. The state counts only for a plan
+/// that no ground station has uploaded.
 fn plan(asking: &Asking) -> Result<Loaded, Refused> {
     let (shown, item) = asking.ctx.aircraft.snapshot().map_or((0, 0), |state| {
         let navigation = state.navigation;
         (navigation.items, navigation.item)
     });
-    match asking.ctx.plan_items.max(shown) {
-        0 => Err(Refused::for_now("Mission refused: there is no plan")),
-        items => Ok(Loaded { items, item }),
+    match (asking.ctx.plan_items, shown) {
+        (0, 0) => Err(Refused::for_now("Mission refused: there is no plan")),
+        (0, items) => Ok(Loaded { items, item }),
+        // A state from before may show an item that the new plan does not have.
+        (items, _) => Ok(Loaded { items, item: item.min(items - 1) }),
     }
 }

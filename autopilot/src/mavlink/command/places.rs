@@ -6,8 +6,7 @@ use crate::event::Wish;
 use crate::mavlink::codec::Command;
 use crate::mavlink::context::Context;
 use crate::mavlink::refused::Refused;
-use crate::vehicle::plan::Progress;
-use crate::vehicle::{Mode, Reposition};
+use crate::vehicle::{Mode, Reposition, Rules};
 
 /// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
 const CHANGE_MODE: u8 = 1;
@@ -37,14 +36,17 @@ pub fn reposition(command: &Command, asking: &mut Asking) -> Result<Decision, Re
     };
     let target = location(command, asking.ctx)?;
     let airspeed_m_s = kept_or_airspeed(speed, asking.ctx)?;
-    Ok(Decision::ask(Wish::Reposition(Reposition {
-        place: target.place,
-        altitude_m: target.altitude_m,
-        radius_m,
-        clockwise,
-        airspeed_m_s,
-        change_mode,
-    })))
+    Ok(ask(
+        Reposition {
+            place: target.place,
+            altitude_m: target.altitude_m,
+            radius_m,
+            clockwise,
+            airspeed_m_s,
+            change_mode,
+        },
+        asking.ctx,
+    ))
 }
 
 /// A speed; below zero and NaN leave it as it is.
@@ -63,14 +65,17 @@ pub fn orbit(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
     }
     let centre = location(command, asking.ctx)?;
     let airspeed_m_s = kept_or_airspeed(speed, asking.ctx)?;
-    Ok(Decision::ask(Wish::Reposition(Reposition {
-        place: centre.place,
-        altitude_m: centre.altitude_m,
-        radius_m,
-        clockwise,
-        airspeed_m_s,
-        change_mode: true,
-    })))
+    Ok(ask(
+        Reposition {
+            place: centre.place,
+            altitude_m: centre.altitude_m,
+            radius_m,
+            clockwise,
+            airspeed_m_s,
+            change_mode: true,
+        },
+        asking.ctx,
+    ))
 }
 
 /// NAV_LOITER_UNLIM: p3 radius, positive clockwise, p5 to p7 centre, zeros for "here".
@@ -88,27 +93,37 @@ pub fn loiter_to_altitude(command: &Command, asking: &mut Asking) -> Result<Deci
 fn circle(command: &Command, radius: f32, ctx: &Context) -> Result<Decision, Refused> {
     let (radius_m, clockwise) = signed_radius("radius", radius)?;
     let centre = location_or_here(command, ctx)?;
-    Ok(Decision::ask(Wish::Reposition(Reposition {
-        place: centre.place,
-        altitude_m: centre.altitude_m,
-        radius_m,
-        clockwise,
-        airspeed_m_s: None,
-        change_mode: true,
-    })))
+    Ok(ask(
+        Reposition {
+            place: centre.place,
+            altitude_m: centre.altitude_m,
+            radius_m,
+            clockwise,
+            airspeed_m_s: None,
+            change_mode: true,
+        },
+        ctx,
+    ))
+}
+
+/// Asks for it; a circle that is too small for the airspeed is told of. In wind it becomes wider still.
+fn ask(wanted: Reposition, ctx: &Context) -> Decision {
+    let rules = Rules { limits: ctx.parameters.limits, navigation: ctx.parameters.navigation };
+    let now_m_s = ctx.aircraft.snapshot().map(|state| state.demand.airspeed_m_s);
+    let least_m = wanted.airspeed_m_s.or(now_m_s).map(|speed| rules.smallest_circle_m(speed));
+    let widened = wanted.radius_m.zip(least_m).filter(|(asked_m, least_m)| asked_m < least_m);
+    let note = widened
+        .map(|(asked_m, least_m)| format!("Radius {asked_m:.0} m is flown as {least_m:.0} m"));
+    Decision::ask(Wish::Reposition(wanted)).noting(note)
 }
 
 /// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
-pub fn pause_or_continue(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn pause_or_continue(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
     if !flag("p1", command.params[0])? {
         return Ok(Decision::ask(Wish::Reposition(Reposition {
             change_mode: true,
             ..Reposition::default()
         })));
     }
-    let state = asking.ctx.aircraft.snapshot();
-    match state.map(|state| state.navigation.progress) {
-        Some(Progress::Paused | Progress::Active) => Ok(Decision::ask(Wish::Mode(Mode::Mission))),
-        _ => Err(Refused::for_now("Continue refused: no plan is paused")),
-    }
+    Ok(Decision::ask(Wish::Continue))
 }

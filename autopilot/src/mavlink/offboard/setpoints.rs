@@ -6,6 +6,7 @@
 //! | SET_POSITION_TARGET_GLOBAL_INT | latitude, longitude, altitude if given | fly there and circle |
 //! | SET_POSITION_TARGET_LOCAL_NED | x, y, z | the same in the local axes of the flight |
 //! | both, with the position ignored | velocity | course, airspeed, climb rate |
+//! | SET_POSITION_TARGET_LOCAL_NED in a body frame | velocity | the same, from the heading when it comes |
 //!
 //! A position counts before a velocity. Body rates, thrust, pitch, yaw, yaw rate and accelerations are not
 //! used. What is outside the limits of the references is flown at the limit, and that is said.
@@ -30,6 +31,8 @@ const VELOCITY_Z: u16 = 32;
 const GLOBAL_FRAMES: [u8; 6] = [0, 3, 5, 6, 10, 11];
 /// MAV_FRAME_LOCAL_NED.
 const LOCAL_NED: u8 = 1;
+/// MAV_FRAME_BODY_NED and MAV_FRAME_BODY_FRD: forward, right and down of a level aircraft with this heading.
+const BODY_FRAMES: [u8; 2] = [8, 12];
 /// Below this a velocity has no course, m/s.
 const STANDING_M_S: f64 = 1.0;
 /// A hair inside the roll limit, since the vehicle compares in degrees and a conversion there and back rounds.
@@ -116,7 +119,7 @@ pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Resul
         return Err(Unusable("the frame is none of 0, 3, 5, 6, 10 and 11"));
     }
     if !uses_position(target.ignored)? {
-        return of_velocity(target.velocity, target.ignored, parameters);
+        return of_velocity(target.velocity, 0.0, target.ignored, parameters);
     }
     let latitude = convert::degrees_of_e7(target.x);
     let longitude = convert::degrees_of_e7(target.y);
@@ -138,16 +141,27 @@ pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Resul
     Ok(limiter.read(Setpoint::Position { place, altitude_m }))
 }
 
-/// SET_POSITION_TARGET_LOCAL_NED.
+/// SET_POSITION_TARGET_LOCAL_NED, with the heading of the aircraft, rad from north, if it is known.
 ///
 /// # Errors
-/// A frame that is not the local one, no position and no velocity, or values that are none.
-pub fn of_local(target: &PositionTarget<f32>, parameters: &Parameters) -> Result<Read, Unusable> {
-    if target.frame != LOCAL_NED {
-        return Err(Unusable("the frame is not 1 (local NED)"));
-    }
+/// A frame that is neither the local one nor one of the body, a position in a frame of the body, no position and no velocity, or values that are none.
+pub fn of_local(
+    target: &PositionTarget<f32>,
+    heading_rad: Option<f64>,
+    parameters: &Parameters,
+) -> Result<Read, Unusable> {
+    let forward_rad = match target.frame {
+        LOCAL_NED => 0.0,
+        frame if BODY_FRAMES.contains(&frame) => {
+            heading_rad.ok_or(Unusable("the heading is not known yet"))?
+        }
+        _ => return Err(Unusable("the frame is none of 1, 8 and 12")),
+    };
     if !uses_position(target.ignored)? {
-        return of_velocity(target.velocity, target.ignored, parameters);
+        return of_velocity(target.velocity, forward_rad, target.ignored, parameters);
+    }
+    if target.frame != LOCAL_NED {
+        return Err(Unusable("a position needs frame 1 (local NED), not one of the body"));
     }
     if target.ignored & Z != 0 {
         return Err(Unusable("a local position needs x, y and z"));
@@ -166,8 +180,10 @@ fn uses_position(ignored: u16) -> Result<bool, Unusable> {
     }
 }
 
+/// A velocity forward, right and down, where forward has this angle from north.
 fn of_velocity(
-    [north, east, down]: [f32; 3],
+    [forward, right, down]: [f32; 3],
+    forward_rad: f64,
     ignored: u16,
     parameters: &Parameters,
 ) -> Result<Read, Unusable> {
@@ -175,7 +191,10 @@ fn of_velocity(
     let limits = &parameters.limits;
     let (course_rad, speed_m_s) = match ignored & VELOCITY_XY {
         0 => {
-            let (north, east) = (finite(north)?, finite(east)?);
+            let (forward, right) = (finite(forward)?, finite(right)?);
+            let (sin, cos) = libm::sincos(forward_rad);
+            let north = forward * cos - right * sin;
+            let east = forward * sin + right * cos;
             let speed = libm::hypot(north, east);
             if speed < STANDING_M_S {
                 return Err(Unusable("a plane cannot stand still"));

@@ -78,9 +78,14 @@ impl Keeper {
         self.next = Some(Save { number: self.last_number, text: to_text(kept), at_once });
     }
 
+    /// So many wait for a save that nobody else can.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.waiting.len() >= WAITING_MAX
+    }
+
     /// Somebody wants to know when everything is saved. False where nothing is kept, or too many wait.
     pub(super) fn wait(&mut self, from: From) -> bool {
-        if self.kept.is_none() || self.waiting.len() >= WAITING_MAX {
+        if self.kept.is_none() || self.is_crowded() {
             return false;
         }
         self.save(true);

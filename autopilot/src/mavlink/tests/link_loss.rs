@@ -149,3 +149,37 @@ fn the_deadline_is_the_moment_of_the_loss() {
         ground.link_loss.next_deadline(&ground.control, &ground.parameters, &ground.aircraft);
     assert_eq!(deadline, Some(world.now + STEP * 5_000));
 }
+
+#[test]
+fn a_station_that_has_steered_is_lost_although_another_is_heard_and_ends_it_itself() {
+    let mut world = watched();
+    world.send_command(186, [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    for _ in 0..15 {
+        world.run_ms(1_000);
+        beat(&mut world, OTHER);
+    }
+    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert!(!world.said("takes over"), "{:?}", world.texts());
+    beat(&mut world, STATION);
+    assert_eq!(told(&mut world), [Told::Back]);
+}
+
+#[test]
+fn an_accepted_order_of_another_station_ends_the_loss_and_stands() {
+    let mut world = watched();
+    world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+    for _ in 0..11 {
+        world.run_ms(1_000);
+        beat(&mut world, OTHER);
+    }
+    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    // Return, which the loss has chosen already: now it is an order.
+    let order = [1.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0];
+    let bytes = command_long(176, order, crate::mavlink::codec::OWN);
+    world.send_bytes(address(14_550), &sent_by(OTHER, bytes, 152));
+    world.run_ms(100);
+    assert_eq!(told(&mut world), [Told::Back]);
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, crate::vehicle::Mode::Return);
+    world.run_ms(10_010);
+    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)], "of the new one");
+}

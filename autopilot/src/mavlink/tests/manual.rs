@@ -251,3 +251,24 @@ fn without_a_flight_sticks_are_ignored_quietly_and_no_deadline_waits() {
         ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
     assert_eq!(deadline, None);
 }
+
+#[test]
+fn whoever_asks_for_altitude_has_control_before_the_outcome_is_there() {
+    let mut world = World::flying();
+    world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+    send_as(&mut world, OTHER, &joystick([0, 700, 500, 0]));
+    let request = command_long(176, ALTITUDE, crate::mavlink::codec::OWN);
+    world.ground.handle_datagram(address(14_550), &sent_by(OTHER, request, 152), world.now);
+    while let Some(intent) = world.ground.pop_intent() {
+        world.autopilot.handle_intent(intent);
+    }
+    // A poll between any two events.
+    while let Some(event) = world.autopilot.pop_event() {
+        world.ground.handle_event(&event, world.now);
+        world.ground.poll(world.now);
+    }
+    world.settle();
+    world.run_ms(100);
+    assert_eq!(mode(&world), Mode::Altitude);
+    assert!(!world.said("Sticks stopped"), "{:?}", world.texts());
+}

@@ -1,5 +1,6 @@
 use super::world::*;
 use crate::event::Wish;
+use crate::mavlink::codec::Identity;
 use crate::vehicle::{Mode, Setpoint};
 use ::mavlink::dialects::common::{
     AttitudeTargetTypemask, MavMessage, MavResult, SET_ATTITUDE_TARGET_DATA,
@@ -168,8 +169,9 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
     world.settle();
     assert!(world.take_wishes().is_empty(), "no aircraft, no reference and no change of mode");
     assert_eq!(world.texts(), [""; 0]);
+    let ground = &world.ground;
     let offboard_deadline =
-        world.ground.offboard.next_deadline(&world.ground.aircraft, &world.ground.parameters);
+        ground.offboard.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
     assert_eq!(offboard_deadline, None, "a deadline that is never met would keep a thread busy");
 
     world.autopilot.plant_back();
@@ -177,4 +179,89 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
     world.step();
     world.step();
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold, "the stream has stopped");
+}
+
+const OTHER: Identity = Identity { system: 245, component: 190 };
+
+fn send_as_other(world: &mut World, message: &MavMessage) {
+    let bytes = world.encode(OTHER, message);
+    world.send_bytes(address(14_550), &bytes);
+}
+
+#[test]
+fn offboard_needs_the_setpoints_of_whoever_asks_for_it() {
+    let mut world = World::flying();
+    send_as_other(&mut world, &setpoint(15.0));
+    world.send_command(176, OFFBOARD);
+    assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
+    world.send(&setpoint(10.0));
+    send_as_other(&mut world, &setpoint(15.0));
+    world.send_command(176, OFFBOARD);
+    assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_ACCEPTED)]);
+    assert!((roll_deg(&mut world) - 10.0).abs() < 1.0e-4);
+}
+
+#[test]
+fn setpoints_of_another_station_steer_nothing_keep_nothing_and_are_told_of_once() {
+    let mut world = in_offboard();
+    for _ in 0..20 {
+        world.run_ms(20);
+        send_as_other(&mut world, &setpoint(-20.0));
+        assert!((roll_deg(&mut world) - 15.0).abs() < 1.0e-4);
+    }
+    let refused = "Setpoints of system 245 refused: it has no control";
+    let said = world.texts().iter().filter(|text| *text == refused).count();
+    assert_eq!(said, 1, "{:?}", world.texts());
+    for _ in 0..10 {
+        world.run_ms(20);
+        send_as_other(&mut world, &setpoint(-20.0));
+    }
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold, "the own stream stopped");
+}
+
+#[test]
+fn the_asker_has_control_before_the_outcome_of_its_request_is_there() {
+    let mut world = World::flying();
+    world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+    send_as_other(&mut world, &setpoint(15.0));
+    let request = command_long(176, OFFBOARD, crate::mavlink::codec::OWN);
+    world.ground.handle_datagram(address(14_550), &sent_by(OTHER, request, 152), world.now);
+    while let Some(intent) = world.ground.pop_intent() {
+        world.autopilot.handle_intent(intent);
+    }
+    world.take_wishes();
+    // A poll between any two events.
+    while let Some(event) = world.autopilot.pop_event() {
+        world.ground.handle_event(&event, world.now);
+        world.ground.poll(world.now);
+    }
+    world.settle();
+    world.run_ms(100);
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard);
+    assert!(!world.said("setpoints stopped"), "{:?}", world.texts());
+}
+
+#[test]
+fn a_refusal_is_told_of_although_newer_setpoints_have_gone_out_before_it() {
+    use crate::event::Outcome;
+    use crate::vehicle::VehicleRefusal;
+    let mut world = in_offboard();
+    world.run_ms(20);
+    let mut numbers = Vec::new();
+    for _ in 0..4 {
+        // The control side is slow: it answers none of them yet.
+        world.now = world.now + STEP * 10;
+        let bytes = world.encode(STATION, &setpoint(5.0));
+        world.ground.handle_datagram(address(14_550), &bytes, world.now);
+        while let Some(intent) = world.ground.pop_intent() {
+            numbers.push(intent.number);
+        }
+    }
+    assert_eq!(numbers.len(), 4);
+    let time = world.sim;
+    let outcome = Outcome::Refused(VehicleRefusal::NoPlan);
+    let kind = crate::event::EventKind::Outcome { number: numbers[0], outcome };
+    world.ground.handle_event(&crate::event::Event { time, kind }, world.now);
+    world.settle();
+    assert!(world.said("Setpoint refused"), "{:?}", world.texts());
 }

@@ -203,6 +203,7 @@ fn pause_circles_here_and_continue_needs_a_paused_plan() {
     world.send_command(193, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(193, ACCEPTED), ack(193, LATER)]);
     assert!(world.said("no plan is paused"), "{:?}", world.texts());
+    assert!(matches!(world.take_wishes()[..], [Wish::Continue]), "the aircraft knows");
     for bad in [2.0, 0.5, NAN, -1.0] {
         world.send_command(193, [bad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(193, DENIED)], "{bad}");
@@ -251,6 +252,26 @@ fn a_moved_home_is_told_at_once() {
 }
 
 #[test]
+fn a_moved_home_is_known_with_its_acknowledgement_and_a_leftover_state_does_not_move_it_back() {
+    let mut world = World::flying();
+    let leftover = *world.autopilot.snapshot().unwrap();
+    world.send_command_at(179, 0, [0.0; 4], DESERT, 0.0);
+    for _ in 0..2 {
+        world.got.clear();
+        world.send_command(512, [242.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("asked for");
+        assert_eq!([home.latitude, home.longitude], DESERT);
+        world.ground.handle_snapshot(&leftover, world.now);
+    }
+    // Two in a row are no leftovers.
+    world.ground.handle_snapshot(&leftover, world.now);
+    world.got.clear();
+    world.send_command(512, [242.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("asked for");
+    assert_eq!(home.latitude, 349_000_000);
+}
+
+#[test]
 fn a_home_that_is_no_place_is_denied() {
     let mut world = World::flying();
     world.send_command(179, [0.0, 0.0, 0.0, 0.0, NAN, NAN, NAN]);
@@ -260,4 +281,26 @@ fn a_home_that_is_no_place_is_denied() {
     world.send_command_at(179, 9, [0.0; 4], DESERT, 0.0);
     assert_eq!(world.take_acks(), [ack(179, DENIED); 5]);
     assert!(world.take_wishes().is_empty());
+}
+
+#[test]
+fn a_circle_that_is_too_small_is_accepted_with_a_note_and_one_that_fits_without() {
+    for (command, params) in [
+        (34, [500.0, 0.0, 0.0, 0.0]),
+        (192, [NAN, 1.0, 500.0, NAN]),
+        (17, [0.0, 0.0, -500.0, 0.0]),
+        (31, [0.0, 500.0, 0.0, 0.0]),
+    ] {
+        let params = if command == 34 { [500.0, NAN, NAN, NAN] } else { params };
+        let mut world = World::flying();
+        world.send_command_at(command, 0, params, DESERT, 6_000.0);
+        world.run_ms(20);
+        assert_eq!(world.take_acks(), [ack(command, ACCEPTED)]);
+        assert!(world.said("Radius 500 m is flown as "), "{command}: {:?}", world.texts());
+        let wide = params.map(|value| if value.abs() == 500.0 { 90_000.0 } else { value });
+        let mut world = World::flying();
+        world.send_command_at(command, 0, wide, DESERT, 6_000.0);
+        world.run_ms(20);
+        assert!(!world.said("Radius"), "{command}: {:?}", world.texts());
+    }
 }

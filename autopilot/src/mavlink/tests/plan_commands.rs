@@ -119,3 +119,13 @@ fn a_paused_plan_is_continued_where_it_was() {
         [ack(300, ACCEPTED), ack(193, ACCEPTED), ack(193, ACCEPTED), ack(193, ACCEPTED)]
     );
 }
+
+#[test]
+fn a_plan_is_paused_and_continued_between_two_states_of_the_aircraft() {
+    let mut world = with_a_plan();
+    for (command, p1) in [(300, 0.0), (193, 0.0), (193, 1.0)] {
+        world.send_command(command, two(p1, 0.0));
+        assert_eq!(world.take_acks(), [ack(command, ACCEPTED)], "{command} {p1}");
+    }
+    assert_eq!(mode_and_item(&mut world), (Mode::Mission, 0));
+}

@@ -151,6 +151,30 @@ fn a_velocity_is_course_speed_and_climb() {
 }
 
 #[test]
+fn a_velocity_of_the_body_is_turned_by_the_heading() {
+    for frame_type in [8, 12] {
+        let mut world = in_offboard();
+        let east = icd::EulerAngles { phi: 0.0, theta: 0.0, psi: 90_f64.to_radians() };
+        world.sensors.attitude = icd::Attitude::from_euler(east);
+        world.run_ms(300);
+        world.send(&attitude(0.0));
+        world.run_ms(300);
+        world.take_wishes();
+        let bytes = local([f32::NAN; 3], [200.0, 150.0, -5.0], 0xFC7, frame_type);
+        world.send_bytes(address(14_550), &bytes);
+        let [Setpoint::Velocity { course_rad: Some(course), speed_m_s, climb_m_s }] =
+            setpoints(&mut world)[..]
+        else {
+            panic!("{:?}", world.texts())
+        };
+        let course_deg = course.to_degrees();
+        assert!((course_deg - 126.869_897_645_844).abs() < 1.0e-6, "{course_deg} deg");
+        assert!((speed_m_s.unwrap() - 250.0).abs() < 1.0e-9);
+        assert_eq!(climb_m_s, 5.0);
+    }
+}
+
+#[test]
 fn values_beyond_the_limits_are_limited_and_that_is_said() {
     let (setpoints, texts) = becomes(&desert(100_000.0));
     assert!(matches!(setpoints[..], [Setpoint::Position { altitude_m: Some(12_000.0), .. }]));
@@ -197,7 +221,9 @@ fn setpoints_that_cannot_be_flown_do_not_count_and_the_reason_is_said_once() {
         (global([900_000_001, 0], 6_000.0, [0.0; 3], POSITION, GLOBAL), "no place"),
         (global(DESERT, 6_000.0, [0.0; 3], POSITION | 1, GLOBAL), "only together"),
         (global(DESERT, 6_000.0, [250.0, 0.0, 0.0], VELOCITY & !4, GLOBAL), "needs a place"),
-        (local([0.0; 3], [250.0, 0.0, 0.0], VELOCITY, 8), "frame"),
+        (local([0.0; 3], [250.0, 0.0, 0.0], VELOCITY, 9), "frame"),
+        (local([0.0, 0.0, -6_000.0], [0.0; 3], POSITION, 8), "needs frame 1"),
+        (local([0.0, 0.0, -6_000.0], [0.0; 3], POSITION, 12), "needs frame 1"),
         (local([0.0, f32::NAN, -6_000.0], [0.0; 3], POSITION, LOCAL), "not finite"),
         (local([0.0; 3], [0.0; 3], ALTITUDE_IGNORED, LOCAL), "needs x, y and z"),
         (local([0.0; 3], [0.0; 3], VELOCITY, LOCAL), "stand still"),

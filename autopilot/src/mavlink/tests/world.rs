@@ -355,3 +355,13 @@ pub fn frame(id: u8, extra_crc: u8, payload: &[u8]) -> Vec<u8> {
     frame.extend_from_slice(&crc.to_le_bytes());
     frame
 }
+
+/// The same frame of the ground station as sent by somebody else.
+pub fn sent_by(sender: Identity, mut bytes: Vec<u8>, extra_crc: u8) -> Vec<u8> {
+    bytes[5] = sender.system;
+    bytes[6] = sender.component;
+    let end = bytes.len() - 2;
+    let crc = ::mavlink::calculate_crc(&bytes[1..end], extra_crc);
+    bytes[end..].copy_from_slice(&crc.to_le_bytes());
+    bytes
+}

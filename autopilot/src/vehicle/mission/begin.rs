@@ -2,9 +2,9 @@
 
 use flight_control::Demand;
 
-use super::leg::{Leg, Ramp};
+use super::leg::{Leg, Ramp, Way};
 use super::loiter::{Loiter, Until};
-use super::{Mission, Task, Tick};
+use super::{LOOP_MIN_S, Mission, Task, Tick};
 use crate::event::EventKind;
 use crate::vehicle::circling::Orbit;
 use crate::vehicle::geodesy::Site;
@@ -16,6 +16,8 @@ pub enum Otherwise {
     AtOnce,
     /// Another item is.
     Jump(u16),
+    /// Not yet begun.
+    Later,
     /// The way home is.
     Home,
 }
@@ -49,19 +51,27 @@ impl Mission {
                 demand.altitude_m = tick.rules.nearest_altitude_m(altitude_m);
                 return Ok(Task::Climb(tick.situation.course_rad()));
             }
-            Action::Jump { to, times } => return Err(Otherwise::Jump(self.jump(to, times))),
+            Action::Jump { to, times } => return Err(self.jump(to, times)),
             Action::Return => return Err(Otherwise::Home),
         };
         Ok(Task::Loiter(self.circle(&circle, until, demand, tick)))
     }
 
-    fn leg(&self, point: &Point, acceptance_m: Option<f64>, demand: &Demand, tick: &Tick) -> Leg {
+    fn leg(
+        &mut self,
+        point: &Point,
+        acceptance_m: Option<f64>,
+        demand: &Demand,
+        tick: &Tick,
+    ) -> Leg {
         let here = *tick.situation.horizon.site();
         let to = point.place.map_or(here, Site::at);
         let length_m = tick.situation.horizon.offset(&to).norm();
         let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
         let from = self.previous.unwrap_or(here);
-        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp }
+        let jumped_back = core::mem::take(&mut self.jumped_back);
+        let way = if jumped_back { Way::Again } else { Way::On };
+        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp, way }
     }
 
     fn circle(&self, circle: &Circle, until: Until, demand: &mut Demand, tick: &Tick) -> Loiter {
@@ -87,15 +97,23 @@ impl Mission {
         loiter
     }
 
-    /// Where a jump leads now, and counts it.
-    fn jump(&mut self, to: u16, times: Option<u16>) -> u16 {
+    /// Where a jump leads now, and counts it. A jump back may have to wait.
+    fn jump(&mut self, to: u16, times: Option<u16>) -> Otherwise {
+        let onwards = Otherwise::Jump(self.current.saturating_add(1));
         let Some(jumped) = self.jumped.get_mut(usize::from(self.current)) else {
-            return self.current.saturating_add(1);
+            return onwards;
         };
         if times.is_some_and(|times| *jumped >= times) {
-            return self.current.saturating_add(1);
+            return onwards;
+        }
+        if to <= self.current {
+            if self.loop_wait_s > 0.0 {
+                return Otherwise::Later;
+            }
+            self.loop_wait_s = LOOP_MIN_S;
+            self.jumped_back = true;
         }
         *jumped = jumped.saturating_add(1);
-        to
+        Otherwise::Jump(to)
     }
 }

@@ -2,7 +2,7 @@
 
 use flight_control::Demand;
 use flight_control::guidance::approach::planned_radius_m;
-use flight_control::guidance::{Horizontal, follow_line};
+use flight_control::guidance::{Horizontal, follow_line, hold_course};
 
 use crate::vehicle::circling::{Flown, target};
 use crate::vehicle::geodesy::Site;
@@ -19,6 +19,10 @@ const LEG_SHARE: f64 = 0.5;
 /// The bisector of an almost reversed course has no direction; below this length it does not count.
 const BISECTOR_MIN: f64 = 0.2;
 
+/// To come back to a point the aircraft flies so many turn radii away from it: it must turn around and find
+/// the line to the point again.
+const AWAY_RADII: f64 = 4.0;
+
 /// A leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
@@ -32,6 +36,19 @@ pub struct Leg {
     pub next: Option<Site>,
     /// Altitude along it.
     pub ramp: Option<Ramp>,
+    /// Which part of it is flown.
+    pub way: Way,
+}
+
+/// Which part of a leg is flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// On to the waypoint.
+    On,
+    /// The same in the first tick after a jump back: a waypoint that is reached already is flown to again.
+    Again,
+    /// First away from the waypoint, on a course in rad.
+    Away(f64),
 }
 
 /// An altitude that changes linearly with the way, reached where the leg ends.
@@ -120,7 +137,7 @@ impl Leg {
         demand: &mut Demand,
         rules: &Rules,
     ) -> Option<Flown> {
-        let view = View::new(self, situation);
+        let mut view = View::new(self, situation);
         let acceptance_m = self.acceptance_m.unwrap_or_else(|| {
             rules.navigation.acceptance_m.max(view.anticipation_m(situation, rules))
         });
@@ -129,14 +146,30 @@ impl Leg {
             let altitude_m = ramp.altitude_m(distance_m, acceptance_m);
             demand.altitude_m = rules.nearest_altitude_m(altitude_m);
         }
-        if distance_m <= acceptance_m || view.is_passed() {
+        let is_reached = distance_m <= acceptance_m || view.is_passed();
+        match self.way {
+            Way::Again if is_reached => self.way = Way::Away(situation.course_rad()),
+            Way::Again => self.way = Way::On,
+            Way::On | Way::Away(_) => {}
+        }
+        let target = target(&self.to, &view.to, demand.altitude_m, None);
+        if let Way::Away(course_rad) = self.way {
+            let guidance = rules.guidance();
+            let turn_m = AWAY_RADII * planned_radius_m(situation.speed_m_s, &guidance);
+            if distance_m < acceptance_m + turn_m {
+                let steering = hold_course(course_rad, &situation.velocity, &guidance);
+                return Some(Flown { steering, target: Some(target) });
+            }
+            self.way = Way::On;
+            self.from = *situation.horizon.site();
+            view = View::new(self, situation);
+        } else if is_reached {
             if let Some(ramp) = &self.ramp {
                 demand.altitude_m = rules.nearest_altitude_m(ramp.end_m());
             }
             return None;
         }
         let steering = follow_line(&view.from, &view.to, &situation.velocity, &rules.guidance());
-        let target = target(&self.to, &view.to, demand.altitude_m, None);
         Some(Flown { steering, target: Some(target) })
     }
 }

@@ -21,23 +21,29 @@ impl Plan {
         }
         for (number, item) in (0_u16..).zip(&self.items) {
             item.check(rules).map_err(|refusal| refusal.of_item(number))?;
-            if let Action::Jump { to, .. } = item.action {
-                self.check_jump(number, to)?;
+            if let Action::Jump { to, times } = item.action {
+                self.check_jump(number, to, times)?;
             }
         }
         Ok(())
     }
 
-    /// The jump arrives, and not at itself again before something has been flown.
-    fn check_jump(&self, number: u16, to: u16) -> Result<(), VehicleRefusal> {
+    /// The jump arrives, and if it has no end, not at itself again before something has been flown. Counted
+    /// jumps are used up sooner or later and do not lead away then.
+    fn check_jump(&self, number: u16, to: u16, times: Option<u16>) -> Result<(), VehicleRefusal> {
         if usize::from(to) >= self.items.len() {
             return Err(VehicleRefusal::NoSuchItem { item: to, items: self.count() });
         }
+        if times.is_some() {
+            return Ok(());
+        }
         let mut at = to;
         for _ in 0..self.items.len() {
-            match self.items.get(usize::from(at)).map(|item| item.action) {
-                Some(Action::Jump { to, .. }) => at = to,
-                Some(Action::ChangeSpeed { .. }) => at += 1,
+            let Some(item) = self.items.get(usize::from(at)) else { return Ok(()) };
+            match item.action {
+                Action::Jump { to, times: None } => at = to,
+                Action::Jump { times: Some(_), .. } => at += 1,
+                Action::ChangeSpeed { .. } if item.autocontinue => at += 1,
                 _ => return Ok(()),
             }
         }

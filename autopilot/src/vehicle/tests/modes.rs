@@ -104,7 +104,7 @@ fn return_flies_home_at_its_altitude_and_home_can_be_moved() {
     assert_eq!(plane.demand().altitude_m, 12_000.0, "no higher than references may be");
     plane.fly(600.0);
     assert!((plane.distance_m(start()) - 10_000.0).abs() < 20.0);
-    plane.vehicle.set_home(at(0.0, 50.0)).unwrap();
+    plane.vehicle.set_home(at(0.0, 50.0), &mut |_| {}).unwrap();
     plane.fly(900.0);
     assert!((plane.distance_m(at(0.0, 50.0)) - 10_000.0).abs() < 20.0);
     assert_eq!(plane.vehicle.navigation().home, Some(at(0.0, 50.0)));

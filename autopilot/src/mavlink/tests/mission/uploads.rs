@@ -240,3 +240,19 @@ fn a_plan_is_started_in_the_moment_of_its_acknowledgement() {
     world.send_command(300, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(300, MavResult::MAV_RESULT_ACCEPTED)]);
 }
+
+#[test]
+fn a_shorter_plan_is_started_by_its_own_length_in_the_moment_of_its_acknowledgement() {
+    let mut client = Client::new(QGC);
+    client.upload(&waypoints(5)).unwrap();
+    let world = &mut client.world;
+    world.run_ms(200);
+    world.got.clear();
+    world.send(&count(2));
+    world.send(&message(waypoint(0)));
+    world.send(&message(waypoint(1)));
+    assert_eq!(results(world), [R::MAV_MISSION_ACCEPTED]);
+    world.take_acks();
+    world.send_command(300, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(300, MavResult::MAV_RESULT_ACCEPTED)]);
+}
