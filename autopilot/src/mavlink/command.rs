@@ -157,7 +157,7 @@ impl CommandService {
             }
             return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
         }
-        let steers = asked.iter().any(|asked| steers(&asked.wish));
+        let steers = asked.iter().any(|asked| steers(&asked.wish, ctx.aircraft.mode()));
         let mode = asked.iter().find_map(|asked| match asked.wish {
             Wish::Mode(mode) => Some(mode),
             _ => None,
@@ -216,16 +216,15 @@ fn tell(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
     refused.result
 }
 
-/// Whether a wish steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation.
-const fn steers(wish: &Wish) -> bool {
-    matches!(
-        wish,
-        Wish::Mode(_)
-            | Wish::Refer(_)
-            | Wish::Reposition(_)
-            | Wish::PlanItem(_)
-            | Wish::Continue
-            | Wish::Home(_)
-            | Wish::Terminate
-    )
+/// Whether a wish steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
+/// item of the plan and home steer only the mode that flies to them.
+const fn steers(wish: &Wish, mode: Mode) -> bool {
+    match wish {
+        Wish::Mode(_) | Wish::Refer(_) | Wish::Reposition(_) | Wish::Continue | Wish::Terminate => {
+            true
+        }
+        Wish::PlanItem(_) => matches!(mode, Mode::Mission),
+        Wish::Home(_) => matches!(mode, Mode::Return),
+        _ => false,
+    }
 }

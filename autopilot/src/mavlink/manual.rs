@@ -14,12 +14,11 @@
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::MavSeverity;
-
 use super::aircraft::{Aircraft, Phase};
 use super::codec::{ManualControl, Message, OWN};
 use super::context::{Context, From};
 use super::control::Control;
+use super::fall_back::FallBack;
 use crate::clock::WallTime;
 use crate::event::Wish;
 use crate::parameters::Parameters;
@@ -27,8 +26,6 @@ use crate::vehicle::{Mode, Sticks};
 
 /// The vehicle gets at most one position in this time, however fast they come.
 const INTERVAL: Duration = Duration::from_millis(10);
-/// The wish to go back to Hold is repeated after this time if the mode has not changed.
-const REPEAT: Duration = Duration::from_millis(500);
 /// Systems whose sticks are followed; the one that was silent for the longest makes room.
 const PILOTS_MAX: usize = 4;
 /// Full deflection in MANUAL_CONTROL.
@@ -60,7 +57,7 @@ pub struct Manual {
     is_new: bool,
     passed_on: Option<WallTime>,
     /// Hold was wished for.
-    fell_back: Option<WallTime>,
+    fall_back: FallBack,
     /// This system moves its sticks without having control, and that has been said.
     told_uncontrolled: Option<u8>,
 }
@@ -137,7 +134,7 @@ impl Manual {
     /// Altitude began: the latest position counts at once.
     pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
         self.is_new = true;
-        self.fell_back = None;
+        self.fall_back.forget();
         self.told_uncontrolled = None;
         self.pass_on(now, ctx);
     }
@@ -167,17 +164,11 @@ impl Manual {
         let is_fresh = self
             .counting(ctx.control)
             .is_some_and(|pilot| now.since(pilot.heard) <= patience(ctx.parameters));
-        let is_waiting = self.fell_back.is_some_and(|at| now.since(at) < REPEAT);
+        let is_waiting = self.fall_back.is_under_way(now);
         if is_fresh || is_waiting {
             return;
         }
-        if ctx.intents.push(Wish::Mode(Mode::Hold)).is_some() {
-            if self.fell_back.is_none() {
-                let text = "Sticks stopped: back to Hold";
-                ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
-            }
-            self.fell_back = Some(now);
-        }
+        self.fall_back.to_hold("Sticks stopped: back to Hold", now, ctx);
     }
 
     /// When there is something to do.
@@ -191,8 +182,8 @@ impl Manual {
         if !flies_by_sticks(aircraft) {
             return None;
         }
-        if let Some(at) = self.fell_back {
-            return Some(at + REPEAT);
+        if let Some(at) = self.fall_back.next_deadline() {
+            return Some(at);
         }
         let Some(pilot) = self.counting(control) else { return Some(WallTime::ZERO) };
         let early = self.passed_on.filter(|_| self.is_new).map(|at| at + INTERVAL);

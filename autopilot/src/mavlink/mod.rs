@@ -26,6 +26,7 @@ pub mod context;
 pub mod control;
 pub mod convert;
 pub mod failure;
+pub mod fall_back;
 pub mod ftp;
 pub mod heartbeat;
 pub mod inbox;

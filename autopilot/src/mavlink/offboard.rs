@@ -14,10 +14,11 @@ use super::aircraft::Aircraft;
 use super::codec::Message;
 use super::context::{Context, From};
 use super::control::Control;
+use super::fall_back::FallBack;
 use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
 use crate::parameters::Parameters;
-use crate::vehicle::{Mode, Setpoint};
+use crate::vehicle::Setpoint;
 
 pub mod setpoints;
 
@@ -25,8 +26,6 @@ use setpoints::{Read, Unusable};
 
 /// The vehicle gets at most one setpoint in this time, however fast they come.
 const INTERVAL: Duration = Duration::from_millis(10);
-/// The wish to go back to Hold is repeated after this time if the mode has not changed.
-const REPEAT: Duration = Duration::from_millis(500);
 
 /// Systems whose setpoints are followed; the one that was silent for the longest makes room.
 const STREAMS_MAX: usize = 4;
@@ -62,7 +61,7 @@ pub struct Offboard {
     /// What has been said since Offboard began.
     told: Told,
     /// Hold was wished for.
-    fell_back: Option<WallTime>,
+    fall_back: FallBack,
 }
 
 #[derive(Debug, Default)]
@@ -144,7 +143,7 @@ impl Offboard {
             stream.told_unusable = false;
             stream.told_uncontrolled = false;
         }
-        self.fell_back = None;
+        self.fall_back.forget();
         self.told = Told::default();
         self.number = None;
         self.pass_on(now, ctx);
@@ -215,18 +214,12 @@ impl Offboard {
             return;
         }
         self.pass_on(now, ctx);
-        let is_waiting = self.fell_back.is_some_and(|at| now.since(at) < REPEAT);
+        let is_waiting = self.fall_back.is_under_way(now);
         let stream = self.counting(ctx.control);
         if is_waiting || stream.is_some_and(|stream| stream.is_fresh(now, ctx.parameters)) {
             return;
         }
-        if ctx.intents.push(Wish::Mode(Mode::Hold)).is_some() {
-            if self.fell_back.is_none() {
-                let text = "Offboard setpoints stopped: back to Hold";
-                ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
-            }
-            self.fell_back = Some(now);
-        }
+        self.fall_back.to_hold("Offboard setpoints stopped: back to Hold", now, ctx);
     }
 
     /// When there is something to do.
@@ -240,8 +233,8 @@ impl Offboard {
         if !aircraft.flies_offboard() {
             return None;
         }
-        if let Some(at) = self.fell_back {
-            return Some(at + REPEAT);
+        if let Some(at) = self.fall_back.next_deadline() {
+            return Some(at);
         }
         let latest = self.counting(control).and_then(|stream| Some((stream, stream.latest?)));
         let Some((stream, (at, _))) = latest else { return Some(WallTime::ZERO) };

@@ -138,7 +138,7 @@ const FAILURE_NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
 };
 
 const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
-    "FW_L1_PERIOD", "s", 5.0 to 100.0, navigation.l1_period_s,
+    "FW_L1_PERIOD", "s", 12.0 to 100.0, navigation.l1_period_s,
         "Period of the lateral guidance: longer is softer, and cuts corners more";
     "FW_L1_DAMPING", "-", 0.4 to 1.5, navigation.l1_damping,
         "Damping of the lateral guidance";

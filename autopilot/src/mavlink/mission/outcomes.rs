@@ -9,6 +9,7 @@ use crate::event::Outcome;
 use crate::mavlink::codec::ListKind;
 use crate::mavlink::context::{Context, From};
 use crate::mavlink::peers::Peers;
+use crate::vehicle::Mode;
 
 /// Reason of a wish without an outcome.
 const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
@@ -36,7 +37,9 @@ impl MissionService {
                 R::MAV_MISSION_ERROR
             }
         };
-        if result == R::MAV_MISSION_ACCEPTED {
+        // A plan steers only the mode that flies it: uploading one takes no running stream its control.
+        let steers = matches!(waiting.what, What::Guided) || ctx.aircraft.mode() == Mode::Mission;
+        if result == R::MAV_MISSION_ACCEPTED && steers {
             ctx.control.take(waiting.from.sender);
         }
         let id = self.settle(&waiting, result, now, ctx, out);

@@ -2,8 +2,10 @@ use super::world::*;
 use crate::event::Wish;
 use crate::mavlink::codec::Identity;
 use crate::vehicle::{Mode, Setpoint};
+use ::mavlink::MessageData;
 use ::mavlink::dialects::common::{
-    AttitudeTargetTypemask, MavMessage, MavResult, SET_ATTITUDE_TARGET_DATA,
+    AttitudeTargetTypemask, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MavMessage, MavResult,
+    SET_ATTITUDE_TARGET_DATA,
 };
 use icd::{Attitude, EulerAngles};
 
@@ -264,4 +266,30 @@ fn a_refusal_is_told_of_although_newer_setpoints_have_gone_out_before_it() {
     world.ground.handle_event(&crate::event::Event { time, kind }, world.now);
     world.settle();
     assert!(world.said("Setpoint refused"), "{:?}", world.texts());
+}
+
+#[test]
+fn a_plan_and_a_home_of_another_station_leave_control_with_the_stream() {
+    let mut world = in_offboard();
+    let own = Identity { system: 1, component: 1 };
+    let clear = MavMessage::MISSION_CLEAR_ALL(MISSION_CLEAR_ALL_DATA {
+        target_system: 1,
+        target_component: 1,
+        ..Default::default()
+    });
+    let home = command_long(179, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], own);
+    for round in 0..60 {
+        world.run_ms(20);
+        world.send(&setpoint(15.0));
+        if round == 10 {
+            send_as_other(&mut world, &clear);
+            world.send_bytes(address(14_550), &sent_by(OTHER, home.clone(), 152));
+        }
+    }
+    let accepted = world.take_all_acks().iter().any(|ack| (ack.command, ack.result) == (179, 0));
+    assert!(
+        accepted && world.got.iter().any(|got| got.id == MISSION_ACK_DATA::ID),
+        "both are done"
+    );
+    assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard, "{:?}", world.texts());
 }
