@@ -293,3 +293,21 @@ fn a_plan_and_a_home_of_another_station_leave_control_with_the_stream() {
     );
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard, "{:?}", world.texts());
 }
+
+#[test]
+fn the_wish_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
+    let mut world = in_offboard();
+    world.got.clear();
+    let mut wishes = 0;
+    for _ in 0..3 {
+        world.now = world.now + core::time::Duration::from_millis(600);
+        world.ground.poll(world.now);
+        // The control side is slow: it has taken none of them yet.
+        while let Some(intent) = world.ground.pop_intent() {
+            wishes += usize::from(matches!(intent.wish, Wish::Mode(Mode::Hold)));
+        }
+    }
+    world.settle();
+    let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
+    assert_eq!((wishes, said), (3, 1), "{:?}", world.texts());
+}
