@@ -183,10 +183,7 @@ impl Autopilot {
                     EventKind::Outcome { number: request, outcome },
                 )
             }
-            PlantReport::FaultActs { effector, kind, at } => {
-                (at, EventKind::FaultActs { effector, kind })
-            }
-            PlantReport::FaultEnded { effector, at } => (at, EventKind::FaultEnded { effector }),
+            PlantReport::Fault(entry) => (self.time, EventKind::Fault(entry)),
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;
                 (at, EventKind::GroundContact)

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use flight_control::{Demand, Gains, StepLog};
-use icd::fault::FaultReply;
+use icd::fault::{FaultEntry, FaultReply};
 use icd::pace::Pace;
-use icd::{ControlPeriod, Effector, FaultKind, FaultRequest, Sensors, SimTime};
+use icd::{ControlPeriod, FaultRequest, Sensors, SimTime};
+use serde::{Deserialize, Serialize};
 
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::vehicle::plan::Plan;
@@ -15,7 +16,7 @@ use crate::vehicle::{
 };
 
 /// Something the operator wants, numbered so that the outcome finds its way back.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Intent {
     /// Number that [`EventKind::Outcome`] repeats.
     pub number: u32,
@@ -24,7 +25,7 @@ pub struct Intent {
 }
 
 /// The kinds of [`Intent`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Wish {
     /// Change the mode.
     Mode(Mode),
@@ -114,18 +115,8 @@ pub enum EventKind {
     Saturated(Limit),
     /// It is inside its limits again.
     SaturationEnded(Limit),
-    /// A fault began to act (the plant says).
-    FaultActs {
-        /// Which effector.
-        effector: Effector,
-        /// How.
-        kind: FaultKind,
-    },
-    /// A fault ended (the plant says).
-    FaultEnded {
-        /// Which effector.
-        effector: Effector,
-    },
+    /// A fault is on the plant's list, or off it (the plant says).
+    Fault(FaultEntry),
     /// The aircraft touched the ground.
     GroundContact,
     /// No packet from the plant for a second.

@@ -1,6 +1,7 @@
 //! What can be broken on request, and the plant's truthful answer.
 //!
-//! Requests start at a ground station or a scenario and end in the plant. The control laws never see them.
+//! Requests start at a ground station, a script or a scenario and end in the plant. The control laws never see
+//! them.
 
 use core::fmt;
 
@@ -10,70 +11,42 @@ use crate::effector::Effector;
 use crate::pace::Pace;
 use crate::time::SimTime;
 
-/// How an effector fails.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum FaultKind {
-    /// Stuck where it is when the fault acts.
-    StuckHere,
-    /// Stuck at an angle.
-    StuckAt {
-        /// Where it sticks, rad, inside the effector's travel.
-        angle_rad: f64,
-        /// How it gets there.
-        travel: Travel,
-    },
-    /// Partial loss: the effector has this fraction of its effect left (the paper's x in `(x - 1) u`).
-    PartialLoss {
-        /// Fraction remaining, 0 to 1.
-        remaining: f64,
-    },
-    /// Disconnected: floats to zero deflection, where it has no moment.
-    Float,
-}
+mod kind;
+mod refusal;
+mod timing;
 
-/// How a stuck effector reaches its angle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Travel {
-    /// At once, as in the paper's u_f.
-    Jump,
-    /// At the actuator's rate limit.
-    AtActuatorRate,
-}
-
-/// When a requested change acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Onset {
-    /// At the tick in which the request reaches the plant.
-    AtOnce,
-    /// At this simulation time, exactly, also between ticks.
-    At(SimTime),
-}
+pub use kind::{FaultKind, Side, Travel};
+pub use refusal::{Quantity, Refusal};
+pub use timing::{Onset, Repeat, Timing};
 
 /// One change to the faults of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FaultRequest {
-    /// Break an effector; replaces the fault that it has.
+    /// Break an effector. When it begins to act it replaces the fault that the effector has.
     Inject {
         /// Which one.
         effector: Effector,
         /// How.
         kind: FaultKind,
-        /// When.
-        onset: Onset,
+        /// When, how fast, for how long, how often.
+        timing: Timing,
     },
     /// Mend an effector and forget what is scheduled for it.
     Clear {
         /// Which one.
         effector: Effector,
     },
+    /// Mend all effectors and forget everything that is scheduled.
+    ClearAll,
 }
 
 impl FaultRequest {
-    /// The effector that the request names.
+    /// The effector that the request names; `None` for all of them.
     #[must_use]
-    pub const fn effector(&self) -> Effector {
+    pub const fn effector(&self) -> Option<Effector> {
         match self {
-            Self::Inject { effector, .. } | Self::Clear { effector } => *effector,
+            Self::Inject { effector, .. } | Self::Clear { effector } => Some(*effector),
+            Self::ClearAll => None,
         }
     }
 }
@@ -96,7 +69,7 @@ pub enum FaultReply {
         /// Simulation time of the onset.
         at: SimTime,
     },
-    /// The effector is healthy since this time.
+    /// The effector is healthy since this time, and nothing is scheduled for it.
     Cleared {
         /// Simulation time of the repair.
         at: SimTime,
@@ -105,76 +78,78 @@ pub enum FaultReply {
     Refused(Refusal),
 }
 
-/// Why the plant did not do what was asked.
+/// One fault of the plant's list.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// The angle is outside the travel of the effector.
-    AngleOutOfTravel {
-        /// Requested, rad.
-        angle_rad: f64,
-        /// Largest angle either way, rad.
-        limit_rad: f64,
-    },
-    /// The remaining fraction is outside 0 to 1.
-    RemainingOutOfRange {
-        /// Requested fraction.
-        remaining: f64,
-    },
-    /// The effector has no such fault (an angle for the engine).
-    NotForThisEffector,
-    /// The onset lies in the past.
-    OnsetInThePast {
-        /// Requested onset.
-        onset: SimTime,
-        /// The plant's time.
-        now: SimTime,
-    },
-    /// The list of scheduled faults is full.
-    ScheduleFull {
-        /// How many it holds.
-        capacity: u32,
-    },
-    /// The flight is over.
-    FlightOver,
+pub struct FaultEntry {
+    /// Number of the fault in this flight, from 1; never used twice.
+    pub id: u32,
+    /// Which effector.
+    pub effector: Effector,
+    /// How it fails.
+    pub kind: FaultKind,
+    /// When, how fast, for how long, how often. The onset is a time, also where it was "at once".
+    pub timing: Timing,
+    /// Where it stands.
+    pub state: FaultState,
 }
 
-impl fmt::Display for FaultKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::StuckHere => f.write_str("stuck"),
-            Self::StuckAt { angle_rad, travel } => {
-                write!(f, "stuck at {:.1} deg", angle_rad.to_degrees())?;
-                match travel {
-                    Travel::Jump => Ok(()),
-                    Travel::AtActuatorRate => f.write_str(" (travelling)"),
-                }
-            }
-            Self::PartialLoss { remaining } => write!(f, "{:.0} % left", remaining * 100.0),
-            Self::Float => f.write_str("floating"),
+/// Where a fault stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FaultState {
+    /// It will act from this time on.
+    Scheduled {
+        /// Simulation time of the onset.
+        at: SimTime,
+    },
+    /// It acts.
+    Acting {
+        /// Simulation time since when.
+        since: SimTime,
+    },
+    /// Between two repetitions: it does not act, and will again.
+    Resting {
+        /// Simulation time since when.
+        since: SimTime,
+        /// Simulation time of the next onset.
+        next: SimTime,
+    },
+    /// It has acted and does not any more: its time is over, it was cleared, or another one took its place.
+    Ended {
+        /// Simulation time since when.
+        at: SimTime,
+    },
+    /// It never acted and never will: it was cleared before its onset.
+    Cancelled {
+        /// Simulation time of the order.
+        at: SimTime,
+    },
+}
+
+impl FaultState {
+    /// Simulation time since which the fault stands so; of a scheduled one the time at which it will act.
+    #[must_use]
+    pub const fn time(&self) -> SimTime {
+        match *self {
+            Self::Scheduled { at } | Self::Ended { at } | Self::Cancelled { at } => at,
+            Self::Acting { since } | Self::Resting { since, .. } => since,
         }
+    }
+
+    /// The fault is off the list.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        matches!(self, Self::Ended { .. } | Self::Cancelled { .. })
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for FaultState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::AngleOutOfTravel { angle_rad, limit_rad } => write!(
-                f,
-                "angle {:.1} deg is outside -{limit:.1} to {limit:.1} deg",
-                angle_rad.to_degrees(),
-                limit = limit_rad.to_degrees()
-            ),
-            Self::RemainingOutOfRange { remaining } => {
-                write!(f, "remaining {:.1} % is outside 0 to 100 %", remaining * 100.0)
-            }
-            Self::NotForThisEffector => f.write_str("this effector has no such fault"),
-            Self::OnsetInThePast { onset, now } => {
-                write!(f, "onset {onset} is in the past, it is {now}")
-            }
-            Self::ScheduleFull { capacity } => {
-                write!(f, "{capacity} faults are scheduled already, no more fit")
-            }
-            Self::FlightOver => f.write_str("the flight is over"),
+            Self::Scheduled { at } => write!(f, "from {at} on"),
+            Self::Acting { since } => write!(f, "since {since}"),
+            Self::Resting { next, .. } => write!(f, "again at {next}"),
+            Self::Ended { at } => write!(f, "ended at {at}"),
+            Self::Cancelled { at } => write!(f, "cancelled at {at}"),
         }
     }
 }
@@ -189,22 +164,9 @@ pub enum PlantReport {
         /// What became of it.
         reply: FaultReply,
     },
-    /// A fault began to act.
-    FaultActs {
-        /// Which effector.
-        effector: Effector,
-        /// How.
-        kind: FaultKind,
-        /// Since when.
-        at: SimTime,
-    },
-    /// A fault ended.
-    FaultEnded {
-        /// Which effector.
-        effector: Effector,
-        /// Since when.
-        at: SimTime,
-    },
+    /// A fault was put on the list, began to act, rests, or is over; or somebody asked for the list
+    /// ([`PlantAction::ListFaults`]).
+    Fault(FaultEntry),
     /// The aircraft touched the ground; the plant has stopped.
     GroundContact {
         /// When.
@@ -237,6 +199,8 @@ pub struct PlantRequest {
 pub enum PlantAction {
     /// Change the faults.
     Fault(FaultRequest),
+    /// Tell every fault that acts, rests or is scheduled; the answers are [`PlantReport::Fault`].
+    ListFaults,
     /// Start the flight anew; the new session is the answer.
     Restart,
     /// Let simulation time pass in another way.

@@ -43,6 +43,7 @@ pub mod fault;
 pub mod frames;
 pub mod lockstep;
 pub mod pace;
+pub mod record;
 pub mod sensors;
 pub mod time;
 pub mod wire;

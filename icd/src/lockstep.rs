@@ -75,7 +75,7 @@ impl PlantSide {
         self.session
     }
 
-    /// Begins the next exchange and returns the packet to send.
+    /// Begins the next exchange and returns the packet to send; `envelope` goes to the recorder.
     pub fn ask(
         &mut self,
         time: SimTime,
@@ -83,6 +83,7 @@ impl PlantSide {
         period: ControlPeriod,
         sensors: &Sensors,
         reports: Reports,
+        envelope: &[u8],
     ) -> &[u8] {
         debug_assert!(!self.waiting, "the last question is not answered yet");
         let packet = SensorPacket {
@@ -94,7 +95,7 @@ impl PlantSide {
             sensors: *sensors,
             reports,
         };
-        wire::encode_sensors(&packet, &mut self.question);
+        wire::encode_sensors(&packet, envelope, &mut self.question);
         self.waiting = true;
         &self.question
     }
@@ -265,6 +266,7 @@ impl FlightSide {
         &mut self,
         actuators: &Actuators,
         request: Option<PlantRequest>,
+        wants_envelope: bool,
     ) -> Option<&[u8]> {
         let current = self.current.as_mut().filter(|current| !current.answered)?;
         current.answered = true;
@@ -274,6 +276,7 @@ impl FlightSide {
             time: current.time,
             actuators: *actuators,
             request,
+            wants_envelope,
         };
         wire::encode_actuators(&packet, &mut self.answer);
         Some(&self.answer)
@@ -307,11 +310,13 @@ mod tests {
 
     fn ask(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
         let time = SimTime::from_micros(tick * 2_000);
-        plant.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors(), Reports::new()).to_vec()
+        plant
+            .ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors(), Reports::new(), &[])
+            .to_vec()
     }
 
     fn answer(flight: &mut FlightSide) -> Vec<u8> {
-        flight.answer(&Actuators::default(), None).map(<[u8]>::to_vec).unwrap()
+        flight.answer(&Actuators::default(), None, false).map(<[u8]>::to_vec).unwrap()
     }
 
     #[test]
@@ -320,7 +325,11 @@ mod tests {
         let question = ask(&mut plant, 0);
         assert!(matches!(flight.handle(&question, true), FlightEvent::NewFlight(_)));
         let first = answer(&mut flight);
-        assert_eq!(flight.answer(&Actuators::default(), None), None, "one answer a question");
+        assert_eq!(
+            flight.answer(&Actuators::default(), None, false),
+            None,
+            "one answer a question"
+        );
         assert_eq!(flight.handle(&question, true), FlightEvent::Repeat(&first));
         assert!(matches!(plant.handle(&first), PlantEvent::Answer(_)));
         assert_eq!(plant.handle(&first), PlantEvent::Ignored(Ignored::Late));

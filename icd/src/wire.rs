@@ -16,15 +16,15 @@
 //! Magic, version, kind and the whole refusal packet keep their places in every version, so that two
 //! versions can tell each other that they differ. Times and sequence numbers are u64, values f64 as they
 //! were computed. Every value is checked for being finite when a packet is read.
+//!
+//! A sensor packet ends with an envelope and its length, u16: what the plant tells the recorder of the flight
+//! ([`crate::record`]). Nobody else opens it; it is no part of [`SensorPacket`].
 
 use arrayvec::ArrayVec;
 
 use crate::actuators::Actuators;
 use crate::effector::{Effector, PerEffector};
-use crate::fault::{
-    FaultKind, FaultReply, FaultRequest, Onset, PlantAction, PlantReport, PlantRequest, Refusal,
-    Travel,
-};
+use crate::fault::{PlantAction, PlantReport, PlantRequest};
 use crate::pace::Pace;
 use crate::sensors::Sensors;
 use crate::time::{ControlPeriod, SimTime};
@@ -32,18 +32,22 @@ use crate::time::{ControlPeriod, SimTime};
 mod cursor;
 mod decode;
 mod encode;
+mod faults;
 
-pub use decode::decode;
+pub use decode::{decode, envelope};
 pub use encode::{encode_actuators, encode_refusal, encode_sensors};
 
 /// First four bytes of every packet.
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// Largest packet, bytes.
-pub const PACKET_MAX: usize = 512;
+pub const PACKET_MAX: usize = 1400;
+
+/// Longest envelope, bytes: what a sensor packet carries for the recorder ([`crate::record`]).
+pub const ENVELOPE_MAX: usize = 800;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
 pub const REPORTS_MAX: usize = 4;
@@ -97,6 +101,8 @@ pub struct ActuatorPacket {
     pub actuators: Actuators,
     /// Something for the plant to do.
     pub request: Option<PlantRequest>,
+    /// The flight is recorded: the next sensor packet shall carry an envelope.
+    pub wants_envelope: bool,
 }
 
 /// From either side: "I will not talk to you, because".

@@ -11,7 +11,10 @@
 //! | partial loss | follows the commands | the remaining fraction | all of it at once |
 //! | float | is at zero at once | none | moves on from zero |
 
-use icd::fault::{FaultKind, FaultReply, FaultRequest, Onset, PlantReport, Refusal, Travel};
+use icd::fault::{
+    FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Quantity,
+    Refusal, Timing, Travel,
+};
 use icd::{Effector, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
@@ -134,6 +137,22 @@ impl Faults {
         self.active[effector].map(|active| (active.kind, active.since))
     }
 
+    /// Reports every fault that acts, rests or is scheduled.
+    pub fn list(&self, report: &mut impl FnMut(PlantReport)) {
+        for (effector, active) in self.active.iter() {
+            if let Some(Active { kind, since, number, .. }) = *active {
+                let state = FaultState::Acting { since };
+                report(PlantReport::Fault(entry(number, effector, kind, state)));
+            }
+        }
+        for event in &self.schedule {
+            if let Action::Begin(kind) = event.action {
+                let state = FaultState::Scheduled { at: event.at };
+                report(PlantReport::Fault(entry(event.number, event.effector, kind, state)));
+            }
+        }
+    }
+
     /// When the next thing happens that the integration must not step over.
     #[must_use]
     pub fn next_event(&self) -> Option<SimTime> {
@@ -183,7 +202,14 @@ impl Faults {
                 self.end(effector, now, report);
                 FaultReply::Cleared { at: now }
             }
-            FaultRequest::Inject { effector, kind, onset } => {
+            FaultRequest::ClearAll => {
+                self.schedule.clear();
+                for effector in Effector::ALL {
+                    self.end(effector, now, report);
+                }
+                FaultReply::Cleared { at: now }
+            }
+            FaultRequest::Inject { effector, kind, timing: Timing { onset, .. } } => {
                 if let Err(refusal) = allowed(effector, &kind, &servos[effector]) {
                     return FaultReply::Refused(refusal);
                 }
@@ -293,20 +319,28 @@ impl Faults {
             }
             FaultKind::PartialLoss { remaining: left } => (following, remaining) = (1.0, left),
             FaultKind::Float => positions[effector] = 0.0,
+            // Refused by `allowed`.
+            _ => return,
         }
         self.effects.following[effector] = following;
         self.effects.runaway[effector] = runaway;
         self.effects.remaining[effector] = remaining;
         self.active[effector] = Some(Active { kind, since: now, number, arrival });
-        report(PlantReport::FaultActs { effector, kind, at: now });
+        report(PlantReport::Fault(entry(
+            number,
+            effector,
+            kind,
+            FaultState::Acting { since: now },
+        )));
     }
 
     fn end(&mut self, effector: Effector, now: SimTime, report: &mut impl FnMut(PlantReport)) {
-        if self.active[effector].take().is_some() {
+        if let Some(active) = self.active[effector].take() {
             self.effects.following[effector] = 1.0;
             self.effects.runaway[effector] = 0.0;
             self.effects.remaining[effector] = 1.0;
-            report(PlantReport::FaultEnded { effector, at: now });
+            let state = FaultState::Ended { at: now };
+            report(PlantReport::Fault(entry(active.number, effector, active.kind, state)));
         }
     }
 
@@ -320,6 +354,10 @@ impl Faults {
         let place = self.schedule.partition_point(|other| other.at <= event.at);
         self.schedule.insert(place, event);
     }
+}
+
+fn entry(id: u32, effector: Effector, kind: FaultKind, state: FaultState) -> FaultEntry {
+    FaultEntry { id, effector, kind, timing: Timing::at(state.time()), state }
 }
 
 /// First whole microsecond at which a travel of `seconds` is over; at once if there is no way to go.
@@ -354,9 +392,15 @@ fn allowed(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Re
             if (0.0..=1.0).contains(&remaining) {
                 Ok(())
             } else {
-                Err(Refusal::RemainingOutOfRange { remaining })
+                Err(Refusal::OutOfRange {
+                    what: Quantity::Remaining,
+                    value: remaining,
+                    min: 0.0,
+                    max: 1.0,
+                })
             }
         }
+        _ => Err(Refusal::NotForThisEffector),
     }
 }
 

@@ -185,6 +185,12 @@ impl Plant {
         reply
     }
 
+    /// Reports every fault that acts, rests or is scheduled.
+    pub fn list_faults(&mut self) {
+        let Self { faults, reports, reports_dropped, .. } = self;
+        faults.list(&mut |report| push(reports, reports_dropped, report));
+    }
+
     /// What happened and was not fetched yet, oldest first.
     pub fn pop_report(&mut self) -> Option<PlantReport> {
         self.reports.pop_front()

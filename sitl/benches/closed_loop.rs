@@ -80,10 +80,10 @@ fn link(c: &mut Criterion) {
         b.iter(|| {
             let period = setup.plant.period;
             let question =
-                plant_side.ask(plant.time(), Phase::Flying, period, &sensors, Reports::new());
+                plant_side.ask(plant.time(), Phase::Flying, period, &sensors, Reports::new(), &[]);
             let event = flight_side.handle(question, true);
             assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)));
-            let answer = flight_side.answer(&actuators, None).expect("there is a question");
+            let answer = flight_side.answer(&actuators, None, false).expect("there is a question");
             assert!(matches!(plant_side.handle(answer), PlantEvent::Answer(_)));
         });
     });

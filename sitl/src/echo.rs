@@ -114,9 +114,9 @@ fn packets() -> (Vec<u8>, Vec<u8>) {
     let mut plant = PlantSide::new(1);
     let mut flight = FlightSide::new();
     let period = ControlPeriod::DEFAULT;
-    let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new());
+    let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new(), &[]);
     flight.handle(question, true);
-    let answer = flight.answer(&Actuators::default(), None).unwrap_or_default();
+    let answer = flight.answer(&Actuators::default(), None, false).unwrap_or_default();
     (question.to_vec(), answer.to_vec())
 }
 

@@ -8,7 +8,7 @@ use autopilot::autopilot::Autopilot;
 use autopilot::event::{EventKind, Intent, Outcome, Wish};
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
-use icd::fault::{Onset, PlantAction, PlantReport, Travel};
+use icd::fault::{PlantAction, PlantReport, Timing, Travel};
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::wire::{Phase, Reports};
 use icd::{Effector, FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
@@ -132,7 +132,7 @@ impl Loop {
             reports.push(report);
         }
         let (time, period) = (self.plant.time(), self.setup.plant.period);
-        let packet = self.plant_side.ask(time, phase, period, &self.sensors, reports);
+        let packet = self.plant_side.ask(time, phase, period, &self.sensors, reports, &[]);
         self.questions.send(now_us, packet);
     }
 
@@ -165,7 +165,7 @@ impl Loop {
             self.autopilot.hold(&packet.sensors, false)
         };
         let request = self.autopilot.next_request();
-        let answer = self.flight_side.answer(&actuators, request).unwrap();
+        let answer = self.flight_side.answer(&actuators, request, false).unwrap();
         self.answers.send(now_us, answer);
     }
 
@@ -264,7 +264,7 @@ fn fly_with_pauses(
 
 fn broken_elevator() -> FaultRequest {
     let kind = FaultKind::StuckAt { angle_rad: 0.1, travel: Travel::Jump };
-    FaultRequest::Inject { effector: Effector::LeftElevator, kind, onset: Onset::AtOnce }
+    FaultRequest::Inject { effector: Effector::LeftElevator, kind, timing: Timing::NOW }
 }
 
 #[test]

@@ -32,10 +32,10 @@ fn flying() -> Autopilot {
 
 fn break_rudder(number: u32) -> Intent {
     let kind = FaultKind::StuckHere;
-    let onset = icd::fault::Onset::AtOnce;
+    let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, onset }),
+        wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, timing }),
     }
 }
 

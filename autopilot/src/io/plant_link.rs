@@ -154,7 +154,7 @@ impl PlantLink {
             Phase::OnGround => self.autopilot.hold(&packet.sensors, true),
         };
         let request = self.autopilot.next_request();
-        if let Some(answer) = self.side.answer(&actuators, request) {
+        if let Some(answer) = self.side.answer(&actuators, request, false) {
             // What does not leave is lost, and will be asked for again.
             let _ = self.socket.send_to(answer, to);
         }

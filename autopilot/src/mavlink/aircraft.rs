@@ -1,5 +1,6 @@
 //! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
 
+use icd::fault::{FaultEntry, FaultState};
 use icd::{Effector, Ned, PerEffector, Sensors};
 
 use crate::event::{EventKind, Snapshot};
@@ -99,8 +100,13 @@ impl Aircraft {
                 self.mode = mode;
                 self.contradictions = 0;
             }
-            EventKind::FaultActs { effector, .. } => self.faulty[effector] = true,
-            EventKind::FaultEnded { effector } => self.faulty[effector] = false,
+            EventKind::Fault(FaultEntry { effector, state, .. }) => match state {
+                FaultState::Acting { .. } => self.faulty[effector] = true,
+                FaultState::Resting { .. } | FaultState::Ended { .. } => {
+                    self.faulty[effector] = false;
+                }
+                FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => {}
+            },
             EventKind::GroundContact => self.on_ground = true,
             EventKind::Home(place) => {
                 // Before the first snapshot there are no axes: it will bring home too.

@@ -17,7 +17,7 @@
 
 use arrayvec::ArrayVec;
 use flight_control::Belief;
-use icd::fault::{Onset, Refusal, Travel};
+use icd::fault::{Onset, Refusal, Timing, Travel};
 use icd::{Effector, FaultKind, FaultRequest, SimTime};
 
 use super::codec::Command;
@@ -274,7 +274,7 @@ fn request(
             )));
         }
     };
-    Ok(FaultRequest::Inject { effector, kind, onset })
+    Ok(FaultRequest::Inject { effector, kind, timing: Timing::from_onset(onset) })
 }
 
 #[cfg(test)]
@@ -312,7 +312,7 @@ mod tests {
         for (instance, effector) in (1_u8..).zip(SERVOS) {
             let asked = inject(102.0, 2.0, f32::from(instance), 0.0).unwrap();
             let kind = FaultKind::StuckHere;
-            assert_eq!(asked, [FaultRequest::Inject { effector, kind, onset: Onset::AtOnce }]);
+            assert_eq!(asked, [FaultRequest::Inject { effector, kind, timing: Timing::NOW }]);
             assert_eq!(unit_and_instance(effector), ("servo", usize::from(instance)));
         }
         let asked = inject(101.0, 0.0, 1.0, 0.0).unwrap();
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(inject(102.0, 1.0, 0.0, 0.0).unwrap().len(), 7);
         assert_eq!(inject(102.0, 1.0, 2.0, 127.0).unwrap().len(), 1);
         let asked = inject(102.0, 1.0, NAN, 5.0).unwrap();
-        let named: Vec<_> = asked.iter().map(FaultRequest::effector).collect();
+        let named: Vec<_> = asked.iter().filter_map(FaultRequest::effector).collect();
         assert_eq!(named, [Effector::LeftAileron, Effector::LeftElevator]);
         for mask in [0.0, NAN, 128.0, -1.0, 1.5] {
             assert_eq!(inject(102.0, 1.0, NAN, mask), Err(DENIED), "mask {mask}");
@@ -360,12 +360,12 @@ mod tests {
         let kind = FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: Travel::Jump };
         assert_eq!(
             user(2.0, 1.0, 30.0, NAN, 12.3),
-            Ok(vec![FaultRequest::Inject { effector, kind, onset }])
+            Ok(vec![FaultRequest::Inject { effector, kind, timing: Timing::from_onset(onset) }])
         );
         let kind = FaultKind::PartialLoss { remaining: 0.4 };
         assert_eq!(
             user(4.0, 2.0, 40.0, 0.0, 0.0),
-            Ok(vec![FaultRequest::Inject { effector, kind, onset: Onset::AtOnce }])
+            Ok(vec![FaultRequest::Inject { effector, kind, timing: Timing::NOW }])
         );
     }
 
@@ -406,7 +406,7 @@ mod tests {
         .unwrap()[0]
         {
             FaultRequest::Inject { kind, .. } => kind,
-            FaultRequest::Clear { .. } => panic!("a fault was asked for"),
+            FaultRequest::Clear { .. } | FaultRequest::ClearAll => panic!("a fault was asked for"),
         };
         let travel = Travel::AtActuatorRate;
         let at = FaultKind::StuckAt { angle_rad: (-7.0_f64).to_radians(), travel };

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use flight_control::CompensatorMode;
+use icd::fault::{FaultEntry, FaultState};
 use icd::pace::Pace;
 
 use super::codec::Encoded;
@@ -173,13 +174,19 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
         EventKind::SaturationEnded(limit) => {
             (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))
         }
-        EventKind::FaultActs { effector, kind } => {
+        EventKind::Fault(FaultEntry { effector, kind, state, .. }) => {
             let (unit, instance) = failure::unit_and_instance(effector);
-            (S::MAV_SEVERITY_WARNING, format!("Injected: {unit} {kind}, instance {instance}"))
-        }
-        EventKind::FaultEnded { effector } => {
-            let (unit, instance) = failure::unit_and_instance(effector);
-            (S::MAV_SEVERITY_NOTICE, format!("Cleared: {unit}, instance {instance}"))
+            let kind = kind.described(effector.is_angle());
+            match state {
+                FaultState::Acting { .. } => (
+                    S::MAV_SEVERITY_WARNING,
+                    format!("Injected: {unit} {kind}, instance {instance}"),
+                ),
+                FaultState::Ended { .. } | FaultState::Resting { .. } => {
+                    (S::MAV_SEVERITY_NOTICE, format!("Cleared: {unit}, instance {instance}"))
+                }
+                FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
+            }
         }
         EventKind::GroundContact => {
             (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())

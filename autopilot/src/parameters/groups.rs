@@ -3,9 +3,10 @@
 
 use super::ParameterError;
 use crate::vehicle::{LinkLossAction, Reference, VehicleRefusal};
+use serde::{Deserialize, Serialize};
 
 /// Parameters of the guidance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NavigationParameters {
     /// Period of the lateral guidance, s.
     pub l1_period_s: f64,
@@ -24,7 +25,7 @@ pub struct NavigationParameters {
 }
 
 /// What silence of ground stations leads to, and when.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LinkParameters {
     /// What happens when the controlling ground station falls silent.
     pub loss_action: LinkLossAction,
@@ -37,7 +38,7 @@ pub struct LinkParameters {
 }
 
 /// Default rates of the streams, Hz of wall time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StreamParameters {
     /// Attitude.
     pub attitude_hz: f64,
@@ -50,7 +51,7 @@ pub struct StreamParameters {
 }
 
 /// References that are accepted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// Lowest altitude, m.
     pub altitude_min_m: f64,
@@ -65,7 +66,7 @@ pub struct ReferenceLimits {
 }
 
 /// Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FailureParameters {
     /// Fault injection is allowed.
     pub enabled: bool,

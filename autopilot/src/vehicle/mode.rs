@@ -1,9 +1,10 @@
 //! Flight modes: who gives the references.
 
 use core::fmt;
+use serde::{Deserialize, Serialize};
 
 /// Who gives the references.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Altitude, airspeed and roll (or course) references as they stand, wings level to begin with. A flight
     /// begins in it.

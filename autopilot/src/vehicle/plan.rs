@@ -1,6 +1,7 @@
 //! A plan: what Mission flies, item by item.
 
 use super::request::Place;
+use serde::{Deserialize, Serialize};
 
 mod check;
 
@@ -8,7 +9,7 @@ mod check;
 pub const ITEMS_MAX: usize = 1000;
 
 /// A whole plan. It is replaced as a whole or not at all.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Plan {
     /// Number of this version of the plan, never zero unless it is empty.
     pub id: u32,
@@ -17,7 +18,7 @@ pub struct Plan {
 }
 
 /// One item.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Item {
     /// What to do.
     pub action: Action,
@@ -26,7 +27,7 @@ pub struct Item {
 }
 
 /// A point to fly to. What is `None` stays as it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Where; `None`: where the aircraft is when the item begins.
     pub place: Option<Place>,
@@ -35,7 +36,7 @@ pub struct Point {
 }
 
 /// A circle around a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Circle {
     /// Its centre.
     pub centre: Point,
@@ -46,7 +47,7 @@ pub struct Circle {
 }
 
 /// What an item asks for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Action {
     /// Fly along the leg to this point (NAV_WAYPOINT).
     Waypoint {
@@ -95,7 +96,7 @@ pub enum Action {
 }
 
 /// How far a plan has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Progress {
     /// There is no plan.
     #[default]

@@ -1,9 +1,10 @@
 //! What may be asked of the vehicle: values in SI and radians, already finite, not yet checked against limits.
 
 use icd::Ned;
+use serde::{Deserialize, Serialize};
 
 /// A point on the Earth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
     /// Geodetic latitude, rad.
     pub latitude_rad: f64,
@@ -12,7 +13,7 @@ pub struct Place {
 }
 
 /// A reference that the operator may change.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Reference {
     /// Altitude above the ellipsoid, m.
     Altitude(f64),
@@ -25,7 +26,7 @@ pub enum Reference {
 }
 
 /// Go somewhere and circle there. What is `None` stays as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Reposition {
     /// Centre of the circle; `None`: where the aircraft circles already, or else where it is now.
     pub place: Option<Place>,
@@ -42,7 +43,7 @@ pub struct Reposition {
 }
 
 /// One setpoint of an offboard stream; only in Offboard.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Setpoint {
     /// Roll angle, rad; altitude and airspeed references stay.
     Roll(f64),
@@ -67,7 +68,7 @@ pub enum Setpoint {
 }
 
 /// Positions of a pilot's sticks; only in Altitude.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sticks {
     /// -1 left to 1 right: roll reference up to the limit.
     pub roll: f64,
@@ -78,7 +79,7 @@ pub struct Sticks {
 }
 
 /// What happens when the controlling ground station falls silent (parameter `NAV_DLL_ACT`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkLossAction {
     /// The flight goes on.
     Continue,

@@ -3,10 +3,9 @@
 use super::cursor::Reader;
 use super::encode::{KIND_ACTUATORS, KIND_REFUSAL, KIND_SENSORS};
 use super::{
-    ActuatorPacket, Actuators, ControlPeriod, Effector, FaultKind, FaultReply, FaultRequest, MAGIC,
-    Onset, PACKET_MAX, Pace, Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest,
-    Refusal, RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, Travel,
-    VERSION, WireError,
+    ActuatorPacket, Actuators, ControlPeriod, ENVELOPE_MAX, Effector, MAGIC, PACKET_MAX, Pace,
+    Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest, RefusalPacket,
+    RefusalReason, Reports, SensorPacket, Sensors, SimTime, VERSION, WireError, faults,
 };
 
 /// Header and checksum, without a body.
@@ -68,7 +67,7 @@ pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
 
 /// Which packet a refused value was in.
 #[derive(Clone, Copy)]
-struct Context {
+pub(super) struct Context {
     session: u64,
     sequence: u64,
 }
@@ -79,7 +78,7 @@ impl Context {
     }
 
     /// All of them finite, or the first that is not, with its name.
-    fn all_finite<const N: usize>(
+    pub(super) fn all_finite<const N: usize>(
         self,
         values: [f64; N],
         name: impl Fn(usize) -> &'static str,
@@ -94,7 +93,7 @@ impl Context {
         }
     }
 
-    fn finite(self, field: &'static str, value: f64) -> Result<f64, WireError> {
+    pub(super) fn finite(self, field: &'static str, value: f64) -> Result<f64, WireError> {
         if value.is_finite() { Ok(value) } else { Err(self.value(field, value)) }
     }
 }
@@ -128,6 +127,7 @@ fn sensor_packet(
         let report = read_report(r, context)?;
         reports.try_push(report).map_err(|_| WireError::Length { bytes: r.total })?;
     }
+    skip_envelope(r)?;
     Ok(SensorPacket { session, sequence, time, phase, period, sensors, reports })
 }
 
@@ -141,54 +141,30 @@ fn actuator_packet(
     let values =
         context.all_finite(r.f64s::<{ Effector::COUNT }>()?, |index| Effector::ALL[index].key())?;
     let commands = PerEffector::new(values);
-    let request = match r.u8()? {
-        0 => None,
-        1 => Some(PlantRequest { number: r.u32()?, action: read_action(r, context)? }),
-        value => return Err(WireError::Code { field: "request flag", value }),
+    let request = if read_flag(r, "request flag")? {
+        Some(PlantRequest { number: r.u32()?, action: read_action(r, context)? })
+    } else {
+        None
     };
-    Ok(ActuatorPacket { session, sequence, time, actuators: Actuators { commands }, request })
+    let wants_envelope = read_flag(r, "envelope flag")?;
+    let actuators = Actuators { commands };
+    Ok(ActuatorPacket { session, sequence, time, actuators, request, wants_envelope })
 }
 
 fn read_action(r: &mut Reader<'_>, context: Context) -> Result<PlantAction, WireError> {
     match r.u8()? {
         0 => Ok(PlantAction::Restart),
-        1 => Ok(PlantAction::Fault(FaultRequest::Clear { effector: effector(r.u8()?)? })),
-        2 => {
-            let effector = effector(r.u8()?)?;
-            let code = r.u8()?;
-            let kind = fault_kind(code, context.finite("fault value", r.f64()?)?)?;
-            let onset = match r.u64()? {
-                u64::MAX => Onset::AtOnce,
-                micros => Onset::At(SimTime::from_micros(micros)),
-            };
-            Ok(PlantAction::Fault(FaultRequest::Inject { effector, kind, onset }))
-        }
-        3 => {
-            let code = r.u8()?;
-            Ok(PlantAction::Pace(pace(code, r.f64()?, context)?))
-        }
+        1 => Ok(PlantAction::Fault(faults::read_request(r, context)?)),
+        2 => Ok(PlantAction::ListFaults),
+        3 => Ok(PlantAction::Pace(read_pace(r, context)?)),
         value => Err(WireError::Code { field: "request", value }),
     }
 }
 
-fn effector(code: u8) -> Result<Effector, WireError> {
-    Effector::from_index(usize::from(code))
-        .ok_or(WireError::Code { field: "effector", value: code })
-}
-
-fn fault_kind(code: u8, value: f64) -> Result<FaultKind, WireError> {
-    match code {
-        0 => Ok(FaultKind::StuckHere),
-        1 => Ok(FaultKind::StuckAt { angle_rad: value, travel: Travel::Jump }),
-        2 => Ok(FaultKind::StuckAt { angle_rad: value, travel: Travel::AtActuatorRate }),
-        3 => Ok(FaultKind::PartialLoss { remaining: value }),
-        4 => Ok(FaultKind::Float),
-        value => Err(WireError::Code { field: "fault kind", value }),
-    }
-}
-
 /// A pace that can be: a fraction of a period, or a speed beyond the limits, is refused like NaN.
-fn pace(code: u8, value: f64, context: Context) -> Result<Pace, WireError> {
+fn read_pace(r: &mut Reader<'_>, context: Context) -> Result<Pace, WireError> {
+    let code = r.u8()?;
+    let value = r.f64()?;
     let pace = match code {
         0 => Pace::Pause,
         1 => Pace::Run,
@@ -206,54 +182,51 @@ fn pace(code: u8, value: f64, context: Context) -> Result<Pace, WireError> {
 }
 
 fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, WireError> {
-    let code = r.u8()?;
-    let a = r.u8()?;
-    let b = r.u8()?;
-    r.u8()?;
-    let number = r.u32()?;
-    let at = SimTime::from_micros(r.u64()?);
-    let v = context.finite("report value", r.f64()?)?;
-    let v2 = context.finite("report value", r.f64()?)?;
-    match code {
-        0 => Ok(PlantReport::GroundContact { at }),
-        1 => Ok(PlantReport::FaultActs { effector: effector(a)?, kind: fault_kind(b, v)?, at }),
-        2 => Ok(PlantReport::FaultEnded { effector: effector(a)?, at }),
+    match r.u8()? {
+        0 => Ok(PlantReport::GroundContact { at: SimTime::from_micros(r.u64()?) }),
+        1 => Ok(PlantReport::Fault(faults::read_entry(r, context)?)),
+        2 => Ok(PlantReport::FaultReply {
+            request: r.u32()?,
+            reply: faults::read_reply(r, context)?,
+        }),
         3 => {
-            let reply = match a {
-                0 => FaultReply::Applied { at },
-                1 => FaultReply::Unchanged { at },
-                2 => FaultReply::Scheduled { at },
-                3 => FaultReply::Cleared { at },
-                4 => FaultReply::Refused(refusal(b, at, v, v2)?),
-                value => return Err(WireError::Code { field: "fault reply", value }),
-            };
-            Ok(PlantReport::FaultReply { request: number, reply })
-        }
-        4 => {
-            let request = match b {
-                0 => None,
-                1 => Some(number),
-                value => return Err(WireError::Code { field: "pace request", value }),
-            };
-            Ok(PlantReport::Paced { request, pace: pace(a, v, context)?, at })
+            let given = read_flag(r, "pace request")?;
+            let number = r.u32()?;
+            let pace = read_pace(r, context)?;
+            let at = SimTime::from_micros(r.u64()?);
+            Ok(PlantReport::Paced { request: given.then_some(number), pace, at })
         }
         value => Err(WireError::Code { field: "report", value }),
     }
 }
 
-fn refusal(code: u8, at: SimTime, v: f64, v2: f64) -> Result<Refusal, WireError> {
-    match code {
-        0 => Ok(Refusal::AngleOutOfTravel { angle_rad: v, limit_rad: v2 }),
-        1 => Ok(Refusal::RemainingOutOfRange { remaining: v }),
-        2 => Ok(Refusal::NotForThisEffector),
-        3 => Ok(Refusal::OnsetInThePast {
-            onset: at,
-            // Only for a message to people: saturates for flights longer than that.
-            now: SimTime::from_seconds(v.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default(),
-        }),
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        4 => Ok(Refusal::ScheduleFull { capacity: v as u32 }),
-        5 => Ok(Refusal::FlightOver),
-        value => Err(WireError::Code { field: "refusal", value }),
+fn read_flag(r: &mut Reader<'_>, field: &'static str) -> Result<bool, WireError> {
+    match r.u8()? {
+        0 => Ok(false),
+        1 => Ok(true),
+        value => Err(WireError::Code { field, value }),
     }
+}
+
+/// What a sensor packet carries for the recorder, unopened; empty if it carries nothing. Only for a datagram
+/// that [`decode`] has accepted as one.
+#[must_use]
+pub fn envelope(datagram: &[u8]) -> &[u8] {
+    let length_at = datagram.len().saturating_sub(4 + 2);
+    let length = match datagram.get(length_at..).and_then(|end| end.first_chunk::<2>()) {
+        Some(bytes) => usize::from(u16::from_le_bytes(*bytes)),
+        None => 0,
+    };
+    length_at.checked_sub(length).and_then(|from| datagram.get(from..length_at)).unwrap_or(&[])
+}
+
+/// Passes over the envelope at the end of a sensor packet.
+fn skip_envelope(r: &mut Reader<'_>) -> Result<(), WireError> {
+    let wrong = WireError::Length { bytes: r.total };
+    let (envelope, length) = r.left.split_last_chunk::<2>().ok_or(wrong)?;
+    if envelope.len() != usize::from(u16::from_le_bytes(*length)) || envelope.len() > ENVELOPE_MAX {
+        return Err(wrong);
+    }
+    r.left = &[];
+    Ok(())
 }

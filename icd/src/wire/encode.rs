@@ -2,9 +2,8 @@
 
 use super::cursor::Writer;
 use super::{
-    ActuatorPacket, FaultKind, FaultReply, FaultRequest, MAGIC, Onset, Pace, PacketBytes, Phase,
-    PlantAction, PlantReport, PlantRequest, Refusal, RefusalPacket, RefusalReason, SensorPacket,
-    Travel, VERSION,
+    ActuatorPacket, ENVELOPE_MAX, MAGIC, Pace, PacketBytes, Phase, PlantAction, PlantReport,
+    PlantRequest, RefusalPacket, RefusalReason, SensorPacket, VERSION, faults,
 };
 
 pub(super) const KIND_SENSORS: u8 = 1;
@@ -12,7 +11,9 @@ pub(super) const KIND_ACTUATORS: u8 = 2;
 pub(super) const KIND_REFUSAL: u8 = 3;
 
 /// Writes a sensor packet into `out`, which is cleared first.
-pub fn encode_sensors(packet: &SensorPacket, out: &mut PacketBytes) {
+///
+/// Of an `envelope` longer than [`ENVELOPE_MAX`] nothing is written.
+pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBytes) {
     let phase = match packet.phase {
         Phase::Flying => 0,
         Phase::Holding => 1,
@@ -29,6 +30,10 @@ pub fn encode_sensors(packet: &SensorPacket, out: &mut PacketBytes) {
     for report in &packet.reports {
         write_report(&mut w, report);
     }
+    let envelope = if envelope.len() <= ENVELOPE_MAX { envelope } else { &[] };
+    w.bytes(envelope);
+    #[expect(clippy::cast_possible_truncation, reason = "at most ENVELOPE_MAX")]
+    w.u16(envelope.len() as u16);
     w.finish();
 }
 
@@ -46,30 +51,19 @@ pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
             w.u32(*number);
             match action {
                 PlantAction::Restart => w.u8(0),
+                PlantAction::Fault(request) => {
+                    w.u8(1);
+                    faults::write_request(&mut w, request);
+                }
+                PlantAction::ListFaults => w.u8(2),
                 PlantAction::Pace(pace) => {
                     w.u8(3);
-                    let (code, value) = pace_code(*pace);
-                    w.u8(code);
-                    w.f64(value);
-                }
-                PlantAction::Fault(FaultRequest::Clear { effector }) => {
-                    w.u8(1);
-                    w.u8(*effector as u8);
-                }
-                PlantAction::Fault(FaultRequest::Inject { effector, kind, onset }) => {
-                    w.u8(2);
-                    w.u8(*effector as u8);
-                    let (code, value) = kind_code(kind);
-                    w.u8(code);
-                    w.f64(value);
-                    match onset {
-                        Onset::AtOnce => w.u64(u64::MAX),
-                        Onset::At(at) => w.u64(at.as_micros()),
-                    }
+                    write_pace(&mut w, *pace);
                 }
             }
         }
     }
+    w.u8(u8::from(packet.wants_envelope));
     w.finish();
 }
 
@@ -98,91 +92,39 @@ fn header(out: &mut PacketBytes, kind: u8, detail: u8, session: u64, sequence: u
     w
 }
 
-fn kind_code(kind: &FaultKind) -> (u8, f64) {
-    match kind {
-        FaultKind::StuckHere => (0, 0.0),
-        FaultKind::StuckAt { angle_rad, travel: Travel::Jump } => (1, *angle_rad),
-        FaultKind::StuckAt { angle_rad, travel: Travel::AtActuatorRate } => (2, *angle_rad),
-        FaultKind::PartialLoss { remaining } => (3, *remaining),
-        FaultKind::Float => (4, 0.0),
-    }
-}
-
-fn pace_code(pace: Pace) -> (u8, f64) {
-    match pace {
+fn write_pace(w: &mut Writer<'_>, pace: Pace) {
+    let (code, value) = match pace {
         Pace::Pause => (0, 0.0),
         Pace::Run => (1, 0.0),
         Pace::Step(periods) => (2, f64::from(periods)),
         Pace::Speed(speed) => (3, speed),
-    }
-}
-
-/// One fixed-size record: code, two small codes, pad, number, time, two values.
-struct Record {
-    code: u8,
-    a: u8,
-    b: u8,
-    number: u32,
-    time: u64,
-    values: [f64; 2],
+    };
+    w.u8(code);
+    w.f64(value);
 }
 
 fn write_report(w: &mut Writer<'_>, report: &PlantReport) {
-    let record = match report {
+    match report {
         PlantReport::GroundContact { at } => {
-            Record { code: 0, a: 0, b: 0, number: 0, time: at.as_micros(), values: [0.0; 2] }
+            w.u8(0);
+            w.u64(at.as_micros());
         }
-        PlantReport::FaultActs { effector, kind, at } => {
-            let (b, value) = kind_code(kind);
-            let time = at.as_micros();
-            Record { code: 1, a: *effector as u8, b, number: 0, time, values: [value, 0.0] }
+        PlantReport::Fault(entry) => {
+            w.u8(1);
+            faults::write_entry(w, entry);
         }
-        PlantReport::FaultEnded { effector, at } => Record {
-            code: 2,
-            a: *effector as u8,
-            b: 0,
-            number: 0,
-            time: at.as_micros(),
-            values: [0.0; 2],
-        },
-        PlantReport::FaultReply { request, reply } => reply_record(*request, reply),
+        PlantReport::FaultReply { request, reply } => {
+            w.u8(2);
+            w.u32(*request);
+            faults::write_reply(w, reply);
+        }
         PlantReport::Paced { request, pace, at } => {
-            let (a, value) = pace_code(*pace);
-            let (b, number) = request.map_or((0, 0), |number| (1, number));
-            Record { code: 4, a, b, number, time: at.as_micros(), values: [value, 0.0] }
+            w.u8(3);
+            let (given, number) = request.map_or((0, 0), |number| (1, number));
+            w.u8(given);
+            w.u32(number);
+            write_pace(w, *pace);
+            w.u64(at.as_micros());
         }
-    };
-    w.u8(record.code);
-    w.u8(record.a);
-    w.u8(record.b);
-    w.u8(0);
-    w.u32(record.number);
-    w.u64(record.time);
-    w.f64(record.values[0]);
-    w.f64(record.values[1]);
-}
-
-fn reply_record(number: u32, reply: &FaultReply) -> Record {
-    let (a, b, time, values) = match reply {
-        FaultReply::Applied { at } => (0, 0, at.as_micros(), [0.0; 2]),
-        FaultReply::Unchanged { at } => (1, 0, at.as_micros(), [0.0; 2]),
-        FaultReply::Scheduled { at } => (2, 0, at.as_micros(), [0.0; 2]),
-        FaultReply::Cleared { at } => (3, 0, at.as_micros(), [0.0; 2]),
-        FaultReply::Refused(refusal) => {
-            let (b, time, values) = match refusal {
-                Refusal::AngleOutOfTravel { angle_rad, limit_rad } => {
-                    (0, 0, [*angle_rad, *limit_rad])
-                }
-                Refusal::RemainingOutOfRange { remaining } => (1, 0, [*remaining, 0.0]),
-                Refusal::NotForThisEffector => (2, 0, [0.0; 2]),
-                Refusal::OnsetInThePast { onset, now } => {
-                    (3, onset.as_micros(), [now.as_seconds(), 0.0])
-                }
-                Refusal::ScheduleFull { capacity } => (4, 0, [f64::from(*capacity), 0.0]),
-                Refusal::FlightOver => (5, 0, [0.0; 2]),
-            };
-            (4, b, time, values)
-        }
-    };
-    Record { code: 3, a, b, number, time, values }
+    }
 }

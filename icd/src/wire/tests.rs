@@ -1,4 +1,8 @@
 use super::*;
+use crate::fault::{
+    FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, Quantity, Refusal, Repeat,
+    Side, Timing, Travel,
+};
 use crate::frames::{Attitude, Body, Ned};
 use proptest::prelude::*;
 
@@ -21,18 +25,17 @@ fn sensors() -> Sensors {
 
 fn full_sensor_packet() -> SensorPacket {
     let at = SimTime::from_micros(7);
-    let acts = PlantReport::FaultActs {
-        effector: Effector::Rudder,
-        kind: FaultKind::PartialLoss { remaining: 0.5 },
-        at,
+    let repeat = Some(Repeat { every_s: 2.0, times: Some(3) });
+    let timing = Timing { onset: Onset::At(at), ramp_s: 0.25, duration_s: Some(1.0), repeat };
+    let entry = |state| {
+        let kind = FaultKind::Intermittent { period_s: 0.5, present: 0.25 };
+        PlantReport::Fault(FaultEntry { id: 9, effector: Effector::Rudder, kind, timing, state })
     };
-    let refused =
-        |refusal| PlantReport::FaultReply { request: 3, reply: FaultReply::Refused(refusal) };
     let mut reports = Reports::new();
-    reports.push(acts);
-    reports.push(PlantReport::FaultEnded { effector: Effector::Engine, at });
-    reports.push(refused(Refusal::AngleOutOfTravel { angle_rad: 1.0, limit_rad: 0.5 }));
-    reports.push(refused(Refusal::OnsetInThePast { onset: at, now: SimTime::from_micros(9) }));
+    reports.push(entry(FaultState::Acting { since: at }));
+    reports.push(entry(FaultState::Resting { since: at, next: SimTime::from_micros(9) }));
+    reports.push(entry(FaultState::Scheduled { at }));
+    reports.push(entry(FaultState::Ended { at }));
     SensorPacket {
         session: 42,
         sequence: 7,
@@ -57,9 +60,10 @@ fn actuator_packet() -> ActuatorPacket {
             action: PlantAction::Fault(FaultRequest::Inject {
                 effector: Effector::LeftElevator,
                 kind: FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::AtActuatorRate },
-                onset: Onset::At(SimTime::from_micros(3_000_000)),
+                timing: Timing::at(SimTime::from_micros(3_000_000)),
             }),
         }),
+        wants_envelope: true,
     }
 }
 
@@ -67,9 +71,14 @@ fn actuator_packet() -> ActuatorPacket {
 fn the_largest_packets_fit_and_come_back_bit_for_bit() {
     let mut bytes = PacketBytes::new();
     let packet = full_sensor_packet();
-    encode_sensors(&packet, &mut bytes);
+    let sealed = [7; ENVELOPE_MAX];
+    encode_sensors(&packet, &sealed, &mut bytes);
     assert!(bytes.len() < PACKET_MAX, "{} bytes", bytes.len());
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet.clone())));
+    assert_eq!(envelope(&bytes), sealed);
+    encode_sensors(&packet, &[], &mut bytes);
     assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+    assert_eq!(envelope(&bytes), []);
 
     let packet = actuator_packet();
     encode_actuators(&packet, &mut bytes);
@@ -85,17 +94,21 @@ fn every_request_reply_and_report_comes_back() {
         FaultReply::Unchanged { at },
         FaultReply::Scheduled { at },
         FaultReply::Cleared { at },
-        FaultReply::Refused(Refusal::RemainingOutOfRange { remaining: 1.5 }),
+        FaultReply::Refused(Refusal::AngleOutOfTravel { angle_rad: 1.0, limit_rad: 0.5 }),
+        FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: SimTime::from_micros(9) }),
         FaultReply::Refused(Refusal::NotForThisEffector),
         FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }),
         FaultReply::Refused(Refusal::FlightOver),
     ];
-    for reply in replies {
+    let ranges = Quantity::ALL.map(|what| {
+        FaultReply::Refused(Refusal::OutOfRange { what, value: 1.5, min: 0.0, max: 1.0 })
+    });
+    for reply in replies.into_iter().chain(ranges) {
         let mut packet = full_sensor_packet();
         packet.reports.clear();
         packet.reports.push(PlantReport::FaultReply { request: 1, reply });
         packet.reports.push(PlantReport::GroundContact { at });
-        encode_sensors(&packet, &mut bytes);
+        encode_sensors(&packet, &[], &mut bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     for (request, pace) in [
@@ -107,11 +120,22 @@ fn every_request_reply_and_report_comes_back() {
         let mut packet = full_sensor_packet();
         packet.reports.clear();
         packet.reports.push(PlantReport::Paced { request, pace, at });
-        encode_sensors(&packet, &mut bytes);
+        encode_sensors(&packet, &[], &mut bytes);
+        assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+    }
+    for state in [FaultState::Cancelled { at }, FaultState::Acting { since: at }] {
+        let mut packet = full_sensor_packet();
+        packet.reports.clear();
+        let (effector, kind) = (Effector::Engine, FaultKind::FlameOut);
+        let entry = FaultEntry { id: 1, effector, kind, timing: Timing::NOW, state };
+        packet.reports.push(PlantReport::Fault(entry));
+        encode_sensors(&packet, &[], &mut bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     let actions = [
         PlantAction::Restart,
+        PlantAction::ListFaults,
+        PlantAction::Fault(FaultRequest::ClearAll),
         PlantAction::Pace(Pace::Pause),
         PlantAction::Pace(Pace::Run),
         PlantAction::Pace(Pace::Step(Pace::STEPS_MAX)),
@@ -119,8 +143,8 @@ fn every_request_reply_and_report_comes_back() {
         PlantAction::Fault(FaultRequest::Clear { effector: Effector::NozzleYaw }),
         PlantAction::Fault(FaultRequest::Inject {
             effector: Effector::Engine,
-            kind: FaultKind::Float,
-            onset: Onset::AtOnce,
+            kind: FaultKind::HardOver { side: Side::Negative },
+            timing: Timing::NOW,
         }),
     ];
     for action in actions {
@@ -138,7 +162,7 @@ fn a_value_that_is_not_finite_is_named() {
     let mut bytes = PacketBytes::new();
     let mut packet = full_sensor_packet();
     packet.sensors.sideslip_rad = f64::NAN;
-    encode_sensors(&packet, &mut bytes);
+    encode_sensors(&packet, &[], &mut bytes);
     match decode(&bytes) {
         Err(WireError::Value { field: "sideslip_rad", session: 42, sequence: 7, .. }) => {}
         other => panic!("{other:?}"),
@@ -164,13 +188,13 @@ fn a_pace_that_cannot_be_is_refused() {
         let decoded = decode(&bytes);
         assert!(matches!(decoded, Err(WireError::Value { field: "pace", .. })), "{decoded:?}");
     }
-    // Half a period: the value is the last field.
+    // Half a period: behind the value there are only the envelope flag and the checksum.
     let action = PlantAction::Pace(Pace::Step(1));
     let packet =
         ActuatorPacket { request: Some(PlantRequest { number: 5, action }), ..actuator_packet() };
     encode_actuators(&packet, &mut bytes);
     let end = bytes.len() - 4;
-    bytes[end - 8..end].copy_from_slice(&0.5_f64.to_le_bytes());
+    bytes[end - 9..end - 1].copy_from_slice(&0.5_f64.to_le_bytes());
     let crc = crc32fast::hash(&bytes[..end]).to_le_bytes();
     bytes[end..].copy_from_slice(&crc);
     assert!(matches!(decode(&bytes), Err(WireError::Value { field: "pace", .. })));
@@ -189,14 +213,14 @@ fn an_attitude_that_is_no_rotation_is_refused() {
     let mut bytes = PacketBytes::new();
     let mut packet = full_sensor_packet();
     packet.sensors.attitude = Attitude::from_unit_wxyz([0.0, 0.0, 0.0, 0.0]);
-    encode_sensors(&packet, &mut bytes);
+    encode_sensors(&packet, &[], &mut bytes);
     assert!(matches!(decode(&bytes), Err(WireError::Value { .. })));
 }
 
 #[test]
 fn another_version_is_recognised_whatever_follows_it() {
     let mut bytes = PacketBytes::new();
-    encode_sensors(&full_sensor_packet(), &mut bytes);
+    encode_sensors(&full_sensor_packet(), &[], &mut bytes);
     bytes[4] = 99;
     let expected = WireError::Version { theirs: 99, session: 42, sequence: 7 };
     assert_eq!(decode(&bytes), Err(expected));
@@ -220,19 +244,19 @@ proptest! {
     #[test]
     fn any_single_damaged_byte_is_noticed(index in 0_usize..200, flip in 1_u8..=255) {
         let mut bytes = PacketBytes::new();
-        encode_sensors(&full_sensor_packet(), &mut bytes);
+        encode_sensors(&full_sensor_packet(), &[], &mut bytes);
         bytes[index] ^= flip;
         prop_assert!(decode(&bytes).is_err());
     }
 
     #[test]
-    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..1500)) {
         let _ = decode(&bytes);
     }
 
     #[test]
     fn bodies_of_arbitrary_bytes_with_a_right_checksum_never_panic(
-        mut bytes in proptest::collection::vec(any::<u8>(), 36..500),
+        mut bytes in proptest::collection::vec(any::<u8>(), 36..1400),
         kind in 1_u8..4,
     ) {
         bytes[..4].copy_from_slice(&MAGIC);

@@ -31,11 +31,11 @@ impl Bench {
     }
 
     fn inject(&mut self, now: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
-        self.request(now, FaultRequest::Inject { effector, kind, onset: Onset::AtOnce })
+        self.request(now, FaultRequest::Inject { effector, kind, timing: Timing::NOW })
     }
 
     fn inject_at(&mut self, at: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
-        self.request(T0, FaultRequest::Inject { effector, kind, onset: Onset::At(at) })
+        self.request(T0, FaultRequest::Inject { effector, kind, timing: Timing::at(at) })
     }
 
     fn act(&mut self, now: SimTime) {
@@ -76,12 +76,12 @@ fn each_fault_acts_on_its_own_effector_and_on_no_other() {
         for (kind, effective, rate) in kinds(effector, here) {
             let mut bench = Bench::new();
             assert_eq!(bench.inject(T0, effector, kind), FaultReply::Applied { at: T0 });
-            assert_eq!(bench.effective(effector), effective, "{effector} {kind}");
-            assert_eq!(bench.rate(effector), rate, "{effector} {kind}");
+            assert_eq!(bench.effective(effector), effective, "{effector} {kind:?}");
+            assert_eq!(bench.rate(effector), rate, "{effector} {kind:?}");
             for other in Effector::ALL.into_iter().filter(|e| *e != effector) {
                 let healthy = Bench::new().positions[other];
-                assert_eq!(bench.effective(other), healthy, "{effector} {kind} moved {other}");
-                assert_eq!(bench.rate(other), 1.0, "{effector} {kind} slowed {other}");
+                assert_eq!(bench.effective(other), healthy, "{effector} {kind:?} moved {other}");
+                assert_eq!(bench.rate(other), 1.0, "{effector} {kind:?} slowed {other}");
             }
         }
     }
@@ -96,9 +96,13 @@ fn after_the_repair_every_effector_is_healthy_again() {
             let stuck = bench.positions[effector];
             let reply = bench.request(T1, FaultRequest::Clear { effector });
             assert_eq!(reply, FaultReply::Cleared { at: T1 });
-            assert_eq!(*bench.faults.effects(), Effects::none(), "{effector} {kind}");
-            assert_eq!(bench.positions[effector], stuck, "{effector} {kind}: the repair moved it");
-            assert_eq!(bench.reports[1], PlantReport::FaultEnded { effector, at: T1 });
+            assert_eq!(*bench.faults.effects(), Effects::none(), "{effector} {kind:?}");
+            assert_eq!(
+                bench.positions[effector], stuck,
+                "{effector} {kind:?}: the repair moved it"
+            );
+            let ended = FaultState::Ended { at: T1 };
+            assert!(matches!(bench.reports[1], PlantReport::Fault(entry) if entry.state == ended));
             assert_eq!(bench.faults.next_event(), None);
         }
     }
@@ -157,7 +161,7 @@ fn impossible_faults_are_refused_with_the_reason() {
         (
             Effector::Rudder,
             FaultKind::PartialLoss { remaining: 1.5 },
-            Refusal::RemainingOutOfRange { remaining: 1.5 },
+            Refusal::OutOfRange { what: Quantity::Remaining, value: 1.5, min: 0.0, max: 1.0 },
         ),
     ] {
         assert_eq!(bench.inject(T0, effector, kind), FaultReply::Refused(refusal));
@@ -190,8 +194,8 @@ fn a_scheduled_fault_waits_for_its_time() {
     bench.act(SimTime::from_micros(2_000_000));
     assert_eq!(bench.reports, []);
     bench.act(T1);
-    let (effector, kind) = (Effector::Rudder, FaultKind::Float);
-    assert_eq!(bench.reports, [PlantReport::FaultActs { effector, kind, at: T1 }]);
+    let acting = FaultState::Acting { since: T1 };
+    assert!(matches!(bench.reports[..], [PlantReport::Fault(entry)] if entry.state == acting));
 }
 
 #[test]
@@ -241,7 +245,7 @@ fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
     assert_eq!(bench.inject_at(T1, effector, kind), FaultReply::Scheduled { at: T1 });
     bench.act(T1);
     let later = SimTime::from_micros(T1.as_micros() + 500_000);
-    let again = |kind, at| FaultRequest::Inject { effector, kind, onset: Onset::At(at) };
+    let again = |kind, at| FaultRequest::Inject { effector, kind, timing: Timing::at(at) };
     let told = bench.reports.len();
     assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Unchanged { at: T1 });
     assert_eq!(bench.reports.len(), told, "nothing begins twice");

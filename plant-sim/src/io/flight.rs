@@ -144,7 +144,7 @@ impl Flight<'_> {
             reports.push(report);
         }
         self.all_told = !reports.is_full();
-        self.link.ask(self.plant.time(), phase, self.period, sensors, reports);
+        self.link.ask(self.plant.time(), phase, self.period, sensors, reports, &[]);
         if phase == Phase::Flying {
             // While the autopilot works.
             self.record();
@@ -159,6 +159,7 @@ impl Flight<'_> {
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
                 return Ok(Answer::End(FlightEnd::Restart));
             }
+            Some(PlantRequest { action: PlantAction::ListFaults, .. }) => self.plant.list_faults(),
             Some(PlantRequest { number, action: PlantAction::Fault(request) }) => {
                 let reply = self.plant.request(&request);
                 self.reply = Some(PlantReport::FaultReply { request: number, reply });

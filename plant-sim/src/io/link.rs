@@ -72,7 +72,7 @@ impl Link {
         self.side.session()
     }
 
-    /// Sends a question.
+    /// Sends a question; `envelope` goes to the recorder.
     pub(super) fn ask(
         &mut self,
         time: SimTime,
@@ -80,8 +80,9 @@ impl Link {
         period: ControlPeriod,
         sensors: &Sensors,
         reports: Reports,
+        envelope: &[u8],
     ) {
-        let question = self.side.ask(time, phase, period, sensors, reports);
+        let question = self.side.ask(time, phase, period, sensors, reports, envelope);
         // A packet that does not leave is a lost packet.
         let _ = self.socket.send(question);
     }
@@ -207,7 +208,7 @@ mod tests {
             let (bytes, from) = self.socket.receive_from(&mut buffer).unwrap().unwrap();
             let event = self.side.handle(&buffer[..bytes], true);
             assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)), "{event:?}");
-            let answer = self.side.answer(&Actuators::default(), None).unwrap();
+            let answer = self.side.answer(&Actuators::default(), None, false).unwrap();
             for _ in 0..copies {
                 self.socket.send_to(answer, from).unwrap();
             }
@@ -220,7 +221,7 @@ mod tests {
         values[6] = 1.0;
         let sensors = Sensors::from_array(&values);
         let time = SimTime::from_micros(2_000 * tick);
-        link.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors, Reports::new());
+        link.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors, Reports::new(), &[]);
     }
 
     #[test]

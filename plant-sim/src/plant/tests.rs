@@ -1,6 +1,6 @@
 use super::*;
 use crate::{Airframe, EarthModel, Scenario, ScheduledFault, scenario};
-use icd::fault::{FaultKind, Onset, Travel};
+use icd::fault::{FaultKind, FaultState, Timing, Travel};
 use icd::{Body, ControlPeriod, Effector, PerEffector};
 
 fn setup(earth: EarthModel) -> PlantSetup {
@@ -207,7 +207,8 @@ fn a_fault_between_ticks_acts_at_its_exact_time() {
         coast(&mut plant, 10);
         let reports = std::iter::from_fn(|| plant.pop_report()).collect::<Vec<_>>();
         let at = SimTime::from_micros(at_us);
-        assert!(matches!(reports[..], [PlantReport::FaultActs { at: acted, .. }] if acted == at));
+        let acting = FaultState::Acting { since: at };
+        assert!(matches!(reports[..], [PlantReport::Fault(entry)] if entry.state == acting));
         plant.truth().body_rates.0.z
     };
     let (early, late) = (yaw_after(15_000), yaw_after(14_463));
@@ -273,7 +274,7 @@ fn half_the_engine_gives_half_the_thrust() {
     let request = FaultRequest::Inject {
         effector: Effector::Engine,
         kind: FaultKind::PartialLoss { remaining: 0.5 },
-        onset: Onset::AtOnce,
+        timing: Timing::NOW,
     };
     assert_eq!(plant.request(&request), FaultReply::Applied { at: SimTime::ZERO });
     let thrust = plant.trim().thrust_n;
@@ -428,8 +429,8 @@ fn reports_are_bounded_and_the_oldest_go_first() {
     let mut plant = plant(&flat());
     let effector = Effector::Rudder;
     for _ in 0..REPORTS_MAX {
-        let (kind, onset) = (FaultKind::Float, Onset::AtOnce);
-        plant.request(&FaultRequest::Inject { effector, kind, onset });
+        let (kind, timing) = (FaultKind::Float, Timing::NOW);
+        plant.request(&FaultRequest::Inject { effector, kind, timing });
         plant.request(&FaultRequest::Clear { effector });
     }
     let waiting = std::iter::from_fn(|| plant.pop_report()).count();

@@ -21,7 +21,7 @@ pub fn fault(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
     }
     let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.belief)?;
     let asked = requests.into_iter().map(|request| {
-        let effector = Some(request.effector());
+        let effector = request.effector();
         Asked { wish: Wish::Fault(request), effector }
     });
     Ok(Decision { asked: asked.collect(), ..Decision::default() })

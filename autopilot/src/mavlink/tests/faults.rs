@@ -1,7 +1,7 @@
 use super::world::*;
 use crate::event::Wish;
 use ::mavlink::dialects::common::MavResult;
-use icd::fault::{FaultReply, PlantReport, Refusal};
+use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
 use icd::{Effector, FaultKind, SimTime};
 
 const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
@@ -95,11 +95,14 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
     assert!(world.said("Scheduled: servo 3 at 12.500000 s"), "{:?}", world.texts());
     let kind =
         FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: icd::fault::Travel::Jump };
-    world.autopilot.handle_report(&PlantReport::FaultActs {
+    let since = SimTime::from_micros(12_500_000);
+    world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
+        id: 1,
         effector: Effector::LeftElevator,
         kind,
-        at: SimTime::from_micros(12_500_000),
-    });
+        timing: Timing::at(since),
+        state: FaultState::Acting { since },
+    }));
     world.settle();
     assert!(world.said("Injected: servo stuck at 30.0 deg, instance 3"), "{:?}", world.texts());
 }

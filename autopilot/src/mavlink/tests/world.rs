@@ -6,7 +6,10 @@ use std::net::SocketAddr;
 use ::mavlink::dialects::common::{MavMessage, MavResult, PARAM_VALUE_DATA, STATUSTEXT_DATA};
 use ::mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
 use flight_control::Gains;
-use icd::fault::{FaultReply, FaultRequest, Onset, PlantAction, PlantReport, PlantRequest};
+use icd::fault::{
+    FaultEntry, FaultReply, FaultRequest, FaultState, Onset, PlantAction, PlantReport,
+    PlantRequest, Timing,
+};
 use icd::{ControlPeriod, Sensors, SimTime};
 
 use crate::autopilot::{Autopilot, Settings};
@@ -181,27 +184,36 @@ impl World {
                 self.sim = SimTime::ZERO;
                 return Vec::new();
             }
+            PlantAction::ListFaults => return Vec::new(),
             PlantAction::Pace(_) if self.plant == PlantManner::Silent => return Vec::new(),
             PlantAction::Pace(pace) => {
                 return vec![PlantReport::Paced { request: Some(request.number), pace, at }];
             }
         };
-        let effector = fault.effector();
+        let effector = fault.effector().unwrap_or(icd::Effector::Engine);
+        let entry = |kind, state| {
+            let timing = Timing::at(at);
+            PlantReport::Fault(FaultEntry { id: 1, effector, kind, timing, state })
+        };
         let reply = |reply| PlantReport::FaultReply { request: request.number, reply };
         match (self.plant, fault) {
             (PlantManner::Silent, _) => Vec::new(),
             (PlantManner::Says(said), _) => vec![reply(said)],
-            (PlantManner::Willing, FaultRequest::Clear { .. }) => {
-                vec![reply(FaultReply::Cleared { at }), PlantReport::FaultEnded { effector, at }]
+            (PlantManner::Willing, FaultRequest::Clear { .. } | FaultRequest::ClearAll) => {
+                let ended = entry(icd::FaultKind::StuckHere, FaultState::Ended { at });
+                vec![reply(FaultReply::Cleared { at }), ended]
             }
-            (PlantManner::Willing, FaultRequest::Inject { kind, onset: Onset::AtOnce, .. }) => {
-                vec![
-                    reply(FaultReply::Applied { at }),
-                    PlantReport::FaultActs { effector, kind, at },
-                ]
-            }
-            (PlantManner::Willing, FaultRequest::Inject { onset: Onset::At(at), .. }) => {
-                vec![reply(FaultReply::Scheduled { at })]
+            (PlantManner::Willing, FaultRequest::Inject { kind, timing, .. }) => {
+                match timing.onset {
+                    Onset::AtOnce => vec![
+                        reply(FaultReply::Applied { at }),
+                        entry(kind, FaultState::Acting { since: at }),
+                    ],
+                    Onset::At(at) => vec![
+                        reply(FaultReply::Scheduled { at }),
+                        entry(kind, FaultState::Scheduled { at }),
+                    ],
+                }
             }
         }
     }
