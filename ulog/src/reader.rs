@@ -1,0 +1,1 @@
+//! A file to rows, texts and parameters.

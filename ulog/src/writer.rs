@@ -1,0 +1,1 @@
+//! Rows, texts and parameters to a file.
