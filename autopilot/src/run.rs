@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
+use host_io::health::HealthFile;
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
 use host_io::{BindError, LinkSocket, Stop, cpu};
 use tokio::sync::watch;
@@ -112,7 +113,9 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     };
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
-    let link = PlantLink::new(socket, autopilot, control, status, step_log, stop);
+    let health = args.health_file.clone().map(HealthFile::new).transpose()?;
+    let link =
+        PlantLink::new(socket, autopilot, control, status, step_log, stop).with_health_file(health);
     let cpu = args.cpu;
     let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(move || {
         if let Some(cpu) = cpu

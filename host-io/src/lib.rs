@@ -12,11 +12,13 @@
 //! | what does the parent process say? | [`parent`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | what does the operator read? | [`console`] |
+//! | how does somebody outside see that all is well? | [`health`] |
 //! | who reads a clock? | [`clock`] |
 
 pub mod clock;
 pub mod console;
 pub mod cpu;
+pub mod health;
 pub mod parent;
 pub mod socket;
 pub mod stop;

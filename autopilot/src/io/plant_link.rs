@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use flight_control::StepLog;
+use host_io::health::HealthFile;
 use host_io::tick_log::{LogError, TickLogWriter};
 use host_io::{LinkSocket, Stop};
 use icd::SimTime;
@@ -42,6 +43,7 @@ pub struct PlantLink {
     plant: Option<SocketAddr>,
     presence: Presence,
     complaints: Complaints,
+    health: Option<HealthFile>,
 }
 
 impl PlantLink {
@@ -66,7 +68,15 @@ impl PlantLink {
             plant: None,
             presence: Presence::default(),
             complaints: Complaints::default(),
+            health: None,
         }
+    }
+
+    /// Says with this file that the loop runs.
+    #[must_use]
+    pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
+        self.health = health;
+        self
     }
 
     /// Answers plants until the process is to end.
@@ -177,6 +187,11 @@ impl PlantLink {
 
     /// Passes on what the ground-station side wants to know, as far as there is room.
     fn tell(&mut self) {
+        if let Some(health) = self.health.as_mut()
+            && let Err(problem) = health.all_is_well(clock::now())
+        {
+            warn!(%problem, "the health file cannot be written");
+        }
         while self.channels.has_room_for_event()
             && let Some(event) = self.autopilot.pop_event()
         {

@@ -96,6 +96,9 @@ pub struct AutopilotArgs {
     /// Write the signals of every control step to this file
     #[arg(long, value_name = "FILE")]
     pub step_log: Option<PathBuf>,
+    /// Write this file once a second while the control loop runs (for health checks of containers)
+    #[arg(long, value_name = "FILE")]
+    pub health_file: Option<PathBuf>,
     /// Run the control thread on this core only
     #[arg(long, value_name = "CORE")]
     pub cpu: Option<usize>,

@@ -60,6 +60,9 @@ pub struct PlantArgs {
     /// Write the truth of every tick to this file
     #[arg(long, value_name = "FILE")]
     pub truth_log: Option<PathBuf>,
+    /// Write this file once a second while the autopilot answers (for health checks of containers)
+    #[arg(long, value_name = "FILE")]
+    pub health_file: Option<PathBuf>,
     /// Run the link on this core only
     #[arg(long, value_name = "CORE")]
     pub cpu: Option<usize>,

@@ -3,6 +3,7 @@
 use std::io;
 use std::time::{Duration, Instant};
 
+use host_io::health::HealthFile;
 use host_io::{LinkSocket, Stop, clock};
 use icd::lockstep::{PlantEvent, PlantSide};
 use icd::wire::{
@@ -43,6 +44,7 @@ pub(super) struct Link {
     stop: Stop,
     buffer: [u8; PACKET_MAX + 1],
     trouble: Option<Trouble>,
+    health: Option<HealthFile>,
 }
 
 /// A question that was not answered at once.
@@ -55,9 +57,9 @@ struct Trouble {
 }
 
 impl Link {
-    pub(super) fn new(socket: LinkSocket, stop: Stop) -> Self {
+    pub(super) fn new(socket: LinkSocket, stop: Stop, health: Option<HealthFile>) -> Self {
         let side = PlantSide::new(clock::unique_number());
-        Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None }
+        Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None, health }
     }
 
     /// The next exchange belongs to a new flight.
@@ -101,6 +103,11 @@ impl Link {
                 PlantEvent::Answer(packet) => {
                     if let Some(trouble) = self.trouble.take() {
                         trouble.end();
+                    }
+                    if let Some(health) = self.health.as_mut()
+                        && let Err(problem) = health.all_is_well(clock::now())
+                    {
+                        warn!(%problem, "the health file cannot be written");
                     }
                     return Ok(Some(packet));
                 }
@@ -231,7 +238,7 @@ mod tests {
         let mut peer = Peer { socket: open(anywhere).unwrap(), side: FlightSide::new() };
         let address = peer.socket.local_address().unwrap();
         let socket = LinkSocket::connect("test", "link", address, Wait::Block, RESEND_AFTER);
-        let mut link = Link::new(socket.unwrap(), Stop::new());
+        let mut link = Link::new(socket.unwrap(), Stop::new(), None);
         ask(&mut link, 0);
         peer.answer(2);
         assert_eq!(link.answer().unwrap().unwrap().sequence, 0);

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
+use host_io::health::HealthFile;
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
 use host_io::{BindError, LinkSocket, Stop, cpu};
 use tracing::{info, warn};
@@ -94,7 +95,8 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
         warn!(%error, "running on any core");
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
-    let link = Link::new(socket, stop.clone());
+    let health = args.health_file.clone().map(HealthFile::new).transpose()?;
+    let link = Link::new(socket, stop.clone(), health);
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {
         log.finish()?;
