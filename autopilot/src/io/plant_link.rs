@@ -188,7 +188,7 @@ impl PlantLink {
     /// Passes on what the ground-station side wants to know, as far as there is room.
     fn tell(&mut self) {
         if let Some(health) = self.health.as_mut()
-            && let Err(problem) = health.all_is_well(clock::now())
+            && let Err(problem) = health.all_is_well(host_io::clock::now())
         {
             warn!(%problem, "the health file cannot be written");
         }
