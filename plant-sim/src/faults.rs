@@ -45,6 +45,8 @@ pub struct Effects {
     runaway: PerEffector<f64>,
     /// Fraction of the position that has an effect.
     remaining: PerEffector<f64>,
+    /// What acts on each effector, for the record.
+    codes: PerEffector<u8>,
 }
 
 impl Effects {
@@ -55,7 +57,20 @@ impl Effects {
             following: PerEffector::from_fn(|_| 1.0),
             runaway: PerEffector::default(),
             remaining: PerEffector::from_fn(|_| 1.0),
+            codes: PerEffector::default(),
         }
+    }
+
+    /// Where the effectors really are when their servos are at `servos`, rad or N.
+    #[must_use]
+    pub fn positions(&self, servos: &PerEffector<f64>) -> PerEffector<f64> {
+        *servos
+    }
+
+    /// [`FaultKind::code`] of what acts on each effector; 0 for none.
+    #[must_use]
+    pub fn codes(&self) -> &PerEffector<u8> {
+        &self.codes
     }
 
     /// Speeds of the effectors whose healthy servos would move at `healthy`.
@@ -325,6 +340,7 @@ impl Faults {
         self.effects.following[effector] = following;
         self.effects.runaway[effector] = runaway;
         self.effects.remaining[effector] = remaining;
+        self.effects.codes[effector] = kind.code();
         self.active[effector] = Some(Active { kind, since: now, number, arrival });
         report(PlantReport::Fault(entry(
             number,
@@ -339,6 +355,7 @@ impl Faults {
             self.effects.following[effector] = 1.0;
             self.effects.runaway[effector] = 0.0;
             self.effects.remaining[effector] = 1.0;
+            self.effects.codes[effector] = 0;
             let state = FaultState::Ended { at: now };
             report(PlantReport::Fault(entry(active.number, effector, active.kind, state)));
         }

@@ -3,6 +3,8 @@
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
+mod row;
+
 use crate::atmosphere::STANDARD_GRAVITY;
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
 
@@ -39,6 +41,10 @@ pub struct Truth {
     pub normal_load_factor_g: f64,
     /// What acts of each effector after the faults, rad; thrust, N.
     pub deflections: PerEffector<f64>,
+    /// Where each effector really is, after the faults and before a loss of effect, rad; thrust, N.
+    pub positions: PerEffector<f64>,
+    /// Code of the fault that acts on each effector ([`crate::faults::Effects::codes`]); 0 for none.
+    pub fault_codes: PerEffector<u8>,
     /// Velocity of the air over the ground, gusts included, m/s, where it blows to.
     pub wind: Ned,
     /// Density of the air, kg/m³.
@@ -84,6 +90,8 @@ impl Truth {
             specific_force,
             normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
             deflections,
+            positions: held.effects.positions(&state.positions),
+            fault_codes: *held.effects.codes(),
             wind: Ned(held.wind.0 + ned(&held.gust).0),
             density_kg_m3: e.density,
         }
