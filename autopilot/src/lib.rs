@@ -19,6 +19,7 @@ pub mod event;
 pub mod io;
 pub mod mavlink;
 pub mod parameters;
+pub mod recorder;
 pub mod run;
 pub mod termination;
 pub mod transitions;

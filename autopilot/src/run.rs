@@ -21,9 +21,11 @@ use crate::parameters::{ParameterError, Parameters, SavedError};
 
 mod args;
 mod ground_stations;
+mod recording;
 
 pub use args::{AutopilotArgs, ControlSetup, Ftc};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
+pub use recording::{LogFolder, RecordingArgs};
 
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,6 +15,13 @@ pub fn sleep(duration: Duration) {
     std::thread::sleep(duration);
 }
 
+/// Seconds since 1970, UTC: for names of files, enters no result.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "only for people to see when something was")]
+pub fn utc_seconds() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
+}
+
 /// A number that no earlier call on this machine gave: names a flight, enters no result.
 #[must_use]
 #[expect(clippy::disallowed_methods, reason = "only to be different each time")]

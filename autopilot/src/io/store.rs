@@ -48,9 +48,7 @@ impl FromStr for ParameterFile {
 
 impl ParameterFile {
     fn in_data_folder(data: Option<std::ffi::OsString>, home: Option<std::ffi::OsString>) -> Self {
-        let data = data.map(PathBuf::from).filter(|path| path.is_absolute());
-        let home = home.map(PathBuf::from).filter(|path| path.is_absolute());
-        match data.or_else(|| Some(home?.join(".local/share"))) {
+        match data_folder(data, home) {
             Some(folder) => Self::At(folder.join(FILE)),
             None => Self::None,
         }
@@ -75,6 +73,20 @@ impl ParameterFile {
         };
         Ok(Some(Kept { path: path.clone(), parameters }))
     }
+}
+
+/// The user's data folder, as the XDG base directory specification has it; `None` where there is no user.
+pub(crate) fn user_data_folder() -> Option<PathBuf> {
+    data_folder(env::var_os("XDG_DATA_HOME"), env::var_os("HOME"))
+}
+
+fn data_folder(
+    data: Option<std::ffi::OsString>,
+    home: Option<std::ffi::OsString>,
+) -> Option<PathBuf> {
+    let data = data.map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = home.map(PathBuf::from).filter(|path| path.is_absolute());
+    data.or_else(|| Some(home?.join(".local/share")))
 }
 
 /// Parameters that are kept in a file.

@@ -11,6 +11,7 @@ use tracing::warn;
 
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
+use super::recording::RecordingArgs;
 use crate::config;
 use crate::io::gcs_link::Links;
 use crate::io::store::{Kept, ParameterFile};
@@ -93,6 +94,9 @@ pub struct AutopilotArgs {
     /// Where ground stations can be.
     #[command(flatten)]
     pub ground_stations: GroundStationArgs,
+    /// Flight logs.
+    #[command(flatten)]
+    pub recording: RecordingArgs,
     /// Write the signals of every control step to this file
     #[arg(long, value_name = "FILE")]
     pub step_log: Option<PathBuf>,
@@ -138,6 +142,12 @@ impl AutopilotArgs {
             Some(path) => ConfigFile::read(path)?,
         };
         Ok(self.ground_stations.links(&file.ground_stations))
+    }
+
+    /// Folder for flight logs, if there are to be any.
+    #[must_use]
+    pub fn log_folder(&self) -> Option<PathBuf> {
+        self.recording.folder(self.setup.is_some())
     }
 
     /// The parameters that ground stations have set; `None` where none are kept.

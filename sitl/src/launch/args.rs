@@ -53,6 +53,12 @@ pub struct LaunchArgs {
     /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
     parameter_file: Option<String>,
+    /// Folder for flight logs, or none [default: two-step/logs in the user's data folder]
+    #[arg(long, value_name = "DIR|none")]
+    log_dir: Option<String>,
+    /// Size of all flight logs in that folder together, MB [default: 4000]
+    #[arg(long, value_name = "MB")]
+    log_limit_mb: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960]
     #[arg(long, value_name = "IP:PORT")]
     plant_link: Option<String>,
@@ -144,6 +150,8 @@ impl LaunchArgs {
         add(&mut words, "--belief", &self.belief);
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);
+        add(&mut words, "--log-dir", &self.log_dir);
+        add(&mut words, "--log-limit-mb", &self.log_limit_mb);
         for setting in &self.param {
             words.push(format!("--param={setting}"));
         }

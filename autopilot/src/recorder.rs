@@ -1,0 +1,13 @@
+//! What a flight log holds and how it is encoded: header, inputs in order, rows, run hash. Without I/O.
+//!
+//! One log is one flight, in the format ULog (crate `ulog`); `docs/logs.md` lists the topics. [`crate::io::recorder`]
+//! writes it on a thread of its own. What the plant tells the recorder (the truth) is opened here and nowhere else:
+//! laws and vehicle never get it.
+
+mod hash;
+mod header;
+mod recorded;
+
+pub use hash::RunHash;
+pub use header::{ControlHeader, parameter_hash};
+pub use recorded::{Moment, Recorded};

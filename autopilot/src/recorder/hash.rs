@@ -1,0 +1,132 @@
+//! A number for a flight: equal where sensors, commands and requests were equal bit for bit.
+
+use icd::fault::PlantAction;
+use icd::{Actuators, Sensors, SimTime};
+use sha2::{Digest, Sha256};
+
+use super::Moment;
+
+/// In front of a control step.
+const STEP: u8 = 1;
+/// In front of a request that left for the plant.
+const REQUEST: u8 = 2;
+
+/// SHA-256 over the flight, in order.
+///
+/// ```text
+/// control step: 0x01, time us u64, 23 sensor values f64, 8 commands f64     (little endian, as on the link)
+/// request:      0x02, control steps flown u64, moment u8, the action (postcard)
+/// ```
+///
+/// What wall time decides is left out: session, pauses and speeds, repeated packets.
+#[derive(Debug, Clone, Default)]
+pub struct RunHash {
+    sha: Sha256,
+    steps: u64,
+}
+
+impl RunHash {
+    /// One control step: what the sensors said and what was commanded.
+    pub fn step(&mut self, time: SimTime, sensors: &Sensors, actuators: &Actuators) {
+        self.steps += 1;
+        self.sha.update([STEP]);
+        self.sha.update(time.as_micros().to_le_bytes());
+        for value in sensors.to_array().iter().chain(actuators.commands.as_array()) {
+            self.sha.update(value.to_le_bytes());
+        }
+    }
+
+    /// A request that left for the plant when `steps_flown` control steps had been flown.
+    pub fn request(&mut self, steps_flown: u64, moment: Moment, action: &PlantAction) {
+        if matches!(action, PlantAction::Pace(_)) {
+            return;
+        }
+        self.sha.update([REQUEST]);
+        self.sha.update(steps_flown.to_le_bytes());
+        self.sha.update([moment.code()]);
+        // Plain data of a known size: it always fits.
+        let mut scratch = [0; 256];
+        if let Ok(bytes) = postcard::to_slice(action, &mut scratch) {
+            self.sha.update(bytes);
+        }
+    }
+
+    /// Control steps so far.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The hash of all so far, 64 hexadecimal digits.
+    #[must_use]
+    pub fn hex(&self) -> String {
+        hex(&self.sha.clone().finalize())
+    }
+}
+
+/// Hexadecimal digits of bytes.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::pace::Pace;
+    use icd::{Effector, FaultRequest, PerEffector};
+
+    fn flown(last: f64, action: &PlantAction) -> RunHash {
+        let mut values = [0.25; Sensors::COUNT];
+        values[6..10].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+        values[22] = last;
+        let sensors = Sensors::from_array(&values);
+        let actuators = Actuators { commands: PerEffector::new([-1.5; Effector::COUNT]) };
+        let mut hash = RunHash::default();
+        hash.step(SimTime::ZERO, &sensors, &actuators);
+        hash.request(0, Moment::Step, action);
+        hash.step(SimTime::from_micros(2_000), &sensors, &actuators);
+        hash
+    }
+
+    #[test]
+    fn the_hash_is_that_of_the_documented_bytes() {
+        let action = PlantAction::Fault(FaultRequest::Clear { effector: Effector::Rudder });
+        let hash = flown(3.0, &action);
+        let mut bytes = Vec::new();
+        for time in [0_u64, 2_000] {
+            bytes.push(1);
+            bytes.extend(time.to_le_bytes());
+            for index in 0..23 {
+                let value: f64 = match index {
+                    6 => 1.0,
+                    7..10 => 0.0,
+                    22 => 3.0,
+                    _ => 0.25,
+                };
+                bytes.extend(value.to_le_bytes());
+            }
+            bytes.extend([(-1.5_f64).to_le_bytes(); 8].concat());
+            if time == 0 {
+                bytes.push(2);
+                bytes.extend([0; 9]);
+                // Fault, Clear, Rudder.
+                bytes.extend([0, 1, 4]);
+            }
+        }
+        assert_eq!(hash.hex(), hex(&Sha256::digest(&bytes)));
+        assert_eq!(hash.steps(), 2);
+        assert_eq!(hash.hex(), VECTOR);
+    }
+
+    /// Fixed, so that logs of different versions can be compared.
+    const VECTOR: &str = "2f0b3fa14699b221750e97d75ffeb4e7ccc3406ac456320743a6dbc2343924b7";
+
+    #[test]
+    fn one_bit_changes_the_hash_and_a_pace_does_not() {
+        let list = flown(3.0, &PlantAction::ListFaults);
+        assert_ne!(list.hex(), flown(3.0_f64.next_up(), &PlantAction::ListFaults).hex());
+        let paced = flown(3.0, &PlantAction::Pace(Pace::Run));
+        assert_eq!(paced.hex(), flown(3.0, &PlantAction::Pace(Pace::Pause)).hex());
+        assert_ne!(paced.hex(), list.hex());
+    }
+}

@@ -1,0 +1,65 @@
+//! What the control side of a flight was made of: enough to fly it again.
+
+use std::sync::Arc;
+
+use flight_control::{Belief, Gains};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::hash::hex;
+use crate::parameters::{NavigationParameters, ReferenceLimits};
+use crate::vehicle::plan::Plan;
+use crate::vehicle::schedule::ReferenceSchedule;
+
+/// The control side of a flight at its first packet; JSON in the info message `control_header`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControlHeader {
+    /// Version of this program.
+    pub version: String,
+    /// Version of the plant link's packets.
+    pub wire_version: u16,
+    /// The flight's number.
+    pub session: u64,
+    /// Control period, us.
+    pub period_us: u32,
+    /// The first packet was not the flight's first: such a log cannot be flown again.
+    pub joined_in_flight: bool,
+    /// What the controller believes about the aircraft.
+    pub belief: Belief,
+    /// Gains.
+    pub gains: Gains,
+    /// References that are accepted.
+    pub limits: ReferenceLimits,
+    /// Guidance.
+    pub navigation: NavigationParameters,
+    /// References by time.
+    pub references: ReferenceSchedule,
+    /// The plan that an earlier flight of the same process left; empty in a first flight.
+    pub plan: Arc<Plan>,
+    /// What a scenario script does, if one flies.
+    pub script: Option<String>,
+    /// SHA-256 of the parameters ([`parameter_hash`]).
+    pub parameter_hash: String,
+}
+
+/// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. Values are written so that they
+/// come back bit for bit.
+#[must_use]
+pub fn parameter_hash<'a>(values: impl IntoIterator<Item = (&'a str, f64)>) -> String {
+    let mut sha = Sha256::new();
+    for (name, value) in values {
+        sha.update(format!("{name}={value}\n"));
+    }
+    hex(&sha.finalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parameter_hash_is_that_of_lines_of_name_and_value() {
+        let lines = "A=1\nB=0.1\n";
+        assert_eq!(parameter_hash([("A", 1.0), ("B", 0.1)]), hex(&Sha256::digest(lines)));
+    }
+}
