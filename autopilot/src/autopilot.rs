@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use flight_control::{Belief, FlightControl, Gains, StepOutput};
+use flight_control::{Authority, Belief, FlightControl, Gains, StepOutput};
 use icd::fault::{FaultReply, PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -114,8 +114,10 @@ impl Autopilot {
         if self.vehicle.is_terminated() {
             output.log.commands = termination::commands(&self.belief);
             output.actuators.commands = output.log.commands;
+            // The surfaces are at their stops for good.
+            output.log.authority = Authority::NONE;
         } else {
-            self.transitions.step(&output.log, &self.gains.activation, self.period, tell);
+            self.transitions.step(&output.log, self.period, tell);
         }
         self.latest = Some(Snapshot {
             time,

@@ -1,8 +1,9 @@
 //! What crosses between the control thread and the ground-station side: intents in, events and snapshots out.
 
+use core::time::Duration;
 use std::sync::Arc;
 
-use flight_control::{Demand, Gains, StepLog};
+use flight_control::{Authority, Demand, Gains, StepLog};
 use icd::fault::{FaultEntry, FaultReply};
 use icd::pace::Pace;
 use icd::{ControlPeriod, FaultRequest, Sensors, SimTime};
@@ -108,9 +109,23 @@ pub enum EventKind {
     CompensatorActive {
         /// Axis with the largest estimate relative to its level.
         axis: Axis,
+        /// What is at its limit at that moment.
+        at_limit: Limits,
     },
-    /// The compensator went back to sleep.
-    CompensatorReleased,
+    /// The compensator went back to sleep, and stayed so for a while.
+    CompensatorReleased {
+        /// Simulation time for which it was active.
+        after: Duration,
+    },
+    /// An axis has nothing left to compensate with, and has not had for a while.
+    AuthorityExhausted {
+        /// Which.
+        axis: Axis,
+        /// What it lacks: the travel of its effector, or thrust for the nozzle.
+        by: Limit,
+    },
+    /// An axis has authority again.
+    AuthorityRestored(Axis),
     /// An effector's demand is beyond its limit, and has been for a while.
     Saturated(Limit),
     /// It is inside its limits again.
@@ -194,7 +209,47 @@ impl Limit {
     }
 }
 
+/// A set of limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Limits([bool; Limit::ALL.len()]);
+
+impl Limits {
+    /// Those for which `contains` holds.
+    #[must_use]
+    pub fn from_fn(contains: impl FnMut(Limit) -> bool) -> Self {
+        Self(Limit::ALL.map(contains))
+    }
+
+    /// The limits in the set.
+    pub fn iter(self) -> impl Iterator<Item = Limit> {
+        Limit::ALL.into_iter().zip(self.0).filter(|(_, is_in)| *is_in).map(|(limit, _)| limit)
+    }
+}
+
 impl Axis {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Roll, Self::Pitch, Self::Yaw];
+
+    /// The effector by which the compensator acts on this axis.
+    #[must_use]
+    pub const fn compensated_by(self) -> Limit {
+        match self {
+            Self::Roll => Limit::Aileron,
+            Self::Pitch => Limit::NozzlePitch,
+            Self::Yaw => Limit::NozzleYaw,
+        }
+    }
+
+    /// What the compensator has left on this axis, percent.
+    #[must_use]
+    pub const fn authority_pct(self, authority: &Authority) -> f64 {
+        match self {
+            Self::Roll => authority.roll_pct,
+            Self::Pitch => authority.pitch_pct,
+            Self::Yaw => authority.yaw_pct,
+        }
+    }
+
     /// Name for people.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -1,57 +1,96 @@
-//! From signals of every step to events worth telling: compensator and saturation.
+//! From signals of every step to events worth telling: compensator, its authority, saturation.
 
-use flight_control::gains::ActivationGains;
+use core::time::Duration;
+
 use flight_control::{Health, StepLog};
 use icd::ControlPeriod;
 
-use crate::event::{Axis, EventKind, Limit};
+use crate::event::{Axis, EventKind, Limit, Limits};
 
-/// A demand must be beyond its limit this long before it is told, us.
-const SATURATED_AFTER_US: u64 = 200_000;
-/// And inside for this long before that is told, us; longer, so that a demand that brushes its limit
+/// A limit must be reached this long before it is told, us.
+const AT_LIMIT_AFTER_US: u64 = 200_000;
+/// And left for this long before that is told, us; longer, so that a demand that brushes its limit
 /// does not fill the operator's screen.
 const INSIDE_AFTER_US: u64 = 2_000_000;
+/// The compensator must sleep this long before its release is told, us: a flag that flickers is told once.
+const ASLEEP_AFTER_US: u64 = 1_000_000;
+/// An axis with less than this left has nothing to speak of, percent.
+const EXHAUSTED_PCT: f64 = 1.0;
+/// It has authority again from this on, percent.
+const RESTORED_PCT: f64 = 10.0;
+
+/// Limits that are told as such; those of the compensating effectors are told as the authority of their axis.
+const TOLD_LIMITS: [Limit; 3] = [Limit::Elevator, Limit::Rudder, Limit::Thrust];
 
 /// Remembers what was told.
 #[derive(Debug, Clone, Default)]
 pub struct Transitions {
-    compensator_active: bool,
-    limits: [LimitState; Limit::ALL.len()],
+    compensator: Compensator,
+    limits: [Told; TOLD_LIMITS.len()],
+    exhausted: [Told; Axis::ALL.len()],
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct LimitState {
+struct Compensator {
+    told: bool,
+    /// Since it was told to be active, us.
+    active_us: u64,
+    /// Asleep without a break, us.
+    asleep_us: u64,
+}
+
+/// A state that is told when it has lasted.
+#[derive(Debug, Clone, Copy, Default)]
+struct Told {
     told: bool,
     since_us: u64,
 }
 
-impl Transitions {
-    /// Looks at one step and passes what changed to `tell`.
-    pub fn step(
-        &mut self,
-        log: &StepLog,
-        levels: &ActivationGains,
-        period: ControlPeriod,
-        mut tell: impl FnMut(EventKind),
-    ) {
-        if log.compensator_active != self.compensator_active {
-            self.compensator_active = log.compensator_active;
-            tell(if log.compensator_active {
-                EventKind::CompensatorActive { axis: loudest_axis(log, levels) }
-            } else {
-                EventKind::CompensatorReleased
+impl Told {
+    /// Takes whether the state is there now; true when that has to be told.
+    fn step(&mut self, is_there: bool, elapsed_us: u64) -> bool {
+        if is_there == self.told {
+            self.since_us = 0;
+            return false;
+        }
+        self.since_us += elapsed_us;
+        let patience = if self.told { INSIDE_AFTER_US } else { AT_LIMIT_AFTER_US };
+        if self.since_us < patience {
+            return false;
+        }
+        self.told = is_there;
+        self.since_us = 0;
+        true
+    }
+}
+
+impl Compensator {
+    fn step(&mut self, log: &StepLog, elapsed_us: u64) -> Option<EventKind> {
+        if !self.told {
+            self.told = log.compensator_active;
+            return self.told.then(|| EventKind::CompensatorActive {
+                axis: loudest_axis(log),
+                at_limit: Limits::from_fn(|limit| is_saturated(&log.health, limit)),
             });
         }
-        for (limit, state) in Limit::ALL.into_iter().zip(&mut self.limits) {
-            if is_saturated(&log.health, limit) == state.told {
-                state.since_us = 0;
-                continue;
-            }
-            state.since_us += u64::from(period.as_micros());
-            let patience = if state.told { INSIDE_AFTER_US } else { SATURATED_AFTER_US };
-            if state.since_us >= patience {
-                state.told = !state.told;
-                state.since_us = 0;
+        self.active_us += elapsed_us;
+        self.asleep_us = if log.compensator_active { 0 } else { self.asleep_us + elapsed_us };
+        if self.asleep_us < ASLEEP_AFTER_US {
+            return None;
+        }
+        let after = Duration::from_micros(self.active_us - self.asleep_us);
+        *self = Self::default();
+        Some(EventKind::CompensatorReleased { after })
+    }
+}
+
+impl Transitions {
+    /// Looks at one step and passes what changed to `tell`.
+    pub fn step(&mut self, log: &StepLog, period: ControlPeriod, mut tell: impl FnMut(EventKind)) {
+        let elapsed_us = u64::from(period.as_micros());
+        self.compensator.step(log, elapsed_us).into_iter().for_each(&mut tell);
+        for (limit, state) in TOLD_LIMITS.into_iter().zip(&mut self.limits) {
+            if state.step(is_saturated(&log.health, limit), elapsed_us) {
                 tell(if state.told {
                     EventKind::Saturated(limit)
                 } else {
@@ -59,7 +98,24 @@ impl Transitions {
                 });
             }
         }
+        for (axis, state) in Axis::ALL.into_iter().zip(&mut self.exhausted) {
+            let threshold = if state.told { RESTORED_PCT } else { EXHAUSTED_PCT };
+            if state.step(axis.authority_pct(&log.authority) < threshold, elapsed_us) {
+                tell(if state.told {
+                    EventKind::AuthorityExhausted { axis, by: exhausted_by(axis, &log.health) }
+                } else {
+                    EventKind::AuthorityRestored(axis)
+                });
+            }
+        }
     }
+}
+
+/// What an axis without authority lacks: the travel of its effector, or thrust for the nozzle.
+fn exhausted_by(axis: Axis, health: &Health) -> Limit {
+    let effector = axis.compensated_by();
+    // The ailerons need no thrust.
+    if axis == Axis::Roll || is_saturated(health, effector) { effector } else { Limit::Thrust }
 }
 
 fn is_saturated(health: &Health, limit: Limit) -> bool {
@@ -73,10 +129,8 @@ fn is_saturated(health: &Health, limit: Limit) -> bool {
     }
 }
 
-fn loudest_axis(log: &StepLog, levels: &ActivationGains) -> Axis {
-    let roll = log.z2.x.abs() / levels.level_roll;
-    let pitch = log.z2.y.abs() / levels.level_pitch;
-    let yaw = log.z2.z.abs() / levels.level_yaw;
+fn loudest_axis(log: &StepLog) -> Axis {
+    let (roll, pitch, yaw) = (log.levels.x, log.levels.y, log.levels.z);
     if roll >= pitch && roll >= yaw {
         Axis::Roll
     } else if pitch >= yaw {
@@ -85,3 +139,6 @@ fn loudest_axis(log: &StepLog, levels: &ActivationGains) -> Axis {
         Axis::Yaw
     }
 }
+
+#[cfg(test)]
+mod tests;

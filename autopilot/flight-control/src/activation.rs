@@ -28,6 +28,8 @@ pub struct Activation {
 /// What the activation logic says in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wakefulness {
+    /// |z2| of roll, pitch and yaw in units of their levels.
+    pub levels: Vector3<f64>,
     /// Largest |z2| in units of its level.
     pub level: f64,
     /// The detector's flag, whatever the mode.
@@ -55,9 +57,12 @@ impl Activation {
         gains: &ActivationGains,
         mode: CompensatorMode,
     ) -> Wakefulness {
-        let level = (z2.x.abs() / gains.level_roll)
-            .max(z2.y.abs() / gains.level_pitch)
-            .max(z2.z.abs() / gains.level_yaw);
+        let levels = Vector3::new(
+            z2.x.abs() / gains.level_roll,
+            z2.y.abs() / gains.level_pitch,
+            z2.z.abs() / gains.level_yaw,
+        );
+        let level = levels.x.max(levels.y).max(levels.z);
         self.detect(level, gains);
         let h = self.period.as_seconds();
         let rate = h / gains.fade_s;
@@ -67,7 +72,7 @@ impl Activation {
             CompensatorMode::Armed if self.active => (self.fade + rate).min(1.0),
             CompensatorMode::Armed => (self.fade - rate).max(0.0),
         };
-        Wakefulness { level, active: self.active, fade: self.fade }
+        Wakefulness { levels, level, active: self.active, fade: self.fade }
     }
 
     fn detect(&mut self, level: f64, gains: &ActivationGains) {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::design_model::{DesignModel, FlightCondition};
 
 /// Smallest thrust that the inversion divides by, N: below it the nozzle has no authority to speak of.
-const THRUST_FLOOR_N: f64 = 8_000.0;
+pub(crate) const THRUST_FLOOR_N: f64 = 8_000.0;
 
 /// u_cf: the redundant commands [Δδa, δz, δy], rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

@@ -3,6 +3,7 @@
 use icd::{Actuators, ControlPeriod, Sensors};
 
 use crate::activation::Activation;
+use crate::authority::authority;
 use crate::belief::Belief;
 use crate::compensator::compensate;
 use crate::design_model::DesignModel;
@@ -117,6 +118,7 @@ impl FlightControl {
         let main =
             self.main_controller.step(&state, demand, &self.saturation, &gains.main, law, belief);
         let mixed = mixer::mix(&main, &compensation, belief);
+        let authority = authority(&mixed.commands, state.thrust_n, belief);
         let healthy_positions = *self.applied.positions();
         self.finish(&main, &mixed);
 
@@ -130,6 +132,7 @@ impl FlightControl {
             airspeed_reference_m_s: demand.airspeed_m_s,
             z: self.observer.z(),
             z2,
+            levels: wake.levels,
             level: wake.level,
             compensator_active: wake.active,
             fade: wake.fade,
@@ -138,6 +141,7 @@ impl FlightControl {
             applied_compensation: mixed.applied,
             commands: mixed.commands,
             modelled: healthy_positions,
+            authority,
             modelled_acceleration,
             health: health(implausible_input, &mixed.saturation),
         };

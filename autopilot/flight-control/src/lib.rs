@@ -27,6 +27,7 @@
 //! | design model f, g, g_T, g_c | [`design_model`] |
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
+//! | not in the paper: what the compensator has left | [`mod@authority`] |
 //! | not in the paper: roll reference from a path | [`guidance`] |
 //!
 //! The crate is pure: no `std`, no allocation, no clock, no randomness, and nothing in a step can fail.
@@ -38,6 +39,7 @@
 extern crate std;
 
 pub mod activation;
+pub mod authority;
 pub mod belief;
 pub mod compensator;
 pub mod design_model;
@@ -56,6 +58,7 @@ pub mod pid;
 #[cfg(test)]
 mod testing;
 
+pub use authority::Authority;
 pub use belief::Belief;
 pub use compensator::Compensation;
 pub use design_model::DesignModel;

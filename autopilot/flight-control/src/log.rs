@@ -4,6 +4,7 @@ use icd::PerEffector;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::authority::Authority;
 use crate::compensator::Compensation;
 use crate::estimator::State;
 use crate::health::Health;
@@ -24,6 +25,8 @@ pub struct StepLog {
     pub z: Vector3<f64>,
     /// z2: estimated fault acceleration of roll, pitch and yaw, rad/s².
     pub z2: Vector3<f64>,
+    /// |z2| of roll, pitch and yaw in units of their activation levels.
+    pub levels: Vector3<f64>,
     /// Largest |z2| in units of its activation level.
     pub level: f64,
     /// The detector says that something is wrong, also where the compensator is off.
@@ -40,6 +43,8 @@ pub struct StepLog {
     pub commands: PerEffector<f64>,
     /// Where the model of the healthy actuators has each effector at this tick, rad; engine N (measured).
     pub modelled: PerEffector<f64>,
+    /// What the compensator has left on each axis.
+    pub authority: Authority,
     /// f + g u + g_T u_T: angular acceleration that the design model expects, rad/s².
     pub modelled_acceleration: Vector3<f64>,
     /// Flags.

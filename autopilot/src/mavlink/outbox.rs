@@ -12,7 +12,7 @@ pub const ANSWERS_MAX: usize = 256;
 /// Twice the commands that may wait for their outcome, and far more than one message asks for.
 pub const ANSWERS_RESERVED: usize = 64;
 /// Telemetry that may wait: about a quarter of a second of it.
-const TELEMETRY_MAX: usize = 64;
+const TELEMETRY_MAX: usize = 96;
 
 /// Two bounded queues and the sequence number of the link.
 #[derive(Debug, Default)]
@@ -118,8 +118,8 @@ mod tests {
         let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
         outbox.answer(ack.clone());
         assert_eq!(outbox.pop(), Some(ack.frame(0)), "the answer goes first");
-        assert_eq!(outbox.pop(), Some(value(1000 - 64).frame(1)));
-        assert_eq!(outbox.dropped_telemetry(), 1000 - 64);
+        assert_eq!(outbox.pop(), Some(value(1000 - 96).frame(1)));
+        assert_eq!(outbox.dropped_telemetry(), 1000 - 96);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::codec::Encoded;
 use super::failure;
 use super::peers::Peers;
 use crate::clock::WallTime;
-use crate::event::EventKind;
+use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
 use crate::vehicle::LinkLossAction;
 
@@ -158,16 +158,30 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
             (S::MAV_SEVERITY_NOTICE, "Joined a flight under way".into())
         }
         EventKind::Mode(mode) => (S::MAV_SEVERITY_INFO, format!("Mode {mode}")),
-        EventKind::CompensatorActive { axis } if compensator_off => {
+        EventKind::CompensatorActive { axis, .. } if compensator_off => {
             (S::MAV_SEVERITY_WARNING, format!("Fault detected: {} (compensator off)", axis.name()))
         }
-        EventKind::CompensatorActive { axis } => {
-            (S::MAV_SEVERITY_WARNING, format!("Compensator active: {}", axis.name()))
+        EventKind::CompensatorActive { axis, at_limit } => {
+            let text = format!("Compensator active: {}{}", axis.name(), limits_text(at_limit));
+            (S::MAV_SEVERITY_WARNING, text)
         }
-        EventKind::CompensatorReleased if compensator_off => {
+        EventKind::CompensatorReleased { .. } if compensator_off => {
             (S::MAV_SEVERITY_NOTICE, "Fault no longer detected".into())
         }
-        EventKind::CompensatorReleased => (S::MAV_SEVERITY_NOTICE, "Compensator released".into()),
+        EventKind::CompensatorReleased { after } => {
+            let text = format!("Compensator released after {:.1} s", after.as_secs_f64());
+            (S::MAV_SEVERITY_NOTICE, text)
+        }
+        EventKind::AuthorityExhausted { axis, by } => {
+            let by = match by {
+                Limit::Thrust => "too little thrust for the nozzle".into(),
+                limit => format!("{} at its limit", limit.name()),
+            };
+            (S::MAV_SEVERITY_WARNING, format!("No authority left: {}, {by}", axis.name()))
+        }
+        EventKind::AuthorityRestored(axis) => {
+            (S::MAV_SEVERITY_INFO, format!("Authority restored: {}", axis.name()))
+        }
         EventKind::Saturated(limit) => {
             (S::MAV_SEVERITY_WARNING, format!("Saturated: {}", limit.name()))
         }
@@ -220,9 +234,49 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
     })
 }
 
+/// `, nozzle yaw at its limit`; nothing where nothing is.
+fn limits_text(limits: Limits) -> String {
+    let names: Vec<&str> = limits.iter().map(Limit::name).collect();
+    match &names[..] {
+        [] => String::new(),
+        [name] => format!(", {name} at its limit"),
+        [first @ .., last] => format!(", {} and {last} at their limits", first.join(", ")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event::Axis;
+
+    fn text(kind: EventKind) -> String {
+        text_of(&kind, &Parameters::default()).unwrap().1
+    }
+
+    #[test]
+    fn the_compensators_texts_name_the_axis_and_what_is_at_its_limit() {
+        let active = |limits: &[Limit]| {
+            let at_limit = Limits::from_fn(|limit| limits.contains(&limit));
+            text(EventKind::CompensatorActive { axis: Axis::Yaw, at_limit })
+        };
+        assert_eq!(active(&[Limit::NozzleYaw]), "Compensator active: yaw, nozzle yaw at its limit");
+        assert_eq!(
+            active(&[Limit::Aileron, Limit::Rudder, Limit::NozzleYaw]),
+            "Compensator active: yaw, aileron, rudder and nozzle yaw at their limits"
+        );
+        let exhausted = |by| text(EventKind::AuthorityExhausted { axis: Axis::Pitch, by });
+        assert_eq!(
+            exhausted(Limit::NozzlePitch),
+            "No authority left: pitch, nozzle pitch at its limit"
+        );
+        assert_eq!(
+            exhausted(Limit::Thrust),
+            "No authority left: pitch, too little thrust for the nozzle"
+        );
+        let after = Duration::from_millis(12_340);
+        let released = text(EventKind::CompensatorReleased { after });
+        assert_eq!(released, "Compensator released after 12.3 s");
+    }
 
     fn lengths(text: &str) -> usize {
         StatusTexts::default().chunks(MavSeverity::MAV_SEVERITY_INFO, text).len()
@@ -255,7 +309,8 @@ mod tests {
     #[test]
     fn with_the_compensator_off_the_text_does_not_claim_that_it_acts() {
         let mut parameters = Parameters::default();
-        let kind = EventKind::CompensatorActive { axis: crate::event::Axis::Yaw };
+        let at_limit = Limits::default();
+        let kind = EventKind::CompensatorActive { axis: Axis::Yaw, at_limit };
         assert_eq!(text_of(&kind, &parameters).unwrap().1, "Compensator active: yaw");
         parameters.gains.selection.compensator = CompensatorMode::Off;
         assert_eq!(text_of(&kind, &parameters).unwrap().1, "Fault detected: yaw (compensator off)");

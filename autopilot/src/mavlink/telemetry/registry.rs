@@ -150,7 +150,7 @@ const fn row<D: MessageData>(rate: Rate, group: Group, build: Build) -> Row {
 }
 
 /// Rows of [`TABLE`].
-pub const ROWS: usize = 32;
+pub const ROWS: usize = 33;
 
 #[expect(deprecated, reason = "QGroundControl asks for it when it connects")]
 const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
@@ -225,6 +225,7 @@ pub static TABLE: [Row; ROWS] = {
             Extra3,
             Build::Group(actuators::named_values),
         ),
+        row::<wire::DEBUG_FLOAT_ARRAY_DATA>(Rate::Compensator, Extra3, State(actuators::why)),
         row::<wire::HIGHRES_IMU_DATA>(EveryMs(100), RawSensors, State(sensors::highres_imu)),
         row::<wire::SCALED_PRESSURE_DATA>(
             EveryMs(500),

@@ -36,7 +36,7 @@ fn last<D: MessageData>(world: &World) -> D {
 
 /// How many messages of one row come together.
 fn group_size(id: u32) -> usize {
-    if id == NAMED_VALUE_FLOAT_DATA::ID { 9 } else { 1 }
+    if id == NAMED_VALUE_FLOAT_DATA::ID { 17 } else { 1 }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! What the effectors are told, and what the compensator sees.
 
 use ::mavlink::dialects::common::{
-    ACTUATOR_OUTPUT_STATUS_DATA, NAMED_VALUE_FLOAT_DATA, SERVO_OUTPUT_RAW_DATA,
+    ACTUATOR_OUTPUT_STATUS_DATA, DEBUG_FLOAT_ARRAY_DATA, NAMED_VALUE_FLOAT_DATA,
+    SERVO_OUTPUT_RAW_DATA,
 };
-use flight_control::Belief;
+use flight_control::{Belief, Compensation, Health};
 use icd::Effector;
 
 use crate::event::Snapshot;
@@ -84,7 +85,7 @@ pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
     })
 }
 
-/// NAMED_VALUE_FLOAT: what the compensator sees and does, SI units and radians, and the two air angles.
+/// NAMED_VALUE_FLOAT: what the compensator sees, does and has left, SI units and radians, and the two air angles.
 pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
     let (log, sensors) = (&state.log, &state.sensors);
     [
@@ -94,6 +95,14 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
         ("ucf_ail", log.compensation.aileron_rad),
         ("ucf_nozp", log.compensation.nozzle_pitch_rad),
         ("ucf_nozy", log.compensation.nozzle_yaw_rad),
+        ("lvl_p", log.levels.x),
+        ("lvl_q", log.levels.y),
+        ("lvl_r", log.levels.z),
+        ("lvl_max", log.level),
+        ("auth_roll", log.authority.roll_pct),
+        ("auth_pitch", log.authority.pitch_pct),
+        ("auth_yaw", log.authority.yaw_pct),
+        ("ftc_fade", log.fade),
         ("ftc_active", f64::from(u8::from(log.compensator_active))),
         ("alpha", sensors.angle_of_attack_rad),
         ("beta", sensors.sideslip_rad),
@@ -106,4 +115,54 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
         })
     })
     .to_vec()
+}
+
+/// Identity of the array, beside its name.
+const WHY_ID: u16 = 1;
+
+/// DEBUG_FLOAT_ARRAY `WHY`: for each effector, in their order, what it is told (0 to 7), where the model of the
+/// healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what the
+/// compensator sees, does and has left (24 to 41). docs/mavlink.md has the list.
+pub fn why(state: &Snapshot) -> Encoded {
+    let log = &state.log;
+    let flag = |raised: bool| f64::from(u8::from(raised));
+    let effectors = Effector::ALL
+        .map(|effector| log.commands[effector])
+        .into_iter()
+        .chain(Effector::ALL.map(|effector| log.modelled[effector]))
+        .chain(Effector::ALL.map(|effector| flag(is_saturated(&log.health, effector))));
+    let compensations = [log.compensation, log.applied_compensation];
+    let compensator = [log.z2, log.levels]
+        .into_iter()
+        .flat_map(|axes| [axes.x, axes.y, axes.z])
+        .chain([log.level, flag(log.compensator_active), log.fade])
+        .chain(compensations.into_iter().flat_map(
+            |Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad }| {
+                [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]
+            },
+        ))
+        .chain([log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct]);
+    let mut data = [0.0; 58];
+    for (place, value) in data.iter_mut().zip(effectors.chain(compensator)) {
+        *place = convert::float(value);
+    }
+    Encoded::new(&DEBUG_FLOAT_ARRAY_DATA {
+        time_usec: state.time.as_micros(),
+        array_id: WHY_ID,
+        name: "WHY".into(),
+        data,
+    })
+}
+
+/// Whether the demand of an effector is beyond its limit.
+#[must_use]
+pub(in crate::mavlink) const fn is_saturated(health: &Health, effector: Effector) -> bool {
+    match effector {
+        Effector::LeftAileron | Effector::RightAileron => health.aileron_saturated,
+        Effector::LeftElevator | Effector::RightElevator => health.elevator_saturated,
+        Effector::Rudder => health.rudder_saturated,
+        Effector::NozzlePitch => health.nozzle_pitch_saturated,
+        Effector::NozzleYaw => health.nozzle_yaw_saturated,
+        Effector::Engine => health.thrust_saturated,
+    }
 }

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 
 use ::mavlink::dialects::common::{
-    AUTOPILOT_VERSION_DATA, AVAILABLE_MODES_DATA, MavMessage, MavProtocolCapability as Capability,
-    MavResult, NAMED_VALUE_FLOAT_DATA,
+    AUTOPILOT_VERSION_DATA, AVAILABLE_MODES_DATA, DEBUG_FLOAT_ARRAY_DATA, MavMessage,
+    MavProtocolCapability as Capability, MavResult, NAMED_VALUE_FLOAT_DATA,
 };
 use ::mavlink::{MavlinkVersion, Message as _};
+
+use icd::{Body, Effector};
 
 use super::group_size;
 use crate::mavlink::modes;
@@ -164,6 +166,65 @@ fn the_documented_table_is_this_table() {
     // It is made for each peer, so it has no row.
     expected.push("MESSAGE_INTERVAL 244 on request".into());
     assert_eq!(documented, expected);
+}
+
+fn first_cells(heading: &str) -> Vec<String> {
+    let section =
+        DOCUMENT.split("\n## ").find(|section| section.starts_with("What the controller"));
+    let table = section.unwrap().split(heading).nth(1).unwrap();
+    let rows = table.lines().skip(1).take_while(|line| line.starts_with("| "));
+    rows.map(|line| line.split('|').nth(1).unwrap().trim().to_owned()).collect()
+}
+
+#[test]
+fn the_documented_values_are_those_that_are_sent_and_in_this_order() {
+    let mut world = World::flying();
+    request(&mut world, 251, 0.0);
+    let values = world.got.iter().filter_map(Got::read::<NAMED_VALUE_FLOAT_DATA>);
+    let sent: Vec<String> = values.map(|value| value.name.to_str().unwrap().to_owned()).collect();
+    let cells = first_cells("| name | unit | meaning | signal |\n").join(", ");
+    let documented: Vec<&str> = cells.split(", ").map(|name| name.trim_matches('`')).collect();
+    assert_eq!(sent, documented);
+}
+
+#[test]
+fn the_array_why_has_its_documented_places() {
+    let mut world = World::flying();
+    // Something rolls the aircraft: 4 rad/s^2 for a quarter of a second.
+    for tick in 0..125 {
+        world.sensors.body_rates = Body::new(4.0 * 0.002 * f64::from(tick), 0.0, 0.0);
+        world.step();
+    }
+    world.got.clear();
+    let log = world.autopilot.snapshot().unwrap().log;
+    world.ground.handle_snapshot(&world.autopilot.snapshot().copied().unwrap(), world.now);
+    assert_eq!(request(&mut world, 350, 0.0), MavResult::MAV_RESULT_ACCEPTED as u8);
+    let mut arrays = world.got.iter().filter_map(Got::read::<DEBUG_FLOAT_ARRAY_DATA>);
+    let array = arrays.next_back().unwrap();
+    assert_eq!((array.name.to_str().unwrap(), array.array_id), ("WHY", 1));
+    let data = array.data;
+    let near = |index: usize, value: f64| {
+        assert!((f64::from(data[index]) - value).abs() <= 1.0e-6 * value.abs(), "{index}: {value}");
+    };
+    for (index, effector) in Effector::ALL.into_iter().enumerate() {
+        near(index, log.commands[effector]);
+        near(index + 8, log.modelled[effector]);
+    }
+    assert!(log.compensator_active && log.health.aileron_saturated, "{log:?}");
+    // The yaw of the ailerons and the pitch that level flight at zero incidence needs take the nozzle too.
+    assert_eq!(data[16..24], [1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+    for (axis, z2) in [log.z2.x, log.z2.y, log.z2.z].into_iter().enumerate() {
+        near(24 + axis, z2);
+    }
+    near(27, log.levels.x);
+    near(30, log.level);
+    assert_eq!((data[31], data[32]), (1.0, 1.0));
+    near(33, log.compensation.aileron_rad);
+    near(36, log.applied_compensation.aileron_rad);
+    assert_eq!(data[39], 0.0, "the ailerons are at their limit");
+    near(41, log.authority.yaw_pct);
+    assert_eq!(data[42..], [0.0; 16]);
+    assert_eq!(first_cells("| index | unit | content |\n").last().unwrap(), "42 to 57");
 }
 
 #[test]
