@@ -7,15 +7,15 @@ use crate::vehicle::LinkLossAction;
 
 mod compatibility;
 mod document;
+mod failure;
 mod groups;
 mod saved;
 mod table;
 
 pub use compatibility::{COMPATIBILITY, CompatibilityParameter, compatibility};
 pub use document::document;
-pub use groups::{
-    FailureParameters, LinkParameters, NavigationParameters, ReferenceLimits, StreamParameters,
-};
+pub use failure::{FailureParameters, WrongMode};
+pub use groups::{LinkParameters, NavigationParameters, ReferenceLimits, StreamParameters};
 pub use saved::{SavedError, SavedProblem, from_text, to_text};
 pub use table::table;
 
@@ -47,13 +47,7 @@ impl Default for Parameters {
                 airspeed_max_m_s: 320.0,
                 roll_max_deg: 45.0,
             },
-            failure: FailureParameters {
-                enabled: true,
-                stuck_at_angle: false,
-                stuck_deg: 0.0,
-                stuck_travels: false,
-                remaining_pct: 50.0,
-            },
+            failure: FailureParameters::DEFAULT,
             navigation: NavigationParameters {
                 l1_period_s: 25.0,
                 l1_damping: 0.75,

@@ -152,6 +152,12 @@ pub fn fraction(percent: f64) -> f64 {
     percent / 100.0
 }
 
+/// Milliseconds to seconds.
+#[must_use]
+pub fn seconds(milliseconds: f64) -> f64 {
+    milliseconds / 1.0e3
+}
+
 /// Degrees to radians.
 #[must_use]
 pub fn radians(degrees: f64) -> f64 {

@@ -65,21 +65,6 @@ pub struct ReferenceLimits {
     pub roll_max_deg: f64,
 }
 
-/// Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FailureParameters {
-    /// Fault injection is allowed.
-    pub enabled: bool,
-    /// STUCK means stuck at `stuck_deg` instead of where it is.
-    pub stuck_at_angle: bool,
-    /// Angle of STUCK, deg.
-    pub stuck_deg: f64,
-    /// A stuck effector travels to its angle at the actuator's rate instead of jumping.
-    pub stuck_travels: bool,
-    /// Effect that is left after WRONG, percent.
-    pub remaining_pct: f64,
-}
-
 impl ReferenceLimits {
     /// Checks a reference; NaN is outside every range.
     ///

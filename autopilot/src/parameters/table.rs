@@ -23,7 +23,8 @@ pub fn table() -> &'static [Parameter] {
             get: Get::Gain(tunable.get),
             set: Set::Gain(tunable.set),
         });
-        let own = [LAWS, REFERENCES, FAILURE, FAILURE_NUMBERS, GUIDANCE, LINK_LOSS, LINK_TIMES];
+        let [choices, numbers, times] = failure::ROWS;
+        let own = [LAWS, REFERENCES, choices, numbers, times, GUIDANCE, LINK_LOSS, LINK_TIMES];
         own.concat().into_iter().chain(STREAMS.iter().copied()).chain(gains).collect()
     });
     &TABLE
@@ -92,6 +93,8 @@ macro_rules! choices {
     };
 }
 
+mod failure;
+
 const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_MODE", gains.selection.compensator, "When the compensator acts":
         0 CompensatorMode::Off "never",
@@ -116,25 +119,6 @@ const REFERENCES: &[Parameter] = numbers! { Real, "References";
         "Highest true airspeed reference";
     "REF_ROLL_MAX", "deg", 1.0 to 80.0, limits.roll_max_deg,
         "Largest roll reference";
-};
-
-const FAILURE: &[Parameter] = choices! { "Fault injection";
-    "SYS_FAILURE_EN", failure.enabled, "Fault injection":
-        0 false "refused",
-        1 true "allowed";
-    "FLT_STUCK_MODE", failure.stuck_at_angle, "Where STUCK holds an effector":
-        0 false "where it is",
-        1 true "at FLT_STUCK_DEG";
-    "FLT_STUCK_RATE", failure.stuck_travels, "How STUCK comes to an angle":
-        0 false "jumps there",
-        1 true "travels at the actuator's rate";
-};
-
-const FAILURE_NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
-    "FLT_STUCK_DEG", "deg", -90.0 to 90.0, failure.stuck_deg,
-        "Angle of STUCK with FLT_STUCK_MODE 1";
-    "FLT_LOE_PCT", "%", 0.0 to 100.0, failure.remaining_pct,
-        "Effect that is left after WRONG (loss of effectiveness)";
 };
 
 const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";

@@ -171,6 +171,12 @@ impl FaultKind {
         })
     }
 
+    /// It has a size that can grow from nothing, so that a ramp means something.
+    #[must_use]
+    pub const fn has_size(&self) -> bool {
+        matches!(self, Self::PartialLoss { .. } | Self::Oscillating { .. } | Self::Biased { .. })
+    }
+
     /// In words, for an effector whose values are angles (deg) or thrusts (kN).
     #[must_use]
     pub const fn described(&self, is_angle: bool) -> Described {

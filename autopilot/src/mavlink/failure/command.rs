@@ -1,0 +1,102 @@
+//! From MAV_CMD_INJECT_FAILURE and MAV_CMD_USER_1 to an order.
+
+use icd::SimTime;
+use icd::fault::Onset;
+
+use super::USER_1;
+use super::order::{FailureType, FaultOrder, Instances, Unit, Value};
+use crate::mavlink::codec::Command;
+use crate::mavlink::convert;
+use crate::mavlink::refused::Refused;
+
+/// The order in a fault command.
+///
+/// # Errors
+/// What is not a whole number, not known or does not fit together.
+pub fn order(command: &Command) -> Result<FaultOrder, Refused> {
+    let [unit, failure_type, ..] = command.params;
+    let unit = Unit::of_code(integer("unit", unit)?);
+    let code = integer("type", failure_type)?;
+    unit.check()?;
+    let failure_type = FailureType::of_code(code).ok_or_else(|| {
+        let reason = format!("Fault refused: no failures of type {code}, there are 0 to 8");
+        Refused::unsupported(reason)
+    })?;
+    let instances = instances(command)?;
+    let order = FaultOrder::new(unit, failure_type, instances);
+    if command.id == USER_1 { with_numbers(order, command) } else { Ok(order) }
+}
+
+/// What USER_1 says beyond 420.
+fn with_numbers(order: FaultOrder, command: &Command) -> Result<FaultOrder, Refused> {
+    let [_, _, _, kind, value, ramp, onset] = command.params;
+    let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));
+    let onset = if is_given(onset) {
+        let seconds = convert::decimal(onset);
+        let at = SimTime::from_seconds(seconds).ok_or_else(|| {
+            Refused::denied(format!("Fault refused: onset p7 = {seconds} s is no time"))
+        })?;
+        Onset::At(at)
+    } else {
+        Onset::AtOnce
+    };
+    let value = if is_given(kind) {
+        let code = integer("kind of value", kind)?;
+        let number = convert::decimal(value);
+        if !number.is_finite() {
+            return Err(Refused::denied("Fault refused: the value p5 is not finite"));
+        }
+        let known = Value::of_code(code, number);
+        if known.is_none() && code == Value::SIDE {
+            return Err(Refused::denied("Fault refused: p5 of a hard over is 1 or -1"));
+        }
+        Some(known.ok_or_else(|| {
+            let reason = format!("Fault refused: no value of kind {code}, p4 is 1 to 10");
+            Refused::unsupported(reason)
+        })?)
+    } else if is_given(value) {
+        return Err(Refused::denied("Fault refused: p5 has a value, but p4 no kind"));
+    } else {
+        None
+    };
+    Ok(FaultOrder { value, ramp_s, onset, ..order })
+}
+
+/// p3 goes before p4, which counts only where p3 is NaN.
+fn instances(command: &Command) -> Result<Instances, Refused> {
+    let [_, _, instance, mask, ..] = command.params;
+    if !instance.is_nan() {
+        let number = integer("instance", instance)?;
+        let number = u32::try_from(number)
+            .map_err(|_| Refused::denied(format!("Fault refused: no instance {number}")))?;
+        return Ok(if number == 0 { Instances::All } else { Instances::One(number) });
+    }
+    if command.id == USER_1 {
+        return Err(Refused::denied("Fault refused: instance p3 is not given"));
+    }
+    let bits = integer("mask of instances", mask)?;
+    let bits = u32::try_from(bits)
+        .map_err(|_| Refused::denied(format!("Fault refused: mask {bits} names no instances")))?;
+    Ok(Instances::Mask(bits))
+}
+
+/// Both zero and NaN mean "not given" in p4 to p7.
+fn is_given(value: f32) -> bool {
+    !value.is_nan() && value != 0.0
+}
+
+/// A parameter that stands for a whole number.
+fn integer(what: &str, value: f32) -> Result<i32, Refused> {
+    let value = f64::from(value);
+    if value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(value as i32);
+    }
+    Err(Refused::denied(format!("Fault refused: {what} {value} is no whole number")))
+}
+
+#[cfg(test)]
+mod tests;
