@@ -203,7 +203,15 @@ fn on_a_terminal_keys_pause_step_and_end_and_the_terminal_is_as_before() {
     assert!(!before.is_empty(), "a new terminal reads lines");
     let link = format!("127.0.0.1:{}", free_port());
     let mut sitl = Command::new(program("sitl"))
-        .args(["--plant-link", &link, "--no-gcs", "--parameter-file", "none"])
+        .args([
+            "--plant-link",
+            &link,
+            "--no-gcs",
+            "--parameter-file",
+            "none",
+            "--signing-key",
+            "none",
+        ])
         .stdin(input())
         .stdout(input())
         .stderr(Stdio::null())

@@ -14,6 +14,7 @@ use crate::autopilot::{Autopilot, Settings};
 use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening};
+use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
 use crate::io::status::{self, StatusLine};
 use crate::io::store::Kept;
@@ -22,10 +23,12 @@ use crate::parameters::{ParameterError, Parameters, SavedError};
 mod args;
 mod ground_stations;
 mod recording;
+mod signing;
 
 pub use args::{AutopilotArgs, ControlSetup, Ftc};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
 pub use recording::{LogFolder, RecordingArgs};
+pub use signing::SigningArgs;
 
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +55,9 @@ pub enum RunError {
     /// Saved parameters cannot be used.
     #[error(transparent)]
     Saved(#[from] SavedError),
+    /// The signing key cannot be used.
+    #[error("signing: {0}")]
+    Key(#[from] KeyFileError),
     /// No socket.
     #[error(transparent)]
     Bind(#[from] BindError),
@@ -85,6 +91,10 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
         info!("{summary}");
     }
+    let kept_key = args.kept_key()?;
+    if let Some(summary) = kept_key.as_ref().and_then(KeptKey::summary) {
+        info!("{summary}");
+    }
     let saved = kept.as_ref().map_or_else(Parameters::default, |kept| kept.parameters);
     let (control, parameters) = args.control_setup_over(&saved)?;
     let settings = Settings {
@@ -102,7 +112,14 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let (ground, control) = channels::channels();
     let identity = args.ground_stations.identity;
     let belief = settings.belief;
-    let config = args.links()?.map(|links| GcsConfig { links, parameters, belief, identity, kept });
+    let config = args.links()?.map(|links| GcsConfig {
+        links,
+        parameters,
+        belief,
+        identity,
+        kept,
+        kept_key,
+    });
     let ground_stations = config.map(|config| GroundStations::start(&config, ground, &stop));
     let ground_stations = ground_stations.transpose()?;
     let status = if args.status {

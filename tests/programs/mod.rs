@@ -67,7 +67,9 @@ impl Program {
         // Tests run side by side, so ports for ground stations are open only where a test names them. What
         // the user of this machine has set is no business of a test.
         let flies = ["autopilot", "sitl"].contains(&name);
-        for option in ["--gcs-udp-server", "--gcs-tcp", "--parameter-file", "--log-dir"] {
+        for option in
+            ["--gcs-udp-server", "--gcs-tcp", "--parameter-file", "--log-dir", "--signing-key"]
+        {
             let named = |argument: &&str| {
                 argument.starts_with(option)
                     || option.starts_with("--gcs") && *argument == "--no-gcs"

@@ -26,12 +26,16 @@ use tokio::time::{Instant, sleep_until};
 use tracing::{info, warn};
 
 use super::channels::GroundChannels;
+use super::key_store::{KeptKey, KeyStore};
 use super::store::{Kept, Store};
 use crate::clock::{self, WallTime};
 use crate::event::{Event, Intent, Snapshot};
 use crate::mavlink::Ground;
 use crate::mavlink::heartbeat::HeartbeatIdentity;
-use crate::mavlink::peers::{Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection};
+use crate::mavlink::peers::{
+    Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, is_this_computer,
+};
+use crate::mavlink::signing::Signing;
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
 use sockets::{Arrival, READ_MAX, Sockets};
@@ -89,6 +93,8 @@ pub struct GcsConfig {
     pub identity: HeartbeatIdentity,
     /// Where changes of parameters are kept, and what is kept already.
     pub kept: Option<Kept>,
+    /// Where the signing key is kept, and the key that is there already.
+    pub kept_key: Option<KeptKey>,
 }
 
 /// Why the link ends before it is told to.
@@ -125,6 +131,9 @@ pub enum GcsError {
     /// No thread for the parameter file.
     #[error("autopilot: cannot keep parameters: {0}")]
     Store(io::Error),
+    /// No thread for the signing key.
+    #[error("autopilot: cannot keep the signing key: {0}")]
+    KeyStore(io::Error),
     /// The control thread has ended.
     #[error("autopilot: the control thread has ended")]
     ControlEnded,
@@ -137,6 +146,7 @@ pub struct GcsLink {
     sockets: Sockets,
     listening: Listening,
     store: Option<Store>,
+    key_store: Option<KeyStore>,
 }
 
 impl GcsLink {
@@ -145,7 +155,7 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let GcsConfig { links, parameters, belief, identity, kept } = config;
+        let GcsConfig { links, parameters, belief, identity, kept, kept_key } = config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
@@ -165,7 +175,14 @@ impl GcsLink {
             ground.keep_parameters(kept.parameters);
             store = Some(Store::open(&kept.path).map_err(GcsError::Store)?);
         }
-        Ok(Self { ground, sockets, listening, store })
+        let mut signing = Signing::new(host.unix_start_us);
+        let mut key_store = None;
+        if let Some(kept) = kept_key {
+            signing = signing.with_file(kept.record);
+            key_store = Some(KeyStore::open(&kept.path).map_err(GcsError::KeyStore)?);
+        }
+        ground = ground.with_signing(signing);
+        Ok(Self { ground, sockets, listening, store, key_store })
     }
 
     /// Where ground stations can be.
@@ -183,7 +200,7 @@ impl GcsLink {
         channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self { ground, sockets, listening, store } = self;
+        let Self { ground, sockets, listening, store, key_store } = self;
         let Listening { clients, udp_server, tcp_server } = listening;
         info!(
             ?clients,
@@ -191,13 +208,23 @@ impl GcsLink {
             tcp_server = tcp_server.map(tracing::field::display),
             "ground stations"
         );
-        let link =
-            Link { ground, sockets, channels, store, held_back: None, refused: 0, turned_away: 0 };
-        tokio::select! {
+        let mut link = Link {
+            ground,
+            sockets,
+            channels,
+            store,
+            key_store,
+            held_back: None,
+            refused: 0,
+            turned_away: 0,
+        };
+        let result = tokio::select! {
             // An error means that the sender is gone, which ends the link as well.
             _ = shutdown.wait_for(|stop| *stop) => Ok(()),
             result = link.serve() => result,
-        }
+        };
+        link.close_key();
+        result
     }
 }
 
@@ -207,6 +234,8 @@ struct Link {
     channels: GroundChannels,
     /// Gone, it has written everything.
     store: Option<Store>,
+    /// Likewise.
+    key_store: Option<KeyStore>,
     /// An intent that found no room in the channel.
     held_back: Option<Intent>,
     /// Connections closed again since there were too many.
@@ -224,13 +253,14 @@ enum Input {
 }
 
 impl Link {
-    async fn serve(mut self) -> Result<(), GcsError> {
+    async fn serve(&mut self) -> Result<(), GcsError> {
         let mut buffer = [0; READ_MAX];
         loop {
             let now = clock::now();
             self.ground.poll(now);
             self.pass_intents()?;
             self.keep_parameters(now);
+            self.keep_key(now);
             let wanted = self.ground.wants_snapshot();
             self.channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
@@ -292,7 +322,7 @@ impl Link {
                 self.ground.handle_stream(connection, bytes(length), now);
             }
             Arrival::Opened { connection, from } => {
-                if self.ground.open(connection, now) {
+                if self.ground.open(connection, is_this_computer(from), now) {
                     info!(%from, "ground-station connection opened");
                 } else {
                     self.refuse(connection, from);
@@ -341,6 +371,27 @@ impl Link {
         }
         if let Some(saved) = store.outcome() {
             self.ground.handle_saved(&saved, now);
+        }
+    }
+
+    /// Hands a changed signing key or its time to the key file, and says what signing has refused.
+    fn keep_key(&mut self, now: WallTime) {
+        while let Some(line) = self.ground.tell_signing(now) {
+            warn!("{line}");
+        }
+        let Some(store) = &self.key_store else { return };
+        if let Some(change) = self.ground.pop_key_change() {
+            store.change(change);
+        }
+        if let Some(why) = store.failure() {
+            self.ground.handle_key_unsaved(&why, now);
+        }
+    }
+
+    /// Nothing more is sent or taken: the time in the key file is the last one.
+    fn close_key(&mut self) {
+        if let (Some(store), Some(change)) = (&self.key_store, self.ground.last_key_change()) {
+            store.change(change);
         }
     }
 

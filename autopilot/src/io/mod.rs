@@ -3,6 +3,7 @@
 pub mod channels;
 pub mod complaints;
 pub mod gcs_link;
+pub mod key_store;
 pub mod plant_link;
 pub mod presence;
 pub mod status;

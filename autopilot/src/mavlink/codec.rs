@@ -12,7 +12,7 @@ mod message;
 
 pub use message::{
     Command, ItemWords, ListKind, ManualControl, Message, MissionItem, ParamSet, PositionTarget,
-    StreamRequest, decode,
+    SetupSigning, StreamRequest, decode,
 };
 
 /// System and component id of this autopilot.
@@ -20,15 +20,17 @@ pub const OWN: Identity = Identity { system: 1, component: 1 };
 
 /// Longest payload of a frame.
 const PAYLOAD_MAX: usize = 255;
-/// Longest frame that this autopilot sends.
+/// Longest frame without its signature.
 pub const FRAME_MAX: usize = HEADER_V2 + PAYLOAD_MAX + CRC;
 const HEADER_V1: usize = 6;
 const HEADER_V2: usize = 10;
 const CRC: usize = 2;
-const SIGNATURE: usize = 13;
+/// What follows a signed frame.
+pub const SIGNATURE: usize = 13;
 /// progress of COMMAND_ACK.
 const PROGRESS_UNKNOWN: u8 = u8::MAX;
-/// The one incompatibility flag that is understood; the signature itself is not looked at.
+/// The one incompatibility flag that is understood. The signature itself is the business of
+/// [`super::signing`].
 const SIGNED: u8 = 0x01;
 
 /// Who sent a message, or to whom it goes.
@@ -76,6 +78,24 @@ pub struct Frame<'a> {
     pub id: u32,
     /// Payload as it came; trailing zeros may be missing.
     pub payload: &'a [u8],
+    /// The whole frame as it came, from its marker to its checksum or signature.
+    pub bytes: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// MAVLink 1.
+    #[must_use]
+    pub fn is_version_1(&self) -> bool {
+        self.bytes.first() == Some(&MAV_STX)
+    }
+
+    /// What was signed, and the signature; `None` if the frame has none.
+    #[must_use]
+    pub fn signature(&self) -> Option<(&'a [u8], [u8; SIGNATURE])> {
+        let is_signed = !self.is_version_1() && self.bytes.get(2)? & SIGNED != 0;
+        let (signed, signature) = self.bytes.split_last_chunk()?;
+        is_signed.then_some((signed, *signature))
+    }
 }
 
 /// Takes the next good frame out of `rest`; `None` at the end of the datagram.
@@ -136,7 +156,8 @@ fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
             if frame[end..end + CRC] == crc.to_le_bytes() {
                 *rest = &rest[layout.length..];
                 let payload = &frame[layout.payload_at..end];
-                return Cut::Frame(Frame { sender: layout.sender, id: layout.id, payload });
+                let Layout { sender, id, .. } = layout;
+                return Cut::Frame(Frame { sender, id, payload, bytes: frame });
             }
             &mut skipped.bad_crc
         };
@@ -230,10 +251,27 @@ impl Encoded {
     /// The frame with this sequence number, MAVLink 2, not signed.
     #[must_use]
     pub fn frame(&self, sequence: u8) -> Vec<u8> {
-        let mut frame = Vec::with_capacity(HEADER_V2 + self.payload.len() + CRC);
+        self.frame_with(0, sequence)
+    }
+
+    /// The frame with this sequence number and what `sign` makes of it behind it.
+    pub fn signed_frame(
+        &self,
+        sequence: u8,
+        sign: impl FnOnce(&[u8]) -> [u8; SIGNATURE],
+    ) -> Vec<u8> {
+        let mut frame = self.frame_with(SIGNED, sequence);
+        let signature = sign(&frame);
+        frame.extend_from_slice(&signature);
+        frame
+    }
+
+    fn frame_with(&self, flags: u8, sequence: u8) -> Vec<u8> {
+        let mut frame = Vec::with_capacity(HEADER_V2 + self.payload.len() + CRC + SIGNATURE);
         let length = u8::try_from(self.payload.len()).expect("a payload has at most 255 bytes");
         let [id0, id1, id2, _] = self.id.to_le_bytes();
-        frame.extend_from_slice(&[MAV_STX_V2, length, 0, 0, sequence, OWN.system, OWN.component]);
+        let Identity { system, component } = OWN;
+        frame.extend_from_slice(&[MAV_STX_V2, length, flags, 0, sequence, system, component]);
         frame.extend_from_slice(&[id0, id1, id2]);
         frame.extend_from_slice(&self.payload);
         let crc = calculate_crc(&frame[1..], self.extra_crc);

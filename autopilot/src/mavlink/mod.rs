@@ -43,6 +43,7 @@ pub mod pending;
 pub mod ping;
 pub mod reasons;
 pub mod refused;
+pub mod signing;
 pub mod statustext;
 pub mod telemetry;
 
@@ -60,6 +61,7 @@ use mission::MissionService;
 use offboard::Offboard;
 use param::{ParamService, Save, Saved};
 use peers::{Address, Connection, Peer, Peers};
+use signing::{Admission, KeyChange, Signing};
 use statustext::StatusTexts;
 use telemetry::{Host, Telemetry};
 
@@ -82,6 +84,7 @@ pub struct Ground {
     ftp: FtpService,
     link_loss: LinkLoss,
     control: Control,
+    signing: Signing,
     skipped: Skipped,
 }
 
@@ -107,6 +110,7 @@ impl Ground {
             ftp: FtpService::default(),
             link_loss: LinkLoss::default(),
             control: Control::default(),
+            signing: Signing::default(),
             skipped: Skipped::default(),
         }
     }
@@ -119,12 +123,23 @@ impl Ground {
         self
     }
 
+    /// The key that is there already; to be called before anything else.
+    #[must_use]
+    pub fn with_signing(mut self, signing: Signing) -> Self {
+        self.signing = signing;
+        self
+    }
+
     /// Takes one datagram. Its rest is as lost if there is no room for the answers.
     pub fn handle_datagram(&mut self, address: Address, datagram: &[u8], now: WallTime) {
         let mut rest = datagram;
         while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
             if frame.sender == OWN {
                 // Our own words, sent back by somebody.
+                continue;
+            }
+            if self.signing.admit(&frame, now) != Admission::Accepted {
+                // Nor does what may come unsigned make its sender a peer: there is no use for it here.
                 continue;
             }
             let Some(peer) = self.peers.hear(address, now) else { return };
@@ -159,7 +174,7 @@ impl Ground {
             let Some(frame) = codec::next_frame_of_stream(&mut rest, &mut self.skipped) else {
                 break false;
             };
-            if frame.sender != OWN {
+            if frame.sender != OWN && self.signing.admit(&frame, now) == Admission::Accepted {
                 self.take(peer, &frame, now);
             }
         };
@@ -188,9 +203,10 @@ impl Ground {
         self.peers.next_resumable().is_some()
     }
 
-    /// A ground station has opened a connection. False if there are too many.
-    pub fn open(&mut self, connection: Connection, now: WallTime) -> bool {
-        self.peers.open(connection, now).is_some()
+    /// A ground station has opened a connection, from this computer or another one. False if there are
+    /// too many.
+    pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> bool {
+        self.peers.open(connection, is_local, now).is_some()
     }
 
     /// A connection was closed.
@@ -206,9 +222,12 @@ impl Ground {
         if !target.reaches_us() {
             return;
         }
+        if let Message::SetupSigning(setup) = message {
+            return self.signing.handle(from, setup, now, &self.peers, &mut self.texts);
+        }
         let (services, mut ctx, out) = self.split_for(Some(from), now);
         match message {
-            Message::Ping(_) => {}
+            Message::Ping(_) | Message::SetupSigning(_) => {}
             Message::Heartbeat(mav_type) => services.link_loss.hear(from, *mav_type, now, &mut ctx),
             Message::TimeSync(data) => ping::handle_timesync(from, data, now, out),
             Message::SetMode(data) => {
@@ -328,6 +347,7 @@ impl Ground {
 
     /// Does what is due.
     pub fn poll(&mut self, now: WallTime) {
+        self.signing.poll(now);
         self.peers.poll(now);
         for _ in 0..peers::CONNECTIONS_MAX {
             let Some(connection) = self.peers.next_resumable() else { break };
@@ -383,7 +403,30 @@ impl Ground {
 
     /// Next frame to send and its destination, of those to whom something can be sent now.
     pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
-        self.peers.pop(can_send)
+        self.peers.pop(&mut self.signing, can_send)
+    }
+
+    /// What the key file should have now, if it is time to write it.
+    pub fn pop_key_change(&mut self) -> Option<KeyChange> {
+        self.signing.pop_change()
+    }
+
+    /// What the key file has to have at the end.
+    pub fn last_key_change(&mut self) -> Option<KeyChange> {
+        self.signing.last_change()
+    }
+
+    /// The key file could not be written.
+    pub fn handle_key_unsaved(&mut self, why: &str, now: WallTime) {
+        self.texts.refuse(now, format!("The signing key is not saved: {why}"));
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// A line about signing for the log; what was refused is told to the ground stations as well.
+    pub fn tell_signing(&mut self, now: WallTime) -> Option<String> {
+        let line = self.signing.tell(now, &mut self.texts);
+        self.texts.poll(&mut self.peers);
+        line
     }
 
     /// From now on changes of parameters are saved; `kept` is what is saved already.

@@ -71,13 +71,13 @@ impl Outbox {
         self.has_answer() || !self.telemetry.is_empty()
     }
 
-    /// Next frame to send, answers first. The sequence number counts what is sent, so that a ground
-    /// station sees no loss where telemetry was dropped.
-    pub fn pop(&mut self) -> Option<Vec<u8>> {
+    /// Next message to send and its sequence number, answers first. The number counts what is sent, so
+    /// that a ground station sees no loss where telemetry was dropped.
+    pub fn pop(&mut self) -> Option<(Encoded, u8)> {
         let message = self.answers.pop_front().or_else(|| self.telemetry.pop_front())?;
-        let frame = message.frame(self.sequence);
-        self.sequence = self.sequence.wrapping_add(1);
-        Some(frame)
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        Some((message, sequence))
     }
 
     /// Telemetry messages dropped so far.
@@ -117,8 +117,8 @@ mod tests {
         }
         let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
         outbox.answer(ack.clone());
-        assert_eq!(outbox.pop(), Some(ack.frame(0)), "the answer goes first");
-        assert_eq!(outbox.pop(), Some(value(1000 - 96).frame(1)));
+        assert_eq!(outbox.pop(), Some((ack, 0)), "the answer goes first");
+        assert_eq!(outbox.pop(), Some((value(1000 - 96), 1)));
         assert_eq!(outbox.dropped_telemetry(), 1000 - 96);
     }
 

@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 use super::codec::Encoded;
 use super::inbox::Inbox;
 use super::outbox::{ANSWERS_RESERVED, Outbox};
+use super::signing::Signing;
 use crate::clock::WallTime;
 
 /// Configured addresses.
@@ -40,6 +41,22 @@ impl Address {
     pub const fn is_connection(self) -> bool {
         matches!(self, Self::Tcp(_))
     }
+
+    /// A UDP address of this computer. Of a connection the number says nothing.
+    #[must_use]
+    pub fn is_loopback(self) -> bool {
+        match self {
+            Self::UdpClient(at) | Self::UdpServer(at) => is_this_computer(at),
+            Self::Tcp(_) => false,
+        }
+    }
+}
+
+/// Whether an address is one of this computer alone. The system lets nothing with such an address in from
+/// a network.
+#[must_use]
+pub fn is_this_computer(at: SocketAddr) -> bool {
+    at.ip().to_canonical().is_loopback()
 }
 
 /// A peer, for as long as it is known. Never used twice.
@@ -50,6 +67,11 @@ pub struct Peer(u32);
 struct Entry {
     peer: Peer,
     address: Address,
+    /// Number of the link in signatures: the lowest that nobody has, and its own for as long as the peer is
+    /// known.
+    link: u8,
+    /// On this computer.
+    is_local: bool,
     configured: bool,
     heard: WallTime,
     /// Used by connections only.
@@ -77,17 +99,22 @@ impl Peers {
     pub fn new(configured: &[Address]) -> Self {
         let mut peers = Self { entries: Vec::new(), next: 0, turned_away: 0 };
         for &address in configured.iter().take(CONFIGURED_MAX) {
-            peers.add(address, true, WallTime::ZERO);
+            peers.add(address, address.is_loopback(), true, WallTime::ZERO);
         }
         peers
     }
 
-    fn add(&mut self, address: Address, configured: bool, heard: WallTime) -> Peer {
+    fn add(&mut self, address: Address, is_local: bool, configured: bool, heard: WallTime) -> Peer {
         let peer = Peer(self.next);
         self.next = self.next.wrapping_add(1);
+        let is_free = |link: &u8| self.entries.iter().all(|entry| entry.link != *link);
+        // There are far fewer peers than numbers.
+        let link = (0..=u8::MAX).find(is_free).unwrap_or(u8::MAX);
         self.entries.push(Entry {
             peer,
             address,
+            link,
+            is_local,
             configured,
             heard,
             inbox: Inbox::default(),
@@ -106,23 +133,29 @@ impl Peers {
         if address.is_connection() {
             return None;
         }
-        let peer = self.admit(address, VISITORS_MAX, now);
+        let peer = self.admit(address, address.is_loopback(), VISITORS_MAX, now);
         self.turned_away += u64::from(peer.is_none());
         peer
     }
 
-    /// A connection was opened. `None` if there are too many.
-    pub fn open(&mut self, connection: Connection, now: WallTime) -> Option<Peer> {
-        self.admit(Address::Tcp(connection), CONNECTIONS_MAX, now)
+    /// A connection was opened, from this computer or another one. `None` if there are too many.
+    pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> Option<Peer> {
+        self.admit(Address::Tcp(connection), is_local, CONNECTIONS_MAX, now)
     }
 
     /// Adds a peer that came by itself, if fewer than `most` of its kind are known.
-    fn admit(&mut self, address: Address, most: usize, now: WallTime) -> Option<Peer> {
+    fn admit(
+        &mut self,
+        address: Address,
+        is_local: bool,
+        most: usize,
+        now: WallTime,
+    ) -> Option<Peer> {
         let is_connection = address.is_connection();
         let alike =
             |entry: &&Entry| !entry.configured && entry.address.is_connection() == is_connection;
         let has_room = self.entries.iter().filter(alike).count() < most;
-        has_room.then(|| self.add(address, false, now))
+        has_room.then(|| self.add(address, is_local, false, now))
     }
 
     /// A connection was closed: its peer is gone, with all that waits for it.
@@ -146,6 +179,12 @@ impl Peers {
     #[must_use]
     pub fn knows(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer)
+    }
+
+    /// Whether `peer` is on this computer.
+    #[must_use]
+    pub fn is_local(&self, peer: Peer) -> bool {
+        self.entries.iter().any(|entry| entry.peer == peer && entry.is_local)
     }
 
     /// Whether there is room for the answers to one more message of `peer`.
@@ -228,8 +267,12 @@ impl Peers {
     }
 
     /// Next frame and its destination, of those to whom something can be sent now; answers of all go
-    /// before telemetry of any.
-    pub fn pop(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
+    /// before telemetry of any. `signing` signs it, if it is on.
+    pub fn pop(
+        &mut self,
+        signing: &mut Signing,
+        can_send: impl Fn(Address) -> bool,
+    ) -> Option<(Address, Vec<u8>)> {
         let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
         let mut chosen: Option<&mut Entry> = None;
         let entry = loop {
@@ -240,7 +283,8 @@ impl Peers {
                 None => break chosen?,
             }
         };
-        entry.outbox.pop().map(|frame| (entry.address, frame))
+        let (message, sequence) = entry.outbox.pop()?;
+        Some((entry.address, signing.seal(&message, sequence, entry.link)))
     }
 
     /// Messages from visitors that nobody looked at, since there were too many visitors.
@@ -300,7 +344,7 @@ mod tests {
         let mut peers = Peers::new(&configured);
         let come = |peers: &mut Peers, port| peers.hear(address(port), seconds(0)).is_some();
         assert_eq!((100..200).filter(|port| come(&mut peers, *port)).count(), VISITORS_MAX);
-        let open = |peers: &mut Peers, n| peers.open(Connection(n), seconds(0)).is_some();
+        let open = |peers: &mut Peers, n| peers.open(Connection(n), true, seconds(0)).is_some();
         assert_eq!((0..100).filter(|n| open(&mut peers, *n)).count(), CONNECTIONS_MAX);
         assert_eq!(peers.turned_away(), 100 - VISITORS_MAX as u64);
         assert!((1..=8).all(|port| come(&mut peers, port)));
@@ -316,9 +360,38 @@ mod tests {
     }
 
     #[test]
+    fn each_link_has_a_number_of_its_own_for_as_long_as_its_peer_is_known() {
+        let mut peers = Peers::new(&[address(14_550), address(14_540)]);
+        let links = |peers: &Peers| peers.entries.iter().map(|e| e.link).collect::<Vec<_>>();
+        peers.open(Connection(0), true, seconds(0)).unwrap();
+        peers.hear(address(9_000), seconds(0)).unwrap();
+        assert_eq!(links(&peers), [0, 1, 2, 3]);
+        peers.close(Connection(0));
+        assert_eq!(links(&peers), [0, 1, 3]);
+        peers.open(Connection(1), true, seconds(0)).unwrap();
+        assert_eq!(links(&peers), [0, 1, 3, 2]);
+    }
+
+    #[test]
+    fn a_peer_is_local_by_its_address_or_by_what_opened_the_connection() {
+        let mut peers = Peers::new(&[address(14_550)]);
+        let mut hears = |text: &str| {
+            let at = Address::UdpServer(text.parse().unwrap());
+            let peer = peers.hear(at, seconds(0)).unwrap();
+            peers.is_local(peer)
+        };
+        assert!(hears("127.8.9.1:1") && hears("[::1]:1") && hears("[::ffff:127.0.0.1]:1"));
+        assert!(!hears("192.168.1.2:1") && !hears("[::ffff:10.0.0.1]:1") && !hears("[fe80::1]:1"));
+        for is_local in [true, false] {
+            let peer = peers.open(Connection(u32::from(is_local)), is_local, seconds(0)).unwrap();
+            assert_eq!(peers.is_local(peer), is_local);
+        }
+    }
+
+    #[test]
     fn a_connection_may_be_silent_and_is_gone_when_it_is_closed() {
         let mut peers = Peers::new(&[]);
-        let peer = peers.open(Connection(0), seconds(0)).unwrap();
+        let peer = peers.open(Connection(0), true, seconds(0)).unwrap();
         peers.poll(seconds(3_600));
         assert!(peers.knows(peer));
         assert_eq!(peers.next_deadline(), None);

@@ -19,6 +19,7 @@ mod plan_commands;
 mod positions;
 mod references;
 mod robustness;
+mod signing;
 mod state;
 mod storage;
 pub(super) mod world;

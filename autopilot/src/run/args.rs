@@ -12,8 +12,10 @@ use tracing::warn;
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
 use super::recording::RecordingArgs;
+use super::signing::SigningArgs;
 use crate::config;
 use crate::io::gcs_link::Links;
+use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, ParameterFile};
 use crate::parameters::Parameters;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -88,6 +90,9 @@ pub struct AutopilotArgs {
     /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
     pub parameter_file: Option<ParameterFile>,
+    /// Where the signing key is.
+    #[command(flatten)]
+    pub signing: SigningArgs,
     /// Settings from a file; the options here win over it
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -160,6 +165,15 @@ impl AutopilotArgs {
             return Ok(None);
         }
         Ok(self.parameter_file.clone().unwrap_or_default().read()?)
+    }
+
+    /// The key file and the key in it; `None` where no key is kept.
+    ///
+    /// # Errors
+    /// [`RunError`] names the file and what is wrong with it.
+    pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
+        // A flight from a setup is one of record, and nobody's key is its business.
+        if self.setup.is_some() { Ok(None) } else { self.signing.kept_key() }
     }
 
     /// The control side that the options ask for, validated. The parameter file is not looked at, so that a

@@ -53,6 +53,9 @@ pub struct LaunchArgs {
     /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
     parameter_file: Option<String>,
+    /// Where the MAVLink signing key is kept, or none; with a key there signing is on [default: two-step/signing.key in the user's data folder]
+    #[arg(long, value_name = "FILE|none")]
+    signing_key: Option<String>,
     /// Folder for flight logs, or none [default: two-step/logs in the user's data folder]
     #[arg(long, value_name = "DIR|none")]
     log_dir: Option<String>,
@@ -138,6 +141,7 @@ impl LaunchArgs {
             autopilot.kept_parameters()?.map_or_else(Parameters::default, |kept| kept.parameters);
         autopilot.control_setup_over(&kept)?;
         autopilot.links()?;
+        autopilot.kept_key()?;
         let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
         Plant::new(&plant.plant_setup()?)?;
         Ok(options)
@@ -150,6 +154,7 @@ impl LaunchArgs {
         add(&mut words, "--belief", &self.belief);
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);
+        add(&mut words, "--signing-key", &self.signing_key);
         add(&mut words, "--log-dir", &self.log_dir);
         add(&mut words, "--log-limit-mb", &self.log_limit_mb);
         for setting in &self.param {
@@ -212,7 +217,11 @@ mod tests {
     #[test]
     fn wrong_options_are_refused_before_anything_starts() {
         let some = |text: &str| Some(text.to_owned());
-        let base = || LaunchArgs { parameter_file: some("none"), ..LaunchArgs::default() };
+        let base = || LaunchArgs {
+            parameter_file: some("none"),
+            signing_key: some("none"),
+            ..LaunchArgs::default()
+        };
         for (args, words) in [
             (LaunchArgs { speed: some("-1"), ..base() }, "0.01 to 1000"),
             (LaunchArgs { period_ms: some("7"), ..base() }, "1 to 4"),
@@ -225,6 +234,7 @@ mod tests {
             (LaunchArgs { gcs_tcp: some("5760"), ..base() }, "5760 is not IP:PORT or none"),
             (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),
             (LaunchArgs { config: some("no.toml"), ..base() }, "no.toml: "),
+            (LaunchArgs { signing_key: some("/dev/null"), ..base() }, "not an ordinary file"),
         ] {
             let refusal = refusal(&args);
             assert!(refusal.contains(words), "{refusal}");

@@ -29,6 +29,7 @@ fn config(clients: &[SocketAddr]) -> GcsConfig {
         belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
         identity: HeartbeatIdentity::default(),
         kept: None,
+        kept_key: None,
     }
 }
 

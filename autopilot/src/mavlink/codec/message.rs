@@ -10,11 +10,13 @@ use ::mavlink::dialects::common::{
     MISSION_SET_CURRENT_DATA, MISSION_WRITE_PARTIAL_LIST_DATA, PARAM_REQUEST_LIST_DATA,
     PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA,
     REQUEST_DATA_STREAM_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
-    SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
+    SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA,
+    TIMESYNC_DATA,
 };
 use ::mavlink::{MavlinkVersion, MessageData};
 
 use super::{Frame, Identity};
+use crate::mavlink::signing::Key;
 
 /// A message that the autopilot reacts to.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +71,17 @@ pub enum Message {
     RequestDataStream(StreamRequest),
     /// LOG_REQUEST_LIST.
     LogRequestList,
+    /// SETUP_SIGNING.
+    SetupSigning(SetupSigning),
+}
+
+/// SETUP_SIGNING.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SetupSigning {
+    /// `None` turns signing off.
+    pub key: Option<Key>,
+    /// Earliest time to go on with, 10 us since 2015.
+    pub initial_timestamp: u64,
 }
 
 /// MAV_MISSION_TYPE as a number: 0 mission, 1 fence, 2 rally points, 255 all.
@@ -298,6 +311,12 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
         }
         LOG_REQUEST_LIST_DATA::ID => {
             (Fields::<6>::new(payload).identity(4), Message::LogRequestList)
+        }
+        SETUP_SIGNING_DATA::ID => {
+            let f = Fields::<42>::new(payload);
+            let initial_timestamp = u64::from_le_bytes(f.bytes(0));
+            let setup = SetupSigning { key: Key::new(f.bytes(10)), initial_timestamp };
+            (f.identity(8), Message::SetupSigning(setup))
         }
         id => return reference(id, payload).or_else(|| mission(id, payload)),
     })

@@ -77,7 +77,7 @@ fn missing_trailing_zeros_are_zeros() {
     // COMMAND_LONG 420 with all parameters zero and confirmation zero: 32 bytes on the wire.
     let mut payload = vec![0; 28];
     payload.extend_from_slice(&[0xA4, 0x01, 1, 1]);
-    let frame = Frame { sender: OWN, id: 76, payload: &payload };
+    let frame = Frame { sender: OWN, id: 76, payload: &payload, bytes: &[] };
     let (target, message) = decode(&frame).unwrap();
     assert_eq!(target, OWN);
     assert_eq!(

@@ -13,7 +13,7 @@ const UNKNOWN: u16 = 50_000;
 
 fn flying_with_tcp() -> World {
     let mut world = World::flying();
-    assert!(world.ground.open(Connection(0), world.now));
+    assert!(world.ground.open(Connection(0), true, world.now));
     world
 }
 
@@ -170,7 +170,7 @@ fn many_ground_stations_are_served_at_once_and_each_gets_its_own_answers() {
         |n: u16| Address::UdpServer(std::net::SocketAddr::from(([127, 0, 0, 1], 9_000 + n)));
     let mut all: Vec<Address> = (0..24).map(visitor).collect();
     for n in 0..16 {
-        assert!(world.ground.open(Connection(n), world.now));
+        assert!(world.ground.open(Connection(n), true, world.now));
         all.push(Address::Tcp(Connection(n)));
     }
     all.extend([address(14_550), address(14_540)]);

@@ -41,6 +41,8 @@ pub struct Got {
     pub payload: Vec<u8>,
     pub sequence: u8,
     pub at: WallTime,
+    /// The whole frame.
+    pub bytes: Vec<u8>,
 }
 
 impl Got {
@@ -227,7 +229,8 @@ impl World {
             assert!(rest.is_empty() && skipped == Skipped::default(), "{datagram:?}");
             let payload = frame.payload.to_vec();
             let (id, sequence) = (frame.id, datagram[4]);
-            self.got.push(Got { to, id, payload, sequence, at: self.now });
+            let at = self.now;
+            self.got.push(Got { to, id, payload, sequence, at, bytes: datagram });
         }
     }
 

@@ -47,7 +47,14 @@ impl Slow {
         let acks = frames.filter(|(_, frame)| frame[7..10] == [47, 0, 0]);
         acks.map(|(_, frame)| {
             let payload = frame[10..frame.len() - 2].to_vec();
-            let got = Got { to: address(14_550), id: 47, payload, sequence: 0, at: self.0.now };
+            let got = Got {
+                to: address(14_550),
+                id: 47,
+                payload,
+                sequence: 0,
+                at: self.0.now,
+                bytes: Vec::new(),
+            };
             got.read::<MISSION_ACK_DATA>().unwrap().mavtype
         })
         .collect()
@@ -64,7 +71,14 @@ impl Slow {
         let frames: Vec<_> = std::iter::from_fn(|| self.0.ground.pop_frame(|_| true)).collect();
         let frame = frames.iter().find(|(_, frame)| frame[7..10] == [44, 0, 0]).unwrap();
         let payload = frame.1[10..frame.1.len() - 2].to_vec();
-        let got = Got { to: address(14_550), id: 44, payload, sequence: 0, at: self.0.now };
+        let got = Got {
+            to: address(14_550),
+            id: 44,
+            payload,
+            sequence: 0,
+            at: self.0.now,
+            bytes: Vec::new(),
+        };
         got.read::<MISSION_COUNT_DATA>().unwrap().count
     }
 }

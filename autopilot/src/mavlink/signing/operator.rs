@@ -1,0 +1,54 @@
+//! SETUP_SIGNING, and what the operators are told.
+
+use ::mavlink::dialects::common::MavSeverity;
+
+use super::{SetupOutcome, Signing};
+use crate::clock::WallTime;
+use crate::mavlink::codec::SetupSigning;
+use crate::mavlink::context::From;
+use crate::mavlink::peers::Peers;
+use crate::mavlink::statustext::StatusTexts;
+
+impl Signing {
+    /// Takes SETUP_SIGNING of a station on this computer. The key travels in clear, so one that came over
+    /// a network would be no secret. It is never sent on and never answered.
+    pub fn handle(
+        &mut self,
+        from: From,
+        setup: &SetupSigning,
+        now: WallTime,
+        peers: &Peers,
+        texts: &mut StatusTexts,
+    ) {
+        if !peers.is_local(from.peer) {
+            texts.refuse(now, "SETUP_SIGNING refused: it may only come from this computer");
+            return;
+        }
+        let outcome = self.set_up(setup, now);
+        let text = match outcome {
+            SetupOutcome::On if self.has_file => "Signing is on",
+            SetupOutcome::On => "Signing is on until the end: there is no key file",
+            SetupOutcome::StaysOn => "Signing stays on, with the same key",
+            SetupOutcome::Off => "Signing is off",
+            SetupOutcome::StaysOff => "Signing stays off",
+            SetupOutcome::TimestampOutside => {
+                return texts.refuse(now, "SETUP_SIGNING refused: initial_timestamp is after 2103");
+            }
+        };
+        texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        if matches!(outcome, SetupOutcome::On | SetupOutcome::Off) {
+            self.news = Some(text);
+        }
+    }
+
+    /// One line for the log: signing was turned on or off, or refuses something. What it refuses is told
+    /// to the stations as well, at most every ten seconds for each kind.
+    pub fn tell(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<String> {
+        if let Some(news) = self.news.take() {
+            return Some(news.to_owned());
+        }
+        let line = self.refusals.next_line(now)?;
+        texts.say(MavSeverity::MAV_SEVERITY_WARNING, line.clone());
+        Some(line)
+    }
+}
