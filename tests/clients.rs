@@ -10,19 +10,32 @@
 
 mod programs;
 
-use std::process::Command;
+use std::ffi::OsString;
+use std::process::{Command, Output};
 
-use programs::{Program, free_port};
+use programs::{Program, free_port, program};
 
 /// What a script said and how it ended; `None` without a Python.
 type Ended = Option<(Option<i32>, String)>;
 
+/// The Python to use; says so where there is none.
+fn python() -> Option<OsString> {
+    let python = std::env::var_os("TWO_STEP_PYTHON");
+    if python.is_none() {
+        eprintln!("skipped: TWO_STEP_PYTHON does not name a Python with the client libraries");
+    }
+    python
+}
+
+fn ended(output: &Output) -> (Option<i32>, String) {
+    let said = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    (output.status.code(), said)
+}
+
 /// Runs a script beside a flying aircraft. `connect` is the form of the address that its library wants.
 fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> Ended {
-    let Some(python) = std::env::var_os("TWO_STEP_PYTHON") else {
-        eprintln!("skipped: TWO_STEP_PYTHON does not name a Python with the client libraries");
-        return None;
-    };
+    let python = python()?;
     let link = format!("127.0.0.1:{}", free_port());
     let gcs = format!("127.0.0.1:{}", free_port());
     let mut all = vec!["--plant-link", &link, "--gcs", &gcs, "--gcs-udp-server", "none"];
@@ -36,9 +49,7 @@ fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> End
         .args(arguments)
         .output()
         .expect("TWO_STEP_PYTHON runs");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned()
-        + &String::from_utf8_lossy(&output.stderr);
-    Some((output.status.code(), said))
+    Some(ended(&output))
 }
 
 /// The script must end well. What it said is shown with `--nocapture`.
@@ -97,4 +108,17 @@ fn qgroundcontrols_connect_is_answered_step_by_step() {
 #[test]
 fn traffic_has_no_malformed_or_unexpected_message() {
     holds(run("clients/traffic.py", "udpin:", &[], &["--seconds", "15"]));
+}
+
+#[test]
+fn signing_with_pymavlink_and_mavproxy_keeps_out_who_has_no_key() {
+    let Some(python) = python() else { return };
+    let port = free_port().to_string();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/signing.py");
+    let output = Command::new(python)
+        .args([script, "--port", &port, "--autopilot"])
+        .arg(program("autopilot"))
+        .output()
+        .expect("TWO_STEP_PYTHON runs");
+    holds(Some(ended(&output)));
 }

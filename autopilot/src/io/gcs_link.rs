@@ -35,7 +35,7 @@ use crate::mavlink::heartbeat::HeartbeatIdentity;
 use crate::mavlink::peers::{
     Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, is_this_computer,
 };
-use crate::mavlink::signing::Signing;
+use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
 use sockets::{Arrival, READ_MAX, Sockets};
@@ -377,7 +377,10 @@ impl Link {
     /// Hands a changed signing key or its time to the key file, and says what signing has refused.
     fn keep_key(&mut self, now: WallTime) {
         while let Some(line) = self.ground.tell_signing(now) {
-            warn!("{line}");
+            match line {
+                LogLine::Turned(line) => info!("{line}"),
+                LogLine::Refused(line) => warn!("{line}"),
+            }
         }
         let Some(store) = &self.key_store else { return };
         if let Some(change) = self.ground.pop_key_change() {

@@ -61,7 +61,7 @@ use mission::MissionService;
 use offboard::Offboard;
 use param::{ParamService, Save, Saved};
 use peers::{Address, Connection, Peer, Peers};
-use signing::{Admission, KeyChange, Signing};
+use signing::{Admission, KeyChange, LogLine, Signing};
 use statustext::StatusTexts;
 use telemetry::{Host, Telemetry};
 
@@ -423,7 +423,7 @@ impl Ground {
     }
 
     /// A line about signing for the log; what was refused is told to the ground stations as well.
-    pub fn tell_signing(&mut self, now: WallTime) -> Option<String> {
+    pub fn tell_signing(&mut self, now: WallTime) -> Option<LogLine> {
         let line = self.signing.tell(now, &mut self.texts);
         self.texts.poll(&mut self.peers);
         line

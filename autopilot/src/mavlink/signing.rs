@@ -21,6 +21,7 @@ mod streams;
 mod timestamp;
 
 pub use key::{KEY, Key, Trailer};
+pub use operator::LogLine;
 pub use record::{KeyRecord, RecordError};
 pub use refusals::{Refusal, Refusals};
 pub use streams::{STREAMS_MAX, Stream, Streams};

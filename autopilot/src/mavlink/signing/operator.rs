@@ -9,6 +9,15 @@ use crate::mavlink::context::From;
 use crate::mavlink::peers::Peers;
 use crate::mavlink::statustext::StatusTexts;
 
+/// A line for the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LogLine {
+    /// Signing was turned on or off.
+    Turned(&'static str),
+    /// Something is refused.
+    Refused(String),
+}
+
 impl Signing {
     /// Takes SETUP_SIGNING of a station on this computer. The key travels in clear, so one that came over
     /// a network would be no secret. It is never sent on and never answered.
@@ -43,12 +52,12 @@ impl Signing {
 
     /// One line for the log: signing was turned on or off, or refuses something. What it refuses is told
     /// to the stations as well, at most every ten seconds for each kind.
-    pub fn tell(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<String> {
+    pub fn tell(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
         if let Some(news) = self.news.take() {
-            return Some(news.to_owned());
+            return Some(LogLine::Turned(news));
         }
         let line = self.refusals.next_line(now)?;
         texts.say(MavSeverity::MAV_SEVERITY_WARNING, line.clone());
-        Some(line)
+        Some(LogLine::Refused(line))
     }
 }

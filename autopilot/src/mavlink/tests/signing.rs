@@ -3,7 +3,7 @@
 use super::world::*;
 use crate::mavlink::codec::{OWN, SIGNATURE};
 use crate::mavlink::peers::{Address, Connection};
-use crate::mavlink::signing::{Key, KeyChange, Signing, Timestamp, Trailer};
+use crate::mavlink::signing::{Key, KeyChange, LogLine, Signing, Timestamp, Trailer};
 use ::mavlink::dialects::common::{
     HEARTBEAT_DATA, MavMessage, MavResult, PARAM_REQUEST_READ_DATA, SETUP_SIGNING_DATA,
 };
@@ -139,7 +139,7 @@ fn while_on_only_a_signed_setup_counts_and_zeros_turn_it_off() {
     assert!(world.said("Signing is off"));
     assert_eq!(world.ground.pop_key_change(), Some(KeyChange::Forget));
     assert_eq!(world.ground.last_key_change(), None);
-    assert_eq!(world.ground.tell_signing(world.now).as_deref(), Some("Signing is off"));
+    assert_eq!(world.ground.tell_signing(world.now), Some(LogLine::Turned("Signing is off")));
     world.send_command(50_000, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(50_000, MavResult::MAV_RESULT_UNSUPPORTED)]);
 }
@@ -200,7 +200,10 @@ fn what_is_refused_is_told_once_in_ten_seconds() {
         lines.extend(world.ground.tell_signing(world.now));
         world.step();
     }
-    assert_eq!(lines, ["Signing refused unsigned messages (1 so far)"]);
+    assert_eq!(
+        lines,
+        [LogLine::Refused("Signing refused unsigned messages (1 so far)".to_owned())]
+    );
     world.settle();
     assert_eq!(world.texts().iter().filter(|text| text.contains("Signing refused")).count(), 1);
 }
