@@ -27,7 +27,7 @@ pub use refusals::{Refusal, Refusals};
 pub use streams::{STREAMS_MAX, Stream, Streams};
 pub use timestamp::Timestamp;
 
-/// SETUP_SIGNING: carries the key.
+/// SETUP_SIGNING carries the key: what records traffic must leave it out.
 pub const SETUP_SIGNING: u32 = 256;
 /// RADIO_STATUS: radios write it into the stream and have no key.
 const RADIO_STATUS: u32 = 109;
