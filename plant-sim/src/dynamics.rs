@@ -175,7 +175,7 @@ impl Dynamics {
     #[inline]
     #[must_use]
     pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
-        PerEffector::from_fn(|e| effects.effective_deflection(e, state.positions[e]))
+        effects.effective(&state.positions)
     }
 
     /// Forces and motion of a state with what is held.

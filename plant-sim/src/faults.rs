@@ -1,26 +1,66 @@
-//! What breaks. The only place where a fault acts: between the servos and the forces.
+//! What breaks. The only place where a fault acts: between the commands and the forces.
 //!
-//! A fault changes two things: how the effector moves ([`Effects::rates`]) and how much of its position has an
-//! effect ([`Effects::effective_deflection`]). Healthy effectors pass through both unchanged, to the bit.
+//! ```text
+//! commands -> told ──> servos ──> positions ──> what acts ──> air and jet
+//!              ^          ^           ^             ^
+//!           delayed    stuck      oscillating   partial loss
+//!           flame-out  hard over  drifting
+//!           limited    slow       biased
+//! ```
 //!
-//! | kind | the servo | the effect | after the repair |
+//! Healthy effectors pass through all of it unchanged, to the bit. "Here" is what acted of the effector until
+//! the onset.
+//!
+//! | kind | the servo | the effector | ramp |
 //! |---|---|---|---|
-//! | stuck here | stands still | that of its position | moves on from there |
-//! | stuck at, jump | is at the angle at once | that of the angle | moves back from there |
-//! | stuck at, travelling | runs to the angle at its rate limit | that of its position | moves back from where it is |
-//! | partial loss | follows the commands | the remaining fraction | all of it at once |
-//! | float | is at zero at once | none | moves on from zero |
+//! | stuck here | stands still here | at its servo | none |
+//! | stuck at, jump | is at the angle at once, and stays | at its servo | goes there evenly in that time |
+//! | stuck at, travelling | runs from here to the angle at its rate limit, and stays | at its servo | the same, but no faster than the rate limit |
+//! | hard over | runs from here to the chosen end at its rate limit, and stays | at its servo | none |
+//! | partial loss | follows the commands | at its servo; the remaining fraction acts | the fraction sinks from 1 |
+//! | float | is at zero at once, and stays | at its servo | goes there evenly in that time |
+//! | slow | follows the commands no faster than the rate | at its servo | the rate sinks from the servo's fastest |
+//! | delayed | follows the commands of so long ago; until the first is due, the last one from before the onset | at its servo | the delay grows from 0 |
+//! | intermittent | stands still in the gap at the begin of each period, else follows the commands | at its servo | the gap of a period grows from 0 |
+//! | oscillating | follows the commands | off its servo by a sine that begins at zero, inside the travel | the amplitude grows from 0 |
+//! | drifting | follows the commands | off its servo by the drift so far, inside the travel | the speed grows from 0 |
+//! | biased | follows the commands | off its servo by the bias, inside the travel | the bias grows from 0 |
+//! | limited travel | follows the commands inside the limit; pushed back to it at once | at its servo | the limit comes in from the end of the travel |
+//! | flame-out | the engine's thrust runs down to zero with its lag | at its servo | none |
+//!
+//! After the repair every effector moves on from where it is, as its healthy servo lets it; only what was lost
+//! of its effect is there at once. Of two faults that follow each other on one effector, the second begins where
+//! the first leaves it; two deviations in a row (oscillating, drifting, biased) are deviations of the same servo.
+//!
+//! Times are exact to the microsecond, between ticks and steps too: onset, end, end of the ramp, arrival, each
+//! change of an intermittent fault, each delayed command. What changes smoothly in between (a ramp, a swing, a
+//! drift) is held during each integration step at its value at the begin of the step.
 
 use icd::fault::{
-    FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Quantity,
-    Refusal, Timing, Travel,
+    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Timing,
 };
 use icd::{Effector, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
-use crate::servos::Servo;
+mod acting;
+mod allowed;
+mod delay;
+mod effects;
+mod entry;
+mod plan;
 
-/// Events that can wait: each future fault is one, its end another.
+pub(crate) use allowed::{FREQUENCY_HZ, PERIOD_S, check_timing};
+pub use delay::COMMANDS_MAX;
+pub use effects::Effects;
+
+use crate::servos::Servo;
+use acting::Acting;
+use delay::Delayed;
+use effects::Share;
+use entry::{Fault, Present};
+use plan::Plan;
+
+/// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
 
 /// A fault of the scenario.
@@ -30,112 +70,64 @@ pub struct ScheduledFault {
     pub effector: Effector,
     /// How it fails.
     pub kind: FaultKind,
-    /// When.
-    pub at: SimTime,
-    /// When it is mended; `None` for never.
-    pub until: Option<SimTime>,
+    /// When, how fast, for how long, how often; at once means at the start of the flight.
+    pub timing: Timing,
 }
 
-/// What the faults do to the effectors just now, in the form that the derivative reads without a branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effects {
-    /// 1 while the servo follows its command, 0 while the fault moves it.
-    following: PerEffector<f64>,
-    /// Speed that the fault gives the effector, rad/s or N/s.
-    runaway: PerEffector<f64>,
-    /// Fraction of the position that has an effect.
-    remaining: PerEffector<f64>,
-    /// What acts on each effector, for the record.
-    codes: PerEffector<u8>,
-}
-
-impl Effects {
-    /// None.
+impl ScheduledFault {
+    /// When it acts first.
     #[must_use]
-    pub fn none() -> Self {
-        Self {
-            following: PerEffector::from_fn(|_| 1.0),
-            runaway: PerEffector::default(),
-            remaining: PerEffector::from_fn(|_| 1.0),
-            codes: PerEffector::default(),
-        }
-    }
-
-    /// Where the effectors really are when their servos are at `servos`, rad or N.
-    #[must_use]
-    pub fn positions(&self, servos: &PerEffector<f64>) -> PerEffector<f64> {
-        *servos
-    }
-
-    /// [`FaultKind::code`] of what acts on each effector; 0 for none.
-    #[must_use]
-    pub fn codes(&self) -> &PerEffector<u8> {
-        &self.codes
-    }
-
-    /// Speeds of the effectors whose healthy servos would move at `healthy`.
-    #[inline]
-    #[must_use]
-    pub fn rates(&self, healthy: &PerEffector<f64>) -> PerEffector<f64> {
-        PerEffector::from_fn(|e| self.following[e] * healthy[e] + self.runaway[e])
-    }
-
-    /// What the air and the jet see of an effector at `position`, rad or N.
-    ///
-    /// Implements Eq. (12) in what faults add to it, u = u1 + u_f: what acts is the healthy deflection plus
-    /// u_f, for every kind in the table at the top of this file.
-    #[inline]
-    #[must_use]
-    pub fn effective_deflection(&self, effector: Effector, position: f64) -> f64 {
-        self.remaining[effector] * position
+    pub fn onset(&self) -> SimTime {
+        Plan::new(&self.timing, SimTime::ZERO).onset(0)
     }
 }
 
-/// The fault that an effector has.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Active {
-    kind: FaultKind,
-    since: SimTime,
-    /// Ends with the event of the same number.
-    number: u32,
-    /// Where a travelling effector will stop, and when.
-    arrival: Option<(SimTime, f64)>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Action {
-    Begin(FaultKind),
-    End,
-}
-
-/// Something that will happen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Event {
-    at: SimTime,
-    effector: Effector,
-    number: u32,
-    action: Action,
+/// The aircraft at the instant at which something happens to it.
+pub struct Scene<'a> {
+    /// The time.
+    pub now: SimTime,
+    /// Where the servos are, rad and N; a fault that moves an effector at once changes them.
+    pub positions: &'a mut PerEffector<f64>,
+    /// Takes what begins, rests or ends.
+    pub report: &'a mut dyn FnMut(PlantReport),
 }
 
 /// The faults of one aircraft, present and future.
 #[derive(Debug, Clone)]
 pub struct Faults {
-    active: PerEffector<Option<Active>>,
+    servos: PerEffector<Servo>,
+    present: PerEffector<Option<Present>>,
     /// In the order in which they happen; of equal times in the order in which they were asked for.
-    schedule: Vec<Event>,
+    schedule: Vec<Fault>,
     effects: Effects,
-    next_number: u32,
+    /// What the effectors are commanded, and what their servos are told.
+    commands: PerEffector<f64>,
+    told: PerEffector<f64>,
+    delayed: PerEffector<Delayed>,
+    /// Whether a fault changes commands.
+    tells: bool,
+    /// Whether a fault changes from step to step.
+    varies: bool,
+    next_event: Option<SimTime>,
+    last_id: u32,
 }
 
 impl Faults {
-    /// A healthy aircraft.
+    /// A healthy aircraft with these servos and commands (inside the travel, rad and N).
     #[must_use]
-    pub fn none() -> Self {
+    pub fn none(servos: &PerEffector<Servo>, commands: &PerEffector<f64>) -> Self {
         Self {
-            active: PerEffector::default(),
+            servos: *servos,
+            present: PerEffector::default(),
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
-            next_number: 0,
+            commands: *commands,
+            told: *commands,
+            delayed: PerEffector::from_fn(|_| Delayed::new()),
+            tells: false,
+            varies: false,
+            next_event: None,
+            last_id: 0,
         }
     }
 
@@ -146,278 +138,338 @@ impl Faults {
         &self.effects
     }
 
-    /// The fault that an effector has, and since when.
+    /// What the servos are told just now, rad and N.
+    #[inline]
     #[must_use]
-    pub fn active(&self, effector: Effector) -> Option<(FaultKind, SimTime)> {
-        self.active[effector].map(|active| (active.kind, active.since))
+    pub fn told(&self) -> &PerEffector<f64> {
+        &self.told
     }
 
-    /// Reports every fault that acts, rests or is scheduled.
-    pub fn list(&self, report: &mut impl FnMut(PlantReport)) {
-        for (effector, active) in self.active.iter() {
-            if let Some(Active { kind, since, number, .. }) = *active {
-                let state = FaultState::Acting { since };
-                report(PlantReport::Fault(entry(number, effector, kind, state)));
-            }
-        }
-        for event in &self.schedule {
-            if let Action::Begin(kind) = event.action {
-                let state = FaultState::Scheduled { at: event.at };
-                report(PlantReport::Fault(entry(event.number, event.effector, kind, state)));
-            }
-        }
+    /// What the effectors were commanded last, rad and N.
+    #[inline]
+    #[must_use]
+    pub fn commands(&self) -> &PerEffector<f64> {
+        &self.commands
+    }
+
+    /// Whether a fault changes from step to step: then [`Faults::vary`] is due after each.
+    #[inline]
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        self.varies
     }
 
     /// When the next thing happens that the integration must not step over.
+    #[inline]
     #[must_use]
     pub fn next_event(&self) -> Option<SimTime> {
-        let arrival =
-            self.active.iter().filter_map(|(_, active)| active.as_ref()?.arrival).map(|(at, _)| at);
-        self.schedule.first().map(|event| event.at).into_iter().chain(arrival).min()
+        self.next_event
     }
 
-    /// Takes a fault of the scenario.
+    /// The fault that acts on an effector, and since when.
+    #[must_use]
+    pub fn active(&self, effector: Effector) -> Option<(FaultKind, SimTime)> {
+        let present = self.present[effector]?;
+        Some((present.fault.kind, present.acting?.since()))
+    }
+
+    /// Reports every fault that acts, rests or is scheduled.
+    pub fn list(&self, report: &mut dyn FnMut(PlantReport)) {
+        for (_, present) in self.present.iter() {
+            if let Some(present) = present {
+                report(present.fault.entry(present.state()));
+            }
+        }
+        for fault in &self.schedule {
+            report(fault.entry(FaultState::Scheduled { at: fault.plan.onset(0) }));
+        }
+    }
+
+    /// Takes a fault of the scenario, and reports it if it is still to come.
     ///
     /// # Errors
     /// [`Refusal`] as for a request.
     pub fn schedule(
         &mut self,
         fault: &ScheduledFault,
-        servos: &PerEffector<Servo>,
+        report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
-        allowed(fault.effector, &fault.kind, &servos[fault.effector])?;
-        let events = 1 + usize::from(fault.until.is_some());
-        if self.schedule.len() + events > SCHEDULE_MAX {
-            return Err(schedule_full());
-        }
-        let number = self.number();
-        let ScheduledFault { effector, kind, at, until } = *fault;
-        self.insert(Event { at, effector, number, action: Action::Begin(kind) });
-        if let Some(at) = until {
-            self.insert(Event { at, effector, number, action: Action::End });
+        let ScheduledFault { effector, kind, timing } = *fault;
+        allowed::check(effector, &kind, &timing, &self.servos[effector])?;
+        let fault = self.number(effector, kind, timing, SimTime::ZERO);
+        self.insert(fault)?;
+        self.look_ahead(SimTime::ZERO);
+        let at = fault.plan.onset(0);
+        if at > SimTime::ZERO {
+            report(fault.entry(FaultState::Scheduled { at }));
         }
         Ok(())
     }
 
     /// Does what a ground station asks, and says truthfully what became of it.
-    ///
-    /// `positions` are those of the servos at `now`; a fault that moves an effector at once changes them.
-    /// What begins or ends is also handed to `report`.
-    pub fn request(
-        &mut self,
-        request: &FaultRequest,
-        now: SimTime,
-        positions: &mut PerEffector<f64>,
-        servos: &PerEffector<Servo>,
-        report: &mut impl FnMut(PlantReport),
-    ) -> FaultReply {
-        match *request {
+    pub fn request(&mut self, request: &FaultRequest, scene: &mut Scene<'_>) -> FaultReply {
+        let reply = match *request {
             FaultRequest::Clear { effector } => {
-                self.schedule.retain(|event| event.effector != effector);
-                self.end(effector, now, report);
-                FaultReply::Cleared { at: now }
+                self.clear(|e| e == effector, scene);
+                FaultReply::Cleared { at: scene.now }
             }
             FaultRequest::ClearAll => {
-                self.schedule.clear();
-                for effector in Effector::ALL {
-                    self.end(effector, now, report);
-                }
-                FaultReply::Cleared { at: now }
+                self.clear(|_| true, scene);
+                FaultReply::Cleared { at: scene.now }
             }
-            FaultRequest::Inject { effector, kind, timing: Timing { onset, .. } } => {
-                if let Err(refusal) = allowed(effector, &kind, &servos[effector]) {
-                    return FaultReply::Refused(refusal);
-                }
-                match onset {
-                    Onset::At(at) if at > now => self.schedule_request(effector, kind, at),
-                    // Repeated after its onset, a scheduled fault is there already.
-                    Onset::At(at) if at < now && self.active(effector) == Some((kind, at)) => {
-                        FaultReply::Unchanged { at }
-                    }
-                    Onset::At(onset) if onset < now => {
-                        FaultReply::Refused(Refusal::OnsetInThePast { onset, now })
-                    }
-                    Onset::At(_) | Onset::AtOnce => {
-                        if let Some(active) = self.active[effector].filter(|a| a.kind == kind) {
-                            return FaultReply::Unchanged { at: active.since };
-                        }
-                        let number = self.number();
-                        self.begin(effector, kind, number, now, positions, servos, report);
-                        FaultReply::Applied { at: now }
-                    }
+            FaultRequest::Inject { effector, kind, timing } => {
+                match self.inject(effector, kind, timing, scene) {
+                    Ok(reply) => reply,
+                    Err(refusal) => FaultReply::Refused(refusal),
                 }
             }
-        }
-    }
-
-    fn schedule_request(&mut self, effector: Effector, kind: FaultKind, at: SimTime) -> FaultReply {
-        let same = |event: &Event| {
-            event.at == at && event.effector == effector && event.action == Action::Begin(kind)
         };
-        if self.schedule.iter().any(same) {
-            return FaultReply::Unchanged { at };
-        }
-        if self.schedule.len() >= SCHEDULE_MAX {
-            return FaultReply::Refused(schedule_full());
-        }
-        let number = self.number();
-        self.insert(Event { at, effector, number, action: Action::Begin(kind) });
-        FaultReply::Scheduled { at }
+        self.look_ahead(scene.now);
+        reply
     }
 
-    /// Lets happen what is due at `now`; call it when the integration has reached that time.
-    pub fn act(
-        &mut self,
-        now: SimTime,
-        positions: &mut PerEffector<f64>,
-        servos: &PerEffector<Servo>,
-        report: &mut impl FnMut(PlantReport),
-    ) {
-        for effector in Effector::ALL {
-            if let Some(active) = &mut self.active[effector]
-                && let Some((at, angle)) = active.arrival
-                && at <= now
-            {
-                active.arrival = None;
-                positions[effector] = angle;
-                self.effects.runaway[effector] = 0.0;
-            }
-        }
-        while self.schedule.first().is_some_and(|event| event.at <= now) {
-            let event = self.schedule.remove(0);
-            match event.action {
-                Action::Begin(kind) => {
-                    self.begin(event.effector, kind, event.number, now, positions, servos, report);
-                }
-                // The end belongs to its own fault: not to one that replaced it.
-                Action::End
-                    if self.active[event.effector].is_some_and(|a| a.number == event.number) =>
-                {
-                    self.end(event.effector, now, report);
-                }
-                Action::End => {}
-            }
-        }
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the two callers already hold each of them")]
-    fn begin(
+    fn inject(
         &mut self,
         effector: Effector,
         kind: FaultKind,
-        number: u32,
-        now: SimTime,
-        positions: &mut PerEffector<f64>,
-        servos: &PerEffector<Servo>,
-        report: &mut impl FnMut(PlantReport),
-    ) {
-        if let Some(active) = &mut self.active[effector]
-            && active.kind == kind
+        timing: Timing,
+        scene: &mut Scene<'_>,
+    ) -> Result<FaultReply, Refusal> {
+        allowed::check(effector, &kind, &timing, &self.servos[effector])?;
+        let now = scene.now;
+        if let Onset::At(at) = timing.onset
+            && at > now
         {
-            // Nothing latches twice; only the end, if there is one, is now that of the later order.
-            active.number = number;
+            return self.schedule_request(effector, kind, timing, scene);
+        }
+        let in_the_past = match timing.onset {
+            Onset::At(onset) => Some(onset).filter(|onset| *onset < now),
+            Onset::AtOnce => None,
+        };
+        if let Some(present) = self.present[effector]
+            && present.fault.is_like(&kind, &timing)
+            // Repeated after its onset, a scheduled fault is there already.
+            && in_the_past.is_none_or(|onset| onset == present.fault.plan.onset(0))
+        {
+            return Ok(FaultReply::Unchanged { at: present.at() });
+        }
+        if let Some(onset) = in_the_past {
+            return Err(Refusal::OnsetInThePast { onset, now });
+        }
+        let fault = self.number(effector, kind, timing, now);
+        self.begin(fault, 0, scene);
+        Ok(FaultReply::Applied { at: now })
+    }
+
+    fn schedule_request(
+        &mut self,
+        effector: Effector,
+        kind: FaultKind,
+        timing: Timing,
+        scene: &mut Scene<'_>,
+    ) -> Result<FaultReply, Refusal> {
+        let same = |other: &&Fault| {
+            other.effector == effector
+                && other.is_like(&kind, &timing)
+                && other.timing.onset == timing.onset
+        };
+        if let Some(other) = self.schedule.iter().find(same) {
+            return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
+        }
+        let fault = self.number(effector, kind, timing, scene.now);
+        let at = fault.plan.onset(0);
+        self.insert(fault)?;
+        (scene.report)(fault.entry(FaultState::Scheduled { at }));
+        Ok(FaultReply::Scheduled { at })
+    }
+
+    fn clear(&mut self, is_meant: impl Fn(Effector) -> bool, scene: &mut Scene<'_>) {
+        for effector in Effector::ALL.into_iter().filter(|e| is_meant(*e)) {
+            self.remove(effector, scene);
+        }
+        let at = scene.now;
+        self.schedule.retain(|fault| {
+            if is_meant(fault.effector) {
+                (scene.report)(fault.entry(FaultState::Cancelled { at }));
+            }
+            !is_meant(fault.effector)
+        });
+    }
+
+    /// Takes the commands (inside the travel, rad and N) that hold from `now` on.
+    pub fn command(&mut self, commands: &PerEffector<f64>, now: SimTime) {
+        self.commands = *commands;
+        if !self.tells {
+            self.told = *commands;
             return;
         }
-        let here = self.effects.effective_deflection(effector, positions[effector]);
-        let mut arrival = None;
-        let (mut following, mut runaway, mut remaining) = (0.0, 0.0, 1.0);
-        match kind {
-            FaultKind::StuckHere => positions[effector] = here,
-            FaultKind::StuckAt { angle_rad, travel: Travel::Jump } => {
-                positions[effector] = angle_rad;
+        for effector in Effector::ALL {
+            if let Some(due) = self.acting(effector).and_then(|acting| acting.due(now)) {
+                self.delayed[effector].push(due, commands[effector]);
             }
-            FaultKind::StuckAt { angle_rad, travel: Travel::AtActuatorRate } => {
-                positions[effector] = here;
-                let rate = servos[effector].rate_limit;
-                runaway = libm::copysign(rate, angle_rad - here);
-                arrival = Some((arrival_time(now, (angle_rad - here).abs() / rate), angle_rad));
-            }
-            FaultKind::PartialLoss { remaining: left } => (following, remaining) = (1.0, left),
-            FaultKind::Float => positions[effector] = 0.0,
-            // Refused by `allowed`.
-            _ => return,
+            self.tell(effector, now);
         }
-        self.effects.following[effector] = following;
-        self.effects.runaway[effector] = runaway;
-        self.effects.remaining[effector] = remaining;
-        self.effects.codes[effector] = kind.code();
-        self.active[effector] = Some(Active { kind, since: now, number, arrival });
-        report(PlantReport::Fault(entry(
-            number,
-            effector,
+        self.look_ahead(now);
+    }
+
+    /// Brings what changes smoothly up to `now`; call it after each step in which nothing happened.
+    pub fn vary(&mut self, now: SimTime, positions: &mut PerEffector<f64>) {
+        for effector in Effector::ALL {
+            self.refresh(effector, now, &mut positions[effector]);
+        }
+        self.varies = self.any(|acting| acting.varies(now));
+    }
+
+    /// Lets happen what is due at the scene's time; call it when the integration has reached that time.
+    pub fn act(&mut self, scene: &mut Scene<'_>) {
+        let now = scene.now;
+        for effector in Effector::ALL {
+            self.refresh(effector, now, &mut scene.positions[effector]);
+            if let Some(present) = self.present[effector]
+                && present.acting.is_some()
+                && present.turn().is_some_and(|end| end <= now)
+            {
+                self.rest_or_end(effector, &present, scene);
+            }
+            if let Some(Present { fault, cycle, acting: None }) = self.present[effector]
+                && fault.plan.onset(cycle + 1) <= now
+            {
+                self.begin(fault, cycle + 1, scene);
+            }
+        }
+        while self.schedule.first().is_some_and(|fault| fault.plan.onset(0) <= now) {
+            let fault = self.schedule.remove(0);
+            self.begin(fault, 0, scene);
+        }
+        self.look_ahead(now);
+    }
+
+    /// The fault number `cycle + 1` times acts; what the effector had is over.
+    fn begin(&mut self, fault: Fault, cycle: u32, scene: &mut Scene<'_>) {
+        let Fault { effector, kind, plan, .. } = fault;
+        let now = scene.now;
+        let before = self.present[effector];
+        if let Some(before) = before.filter(|before| before.fault.id != fault.id) {
+            (scene.report)(before.fault.entry(FaultState::Ended { at: now }));
+        }
+        let old = before.and_then(|before| before.acting);
+        let servo = scene.positions[effector];
+        let effective = self.effects.effective_deflection(effector, servo);
+        let mut position = match old {
+            // A servo that deviates does not know it, and goes on from where it believes to be.
+            Some(old) if old.deviates() && acting::deviates(&kind) => servo,
+            _ => self.effects.position(effector, servo),
+        };
+        if !old.is_some_and(|old| old.is_delayed()) {
+            self.told[effector] = self.commands[effector];
+        }
+        let acting = Acting::begin(
             kind,
-            FaultState::Acting { since: now },
-        )));
+            plan.ramp_us,
+            now,
+            &self.servos[effector],
+            effective,
+            &mut position,
+        );
+        self.delayed[effector].clear();
+        self.present[effector] = Some(Present { fault, cycle, acting: Some(acting) });
+        self.refresh(effector, now, &mut position);
+        scene.positions[effector] = position;
+        (scene.report)(fault.entry(FaultState::Acting { since: now }));
     }
 
-    fn end(&mut self, effector: Effector, now: SimTime, report: &mut impl FnMut(PlantReport)) {
-        if let Some(active) = self.active[effector].take() {
-            self.effects.following[effector] = 1.0;
-            self.effects.runaway[effector] = 0.0;
-            self.effects.remaining[effector] = 1.0;
-            self.effects.codes[effector] = 0;
-            let state = FaultState::Ended { at: now };
-            report(PlantReport::Fault(entry(active.number, effector, active.kind, state)));
+    /// The fault of an effector has acted its time.
+    fn rest_or_end(&mut self, effector: Effector, present: &Present, scene: &mut Scene<'_>) {
+        if !present.fault.plan.comes_again(present.cycle) {
+            return self.remove(effector, scene);
+        }
+        self.mend(effector, scene.positions);
+        let resting = Present { acting: None, ..*present };
+        self.present[effector] = Some(resting);
+        (scene.report)(resting.fault.entry(resting.state()));
+    }
+
+    /// The fault of an effector, if it has one, is over.
+    fn remove(&mut self, effector: Effector, scene: &mut Scene<'_>) {
+        if let Some(present) = self.present[effector].take() {
+            self.mend(effector, scene.positions);
+            (scene.report)(present.fault.entry(FaultState::Ended { at: scene.now }));
         }
     }
 
-    fn number(&mut self) -> u32 {
-        // Wraps after four thousand million requests; the schedule holds 64 of them.
-        self.next_number = self.next_number.wrapping_add(1);
-        self.next_number
+    /// A healthy servo takes over where the effector is.
+    fn mend(&mut self, effector: Effector, positions: &mut PerEffector<f64>) {
+        positions[effector] = self.effects.position(effector, positions[effector]);
+        self.effects.set(effector, &Share::HEALTHY, 0);
+        self.delayed[effector].clear();
+        self.told[effector] = self.commands[effector];
     }
 
-    fn insert(&mut self, event: Event) {
-        let place = self.schedule.partition_point(|other| other.at <= event.at);
-        self.schedule.insert(place, event);
+    /// Brings the effector's fault up to `now`.
+    fn refresh(&mut self, effector: Effector, now: SimTime, position: &mut f64) {
+        if let Some(Present { fault, acting: Some(acting), .. }) = &mut self.present[effector] {
+            acting.arrive(now, position);
+            self.effects.set(effector, &acting.share(now), fault.kind.code());
+            self.tell(effector, now);
+        }
     }
-}
 
-fn entry(id: u32, effector: Effector, kind: FaultKind, state: FaultState) -> FaultEntry {
-    FaultEntry { id, effector, kind, timing: Timing::at(state.time()), state }
-}
-
-/// First whole microsecond at which a travel of `seconds` is over; at once if there is no way to go.
-fn arrival_time(now: SimTime, seconds: f64) -> SimTime {
-    let micros = libm::ceil(seconds.min(SimTime::MAX_SECONDS) * 1.0e6);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative, and limited to 30 days"
-    )]
-    SimTime::from_micros(now.as_micros() + micros as u64)
-}
-
-fn schedule_full() -> Refusal {
-    #[expect(clippy::cast_possible_truncation, reason = "64")]
-    Refusal::ScheduleFull { capacity: SCHEDULE_MAX as u32 }
-}
-
-/// Whether the effector can have this fault.
-fn allowed(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Refusal> {
-    match *kind {
-        FaultKind::StuckHere | FaultKind::Float => Ok(()),
-        FaultKind::StuckAt { .. } if !effector.is_angle() => Err(Refusal::NotForThisEffector),
-        FaultKind::StuckAt { angle_rad, .. } => {
-            if (servo.min..=servo.max).contains(&angle_rad) {
-                Ok(())
-            } else {
-                Err(Refusal::AngleOutOfTravel { angle_rad, limit_rad: servo.max })
+    /// Tells the servo of an effector what its fault lets through.
+    fn tell(&mut self, effector: Effector, now: SimTime) {
+        let command = self.commands[effector];
+        self.told[effector] = match self.acting(effector) {
+            None => command,
+            Some(acting) if acting.is_delayed() => {
+                self.delayed[effector].due(now).unwrap_or(self.told[effector])
             }
+            Some(acting) => acting.command(command, now),
+        };
+    }
+
+    fn acting(&self, effector: Effector) -> Option<&Acting> {
+        self.present[effector].as_ref()?.acting.as_ref()
+    }
+
+    fn any(&self, is_so: impl Fn(&Acting) -> bool) -> bool {
+        Effector::ALL.into_iter().filter_map(|effector| self.acting(effector)).any(is_so)
+    }
+
+    /// What comes next, after something has changed at `now`.
+    fn look_ahead(&mut self, now: SimTime) {
+        self.tells = self.any(Acting::tells);
+        self.varies = self.any(|acting| acting.varies(now));
+        let of_effector = |effector: Effector| {
+            let present = self.present[effector].as_ref()?;
+            let within = present.acting.as_ref().and_then(|acting| acting.next_event(now));
+            [within, present.turn(), self.delayed[effector].next()].into_iter().flatten().min()
+        };
+        let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
+        self.next_event = Effector::ALL.into_iter().filter_map(of_effector).chain(onset).min();
+    }
+
+    fn number(
+        &mut self,
+        effector: Effector,
+        kind: FaultKind,
+        timing: Timing,
+        now: SimTime,
+    ) -> Fault {
+        // Wraps after four thousand million faults; the list holds 72 of them.
+        self.last_id = self.last_id.wrapping_add(1);
+        let plan = Plan::new(&timing, now);
+        let timing = Timing { onset: Onset::At(plan.onset(0)), ..timing };
+        Fault { id: self.last_id, effector, kind, timing, plan }
+    }
+
+    fn insert(&mut self, fault: Fault) -> Result<(), Refusal> {
+        if self.schedule.len() >= SCHEDULE_MAX {
+            #[expect(clippy::cast_possible_truncation, reason = "64")]
+            return Err(Refusal::ScheduleFull { capacity: SCHEDULE_MAX as u32 });
         }
-        FaultKind::PartialLoss { remaining } => {
-            if (0.0..=1.0).contains(&remaining) {
-                Ok(())
-            } else {
-                Err(Refusal::OutOfRange {
-                    what: Quantity::Remaining,
-                    value: remaining,
-                    min: 0.0,
-                    max: 1.0,
-                })
-            }
-        }
-        _ => Err(Refusal::NotForThisEffector),
+        let at = fault.plan.onset(0);
+        let place = self.schedule.partition_point(|other| other.plan.onset(0) <= at);
+        self.schedule.insert(place, fault);
+        Ok(())
     }
 }
 

@@ -10,7 +10,7 @@ use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
 use crate::earth::Earth;
 use crate::earth::slopes::Slopes;
-use crate::faults::{Effects, Faults};
+use crate::faults::{Effects, Faults, Scene};
 use crate::sensors::SensorSet;
 use crate::servos;
 use crate::setup::{PlantSetup, SetupError};
@@ -43,7 +43,7 @@ pub struct Plant {
     /// Of `state` with `held`: the first stage of the next step needs it as much as `truth`.
     present: Evaluation,
     truth: Truth,
-    faults: Faults,
+    pub(crate) faults: Faults,
     turbulence: Turbulence,
     sensors: SensorSet,
     reports: VecDeque<PlantReport>,
@@ -85,7 +85,7 @@ impl Plant {
         let mut plant = Self {
             truth: Truth::of(&dynamics, time, &state, &held, &present),
             present,
-            faults: scheduled(setup)?,
+            faults: Faults::none(&setup.airframe.servos, &state.positions),
             sensors: SensorSet::new(setup.sensors.gyro_noise_rad_s, setup.seed, setup.run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
@@ -100,6 +100,7 @@ impl Plant {
             held,
             turbulence,
         };
+        plant.schedule(setup)?;
         plant.let_events_happen();
         plant.observe();
         Ok(plant)
@@ -155,7 +156,9 @@ impl Plant {
             return;
         }
         let servos = &self.dynamics.airframe().servos;
-        self.held.commands = servos::accepted(servos, &actuators.commands, &self.held.commands);
+        let commands = servos::accepted(servos, &actuators.commands, self.faults.commands());
+        self.faults.command(&commands, self.time);
+        self.held.commands = *self.faults.told();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
         if !self.state.is_finite() {
@@ -175,12 +178,7 @@ impl Plant {
         if self.on_ground {
             return FaultReply::Refused(Refusal::FlightOver);
         }
-        let Self { faults, state, dynamics, reports, reports_dropped, time, .. } = self;
-        let servos = &dynamics.airframe().servos;
-        let reply = faults.request(request, *time, &mut state.positions, servos, &mut |report| {
-            push(reports, reports_dropped, report);
-        });
-        self.held.effects = *self.faults.effects();
+        let reply = self.with_faults(|faults, scene| faults.request(request, scene));
         self.observe();
         reply
     }
@@ -217,6 +215,9 @@ impl Plant {
             self.time = SimTime::from_micros(now_us);
             if event_us <= now_us {
                 self.let_events_happen();
+            } else if self.faults.varies() {
+                self.faults.vary(self.time, &mut self.state.positions);
+                self.hold_faults();
             }
             if now_us < end_us {
                 self.present = self.dynamics.present(&self.state, &self.held);
@@ -225,12 +226,39 @@ impl Plant {
     }
 
     fn let_events_happen(&mut self) {
-        let Self { faults, state, dynamics, reports, reports_dropped, time, .. } = self;
-        let servos = &dynamics.airframe().servos;
-        faults.act(*time, &mut state.positions, servos, &mut |report| {
-            push(reports, reports_dropped, report);
-        });
+        self.with_faults(Faults::act);
+    }
+
+    /// Lets something happen to the faults now.
+    fn with_faults<R>(&mut self, happens: impl FnOnce(&mut Faults, &mut Scene<'_>) -> R) -> R {
+        let Self { faults, state, reports, reports_dropped, time, .. } = self;
+        let result = happens(
+            faults,
+            &mut Scene {
+                now: *time,
+                positions: &mut state.positions,
+                report: &mut |report| push(reports, reports_dropped, report),
+            },
+        );
+        self.hold_faults();
+        result
+    }
+
+    /// What the faults do now holds until something happens again.
+    fn hold_faults(&mut self) {
         self.held.effects = *self.faults.effects();
+        self.held.commands = *self.faults.told();
+    }
+
+    /// Puts the faults of the setup on the list.
+    fn schedule(&mut self, setup: &PlantSetup) -> Result<(), SetupError> {
+        let Self { faults, reports, reports_dropped, .. } = self;
+        for (index, fault) in setup.faults.iter().enumerate() {
+            faults
+                .schedule(fault, &mut |report| push(reports, reports_dropped, report))
+                .map_err(|refusal| SetupError::Fault { number: index + 1, refusal })?;
+        }
+        Ok(())
     }
 
     /// Everything that sensors, judges and the next step will ask about this instant, worked out once.
@@ -260,21 +288,6 @@ fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantRep
         *dropped += 1;
     }
     reports.push_back(report);
-}
-
-/// The faults of the setup, waiting.
-fn scheduled(setup: &PlantSetup) -> Result<Faults, SetupError> {
-    let mut faults = Faults::none();
-    for (index, fault) in setup.faults.iter().enumerate() {
-        let number = index + 1;
-        if fault.until.is_some_and(|until| until <= fault.at) {
-            return Err(SetupError::FaultEndsEarly { number });
-        }
-        faults
-            .schedule(fault, &setup.airframe.servos)
-            .map_err(|refusal| SetupError::Fault { number, refusal })?;
-    }
-    Ok(faults)
 }
 
 #[cfg(test)]

@@ -3,16 +3,19 @@
 //! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is passed
 //! over unread, so that neither side needs to know the other's keys.
 
-use icd::fault::{FaultKind, Travel};
-use icd::{ControlPeriod, Effector, SimTime};
+use icd::{ControlPeriod, SimTime};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::airframe::Airframe;
-use crate::config::{self, ConfigError, RangeError, check_range};
+use crate::config::{self, ConfigError, check_range};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::setup::{PlantSetup, SensorSettings, Start, WindSettings};
+
+mod fault_table;
+
+use fault_table::FaultTable;
 
 /// Level flight, nothing asked, nothing broken.
 pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
@@ -131,34 +134,6 @@ struct SensorTable {
     gyro_noise_deg_s: f64,
 }
 
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum KindKey {
-    StuckHere,
-    StuckAt,
-    PartialLoss,
-    Float,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum TravelKey {
-    Jump,
-    ActuatorRate,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FaultTable {
-    effector: Effector,
-    kind: KindKey,
-    angle_deg: Option<f64>,
-    travel: Option<TravelKey>,
-    remaining_percent: Option<f64>,
-    onset_s: f64,
-    clear_s: Option<f64>,
-}
-
 impl PlantTable {
     fn into_part(self, file: &str) -> Result<PlantPart, ConfigError> {
         let range = config::in_file(file);
@@ -196,94 +171,11 @@ impl PlantTable {
     }
 }
 
-/// Which keys belong to which kind of fault.
-struct Keys<'a> {
-    file: &'a str,
-    number: usize,
-    kind: &'static str,
-}
-
-impl Keys<'_> {
-    fn error(&self, key: &'static str, problem: &'static str) -> ConfigError {
-        let Self { file, number, kind } = *self;
-        ConfigError::FaultKey { file: file.to_owned(), number, kind, key, problem }
-    }
-
-    fn needed(&self, key: &'static str, value: Option<f64>) -> Result<f64, ConfigError> {
-        value.ok_or_else(|| self.error(key, "is missing"))
-    }
-
-    fn absent<T>(&self, key: &'static str, value: Option<T>) -> Result<(), ConfigError> {
-        value.map_or(Ok(()), |_| Err(self.error(key, "has no meaning here")))
-    }
-}
-
-impl FaultTable {
-    fn read(&self, file: &str, number: usize) -> Result<ScheduledFault, ConfigError> {
-        let range = config::in_file(file);
-        let kind = self.kind(file, number)?;
-        let at = time("onset_s", self.onset_s).map_err(&range)?;
-        let until = match self.clear_s {
-            None => None,
-            Some(clear_s) => {
-                let until = time("clear_s", clear_s).map_err(&range)?;
-                if until <= at {
-                    let (file, onset_s) = (file.to_owned(), self.onset_s);
-                    return Err(ConfigError::FaultEndsEarly { file, number, onset_s, clear_s });
-                }
-                Some(until)
-            }
-        };
-        Ok(ScheduledFault { effector: self.effector, kind, at, until })
-    }
-
-    fn kind(&self, file: &str, number: usize) -> Result<FaultKind, ConfigError> {
-        let range = config::in_file(file);
-        let kind = match self.kind {
-            KindKey::StuckHere => "stuck_here",
-            KindKey::StuckAt => "stuck_at",
-            KindKey::PartialLoss => "partial_loss",
-            KindKey::Float => "float",
-        };
-        let keys = Keys { file, number, kind };
-        if !matches!(self.kind, KindKey::StuckAt) {
-            keys.absent("angle_deg", self.angle_deg)?;
-            keys.absent("travel", self.travel)?;
-        }
-        if !matches!(self.kind, KindKey::PartialLoss) {
-            keys.absent("remaining_percent", self.remaining_percent)?;
-        }
-        Ok(match self.kind {
-            KindKey::StuckHere => FaultKind::StuckHere,
-            KindKey::Float => FaultKind::Float,
-            KindKey::StuckAt => {
-                let angle_deg = keys.needed("angle_deg", self.angle_deg)?;
-                check_range("plant.fault", "angle_deg", angle_deg, -90.0, 90.0).map_err(&range)?;
-                let travel = match self.travel {
-                    None | Some(TravelKey::Jump) => Travel::Jump,
-                    Some(TravelKey::ActuatorRate) => Travel::AtActuatorRate,
-                };
-                FaultKind::StuckAt { angle_rad: angle_deg.to_radians(), travel }
-            }
-            KindKey::PartialLoss => {
-                let percent = keys.needed("remaining_percent", self.remaining_percent)?;
-                check_range("plant.fault", "remaining_percent", percent, 0.0, 100.0)
-                    .map_err(&range)?;
-                FaultKind::PartialLoss { remaining: percent / 100.0 }
-            }
-        })
-    }
-}
-
-fn time(key: &'static str, seconds: f64) -> Result<SimTime, RangeError> {
-    let max = SimTime::MAX_SECONDS;
-    let refused = RangeError { section: "plant.fault", key, value: seconds, min: 0.0, max };
-    SimTime::from_seconds(seconds).ok_or(refused)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::Effector;
+    use icd::fault::{FaultKind, Repeat, Side, Timing, Travel};
 
     fn refusal(scenario: &str, from: &str, to: &str) -> String {
         assert!(scenario.contains(from), "the file has no {from}");
@@ -301,8 +193,7 @@ mod tests {
         let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
             effector,
             kind: FaultKind::StuckAt { angle_rad: degrees.to_radians(), travel: Travel::Jump },
-            at: SimTime::from_micros(seconds * 1_000_000),
-            until: None,
+            timing: Timing::at(SimTime::from_micros(seconds * 1_000_000)),
         };
         assert_eq!(case1.faults, [jam(Effector::LeftElevator, 30.0, 3)]);
         assert_eq!(case1.duration_s, 90.0);
@@ -322,12 +213,123 @@ mod tests {
              travel = \"actuator_rate\"\nonset_s = 4\n"
         );
         let faults = Scenario::from_toml("my.toml", &text).unwrap().plant.faults;
-        assert_eq!(faults[0].until, Some(SimTime::from_micros(2_500_000)));
+        assert_eq!(faults[0].timing.duration_s, Some(1.5));
         assert_eq!(faults[1].kind, FaultKind::PartialLoss { remaining: 0.4 });
         assert_eq!(faults[2].kind, FaultKind::Float);
         let angle_rad = (-5.0_f64).to_radians();
         let travel = Travel::AtActuatorRate;
         assert_eq!(faults[3].kind, FaultKind::StuckAt { angle_rad, travel });
+    }
+
+    /// The nominal flight with one fault that has these lines beside its onset at 1 s.
+    fn with_fault(lines: &str) -> Result<ScheduledFault, String> {
+        let text = format!("{NOMINAL}\n[[plant.fault]]\nonset_s = 1\n{lines}\n");
+        let scenario = Scenario::from_toml("my.toml", &text).map_err(|error| error.to_string())?;
+        Ok(scenario.plant.faults[0])
+    }
+
+    #[test]
+    fn every_kind_has_its_keys_with_the_units_of_its_effector() {
+        use FaultKind as K;
+        let degrees = |value: f64| value.to_radians();
+        let table = [
+            ("rudder", "hard_over", "side = \"negative\"", K::HardOver { side: Side::Negative }),
+            ("rudder", "slow", "rate_deg_s = 5", K::Slow { rate: degrees(5.0) }),
+            ("engine", "slow", "rate_kn_s = 2.5", K::Slow { rate: 2_500.0 }),
+            ("engine", "delayed", "delay_ms = 250", K::Delayed { delay_s: 0.25 }),
+            (
+                "nozzle_yaw",
+                "intermittent",
+                "period_s = 0.5\npresent_percent = 50",
+                K::Intermittent { period_s: 0.5, present: 0.5 },
+            ),
+            (
+                "left_elevator",
+                "oscillating",
+                "amplitude_deg = 3\nfrequency_hz = 1.5",
+                K::Oscillating { amplitude: degrees(3.0), frequency_hz: 1.5 },
+            ),
+            ("right_aileron", "drifting", "rate_deg_s = -0.5", K::Drifting { rate: degrees(-0.5) }),
+            ("engine", "biased", "bias_kn = -3", K::Biased { bias: -3_000.0 }),
+            ("rudder", "limited_travel", "limit_deg = 8", K::LimitedTravel { limit: degrees(8.0) }),
+            ("engine", "limited_travel", "limit_kn = 20", K::LimitedTravel { limit: 20_000.0 }),
+            ("engine", "flame_out", "", K::FlameOut),
+        ];
+        for (effector, kind, keys, expected) in table {
+            let lines = format!("effector = \"{effector}\"\nkind = \"{kind}\"\n{keys}");
+            let fault = with_fault(&lines).unwrap();
+            assert_eq!((fault.effector.key(), fault.kind), (effector, expected));
+        }
+    }
+
+    #[test]
+    fn ramp_duration_and_repetition_are_read() {
+        let rudder = "effector = \"rudder\"\nkind = \"biased\"\nbias_deg = 2\n";
+        let timing = |keys: &str| with_fault(&format!("{rudder}{keys}")).map(|fault| fault.timing);
+        let whole = Timing {
+            ramp_s: 0.5,
+            duration_s: Some(2.0),
+            repeat: Some(Repeat { every_s: 5.0, times: Some(3) }),
+            ..Timing::at(SimTime::from_micros(1_000_000))
+        };
+        let keys = "ramp_s = 0.5\nduration_s = 2\nevery_s = 5\ntimes = 3";
+        assert_eq!(timing(keys), Ok(whole));
+        for (keys, problem) in [
+            ("ramp_s = -1", "[plant.fault] ramp_s = -1 is outside 0 to 3600"),
+            ("duration_s = 1\nramp_s = 2", "[plant.fault] duration_s = 1 is outside 2 to 2592000"),
+            (
+                "duration_s = 2\nevery_s = 1",
+                "[plant.fault] every_s = 1 is outside 2.000001 to 2592000",
+            ),
+            (
+                "duration_s = 2\nevery_s = 3\ntimes = 1",
+                "[plant.fault] times = 1 is outside 2 to 1000",
+            ),
+            ("every_s = 3", "[[plant.fault]] number 1, kind biased: duration_s is missing"),
+            ("times = 3", "[[plant.fault]] number 1, kind biased: every_s is missing"),
+            (
+                "clear_s = 3\nduration_s = 1",
+                "[[plant.fault]] number 1, kind biased: clear_s excludes duration_s",
+            ),
+        ] {
+            assert_eq!(timing(keys), Err(format!("my.toml: {problem}")));
+        }
+        assert_eq!(
+            with_fault("effector = \"rudder\"\nkind = \"stuck_here\"\nramp_s = 1"),
+            Err("my.toml: [plant.fault] ramp_s = 1 is outside 0 to 0".to_owned())
+        );
+    }
+
+    #[test]
+    fn a_number_of_a_fault_in_the_wrong_unit_or_range_is_refused() {
+        for (lines, problem) in [
+            (
+                "effector = \"engine\"\nkind = \"biased\"\nbias_deg = 3",
+                "[[plant.fault]] number 1, kind biased: bias_kn is missing",
+            ),
+            (
+                "effector = \"rudder\"\nkind = \"biased\"\nbias_deg = 3\nbias_kn = 3",
+                "[[plant.fault]] number 1, kind biased: bias_kn has no meaning here",
+            ),
+            (
+                "effector = \"rudder\"\nkind = \"hard_over\"",
+                "[[plant.fault]] number 1, kind hard_over: side is missing",
+            ),
+            (
+                "effector = \"rudder\"\nkind = \"float\"\nside = \"positive\"",
+                "[[plant.fault]] number 1, kind float: side has no meaning here",
+            ),
+            (
+                "effector = \"rudder\"\nkind = \"delayed\"\ndelay_ms = 1001",
+                "[plant.fault] delay_ms = 1001 is outside 0 to 1000",
+            ),
+            (
+                "effector = \"rudder\"\nkind = \"oscillating\"\namplitude_deg = 1\nfrequency_hz = nan",
+                "[plant.fault] frequency_hz = NaN is outside 0.001 to 20",
+            ),
+        ] {
+            assert_eq!(with_fault(lines), Err(format!("my.toml: {problem}")));
+        }
     }
 
     #[test]

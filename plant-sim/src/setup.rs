@@ -115,12 +115,6 @@ pub enum SetupError {
         /// Why not.
         refusal: Refusal,
     },
-    /// A fault that ends before it begins.
-    #[error("fault number {number} ends before it begins")]
-    FaultEndsEarly {
-        /// Which one, counted from 1 in the order of the setup.
-        number: usize,
-    },
     /// Level flight is not possible, so there is nothing to start from.
     #[error(transparent)]
     Trim(#[from] TrimError),

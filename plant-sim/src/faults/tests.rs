@@ -1,5 +1,9 @@
 use super::*;
 use crate::Airframe;
+use icd::fault::{Quantity, Repeat, Side, Travel};
+
+mod flown;
+mod timing;
 
 const T0: SimTime = SimTime::from_micros(1_000_000);
 const T1: SimTime = SimTime::from_micros(2_000_001);
@@ -22,12 +26,13 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let positions = PerEffector::new([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 27_000.0]);
-        Self { faults: Faults::none(), positions, reports: Vec::new() }
+        Self { faults: Faults::none(&servos(), &positions), positions, reports: Vec::new() }
     }
 
     fn request(&mut self, now: SimTime, request: FaultRequest) -> FaultReply {
         let Self { faults, positions, reports } = self;
-        faults.request(&request, now, positions, &servos(), &mut |r| reports.push(r))
+        let report = &mut |report| reports.push(report);
+        faults.request(&request, &mut Scene { now, positions, report })
     }
 
     fn inject(&mut self, now: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
@@ -40,7 +45,17 @@ impl Bench {
 
     fn act(&mut self, now: SimTime) {
         let Self { faults, positions, reports } = self;
-        faults.act(now, positions, &servos(), &mut |r| reports.push(r));
+        let report = &mut |report| reports.push(report);
+        faults.act(&mut Scene { now, positions, report });
+    }
+
+    /// The states that were reported.
+    fn states(&self) -> Vec<FaultState> {
+        let state = |report: &PlantReport| match report {
+            PlantReport::Fault(entry) => entry.state,
+            other => panic!("{other:?}"),
+        };
+        self.reports.iter().map(state).collect()
     }
 
     fn effective(&self, effector: Effector) -> f64 {
@@ -58,9 +73,9 @@ fn kinds(effector: Effector, here: f64) -> Vec<(FaultKind, f64, f64)> {
     let mut kinds = vec![
         (FaultKind::StuckHere, here, 0.0),
         (FaultKind::PartialLoss { remaining: 0.25 }, 0.25 * here, 1.0),
-        (FaultKind::Float, 0.0, 0.0),
     ];
     if effector.is_angle() {
+        kinds.push((FaultKind::Float, 0.0, 0.0));
         kinds.push((jump(-0.2), -0.2, 0.0));
         let rate = servos()[effector].rate_limit;
         let travelling = FaultKind::StuckAt { angle_rad: 0.2, travel: Travel::AtActuatorRate };
@@ -192,10 +207,10 @@ fn a_scheduled_fault_waits_for_its_time() {
     assert_eq!(again, FaultReply::Unchanged { at: T1 });
     assert_eq!(bench.faults.next_event(), Some(T1));
     bench.act(SimTime::from_micros(2_000_000));
-    assert_eq!(bench.reports, []);
+    assert_eq!(bench.states(), [FaultState::Scheduled { at: T1 }]);
     bench.act(T1);
-    let acting = FaultState::Acting { since: T1 };
-    assert!(matches!(bench.reports[..], [PlantReport::Fault(entry)] if entry.state == acting));
+    let states = [FaultState::Scheduled { at: T1 }, FaultState::Acting { since: T1 }];
+    assert_eq!(bench.states(), states);
 }
 
 #[test]
@@ -204,7 +219,8 @@ fn clearing_forgets_what_is_scheduled_for_that_effector_only() {
     bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
     bench.inject_at(T1, Effector::LeftAileron, FaultKind::Float);
     bench.request(T0, FaultRequest::Clear { effector: Effector::Rudder });
-    assert_eq!(bench.reports, [], "nothing ended, because nothing had begun");
+    let waits = FaultState::Scheduled { at: T1 };
+    assert_eq!(bench.states(), [waits, waits, FaultState::Cancelled { at: T0 }]);
     bench.act(T1);
     assert_eq!(bench.faults.active(Effector::Rudder), None);
     assert!(bench.faults.active(Effector::LeftAileron).is_some());
@@ -215,9 +231,10 @@ fn the_end_of_a_fault_does_not_mend_the_one_that_replaced_it() {
     let mut bench = Bench::new();
     let at = |second: u64| SimTime::from_micros(second * 1_000_000);
     let effector = Effector::Rudder;
-    for (kind, from, until) in [(FaultKind::Float, 2, Some(at(4))), (jump(0.1), 3, None)] {
-        let fault = ScheduledFault { effector, kind, at: at(from), until };
-        bench.faults.schedule(&fault, &servos()).unwrap();
+    for (kind, from, duration_s) in [(FaultKind::Float, 2, Some(2.0)), (jump(0.1), 3, None)] {
+        let timing = Timing { duration_s, ..Timing::at(at(from)) };
+        let fault = ScheduledFault { effector, kind, timing };
+        bench.faults.schedule(&fault, &mut |_| {}).unwrap();
     }
     for second in 2..5 {
         bench.act(at(second));

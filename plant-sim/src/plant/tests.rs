@@ -48,7 +48,7 @@ fn apart(a: &Truth, b: &Truth) -> f64 {
 
 fn stuck(effector: Effector, angle_rad: f64, at_us: u64) -> ScheduledFault {
     let kind = FaultKind::StuckAt { angle_rad, travel: Travel::Jump };
-    ScheduledFault { effector, kind, at: SimTime::from_micros(at_us), until: None }
+    ScheduledFault { effector, kind, timing: Timing::at(SimTime::from_micros(at_us)) }
 }
 
 #[test]
@@ -207,8 +207,10 @@ fn a_fault_between_ticks_acts_at_its_exact_time() {
         coast(&mut plant, 10);
         let reports = std::iter::from_fn(|| plant.pop_report()).collect::<Vec<_>>();
         let at = SimTime::from_micros(at_us);
-        let acting = FaultState::Acting { since: at };
-        assert!(matches!(reports[..], [PlantReport::Fault(entry)] if entry.state == acting));
+        let states = [FaultState::Scheduled { at }, FaultState::Acting { since: at }];
+        assert!(matches!(reports[..],
+            [PlantReport::Fault(first), PlantReport::Fault(second)]
+                if [first.state, second.state] == states));
         plant.truth().body_rates.0.z
     };
     let (early, late) = (yaw_after(15_000), yaw_after(14_463));
@@ -225,8 +227,7 @@ fn a_fault_without_effect_splits_a_step_and_leaves_the_grid() {
     split.faults = vec![ScheduledFault {
         effector: Effector::NozzleYaw,
         kind: FaultKind::StuckHere,
-        at: SimTime::from_micros(3_333),
-        until: Some(SimTime::from_micros(3_777)),
+        timing: Timing { duration_s: Some(0.000_444), ..Timing::at(SimTime::from_micros(3_333)) },
     }];
     let (mut a, mut b) = (plant(&healthy), plant(&split));
     fly(&mut a, 500, wiggle);
@@ -241,7 +242,7 @@ fn a_fault_without_effect_splits_a_step_and_leaves_the_grid() {
 fn a_stuck_surface_moves_back_at_its_own_rate_when_it_is_mended() {
     let mut setup = flat();
     setup.faults = vec![ScheduledFault {
-        until: Some(SimTime::from_micros(20_000)),
+        timing: Timing { duration_s: Some(0.02), ..Timing::at(SimTime::ZERO) },
         ..stuck(Effector::Rudder, 0.3, 0)
     }];
     let mut plant = plant(&setup);
@@ -458,10 +459,10 @@ fn a_setup_that_cannot_be_is_refused_with_the_reason() {
     );
     assert_eq!(
         refusal(|s| {
-            let until = Some(SimTime::from_micros(5));
-            s.faults = vec![ScheduledFault { until, ..stuck(Effector::Rudder, 0.1, 5) }];
+            let timing = Timing { duration_s: Some(0.0), ..Timing::NOW };
+            s.faults = vec![ScheduledFault { timing, ..stuck(Effector::Rudder, 0.1, 5) }];
         }),
-        "fault number 1 ends before it begins"
+        "fault number 1: duration 0.0000 is outside 0.0001 to 2592000.0000 s"
     );
     assert!(refusal(|s| s.start.airspeed_m_s = 40.0).contains("level flight"));
 }

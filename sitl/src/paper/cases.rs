@@ -117,7 +117,7 @@ impl Case {
         let FaultKind::StuckAt { angle_rad, .. } = fault.kind else {
             return Err(PaperError::NoFault { file });
         };
-        let fault_s = fault.at.as_seconds();
+        let fault_s = fault.onset().as_seconds();
         let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
         Ok(Self {

@@ -1,0 +1,298 @@
+//! What each kind of fault does while it acts. The table of the module above in code, kind by kind.
+
+use icd::SimTime;
+use icd::fault::{FaultKind, Side, Travel};
+
+use super::allowed::fastest;
+use super::effects::Share;
+use super::plan::micros;
+use crate::servos::Servo;
+
+/// A fault while it acts on an effector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Acting {
+    kind: FaultKind,
+    since: SimTime,
+    ramp_us: u64,
+    /// Ends of what can be reached, rad or N: those of the servo, and what it had left already.
+    ends: [f64; 2],
+    /// Fastest speed of the healthy servo, rad/s or N/s.
+    fastest: f64,
+    way: Option<Way>,
+}
+
+/// The way to where an effector sticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Way {
+    /// Speed, rad/s.
+    rate: f64,
+    /// First whole microsecond at which it is there.
+    arrival: SimTime,
+    /// Where it ends, rad.
+    target: f64,
+}
+
+impl Acting {
+    /// Begins at `now` with an effector whose servo is at `position`; a fault that moves it at once changes
+    /// that. `effective` is what acted of the effector until now: one that sticks keeps it.
+    pub fn begin(
+        kind: FaultKind,
+        ramp_us: u64,
+        now: SimTime,
+        servo: &Servo,
+        effective: f64,
+        position: &mut f64,
+    ) -> Self {
+        let rate = servo.rate_limit;
+        let way = match kind {
+            FaultKind::StuckHere => way_to(effective, effective, None, 0, now),
+            FaultKind::StuckAt { angle_rad, travel } => {
+                let limit = (travel == Travel::AtActuatorRate).then_some(rate);
+                way_to(effective, angle_rad, limit, ramp_us, now)
+            }
+            FaultKind::HardOver { side } => {
+                let end = match side {
+                    Side::Positive => servo.max,
+                    Side::Negative => servo.min,
+                };
+                way_to(effective, end, Some(rate), 0, now)
+            }
+            FaultKind::Float => way_to(effective, 0.0, None, ramp_us, now),
+            _ => None,
+        };
+        if way.is_some() {
+            *position = effective;
+        }
+        let mut acting = Self {
+            kind,
+            since: now,
+            ramp_us,
+            ends: [servo.min.min(*position), servo.max],
+            fastest: fastest(servo),
+            way,
+        };
+        acting.arrive(now, position);
+        acting
+    }
+
+    /// Since when it acts.
+    pub fn since(&self) -> SimTime {
+        self.since
+    }
+
+    /// Puts an effector whose way is over where it sticks, and one beyond its limit back to it.
+    pub fn arrive(&mut self, now: SimTime, position: &mut f64) {
+        if let Some(way) = self.way
+            && way.arrival <= now
+        {
+            *position = way.target;
+            self.way = None;
+        }
+        if let FaultKind::LimitedTravel { limit } = self.kind {
+            let [low, high] = self.limits(limit, now);
+            *position = position.max(low).min(high);
+        }
+    }
+
+    /// What it does at `now`.
+    pub fn share(&self, now: SimTime) -> Share {
+        let healthy = Share::HEALTHY;
+        let size = self.size(now);
+        match self.kind {
+            FaultKind::StuckHere
+            | FaultKind::StuckAt { .. }
+            | FaultKind::HardOver { .. }
+            | FaultKind::Float => {
+                let runaway = self.way.map_or(0.0, |way| way.rate);
+                Share { following: 0.0, runaway, ..healthy }
+            }
+            FaultKind::PartialLoss { remaining } => {
+                Share { remaining: grown(size, 1.0, remaining), ..healthy }
+            }
+            FaultKind::Slow { rate } => {
+                Share { rate_limit: grown(size, self.fastest, rate), ..healthy }
+            }
+            FaultKind::Delayed { .. } | FaultKind::FlameOut => healthy,
+            FaultKind::Intermittent { period_s, present } => {
+                let [gap_end, _] = self.period(period_s, present, now);
+                Share { following: if now < gap_end { 0.0 } else { 1.0 }, ..healthy }
+            }
+            FaultKind::Oscillating { .. }
+            | FaultKind::Drifting { .. }
+            | FaultKind::Biased { .. } => {
+                let [low, high] = self.ends;
+                Share { offset: self.deviation(now), low, high, ..healthy }
+            }
+            FaultKind::LimitedTravel { limit } => {
+                let [low, high] = self.limits(limit, now);
+                Share { low, high, ..healthy }
+            }
+        }
+    }
+
+    /// Whether the effector deviates from its servo.
+    pub fn deviates(&self) -> bool {
+        deviates(&self.kind)
+    }
+
+    /// Whether the commands come late.
+    pub fn is_delayed(&self) -> bool {
+        matches!(self.kind, FaultKind::Delayed { .. })
+    }
+
+    /// Whether the servo is told something else than it is commanded.
+    pub fn tells(&self) -> bool {
+        let tells = matches!(self.kind, FaultKind::FlameOut | FaultKind::LimitedTravel { .. });
+        tells || self.is_delayed()
+    }
+
+    /// What the servo is told instead of `command`, rad or N. The commands of a delayed effector wait
+    /// elsewhere.
+    pub fn command(&self, command: f64, now: SimTime) -> f64 {
+        match self.kind {
+            FaultKind::FlameOut => 0.0,
+            FaultKind::LimitedTravel { limit } => {
+                let [low, high] = self.limits(limit, now);
+                command.max(low).min(high)
+            }
+            _ => command,
+        }
+    }
+
+    /// When a command of `now` is due at a delayed effector; `None` if it is not delayed.
+    pub fn due(&self, now: SimTime) -> Option<SimTime> {
+        let FaultKind::Delayed { delay_s } = self.kind else { return None };
+        let delay_us = micros(delay_s * self.size(now));
+        Some(SimTime::from_micros(now.as_micros() + delay_us))
+    }
+
+    /// Whether it changes from step to step.
+    pub fn varies(&self, now: SimTime) -> bool {
+        let grows = now.micros_since(self.since) < self.ramp_us;
+        match self.kind {
+            FaultKind::Oscillating { .. } => true,
+            FaultKind::Drifting { .. } => self.deviation(now).abs() < self.span(),
+            FaultKind::PartialLoss { .. }
+            | FaultKind::Slow { .. }
+            | FaultKind::Biased { .. }
+            | FaultKind::LimitedTravel { .. } => grows,
+            _ => false,
+        }
+    }
+
+    /// The next instant after `now` that the integration must not step over.
+    pub fn next_event(&self, now: SimTime) -> Option<SimTime> {
+        let arrival = self.way.map(|way| way.arrival);
+        let whole = SimTime::from_micros(self.since.as_micros() + self.ramp_us);
+        let switch = match self.kind {
+            FaultKind::Intermittent { period_s, present } => {
+                self.period(period_s, present, now).into_iter().find(|at| *at > now)
+            }
+            _ => None,
+        };
+        [arrival, switch, Some(whole).filter(|at| *at > now)].into_iter().flatten().min()
+    }
+
+    /// How much of the fault is there, 0 to 1.
+    fn size(&self, now: SimTime) -> f64 {
+        let elapsed_us = now.micros_since(self.since);
+        if elapsed_us >= self.ramp_us { 1.0 } else { ratio(elapsed_us, self.ramp_us) }
+    }
+
+    /// Deviation from where the effector should be, rad or N.
+    fn deviation(&self, now: SimTime) -> f64 {
+        let elapsed_s = seconds(now.micros_since(self.since));
+        match self.kind {
+            FaultKind::Biased { bias } => self.size(now) * bias,
+            FaultKind::Oscillating { amplitude, frequency_hz } => {
+                // Whole turns are taken away first: the sine of a long flight stays exact.
+                let turn = libm::fmod(frequency_hz * elapsed_s, 1.0);
+                self.size(now) * amplitude * libm::sin(core::f64::consts::TAU * turn)
+            }
+            FaultKind::Drifting { rate } => {
+                // The integral of a speed that grows during the ramp.
+                let whole_s = 0.5 * self.size(now) * elapsed_s.min(seconds(self.ramp_us))
+                    + (elapsed_s - seconds(self.ramp_us)).max(0.0);
+                (rate * whole_s).max(-self.span()).min(self.span())
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// From one end of the travel to the other, rad or N.
+    fn span(&self) -> f64 {
+        self.ends[1] - self.ends[0]
+    }
+
+    /// What a limited travel lets through, rad or N.
+    fn limits(&self, limit: f64, now: SimTime) -> [f64; 2] {
+        let size = self.size(now);
+        let [low, high] = self.ends;
+        // An engine has no negative side; its idle stays.
+        let least = if low < 0.0 { low.max(-limit) } else { low };
+        [grown(size, low, least), grown(size, high, high.min(limit))]
+    }
+
+    /// End of the gap and end of the period in which `now` lies.
+    fn period(&self, period_s: f64, present: f64, now: SimTime) -> [SimTime; 2] {
+        let since_us = self.since.as_micros();
+        let period_us = micros(period_s).max(1);
+        let start_us = since_us + now.micros_since(self.since) / period_us * period_us;
+        let absent = self.size(SimTime::from_micros(start_us)) * (1.0 - present);
+        let gap_us = micros(absent * period_s).min(period_us);
+        [start_us + gap_us, start_us + period_us].map(SimTime::from_micros)
+    }
+}
+
+/// Whether an effector with such a fault deviates from its servo.
+pub(super) fn deviates(kind: &FaultKind) -> bool {
+    matches!(
+        kind,
+        FaultKind::Oscillating { .. } | FaultKind::Drifting { .. } | FaultKind::Biased { .. }
+    )
+}
+
+/// From the healthy number to that of the whole fault, which is exact at size 1.
+fn grown(size: f64, healthy: f64, whole: f64) -> f64 {
+    whole + (1.0 - size) * (healthy - whole)
+}
+
+/// The way of an effector to where it sticks: in the time of the ramp, but no faster than `rate_limit` (rad/s)
+/// if there is one.
+fn way_to(
+    from: f64,
+    target: f64,
+    rate_limit: Option<f64>,
+    ramp_us: u64,
+    now: SimTime,
+) -> Option<Way> {
+    let length = target - from;
+    let least_us = rate_limit.map_or(0, |rate| whole_micros(length.abs() / rate));
+    let (rate, time_us) = match rate_limit {
+        Some(rate) if least_us > ramp_us => (libm::copysign(rate, length), least_us),
+        _ if ramp_us > 0 => (length / seconds(ramp_us), ramp_us),
+        _ => (0.0, 0),
+    };
+    Some(Way { rate, arrival: SimTime::from_micros(now.as_micros() + time_us), target })
+}
+
+/// First whole microsecond at which a time of `time_s` seconds is over.
+fn whole_micros(time_s: f64) -> u64 {
+    let micros = libm::ceil(time_s.min(SimTime::MAX_SECONDS) * 1.0e6);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "not negative, and limited to 30 days"
+    )]
+    {
+        micros as u64
+    }
+}
+
+fn seconds(micros: u64) -> f64 {
+    SimTime::from_micros(micros).as_seconds()
+}
+
+fn ratio(part_us: u64, whole_us: u64) -> f64 {
+    seconds(part_us) / seconds(whole_us)
+}

@@ -1,0 +1,121 @@
+//! Which faults an effector can have, and in which ranges their numbers and times must lie.
+//!
+//! The ranges of an effector's own numbers come from its servo: speeds up to its fastest, deviations up to half
+//! its travel. A number that is none is outside every range.
+
+use icd::fault::{FaultKind, Quantity, Refusal, Timing};
+use icd::{Effector, SimTime};
+
+use crate::servos::Servo;
+
+/// Slowest speed that a slow effector can be given, as a fraction of its fastest.
+const SLOWEST: f64 = 1.0e-3;
+/// Frequency of an oscillation, Hz.
+pub(crate) const FREQUENCY_HZ: [f64; 2] = [0.001, FaultKind::FREQUENCY_MAX_HZ];
+/// Period of an intermittent fault, s.
+pub(crate) const PERIOD_S: [f64; 2] = [0.02, 60.0];
+/// Longest ramp, s.
+const RAMP_MAX_S: f64 = 3_600.0;
+/// Shortest duration, s.
+const DURATION_MIN_S: f64 = 1.0e-4;
+/// Shortest time from onset to onset, s: each repetition is two reports to the ground stations.
+const EVERY_MIN_S: f64 = 0.1;
+/// Smallest difference of two times, s.
+const MICROSECOND_S: f64 = 1.0e-6;
+/// How often a fault can act in all, if the number is limited.
+const TIMES: [f64; 2] = [2.0, 1_000.0];
+
+/// Fastest speed of a servo, rad/s or N/s. One without a rate limit is fastest at the begin of its whole way.
+pub(super) fn fastest(servo: &Servo) -> f64 {
+    servo.rate_limit.min((servo.max - servo.min) / servo.lag_s)
+}
+
+/// Checks that a fault can be.
+///
+/// # Errors
+/// [`Refusal`] with the first reason found.
+pub(super) fn check(
+    effector: Effector,
+    kind: &FaultKind,
+    timing: &Timing,
+    servo: &Servo,
+) -> Result<(), Refusal> {
+    of_kind(effector, kind, servo)?;
+    check_timing(kind, timing)
+}
+
+fn of_kind(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Refusal> {
+    let half = 0.5 * (servo.max - servo.min);
+    let fastest = fastest(servo);
+    match *kind {
+        FaultKind::StuckAt { .. } | FaultKind::HardOver { .. } | FaultKind::Float
+            if !effector.is_angle() =>
+        {
+            Err(Refusal::NotForThisEffector)
+        }
+        FaultKind::FlameOut if effector != Effector::Engine => Err(Refusal::NotForThisEffector),
+        FaultKind::StuckHere
+        | FaultKind::HardOver { .. }
+        | FaultKind::Float
+        | FaultKind::FlameOut => Ok(()),
+        FaultKind::StuckAt { angle_rad, .. } => {
+            if (servo.min..=servo.max).contains(&angle_rad) {
+                Ok(())
+            } else {
+                Err(Refusal::AngleOutOfTravel { angle_rad, limit_rad: servo.max })
+            }
+        }
+        FaultKind::PartialLoss { remaining } => range(Quantity::Remaining, remaining, [0.0, 1.0]),
+        FaultKind::Slow { rate } => range(Quantity::Rate, rate, [SLOWEST * fastest, fastest]),
+        FaultKind::Delayed { delay_s } => {
+            range(Quantity::Delay, delay_s, [0.0, FaultKind::DELAY_MAX_S])
+        }
+        FaultKind::Intermittent { period_s, present } => {
+            range(Quantity::Period, period_s, PERIOD_S)?;
+            range(Quantity::Present, present, [0.0, 1.0])
+        }
+        FaultKind::Oscillating { amplitude, frequency_hz } => {
+            range(Quantity::Amplitude, amplitude, [0.0, half])?;
+            range(Quantity::Frequency, frequency_hz, FREQUENCY_HZ)
+        }
+        FaultKind::Drifting { rate } => range(Quantity::Rate, rate, [-fastest, fastest]),
+        FaultKind::Biased { bias } => range(Quantity::Bias, bias, [-half, half]),
+        FaultKind::LimitedTravel { limit } => {
+            let least = if effector.is_angle() { 0.0 } else { servo.min };
+            range(Quantity::Limit, limit, [least, servo.max])
+        }
+    }
+}
+
+/// Checks the times of a fault.
+///
+/// # Errors
+/// [`Refusal::OutOfRange`] for the first one that cannot be.
+pub(crate) fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
+    let has_size =
+        !matches!(kind, FaultKind::StuckHere | FaultKind::HardOver { .. } | FaultKind::FlameOut);
+    range(Quantity::Ramp, timing.ramp_s, [0.0, if has_size { RAMP_MAX_S } else { 0.0 }])?;
+    let durations = [DURATION_MIN_S.max(timing.ramp_s), SimTime::MAX_SECONDS];
+    if let Some(duration_s) = timing.duration_s {
+        range(Quantity::Duration, duration_s, durations)?;
+    }
+    if let Some(repeat) = timing.repeat {
+        // A repetition needs a duration; none counts as zero, which is too short.
+        let duration_s = timing.duration_s.unwrap_or(0.0);
+        range(Quantity::Duration, duration_s, durations)?;
+        let shortest = EVERY_MIN_S.max(duration_s + MICROSECOND_S);
+        range(Quantity::Every, repeat.every_s, [shortest, SimTime::MAX_SECONDS])?;
+        if let Some(times) = repeat.times {
+            range(Quantity::Times, f64::from(times), TIMES)?;
+        }
+    }
+    Ok(())
+}
+
+fn range(what: Quantity, value: f64, [min, max]: [f64; 2]) -> Result<(), Refusal> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(Refusal::OutOfRange { what, value, min, max })
+    }
+}
