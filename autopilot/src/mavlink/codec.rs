@@ -12,7 +12,7 @@ mod message;
 
 pub use message::{
     Command, ItemWords, ListKind, ManualControl, Message, MissionItem, ParamSet, PositionTarget,
-    SetupSigning, StreamRequest, decode,
+    SerialControl, SetupSigning, StreamRequest, decode,
 };
 
 /// System and component id of this autopilot.

@@ -218,7 +218,7 @@ fn tell(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
 
 /// Whether a wish steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
 /// item of the plan and home steer only the mode that flies to them.
-const fn steers(wish: &Wish, mode: Mode) -> bool {
+pub(super) const fn steers(wish: &Wish, mode: Mode) -> bool {
     match wish {
         Wish::Mode(_) | Wish::Refer(_) | Wish::Reposition(_) | Wish::Continue | Wish::Terminate => {
             true

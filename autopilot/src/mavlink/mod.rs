@@ -43,6 +43,7 @@ pub mod pending;
 pub mod ping;
 pub mod reasons;
 pub mod refused;
+pub mod shell;
 pub mod signing;
 pub mod statustext;
 pub mod telemetry;
@@ -61,6 +62,7 @@ use mission::MissionService;
 use offboard::Offboard;
 use param::{ParamService, Save, Saved};
 use peers::{Address, Connection, Peer, Peers};
+use shell::ShellService;
 use signing::{Admission, KeyChange, LogLine, Signing};
 use statustext::StatusTexts;
 use telemetry::{Host, Telemetry};
@@ -82,6 +84,7 @@ pub struct Ground {
     manual: Manual,
     mission: MissionService,
     ftp: FtpService,
+    shell: ShellService,
     link_loss: LinkLoss,
     control: Control,
     signing: Signing,
@@ -108,6 +111,7 @@ impl Ground {
             manual: Manual::default(),
             mission: MissionService::default(),
             ftp: FtpService::default(),
+            shell: ShellService::default(),
             link_loss: LinkLoss::default(),
             control: Control::default(),
             signing: Signing::default(),
@@ -254,6 +258,7 @@ impl Ground {
             Message::RequestDataStream(request) => {
                 ctx.telemetry.handle_data_stream(from, *request);
             }
+            Message::SerialControl(data) => services.shell.handle(from, data, now),
             Message::LogRequestList => ping::handle_log_list(from, out),
             Message::MissionRequestList(_)
             | Message::MissionCount(..)
@@ -292,6 +297,7 @@ impl Ground {
             manual: &mut self.manual,
             mission: &mut self.mission,
             ftp: &mut self.ftp,
+            shell: &mut self.shell,
             link_loss: &mut self.link_loss,
         };
         let context = Context {
@@ -317,12 +323,14 @@ impl Ground {
         if let EventKind::Mode(mode) = event.kind {
             // Who asked for it has control from here on: its stream counts at once.
             services.command.handle_mode(mode, &mut ctx);
+            services.shell.handle_mode(mode, &mut ctx);
         }
         match event.kind {
             EventKind::Outcome { number, outcome } => {
                 services.command.handle_outcome(number, &outcome, now, &mut ctx, out);
                 services.mission.handle_outcome(number, &outcome, now, &mut ctx, out);
                 services.offboard.handle_outcome(number, &outcome, now, &mut ctx);
+                services.shell.handle_outcome(number, &outcome, &mut ctx);
             }
             EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
             EventKind::Mode(Mode::Altitude) => services.manual.begin(now, &mut ctx),
@@ -330,6 +338,7 @@ impl Ground {
             _ => {}
         }
         services.mission.handle_event(&event.kind, &mut ctx, out);
+        services.shell.handle_event(&event.kind);
         // An order may have given control on.
         services.link_loss.poll(now, &mut ctx);
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
@@ -353,6 +362,7 @@ impl Ground {
             let Some(connection) = self.peers.next_resumable() else { break };
             self.read_inbox(connection, now);
         }
+        self.run_lines(now);
         let (services, mut ctx, out) = self.split(now);
         services.command.poll(now, &mut ctx, out);
         services.param.poll(now, &mut ctx, out);
@@ -360,10 +370,20 @@ impl Ground {
         services.manual.poll(now, &mut ctx);
         services.mission.poll(now, &mut ctx, out);
         services.ftp.poll(now, &mut ctx, out);
+        services.shell.poll(now, &mut ctx, out);
         services.link_loss.poll(now, &mut ctx);
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
         self.telemetry.poll(now, &self.aircraft, &self.parameters, &mut self.peers);
         self.texts.poll(&mut self.peers);
+    }
+
+    /// Runs what was typed in the shells.
+    fn run_lines(&mut self, now: WallTime) {
+        for _ in 0..shell::LINES_AT_ONCE {
+            let Some(from) = self.shell.next_ready() else { break };
+            let (services, mut ctx, out) = self.split_for(Some(from), now);
+            services.shell.run(from, now, &mut ctx, services.param, out);
+        }
     }
 
     /// When [`Ground::poll`] has something to do.
@@ -379,6 +399,7 @@ impl Ground {
             self.manual.next_deadline(&self.aircraft, &self.control, &self.parameters),
             self.mission.next_deadline(),
             self.ftp.next_deadline(),
+            self.shell.next_deadline(),
             self.link_loss.next_deadline(&self.control, &self.parameters, &self.aircraft),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
@@ -479,6 +500,7 @@ struct Services<'a> {
     manual: &'a mut Manual,
     mission: &'a mut MissionService,
     ftp: &'a mut FtpService,
+    shell: &'a mut ShellService,
     link_loss: &'a mut LinkLoss,
 }
 

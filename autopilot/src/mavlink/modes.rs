@@ -93,7 +93,11 @@ pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, R
     enterable(mode, streams)
 }
 
-fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
+/// Whether a mode can be entered now as far as the ground-station side knows.
+///
+/// # Errors
+/// Why not.
+pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
     match mode {
         Mode::Offboard if !streams.setpoints => {
             Err(Refused::for_now("Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)"))

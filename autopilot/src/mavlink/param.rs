@@ -12,12 +12,13 @@ use crate::clock::WallTime;
 use crate::event::Wish;
 use crate::parameters::{ParameterError, Parameters, table};
 use keeper::{Keeper, Turn};
-use rows::{Row, error_message, find, number, row, value_message};
+use rows::{error_message, find, number, row, value_message};
 
 mod keeper;
 mod rows;
 
 pub use keeper::{Save, Saved};
+pub(super) use rows::{Row, rows};
 
 /// MAV_CMD_PREFLIGHT_STORAGE.
 pub const PREFLIGHT_STORAGE: u16 = 245;
@@ -142,6 +143,37 @@ impl ParamService {
             let reason = format!("{name} not set: type {} is not supported", set.kind);
             return Err((MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED, reason));
         };
+        self.change(old, value, now, ctx)
+    }
+
+    /// Sets a parameter as PARAM_SET does: checked, told to every peer, saved.
+    ///
+    /// # Errors
+    /// Why it keeps its old value.
+    pub(super) fn write(
+        &mut self,
+        old: &Row,
+        value: f64,
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) -> Result<(), String> {
+        self.change(old, value, now, ctx).map_err(|(_, reason)| reason)?;
+        if let Some(row) = row(old.index, ctx.parameters) {
+            out.announce(&value_message(&row));
+        }
+        self.pass_on(ctx);
+        Ok(())
+    }
+
+    fn change(
+        &mut self,
+        old: &Row,
+        value: f64,
+        now: WallTime,
+        ctx: &mut Context,
+    ) -> Result<(), (MavParamError, String)> {
+        let name = old.name;
         // What the wire cannot tell apart is the same, so an echo of a default leaves it exact.
         let same = convert::float(value).to_bits() == convert::float(old.value).to_bits();
         if same && old.is_compatibility {

@@ -31,6 +31,7 @@ mod request;
 
 pub use request::request;
 
+pub(super) use messages::actuators::is_saturated;
 use messages::status;
 pub use messages::status::mission_current;
 use rates::Rates;

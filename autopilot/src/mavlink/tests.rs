@@ -19,6 +19,7 @@ mod plan_commands;
 mod positions;
 mod references;
 mod robustness;
+mod shell;
 mod signing;
 mod state;
 mod storage;

@@ -9,7 +9,7 @@ use ::mavlink::dialects::common::{
     MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MISSION_REQUEST_PARTIAL_LIST_DATA,
     MISSION_SET_CURRENT_DATA, MISSION_WRITE_PARTIAL_LIST_DATA, PARAM_REQUEST_LIST_DATA,
     PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA,
-    REQUEST_DATA_STREAM_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
+    REQUEST_DATA_STREAM_DATA, SERIAL_CONTROL_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
     SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA,
     TIMESYNC_DATA,
 };
@@ -71,6 +71,8 @@ pub enum Message {
     RequestDataStream(StreamRequest),
     /// LOG_REQUEST_LIST.
     LogRequestList,
+    /// SERIAL_CONTROL.
+    SerialControl(Box<SerialControl>),
     /// SETUP_SIGNING.
     SetupSigning(SetupSigning),
 }
@@ -170,6 +172,27 @@ pub struct StreamRequest {
     pub stream: u8,
     /// 1 to start, 0 to stop.
     pub start: bool,
+}
+
+/// SERIAL_CONTROL with its device as a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SerialControl {
+    /// SERIAL_CONTROL_DEV.
+    pub device: u8,
+    /// SERIAL_CONTROL_FLAG.
+    pub flags: u8,
+    /// Bytes of `data` that count; more than there are is all.
+    pub count: u8,
+    /// What is sent.
+    pub data: [u8; 70],
+}
+
+impl SerialControl {
+    /// The bytes that count.
+    #[must_use]
+    pub fn typed(&self) -> &[u8] {
+        &self.data[..usize::from(self.count).min(self.data.len())]
+    }
 }
 
 /// PARAM_SET with its type as a number.
@@ -308,6 +331,16 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
                 start: fields.u8(5) != 0,
             };
             (fields.identity(2), Message::RequestDataStream(request))
+        }
+        SERIAL_CONTROL_DATA::ID => {
+            let fields = Fields::<{ SERIAL_CONTROL_DATA::ENCODED_LEN }>::new(payload);
+            let control = SerialControl {
+                device: fields.u8(6),
+                flags: fields.u8(7),
+                count: fields.u8(8),
+                data: fields.bytes(9),
+            };
+            (fields.identity(79), Message::SerialControl(Box::new(control)))
         }
         LOG_REQUEST_LIST_DATA::ID => {
             (Fields::<6>::new(payload).identity(4), Message::LogRequestList)

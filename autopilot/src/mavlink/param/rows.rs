@@ -11,7 +11,7 @@ use crate::parameters::{COMPATIBILITY, Kind, Parameters, table};
 
 /// One row of either table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row {
+pub(in crate::mavlink) struct Row {
     /// Place in the list.
     pub index: usize,
     pub name: &'static str,
@@ -34,6 +34,11 @@ pub(super) fn row(index: usize, parameters: &Parameters) -> Option<Row> {
     }
     let row = COMPATIBILITY.get(index.checked_sub(rows.len())?)?;
     Some(Row { index, name: row.name, kind: row.kind, value: row.value, is_compatibility: true })
+}
+
+/// All rows.
+pub(in crate::mavlink) fn rows(parameters: &Parameters) -> impl Iterator<Item = Row> {
+    (0..count()).filter_map(|index| row(index, parameters))
 }
 
 /// The row with this name, which has 16 characters or ends with NUL.

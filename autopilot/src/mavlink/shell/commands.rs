@@ -1,0 +1,198 @@
+//! The commands: one table, one file each.
+
+use std::fmt::Write as _;
+
+use icd::Effector;
+
+use super::faults::Faults;
+use crate::clock::WallTime;
+use crate::event::Wish;
+use crate::mavlink::context::Context;
+use crate::mavlink::param::ParamService;
+use crate::mavlink::peers::Peers;
+
+mod failure;
+mod list;
+mod mode;
+mod pace;
+mod param;
+mod reference;
+mod status;
+
+/// What a command may look at and use.
+pub(super) struct Asking<'a, 'b> {
+    pub(super) now: WallTime,
+    pub(super) ctx: &'a mut Context<'b>,
+    pub(super) param: &'a mut ParamService,
+    pub(super) faults: &'a Faults,
+    pub(super) out: &'a mut Peers,
+}
+
+/// What a command comes to: a text, or the reason why nothing is done.
+pub(super) type Answer = Result<Order, String>;
+
+/// What is up to the aircraft, and what is said.
+#[derive(Debug, Default)]
+pub(super) struct Order {
+    /// Printed when every wish is fulfilled; at once if there is none. Lines with their ends.
+    pub(super) said: String,
+    /// With the effector that it is about.
+    pub(super) wishes: Vec<(Wish, Option<Effector>)>,
+}
+
+impl Order {
+    /// Only words.
+    fn say(said: impl Into<String>) -> Self {
+        Self { said: said.into(), wishes: Vec::new() }
+    }
+
+    /// One wish, and what is said when it is fulfilled.
+    fn ask(wish: Wish, said: impl Into<String>) -> Self {
+        Self { said: said.into(), wishes: vec![(wish, None)] }
+    }
+}
+
+/// One row of the table.
+struct Command {
+    name: &'static str,
+    /// One line for each form, without the name.
+    forms: &'static [&'static str],
+    /// What it does, in one line.
+    about: &'static str,
+    /// The rest of its help.
+    details: &'static str,
+    run: fn(&[&str], &mut Asking) -> Answer,
+}
+
+/// The commands, in the order of their list.
+static TABLE: [Command; 11] = [
+    Command {
+        name: "help",
+        forms: &["", "COMMAND"],
+        about: "this list, or how a command is used",
+        details: "",
+        run: help,
+    },
+    Command {
+        name: "status",
+        forms: &[""],
+        about: "the flight, and what the controller thinks",
+        details: "",
+        run: status::run,
+    },
+    Command {
+        name: "list",
+        forms: &[""],
+        about: "the faults that act, rest or are scheduled",
+        details: "",
+        run: list::run,
+    },
+    Command {
+        name: "failure",
+        forms: failure::FORMS,
+        about: "break and mend effectors",
+        details: failure::DETAILS,
+        run: failure::run,
+    },
+    Command {
+        name: "param",
+        forms: &["show [PATTERN]", "get NAME", "set NAME VALUE"],
+        about: "read and set parameters",
+        details: "A * in PATTERN stands for any letters. What is set is saved and told to every ground station.\n",
+        run: param::run,
+    },
+    Command {
+        name: "reference",
+        forms: &["altitude METRES", "airspeed M/S", "roll DEGREES", "course DEGREES"],
+        about: "change a reference",
+        details: "Roll needs the mode Offboard, course the mode Reference.\n",
+        run: reference::run,
+    },
+    Command {
+        name: "mode",
+        forms: &["", "NAME"],
+        about: "list the modes, or change the mode",
+        details: "",
+        run: mode::run,
+    },
+    Command {
+        name: "pause",
+        forms: &[""],
+        about: "let simulation time stand still",
+        details: "",
+        run: pace::pause,
+    },
+    Command {
+        name: "run",
+        forms: &[""],
+        about: "let simulation time run",
+        details: "",
+        run: pace::run,
+    },
+    Command {
+        name: "step",
+        forms: &["[PERIODS]"],
+        about: "run for so many control periods, one without a number, and stand still",
+        details: "",
+        run: pace::step,
+    },
+    Command {
+        name: "speed",
+        forms: &["FACTOR"],
+        about: "run so many times as fast as wall time",
+        details: "",
+        run: pace::speed,
+    },
+];
+
+/// Runs one line.
+pub(super) fn run(line: &str, asking: &mut Asking) -> Answer {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let Some((name, arguments)) = words.split_first() else { return Ok(Order::default()) };
+    match find(name) {
+        Some(command) => (command.run)(arguments, asking),
+        None => Err(format!("there is no command \"{name}\", help lists the commands")),
+    }
+}
+
+fn find(name: &str) -> Option<&'static Command> {
+    TABLE.iter().find(|command| command.name == name)
+}
+
+fn help(arguments: &[&str], _: &mut Asking) -> Answer {
+    let mut said = String::new();
+    match arguments {
+        [] => {
+            for Command { name, about, .. } in &TABLE {
+                let _ = writeln!(said, "{name:<10} {about}");
+            }
+        }
+        [name] => {
+            let command = find(name).ok_or_else(|| format!("there is no command \"{name}\""))?;
+            let _ = writeln!(said, "{}", command.about);
+            for form in command.forms {
+                let _ = writeln!(said, "  {}", format!("{} {form}", command.name).trim_end());
+            }
+            said.push_str(command.details);
+        }
+        _ => return Err(usage("help")),
+    }
+    Ok(Order::say(said))
+}
+
+/// How a command is used, as the reason why it was not run.
+fn usage(name: &str) -> String {
+    let forms = find(name).map_or(&[][..], |command| command.forms);
+    let forms: Vec<String> =
+        forms.iter().map(|form| format!("{name} {form}").trim_end().to_owned()).collect();
+    format!("usage: {}", forms.join(" | "))
+}
+
+/// A finite number with or without its unit.
+fn number(what: &str, word: &str, unit: &str) -> Result<f64, String> {
+    let digits = word.strip_suffix(unit).unwrap_or(word);
+    let value: Option<f64> = digits.parse().ok();
+    value
+        .filter(|value| value.is_finite())
+        .ok_or_else(|| format!("{what} \"{word}\" is no number in {unit}"))
+}

@@ -1,0 +1,236 @@
+//! One console: the lines that wait, the command that runs, the output that is not sent yet.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use icd::Effector;
+use icd::fault::FaultReply;
+
+use super::commands::{Answer, Order};
+use super::line::LineBuffer;
+use crate::clock::WallTime;
+use crate::event::{Outcome, Wish};
+use crate::mavlink::command;
+use crate::mavlink::context::{Context, From};
+use crate::mavlink::failure;
+use crate::vehicle::Mode;
+
+/// Lines that may wait behind a command. More are refused, and that is said.
+const LINES_MAX: usize = 32;
+/// Output that may wait before no further line is run, bytes.
+const OUTPUT_FULL: usize = 8 * 1024;
+/// After this the answer is that there was none.
+const PATIENCE: Duration = Duration::from_secs(3);
+const NO_ANSWER: &str = "the aircraft does not answer";
+/// What is printed when a line is done.
+pub(super) const PROMPT: &str = "two-step> ";
+
+/// One intent of the command that runs.
+#[derive(Debug)]
+struct Part {
+    number: u32,
+    effector: Option<Effector>,
+}
+
+/// The command that waits for the aircraft.
+#[derive(Debug)]
+struct Running {
+    since: WallTime,
+    parts: Vec<Part>,
+    /// What is said when every part is done.
+    done: String,
+    has_failed: bool,
+    steers: bool,
+    mode: Option<Mode>,
+}
+
+/// One console.
+#[derive(Debug)]
+pub(super) struct Session {
+    pub(super) from: From,
+    pub(super) heard: WallTime,
+    /// The other side listens.
+    pub(super) wants_answers: bool,
+    buffer: LineBuffer,
+    lines: VecDeque<String>,
+    refused_lines: usize,
+    running: Option<Running>,
+    output: VecDeque<u8>,
+}
+
+impl Session {
+    pub(super) fn new(from: From) -> Self {
+        Self {
+            from,
+            heard: WallTime::ZERO,
+            wants_answers: true,
+            buffer: LineBuffer::default(),
+            lines: VecDeque::new(),
+            refused_lines: 0,
+            running: None,
+            output: VecDeque::new(),
+        }
+    }
+
+    /// Takes what was typed.
+    pub(super) fn take(&mut self, typed: &[u8]) {
+        for byte in typed {
+            match self.buffer.push(*byte) {
+                None => {}
+                Some(_) if self.lines.len() >= LINES_MAX => self.refused_lines += 1,
+                Some(Ok(line)) => self.lines.push_back(line),
+                // Answered in its turn: no command has this name.
+                Some(Err(error)) => self.lines.push_back(format!("{ERROR_LINE}{error}")),
+            }
+        }
+    }
+
+    /// The next line can be run.
+    pub(super) fn is_ready(&self) -> bool {
+        let has_line = !self.lines.is_empty();
+        has_line && self.running.is_none() && self.output.len() < OUTPUT_FULL
+    }
+
+    /// The next line to run; one that is an error already is answered here.
+    pub(super) fn next_line(&mut self) -> Option<String> {
+        let line = self.lines.pop_front()?;
+        if let Some(error) = line.strip_prefix(ERROR_LINE) {
+            self.finish(&format!("ERROR: {error}\n"));
+            return None;
+        }
+        Some(line)
+    }
+
+    /// Takes the answer of a command: prints it, or asks the aircraft.
+    pub(super) fn answer(&mut self, answer: Answer, now: WallTime, ctx: &mut Context) {
+        match answer {
+            Ok(Order { said, wishes, .. }) if wishes.is_empty() => self.finish(&said),
+            Ok(order) => self.ask(order, now, ctx),
+            Err(reason) => self.finish(&format!("ERROR: {reason}\n")),
+        }
+    }
+
+    fn ask(&mut self, order: Order, now: WallTime, ctx: &mut Context) {
+        let Order { said, wishes } = order;
+        if ctx.intents.room() < wishes.len() {
+            return self.finish("ERROR: too many commands are waiting\n");
+        }
+        let steers = wishes.iter().any(|(wish, _)| command::steers(wish, ctx.aircraft.mode()));
+        let mode = wishes.iter().find_map(|(wish, _)| match wish {
+            Wish::Mode(mode) => Some(*mode),
+            _ => None,
+        });
+        let parts = wishes.into_iter().filter_map(|(wish, effector)| {
+            ctx.intents.push(wish).map(|number| Part { number, effector })
+        });
+        let parts = parts.collect();
+        self.running =
+            Some(Running { since: now, parts, done: said, has_failed: false, steers, mode });
+    }
+
+    /// It waits for this mode.
+    pub(super) fn asked_for(&self, mode: Mode) -> bool {
+        self.running.as_ref().is_some_and(|running| running.mode == Some(mode))
+    }
+
+    /// Takes the outcome of an intent; prints it if it is one of the command that runs.
+    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome, ctx: &mut Context) {
+        let Some(running) = self.running.as_mut() else { return };
+        let Some(place) = running.parts.iter().position(|part| part.number == number) else {
+            return;
+        };
+        let part = running.parts.remove(place);
+        let (line, has_failed) = line_of(part.effector, outcome);
+        running.has_failed |= has_failed;
+        self.print(&line);
+        self.close_if_done(ctx);
+    }
+
+    /// Gives up a command that has had no answer for too long.
+    pub(super) fn poll(&mut self, now: WallTime, ctx: &mut Context) {
+        let is_over = |running: &&mut Running| now.since(running.since) >= PATIENCE;
+        let Some(running) = self.running.as_mut().filter(is_over) else { return };
+        running.has_failed = true;
+        let parts = core::mem::take(&mut running.parts);
+        for part in parts {
+            let (line, _) = line_of(part.effector, &Outcome::NoAnswer);
+            self.print(&line);
+        }
+        self.close_if_done(ctx);
+    }
+
+    fn close_if_done(&mut self, ctx: &mut Context) {
+        let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
+            return;
+        };
+        if running.has_failed {
+            return self.finish("");
+        }
+        if running.steers {
+            ctx.control.take(self.from.sender);
+        }
+        self.finish(&running.done);
+    }
+
+    /// When the command that runs is given up.
+    pub(super) fn patience_ends(&self) -> Option<WallTime> {
+        self.running.as_ref().map(|running| running.since + PATIENCE)
+    }
+
+    /// The last words of a line, and the prompt.
+    fn finish(&mut self, text: &str) {
+        self.print(text);
+        if self.refused_lines > 0 && self.lines.is_empty() {
+            let count = core::mem::take(&mut self.refused_lines);
+            self.print(&format!(
+                "ERROR: {count} lines were not taken, at most {LINES_MAX} may wait\n"
+            ));
+        }
+        self.print(PROMPT);
+    }
+
+    /// A command says no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
+    /// bounded without dropping anything.
+    fn print(&mut self, text: &str) {
+        if self.wants_answers {
+            // One byte a character, so that no character is cut in two.
+            self.output.extend(text.chars().map(|c| if c.is_ascii() { c as u8 } else { b'?' }));
+        }
+    }
+
+    pub(super) fn has_output(&self) -> bool {
+        !self.output.is_empty()
+    }
+
+    /// Up to `size` bytes to send.
+    pub(super) fn next_chunk(&mut self, size: usize) -> Option<Vec<u8>> {
+        let size = size.min(self.output.len());
+        (size > 0).then(|| self.output.drain(..size).collect())
+    }
+}
+
+/// Mark of a line that is an error already; no typed line begins with it, since it is no text.
+const ERROR_LINE: &str = "\u{1}";
+
+/// What became of a part, and whether it failed.
+fn line_of(effector: Option<Effector>, outcome: &Outcome) -> (String, bool) {
+    let whose = effector.map_or(String::new(), |effector| {
+        let (unit, instance) = failure::unit_and_instance(effector);
+        format!("{unit} {instance}: ")
+    });
+    let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
+    match outcome {
+        Outcome::Done => (String::new(), false),
+        Outcome::Refused(refusal) => failed(refusal),
+        Outcome::NoAnswer => failed(&NO_ANSWER),
+        Outcome::Plant(FaultReply::Refused(refusal)) => failed(refusal),
+        Outcome::Plant(FaultReply::Applied { at }) => (format!("{whose}acts since {at}\n"), false),
+        Outcome::Plant(FaultReply::Scheduled { at }) => (format!("{whose}acts at {at}\n"), false),
+        Outcome::Plant(FaultReply::Unchanged { at }) => {
+            (format!("{whose}nothing changed, the same fault is there: {at}\n"), false)
+        }
+        Outcome::Plant(FaultReply::Cleared { at }) => {
+            (format!("{whose}healthy since {at}\n"), false)
+        }
+    }
+}
