@@ -106,6 +106,11 @@ fn qgroundcontrols_connect_is_answered_step_by_step() {
 }
 
 #[test]
+fn the_shell_answers_pymavlink_and_mavsdk() {
+    holds(run("clients/shell_session.py", "udpin:", &[], &[]));
+}
+
+#[test]
 fn traffic_has_no_malformed_or_unexpected_message() {
     holds(run("clients/traffic.py", "udpin:", &[], &["--seconds", "15"]));
 }

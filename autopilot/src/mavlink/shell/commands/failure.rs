@@ -1,33 +1,40 @@
-//! `failure`: break and mend effectors, in the words of PX4's command of the same name.
+//! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
+//! same order as the commands of the MAVLink protocol.
 
-use icd::FaultRequest;
+use flight_control::Belief;
+use icd::fault::Onset;
+use icd::{FaultRequest, SimTime};
 
 use super::{Answer, Asking, Order, list, number, usage};
 use crate::event::Wish;
-use crate::mavlink::codec::Command;
-use crate::mavlink::failure::{self, Requests};
+use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit, Value};
 
-pub(super) const FORMS: &[&str] =
-    &["servo|motor TYPE [-i INSTANCE | -m MASK] [-v VALUE] [-t SECONDS]", "list", "clear"];
+pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
 pub(super) const DETAILS: &str = "\
-TYPE is ok, off, stuck or wrong. VALUE is 5deg for stuck, 40% for wrong. Without -i and -m all instances are meant.
--t is the onset in seconds of simulation time, without it at once. list shows the faults, clear mends everything.
-Servos are 1 left aileron, 2 right aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch, 7 nozzle yaw; motor 1
-is the engine.
+Components: servo (1 left aileron, 2 right aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch,
+7 nozzle yaw), motor (1 the engine).
+Types: ok off stuck garbage wrong slow delayed intermittent drift; hardover bias limit oscillate loss float flameout.
+  -i N     instance; without -i and -m all of them
+  -m MASK  instances as bits, bit 0 the first
+  -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -; without it by the parameters FLT_*
+  -f HZ    frequency of garbage and oscillate
+  -p TIME  period of intermittent
+  -t TIME  onset, simulation time; without it at once
+  -r TIME  ramp
+  -d TIME  duration
+  -e TIME  from one onset to the next
+  -n N     how often in all
+list shows the faults, clear mends everything and forgets what is scheduled.
 ";
 
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
         ["list"] => Ok(Order::say(list::text(asking))),
-        ["clear"] => {
-            if !asking.ctx.parameters.failure.enabled {
-                return Err("fault injection is off (SYS_FAILURE_EN 0)".into());
-            }
-            Ok(Order::ask(Wish::Fault(FaultRequest::ClearAll), ""))
-        }
+        ["clear"] => clear(asking),
         [component, failure_type, options @ ..] => {
-            let options = Options::parse(options)?;
-            let requests = requests(component, failure_type, &options, asking)?;
+            let order = order_of(component, failure_type, options, asking.ctx.belief)?;
+            let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.belief)
+                .map_err(|refused| refused.reason.unwrap_or_default())?;
             let wishes =
                 requests.into_iter().map(|request| (Wish::Fault(request), request.effector()));
             Ok(Order { said: String::new(), wishes: wishes.collect() })
@@ -36,88 +43,90 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     }
 }
 
-/// What stands behind the type.
-#[derive(Debug, Default)]
-struct Options<'a> {
-    instance: Option<u32>,
-    mask: Option<u32>,
-    value: Option<&'a str>,
-    onset_s: Option<f64>,
+fn clear(asking: &Asking) -> Answer {
+    if asking.ctx.parameters.failure.enabled {
+        Ok(Order::ask(Wish::Fault(FaultRequest::ClearAll), ""))
+    } else {
+        Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
+    }
 }
 
-impl<'a> Options<'a> {
-    fn parse(words: &[&'a str]) -> Result<Self, String> {
-        let mut options = Self::default();
-        for pair in words.chunks(2) {
-            let [name, word] = *pair else {
-                return Err(format!("option {} has no value", pair.join(" ")));
-            };
-            match name {
-                "-i" => options.instance = Some(count(name, word)?),
-                "-m" => options.mask = Some(count(name, word)?),
-                "-v" => options.value = Some(word),
-                "-t" => options.onset_s = Some(number(name, word, "s")?),
-                _ => return Err(format!("there is no option {name}, see help failure")),
+fn order_of(
+    component: &str,
+    failure_type: &str,
+    options: &[&str],
+    belief: &Belief,
+) -> Result<FaultOrder, String> {
+    let unit = Unit::parse(component).ok_or_else(|| {
+        let names: Vec<&str> = Unit::names().collect();
+        format!("there is no component {component}: there are {}", names.join(" "))
+    })?;
+    let failure_type = FailureType::parse(failure_type).ok_or_else(|| {
+        let names: Vec<&str> = FailureType::names().collect();
+        format!("there is no type {failure_type}: there are {}", names.join(" "))
+    })?;
+    let mut order = FaultOrder::new(unit, failure_type, Instances::All);
+    for pair in options.chunks(2) {
+        let [name, word] = *pair else {
+            return Err(format!("option {} has no value", pair.join(" ")));
+        };
+        match name {
+            "-i" | "-m" if order.instances != Instances::All => {
+                return Err("the instances are named twice".into());
             }
+            "-i" => order.instances = Instances::One(count(name, word)?),
+            "-m" => order.instances = Instances::Mask(count(name, word)?),
+            "-v" => order.value = Some(value(failure_type, unit, word, belief)?),
+            "-f" => order.frequency_hz = Some(number(name, word, "Hz")?),
+            "-p" => order.period_s = Some(number(name, word, "s")?),
+            "-t" => order.onset = onset(number(name, word, "s")?)?,
+            "-r" => order.ramp_s = Some(number(name, word, "s")?),
+            "-d" => order.duration_s = Some(number(name, word, "s")?),
+            "-e" => order.every_s = Some(number(name, word, "s")?),
+            "-n" => order.times = Some(count(name, word)?),
+            _ => return Err(format!("there is no option {name}, see help failure")),
         }
-        Ok(options)
     }
+    // As with PX4 and the commands, instance 0 is all of them.
+    if order.instances == Instances::One(0) {
+        order.instances = Instances::All;
+    }
+    Ok(order)
+}
+
+fn onset(seconds: f64) -> Result<Onset, String> {
+    let at = SimTime::from_seconds(seconds);
+    at.map(Onset::At).ok_or_else(|| format!("-t {seconds} s is no simulation time"))
+}
+
+/// A size with its unit. Thrusts of the engine become percent of its largest.
+fn value(
+    failure_type: FailureType,
+    unit: Unit,
+    word: &str,
+    belief: &Belief,
+) -> Result<Value, String> {
+    use FailureType as T;
+    let per_second = word.strip_suffix("kN/s").map(|digits| (digits, "%/s"));
+    let thrust = per_second.or_else(|| word.strip_suffix("kN").map(|digits| (digits, "%")));
+    let parsed = match thrust {
+        None => Value::parse(failure_type, word),
+        Some((digits, suffix)) => {
+            let has_thrust = matches!(
+                failure_type,
+                T::Garbage | T::Oscillate | T::Bias | T::Limit | T::Slow | T::Drift
+            );
+            if unit != Unit::MOTOR || !has_thrust {
+                return Err(format!("{} of {unit} takes no thrust {word}", failure_type.name()));
+            }
+            let newton = 1.0e3 * number("-v", digits, "kN")?;
+            let percent = 100.0 * newton / belief.effectors.thrust_max_n;
+            Value::parse(failure_type, &format!("{percent}{suffix}"))
+        }
+    };
+    parsed.map_err(|error| error.to_string())
 }
 
 fn count(name: &str, word: &str) -> Result<u32, String> {
     word.parse().map_err(|_| format!("{name} \"{word}\" is no whole number"))
-}
-
-/// The requests that a MAV_CMD_USER_1 with the same meaning would make, with the same checks.
-fn requests(
-    component: &str,
-    failure_type: &str,
-    options: &Options,
-    asking: &Asking,
-) -> Result<Requests, String> {
-    let unit = match component {
-        "servo" => 102.0,
-        "motor" => 101.0,
-        _ => return Err(format!("no failures of {component}: there are servo and motor")),
-    };
-    let failure_type = match failure_type {
-        "ok" => 0.0,
-        "off" => 1.0,
-        "stuck" => 2.0,
-        "wrong" => 4.0,
-        _ => return Err(format!("no failures of type {failure_type}")),
-    };
-    let (kind, value) = match options.value {
-        None => (0.0, f32::NAN),
-        Some(word) if word.ends_with('%') => (2.0, narrow(number("-v", word, "%")?)),
-        Some(word) => (1.0, narrow(number("-v", word, "deg")?)),
-    };
-    let mut all = Requests::new();
-    let instances: Vec<u32> = match (options.instance, options.mask) {
-        (Some(_), Some(_)) => return Err("-i and -m exclude each other".into()),
-        (instance, None) => vec![instance.unwrap_or(0)],
-        (None, Some(mask)) => (1..=32).filter(|bit| mask & (1 << (bit - 1)) != 0).collect(),
-    };
-    for instance in instances {
-        let params = [
-            unit,
-            failure_type,
-            narrow(f64::from(instance)),
-            kind,
-            value,
-            f32::NAN,
-            options.onset_s.map_or(f32::NAN, narrow),
-        ];
-        let command = Command { id: failure::USER_1, params, frame: None, xy: None };
-        let requests = failure::requests(&command, asking.ctx.parameters, asking.ctx.belief)
-            .map_err(|refused| refused.reason.unwrap_or_default())?;
-        for request in requests {
-            all.try_push(request).map_err(|_| "too many instances".to_owned())?;
-        }
-    }
-    Ok(all)
-}
-
-fn narrow(value: f64) -> f32 {
-    crate::mavlink::convert::float(value)
 }

@@ -4,9 +4,9 @@ use super::*;
 use crate::event::Wish;
 use crate::parameters::{COMPATIBILITY, table};
 use crate::vehicle::{Mode, Reference};
-use icd::fault::{FaultReply, Refusal};
+use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
 use icd::pace::Pace;
-use icd::{Effector, FaultKind, FaultRequest};
+use icd::{Effector, FaultKind, FaultRequest, SimTime};
 
 fn wishes(world: &mut World, line: &str) -> (Vec<Wish>, String) {
     world.take_wishes();
@@ -178,12 +178,71 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
 }
 
 #[test]
+fn every_type_takes_its_size_and_every_option_its_place() {
+    let mut world = World::flying();
+    let degrees = 1.0_f64.to_radians();
+    for (line, expected) in [
+        ("servo off -i 5", FaultKind::Float),
+        ("servo stuck -i 5 -v here", FaultKind::StuckHere),
+        ("servo loss -i 5 -v 40%", FaultKind::PartialLoss { remaining: 0.4 }),
+        ("servo slow -i 5 -v 3deg/s", FaultKind::Slow { rate: 3.0 * degrees }),
+        ("servo delayed -i 5 -v 200ms", FaultKind::Delayed { delay_s: 0.2 }),
+        (
+            "servo intermittent -i 5 -v 30% -p 2s",
+            FaultKind::Intermittent { period_s: 2.0, present: 0.3 },
+        ),
+        (
+            "servo garbage -i 5 -v 2deg -f 4Hz",
+            FaultKind::Oscillating { amplitude: 2.0 * degrees, frequency_hz: 4.0 },
+        ),
+        ("servo drift -i 5 -v -1deg/s", FaultKind::Drifting { rate: -degrees }),
+        ("servo wrong -i 5 -v 4deg", FaultKind::Biased { bias: 4.0 * degrees }),
+        ("servo wrong -i 5 -v -", FaultKind::HardOver { side: Side::Negative }),
+        ("servo limit -i 5 -v 6deg", FaultKind::LimitedTravel { limit: 6.0 * degrees }),
+        ("motor limit -v 20kN", FaultKind::LimitedTravel { limit: 20_000.0 }),
+        ("motor slow -v 2kN/s", FaultKind::Slow { rate: 2_000.0 }),
+        ("motor flameout", FaultKind::FlameOut),
+    ] {
+        let (wishes, text) = wishes(&mut world, &format!("failure {line}"));
+        let [Wish::Fault(FaultRequest::Inject { kind, .. })] = wishes[..] else {
+            panic!("{line}: {wishes:?} {text}")
+        };
+        let close = kind.values().into_iter().zip(expected.values());
+        assert_eq!(kind.code(), expected.code(), "{line}: {kind:?}");
+        for (got, expected) in close {
+            assert!((got - expected).abs() <= 1.0e-9 * expected.abs(), "{line}: {kind:?}");
+        }
+    }
+    let line = "failure servo bias -m 5 -v 1deg -t 99.5s -r 1s -d 5s -e 10s -n 3";
+    let (wishes, text) = wishes(&mut world, line);
+    let named: Vec<_> = wishes
+        .iter()
+        .map(|wish| {
+            let Wish::Fault(FaultRequest::Inject { effector, timing, .. }) = wish else {
+                panic!("{wish:?}")
+            };
+            assert_eq!(timing.onset, Onset::At(SimTime::from_seconds(99.5).unwrap()));
+            assert_eq!((timing.ramp_s, timing.duration_s), (1.0, Some(5.0)));
+            assert_eq!(timing.repeat, Some(Repeat { every_s: 10.0, times: Some(3) }));
+            *effector
+        })
+        .collect();
+    assert_eq!(named, [Effector::LeftAileron, Effector::LeftElevator]);
+    assert_eq!(text.lines().count(), 2, "{text}");
+}
+
+#[test]
 fn failures_that_cannot_be_are_refused_with_the_reason() {
     let mut world = World::flying();
     for (line, reason) in [
         ("failure", "usage: failure"),
-        ("failure gps off", "gps"),
-        ("failure servo melted", "melted"),
+        ("failure gps off", "GPS (4)"),
+        ("failure servo melted", "there is no type melted: there are ok off stuck"),
+        ("failure wing off", "there is no component wing: there are gyro accel"),
+        ("failure gyro off", "the sensors of this aircraft do not fail"),
+        ("failure servo ok -i 5 -v 3deg", "ok"),
+        ("failure servo limit -v 20kN", "20kN"),
+        ("failure servo stuck -i 5 -m 1", "twice"),
         ("failure servo stuck -i 9", "instance 9"),
         ("failure servo stuck -i x", "-i \"x\""),
         ("failure servo stuck -i", "option -i has no value"),

@@ -1,0 +1,107 @@
+"""The shell over SERIAL_CONTROL with stock pymavlink, as QGroundControl sends it, and with stock MAVSDK."""
+
+import argparse
+
+from mavsdk import ComponentType, Configuration, Mavsdk
+from mavsdk.plugins.shell import Device, Shell
+
+from checks import Checks, wait_until
+from station import Station
+
+SHELL = 10
+REPLY, RESPOND, EXCLUSIVE, MULTI = 1, 2, 4, 16
+PROMPT = "two-step> "
+
+
+class Console:
+    """QGroundControl's console: 70 bytes each, padded with zeros."""
+
+    def __init__(self, station):
+        self.station = station
+
+    def ask(self, line, timeout_s=5.0):
+        """Sends one line; what came back before the prompt."""
+        mark = len(self.station.messages)
+        data = (line + "\n").encode()
+        for start in range(0, len(data), 70):
+            chunk = data[start:start + 70]
+            self.station.mav.serial_control_send(
+                SHELL, EXCLUSIVE | RESPOND | MULTI, 0, 0, len(chunk), list(chunk.ljust(70, b"\0")))
+        self.station.wait(lambda: self.text(mark).endswith(PROMPT), timeout_s)
+        return self.text(mark).removesuffix(PROMPT) if self.text(mark).endswith(PROMPT) else None
+
+    def text(self, mark):
+        """Everything that came since message number `mark`."""
+        parts = [m for m in self.station.messages[mark:] if m.get_type() == "SERIAL_CONTROL"]
+        assert all(m.device == SHELL and m.flags == REPLY and m.count <= 70 for m in parts)
+        return b"".join(bytes(m.data[:m.count]) for m in parts).decode()
+
+
+def qgroundcontrol(c, connect):
+    station = Station(connect)
+    c.expect("pymavlink: the aircraft is there", station.wait(lambda: "ATTITUDE" in station.latest, 10.0))
+    console = Console(station)
+    ask = console.ask
+    c.expect("an empty line is the prompt", ask("") == "")
+    c.expect("help lists the commands", "failure" in (ask("help") or ""))
+    status = ask("status") or ""
+    c.expect("status shows the flight", "in the air" in status and "nozzle yaw" in status, status)
+    everything = ask("param show") or ""
+    c.expect("a long list comes whole", len(everything.splitlines()) > 70, len(everything.splitlines()))
+    before = (ask("param get OBS_W0") or "? ?").split()[1]
+    c.expect("a parameter is set", ask("param set OBS_W0 41") == f"OBS_W0 {before} -> 41\n", before)
+    c.expect("and every station is told", "OBS_W0" in [m.param_id for m in station.of("PARAM_VALUE")])
+    c.expect("and set back", ask(f"param set OBS_W0 {before}") == f"OBS_W0 41 -> {before}\n")
+    c.expect("a reference is changed", ask("reference altitude 5200") == "Reference altitude: 5200 m\n")
+    c.expect("and one beyond the limits is not", "ERROR: altitude" in (ask("reference altitude 99999") or ""))
+    c.expect("the mode is changed", ask("mode hold") == "Mode Hold\n")
+    ask("mode reference")
+    jam = ask("failure servo stuck -i 5 -v 3deg") or ""
+    c.expect("a servo sticks when the plant says so", jam.startswith("servo 5: acts since"), jam)
+    c.expect("it is on the list", "rudder" in (ask("failure list") or ""))
+    later = ask("failure servo loss -m 3 -v 40% -t 100000s -d 5s -e 20s -n 3") or ""
+    c.expect("two are scheduled", later.count("acts at") == 2, later)
+    c.expect("a component that does not fail here", "do not fail" in (ask("failure gyro off") or ""))
+    c.expect("everything is mended", "healthy since" in (ask("failure clear") or ""))
+    c.expect("and the list is empty", ask("list") == "No faults\n")
+    c.expect("time stands still", ask("pause") == "Simulation paused\n")
+    c.expect("one step", ask("step 5") == "Simulation steps: 5\n")
+    c.expect("time runs", ask("run") == "Simulation runs\n")
+    c.expect("nonsense is an error", (ask("nonsense") or "").startswith("ERROR: "))
+    c.expect("a line that is too long is an error", "at most" in (ask("x" * 700) or ""))
+    station.link.close()
+
+
+def mavsdk(c, connect):
+    library = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    library.add_any_connection(connect)
+    system = library.first_autopilot(20.0)
+    if not c.expect("MAVSDK: connects", system is not None):
+        return
+    shell = Shell(system)
+    got = []
+    shell.subscribe_receive(lambda received, _=None: got.append(received.data))
+    shell.send("param get FTC_MODE", Device.SHELL)
+    shell.send("\n", Device.SHELL)
+    came = wait_until(lambda: "FTC_MODE" in "".join(got) and PROMPT in "".join(got), 5.0)
+    c.expect("MAVSDK: a line is answered", came, "".join(got))
+    got.clear()
+    shell.send("param show\n", Device.SHELL)
+    came = wait_until(lambda: "".join(got).rstrip("\n").endswith(PROMPT), 5.0)
+    lines = len("".join(got).splitlines())
+    c.expect("MAVSDK: a long list comes whole", came and lines > 70, lines)
+    library.destroy()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--connect", default="udpin:127.0.0.1:14550")
+    connect = parser.parse_args().connect
+    c = Checks("shell")
+    qgroundcontrol(c, connect)
+    mavsdk(c, connect.replace("udpin:", "udpin://"))
+    c.end()
+
+
+if __name__ == "__main__":
+    main()
