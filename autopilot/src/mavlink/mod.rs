@@ -14,7 +14,7 @@
 use flight_control::Belief;
 
 use crate::clock::WallTime;
-use crate::event::{Event, EventKind, Intent, Snapshot};
+use crate::event::{Event, EventKind, Snapshot};
 use crate::parameters::Parameters;
 use crate::vehicle::Mode;
 
@@ -37,6 +37,7 @@ pub mod mission;
 pub mod modes;
 pub mod offboard;
 pub mod outbox;
+mod outside;
 pub mod param;
 pub mod peers;
 pub mod pending;
@@ -60,10 +61,10 @@ use link_loss::LinkLoss;
 use manual::Manual;
 use mission::MissionService;
 use offboard::Offboard;
-use param::{ParamService, Save, Saved};
+use param::ParamService;
 use peers::{Address, Connection, Peer, Peers};
 use shell::ShellService;
-use signing::{Admission, KeyChange, LogLine, Signing};
+use signing::{Admission, Signing};
 use statustext::StatusTexts;
 use telemetry::{Host, Telemetry};
 
@@ -403,92 +404,6 @@ impl Ground {
             self.link_loss.next_deadline(&self.control, &self.parameters, &self.aircraft),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
-    }
-
-    /// A snapshot of the next tick is wanted.
-    #[must_use]
-    pub fn wants_snapshot(&self) -> bool {
-        self.telemetry.wants_snapshot()
-    }
-
-    /// Next intent for the control thread.
-    pub fn pop_intent(&mut self) -> Option<Intent> {
-        self.intents.pop()
-    }
-
-    /// An intent waits.
-    #[must_use]
-    pub fn has_intents(&self) -> bool {
-        !self.intents.is_empty()
-    }
-
-    /// Next frame to send and its destination, of those to whom something can be sent now.
-    pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
-        self.peers.pop(&mut self.signing, can_send)
-    }
-
-    /// What the key file should have now, if it is time to write it.
-    pub fn pop_key_change(&mut self) -> Option<KeyChange> {
-        self.signing.pop_change()
-    }
-
-    /// What the key file has to have at the end.
-    pub fn last_key_change(&mut self) -> Option<KeyChange> {
-        self.signing.last_change()
-    }
-
-    /// The key file could not be written.
-    pub fn handle_key_unsaved(&mut self, why: &str, now: WallTime) {
-        self.texts.refuse(now, format!("The signing key is not saved: {why}"));
-        self.texts.poll(&mut self.peers);
-    }
-
-    /// A line about signing for the log; what was refused is told to the ground stations as well.
-    pub fn tell_signing(&mut self, now: WallTime) -> Option<LogLine> {
-        let line = self.signing.tell(now, &mut self.texts);
-        self.texts.poll(&mut self.peers);
-        line
-    }
-
-    /// From now on changes of parameters are saved; `kept` is what is saved already.
-    pub fn keep_parameters(&mut self, kept: Parameters) {
-        self.param.keep(kept);
-    }
-
-    /// Next text of the parameter file.
-    pub fn pop_save(&mut self) -> Option<Save> {
-        self.param.pop_save()
-    }
-
-    /// Takes what became of a save.
-    pub fn handle_saved(&mut self, saved: &Saved, now: WallTime) {
-        let (services, mut ctx, out) = self.split(now);
-        services.param.handle_saved(saved, &mut ctx, out);
-        self.texts.poll(&mut self.peers);
-    }
-
-    /// The parameters now.
-    #[must_use]
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// Messages to the present peers dropped so far: telemetry, announcements, answers.
-    #[must_use]
-    pub fn dropped(&self) -> [u64; 3] {
-        self.peers.dropped()
-    }
-
-    /// Messages from visitors that nobody looked at, since there were too many visitors.
-    #[must_use]
-    pub fn turned_away(&self) -> u64 {
-        self.peers.turned_away()
-    }
-
-    /// What was skipped in the input so far.
-    #[must_use]
-    pub fn skipped(&self) -> Skipped {
-        self.skipped
     }
 }
 
