@@ -10,6 +10,8 @@ use autopilot::autopilot::Autopilot;
 use autopilot::event::{EventKind, Intent, Wish};
 use autopilot::vehicle::Mode;
 use flight_control::{Demand, FlightControl};
+use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
+use icd::{Actuators, Effector, FaultKind, FaultRequest};
 use plant_sim::{EarthModel, Plant};
 use sitl::closed_loop::settings;
 
@@ -64,6 +66,37 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     }
     assert_eq!(allocations() - before, 0);
     assert!(woke, "the fault was part of it");
+}
+
+#[test]
+fn faults_that_come_and_go_allocate_nothing() {
+    let setup = flights::case_1(EarthModel::Wgs84);
+    let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
+    let actuators = Actuators { commands: plant.trim().positions() };
+    let repeat = Some(Repeat { every_s: 0.5, times: None });
+    let timing = Timing { duration_s: Some(0.3), repeat, ramp_s: 0.1, ..Timing::NOW };
+    let kinds = [
+        FaultKind::Delayed { delay_s: 1.0 },
+        FaultKind::Oscillating { amplitude: 0.1, frequency_hz: 5.0 },
+        FaultKind::Intermittent { period_s: 0.05, present: 0.5 },
+        FaultKind::LimitedTravel { limit: 0.1 },
+        FaultKind::Slow { rate: 0.1 },
+    ];
+    let before = allocations();
+    let mut acted = 0_u32;
+    for (effector, kind) in Effector::SURFACES.into_iter().zip(kinds) {
+        let reply = plant.request(&FaultRequest::Inject { effector, kind, timing });
+        assert!(matches!(reply, FaultReply::Applied { .. }), "{reply:?}");
+    }
+    for _ in 0..2_000 {
+        plant.advance(&actuators);
+        while let Some(report) = plant.pop_report() {
+            acted += u32::from(matches!(report, PlantReport::Fault(_)));
+        }
+    }
+    plant.request(&FaultRequest::ClearAll);
+    assert_eq!(allocations() - before, 0);
+    assert!(acted > 50, "{acted} reports of faults");
 }
 
 #[test]

@@ -8,8 +8,10 @@ mod timing;
 const T0: SimTime = SimTime::from_micros(1_000_000);
 const T1: SimTime = SimTime::from_micros(2_000_001);
 
+/// Those of the paper's aircraft, read once.
 fn servos() -> PerEffector<Servo> {
-    Airframe::paper().servos
+    static SERVOS: std::sync::OnceLock<PerEffector<Servo>> = std::sync::OnceLock::new();
+    *SERVOS.get_or_init(|| Airframe::paper().servos)
 }
 
 fn jump(angle_rad: f64) -> FaultKind {
