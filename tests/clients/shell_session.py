@@ -1,6 +1,7 @@
 """The shell over SERIAL_CONTROL with stock pymavlink, as QGroundControl sends it, and with stock MAVSDK."""
 
 import argparse
+import time
 
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.shell import Device, Shell
@@ -81,6 +82,8 @@ def mavsdk(c, connect):
     shell = Shell(system)
     got = []
     shell.subscribe_receive(lambda received, _=None: got.append(received.data))
+    # MAVSDK subscribes in its own thread, and asks for no answer (flag RESPOND) before that is done.
+    time.sleep(0.5)
     shell.send("param get FTC_MODE", Device.SHELL)
     shell.send("\n", Device.SHELL)
     came = wait_until(lambda: "FTC_MODE" in "".join(got) and PROMPT in "".join(got), 5.0)
