@@ -4,6 +4,7 @@
 //! outcomes, events and snapshots are values.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use flight_control::{Authority, Belief, FlightControl, Gains, StepOutput};
 use icd::fault::{FaultReply, PlantAction, PlantReport, PlantRequest};
@@ -12,10 +13,14 @@ use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
 use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
+use crate::script::Script;
 use crate::termination;
 use crate::transitions::Transitions;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
+use scripts::Scripts;
+
+mod scripts;
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
@@ -35,6 +40,10 @@ pub struct Settings {
     pub navigation: NavigationParameters,
     /// References by time.
     pub references: ReferenceSchedule,
+    /// What begins with each flight.
+    pub script: Option<Arc<Script>>,
+    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
+    pub fault_injection: bool,
 }
 
 /// The control side of the flight software.
@@ -57,6 +66,7 @@ pub struct Autopilot {
     unanswered: Vec<u32>,
     /// Wishes for a new flight: the plant has been asked once for all of them.
     restarts: Vec<u32>,
+    scripts: Scripts,
     events: VecDeque<Event>,
     dropped_events: u64,
 }
@@ -65,7 +75,8 @@ impl Autopilot {
     /// Waits for a flight.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let Settings { belief, gains, limits, navigation, references } = settings;
+        let Settings { belief, gains, limits, navigation, references, script, fault_injection } =
+            settings;
         let period = ControlPeriod::DEFAULT;
         Self {
             belief: *belief,
@@ -82,6 +93,7 @@ impl Autopilot {
             requests: VecDeque::with_capacity(REQUESTS_MAX),
             unanswered: Vec::with_capacity(REQUESTS_MAX),
             restarts: Vec::with_capacity(REQUESTS_MAX),
+            scripts: Scripts::new(script.clone(), *fault_injection),
             events: VecDeque::with_capacity(EVENTS_MAX),
             dropped_events: 0,
         }
@@ -101,12 +113,19 @@ impl Autopilot {
         self.abandon_requests();
         self.tell(EventKind::FlightBegan { joined_in_flight });
         self.resolve_restarts(Outcome::Done);
+        self.begin_script(joined_in_flight);
     }
 
     /// One control step.
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
         self.time = time;
         self.on_ground = false;
+        self.step_script(time, sensors);
+        self.fly(time, sensors)
+    }
+
+    /// The vehicle and the laws.
+    fn fly(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
         let mut tell = |kind| push(events, dropped, Event { time, kind });
         let command = self.vehicle.track(time, sensors, &self.rules, &mut tell);
@@ -149,8 +168,7 @@ impl Autopilot {
             }
             // Came in while nothing moves: look once, so that there is something to show and to command.
             None => {
-                let time = self.time;
-                let actuators = self.step(time, sensors).actuators;
+                let actuators = self.fly(self.time, sensors).actuators;
                 if let Some(snapshot) = self.latest.as_mut() {
                     snapshot.on_ground = on_ground;
                 }
@@ -176,7 +194,7 @@ impl Autopilot {
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
-                if !self.was_asked(request) {
+                if !self.was_asked(request) || self.answer_script(request, Some(&reply)) {
                     return;
                 }
                 let outcome = Outcome::Plant(reply);
@@ -188,6 +206,7 @@ impl Autopilot {
             PlantReport::Fault(entry) => (self.time, EventKind::Fault(entry)),
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;
+                self.stop_script();
                 (at, EventKind::GroundContact)
             }
             PlantReport::Paced { request, pace, at } => {
@@ -226,6 +245,13 @@ impl Autopilot {
                 self.rules.navigation = navigation;
                 Ok(())
             }
+            Wish::FaultInjection(may_fail) => {
+                self.scripts.may_fail = may_fail;
+                Ok(())
+            }
+            Wish::Script(script) => self.start_script(script),
+            Wish::StopScript if self.stop_script() => Ok(()),
+            Wish::StopScript => Err(VehicleRefusal::NoScript),
             Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
             Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
             Wish::Pace(pace) => match self.can_pass(pace) {
@@ -302,7 +328,10 @@ impl Autopilot {
             | Wish::Navigation(_)
             | Wish::Fault(_)
             | Wish::Restart
-            | Wish::Pace(_) => Ok(()),
+            | Wish::Pace(_)
+            | Wish::FaultInjection(_)
+            | Wish::Script(_)
+            | Wish::StopScript => Ok(()),
         }
     }
 
@@ -316,7 +345,7 @@ impl Autopilot {
                 return;
             }
             Outcome::NoAnswer
-        } else if self.requests.len() + self.unanswered.len() >= REQUESTS_MAX {
+        } else if !self.has_room_for_request() {
             Outcome::NoAnswer
         } else {
             if action == PlantAction::Restart {
@@ -326,6 +355,10 @@ impl Autopilot {
             return;
         };
         self.tell(EventKind::Outcome { number, outcome });
+    }
+
+    fn has_room_for_request(&self) -> bool {
+        self.requests.len() + self.unanswered.len() < REQUESTS_MAX
     }
 
     /// The plant has been silent for too long: what it was asked is answered in its place.
@@ -346,7 +379,7 @@ impl Autopilot {
         let waiting = self.requests.drain(..).map(|request| request.number);
         let numbers: Vec<u32> = waiting.chain(self.unanswered.drain(..)).collect();
         for number in numbers {
-            if !self.restarts.contains(&number) {
+            if !self.restarts.contains(&number) && !self.answer_script(number, None) {
                 self.tell(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
             }
         }

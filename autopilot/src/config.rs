@@ -7,6 +7,7 @@ use flight_control::belief::BeliefError;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use crate::script::{Script, ScriptError};
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
 
 /// The shipped belief; written by `sitl linearize`.
@@ -47,6 +48,9 @@ pub enum ConfigError {
         /// Key, value and range.
         source: ScheduleError,
     },
+    /// A script that cannot be read; the message has file, line and column.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
 }
 
 /// Reads a whole text file.
@@ -83,6 +87,7 @@ struct ScenarioFile {
 struct AutopilotPart {
     #[serde(default, rename = "reference")]
     references: Vec<ReferenceEntry>,
+    script: Option<String>,
 }
 
 /// Reads the autopilot's part of a scenario; `file` is its name for error messages.
@@ -93,6 +98,17 @@ pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigErr
     let scenario: ScenarioFile = parse(file, text)?;
     ReferenceSchedule::new(scenario.autopilot.references)
         .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
+}
+
+/// Reads the script in a scenario, if there is one; `file` is its name for error messages.
+///
+/// # Errors
+/// [`ConfigError`] names file, line and column, those of the script's own text.
+pub fn script(file: &str, text: &str) -> Result<Option<Script>, ConfigError> {
+    let scenario: ScenarioFile = parse(file, text)?;
+    let name = format!("script of {file}");
+    let script = scenario.autopilot.script.map(|script| Script::parse(&name, &script));
+    Ok(script.transpose()?)
 }
 
 fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
@@ -130,5 +146,16 @@ mod tests {
         assert!(references("s.toml", text).is_ok());
         assert!(references("s.toml", "[autopilot]\nrefs = 1\n").is_err());
         assert!(references("s.toml", "[pilot]\n").is_err());
+    }
+
+    #[test]
+    fn the_script_of_a_scenario_is_read_and_an_error_names_its_line_and_column() {
+        let scenario = |script: &str| format!("[autopilot]\nscript = \"\"\"\n{script}\"\"\"\n");
+        let read = |text: &str| script("s.toml", &scenario(text));
+        assert_eq!(script("s.toml", "[plant]\n").unwrap(), None);
+        let found = read("at 3 s: fail rudder stuck\n").unwrap().unwrap();
+        assert_eq!(found.lines().count(), 1);
+        let error = read("at 3 s: fail rudder stuck\nfial rudder stuck\n").unwrap_err().to_string();
+        assert!(error.starts_with("script of s.toml, line 2, column 1: `fial` found"), "{error}");
     }
 }

@@ -10,16 +10,20 @@ use icd::{ControlPeriod, FaultRequest, Sensors, SimTime};
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::{NavigationParameters, ReferenceLimits};
+use crate::script::{Script, ScriptEvent};
 use crate::vehicle::plan::Plan;
 use crate::vehicle::{
     LinkLossAction, Mode, Navigation, Place, Reference, Reposition, Setpoint, Sticks,
     VehicleRefusal,
 };
 
+/// Requests of scripts to the plant have numbers from here on, those of intents smaller ones.
+pub const FIRST_SCRIPT_REQUEST: u32 = 0x8000_0000;
+
 /// Something the operator wants, numbered so that the outcome finds its way back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Intent {
-    /// Number that [`EventKind::Outcome`] repeats.
+    /// Number that [`EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
     pub number: u32,
     /// What.
     pub wish: Wish,
@@ -64,6 +68,12 @@ pub enum Wish {
     LinkBack,
     /// Let simulation time stand still, run, or run at another speed.
     Pace(Pace),
+    /// Run a script in the place of the one that runs.
+    Script(Arc<Script>),
+    /// Stop the script that runs.
+    StopScript,
+    /// Whether scripts may break the aircraft (`SYS_FAILURE_EN`).
+    FaultInjection(bool),
 }
 
 /// What became of an intent.
@@ -154,6 +164,13 @@ pub enum EventKind {
     LinkBack(Mode),
     /// Simulation time stands still, runs, or runs at another speed (the plant says).
     Paced(Pace),
+    /// Something about the script with this [`Script::id`].
+    Script {
+        /// Which script.
+        script: u32,
+        /// What.
+        event: ScriptEvent,
+    },
 }
 
 /// A body axis.

@@ -21,6 +21,7 @@ pub mod mavlink;
 pub mod parameters;
 pub mod recorder;
 pub mod run;
+pub mod script;
 pub mod termination;
 pub mod transitions;
 pub mod vehicle;

@@ -23,11 +23,13 @@ use crate::parameters::{ParameterError, Parameters, SavedError};
 mod args;
 mod ground_stations;
 mod recording;
+mod script;
 mod signing;
 
 pub use args::{AutopilotArgs, ControlSetup, Ftc};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
 pub use recording::{LogFolder, RecordingArgs};
+pub use script::ScriptArgs;
 pub use signing::SigningArgs;
 
 /// Why the autopilot ended in order.
@@ -103,6 +105,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         limits: parameters.limits,
         navigation: parameters.navigation,
         references: control.references,
+        script: control.script,
+        fault_injection: parameters.failure.enabled,
     };
     let address = args.plant_link;
     let socket = LinkSocket::listen("autopilot", "plant link", address, args.wait, PATIENCE)?;
@@ -112,11 +116,13 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let (ground, control) = channels::channels();
     let identity = args.ground_stations.identity;
     let belief = settings.belief;
+    let script = settings.script.clone();
     let config = args.links()?.map(|links| GcsConfig {
         links,
         parameters,
         belief,
         identity,
+        script,
         kept,
         kept_key,
     });

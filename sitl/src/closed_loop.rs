@@ -77,6 +77,8 @@ pub fn settings(setup: &FlightSetup) -> Settings {
         limits: Parameters::default().limits,
         navigation: Parameters::default().navigation,
         references: setup.references.clone(),
+        script: None,
+        fault_injection: true,
     }
 }
 

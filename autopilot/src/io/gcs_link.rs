@@ -16,6 +16,7 @@ use core::future::poll_fn;
 use core::time::Duration;
 use std::io;
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use flight_control::Belief;
@@ -38,6 +39,7 @@ use crate::mavlink::peers::{
 use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
+use crate::script::Script;
 use sockets::{Arrival, READ_MAX, Sockets};
 
 mod sockets;
@@ -91,6 +93,8 @@ pub struct GcsConfig {
     pub belief: Belief,
     /// The autopilot that heartbeats name.
     pub identity: HeartbeatIdentity,
+    /// What begins with each flight, as on the control side.
+    pub script: Option<Arc<Script>>,
     /// Where changes of parameters are kept, and what is kept already.
     pub kept: Option<Kept>,
     /// Where the signing key is kept, and the key that is there already.
@@ -155,7 +159,7 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let GcsConfig { links, parameters, belief, identity, kept, kept_key } = config;
+        let GcsConfig { links, parameters, belief, identity, script, kept, kept_key } = config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
@@ -169,7 +173,9 @@ impl GcsLink {
         let configured: Vec<Address> =
             links.clients.iter().copied().map(Address::UdpClient).collect();
         let host = Host { identity: *identity, unix_start_us: clock::unix_start_us() };
-        let mut ground = Ground::new(parameters, belief, &configured).with_host(host);
+        let mut ground = Ground::new(parameters, belief, &configured)
+            .with_host(host)
+            .with_script(script.clone());
         let mut store = None;
         if let Some(kept) = kept {
             ground.keep_parameters(kept.parameters);

@@ -25,6 +25,7 @@ mod messages;
 mod mission;
 mod places;
 mod references;
+mod script;
 mod simulation;
 mod state;
 pub mod table;
@@ -218,11 +219,12 @@ fn tell(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
 
 /// Whether a wish steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
 /// item of the plan and home steer only the mode that flies to them.
-pub(super) const fn steers(wish: &Wish, mode: Mode) -> bool {
+pub(super) fn steers(wish: &Wish, mode: Mode) -> bool {
     match wish {
         Wish::Mode(_) | Wish::Refer(_) | Wish::Reposition(_) | Wish::Continue | Wish::Terminate => {
             true
         }
+        Wish::Script(script) => script.steers(),
         Wish::PlanItem(_) => matches!(mode, Mode::Mission),
         Wish::Home(_) => matches!(mode, Mode::Return),
         _ => false,

@@ -8,6 +8,7 @@ use super::control::Control;
 use super::intents::Intents;
 use super::modes::Streams;
 use super::peers::Peer;
+use super::scripts::Scripts;
 use super::statustext::StatusTexts;
 use super::telemetry::Telemetry;
 use crate::parameters::Parameters;
@@ -36,6 +37,8 @@ pub struct Context<'a> {
     pub texts: &'a mut StatusTexts,
     /// What is streamed, and every message that can be asked for.
     pub telemetry: &'a mut Telemetry,
+    /// The scripts that are here.
+    pub scripts: &'a mut Scripts,
     /// Which ground station has control.
     pub control: &'a mut Control,
     /// The sender of the message at hand sent a usable offboard setpoint a moment ago.

@@ -1,4 +1,7 @@
-//! MAVLink FTP: files that describe the autopilot, for reading only.
+//! MAVLink FTP: files that describe the autopilot, for reading only, and a folder of scripts that can be written.
+//!
+//! A script is written in place: an upload that is cut short leaves a part of it. When two write the same file, who
+//! began later goes on and the other one has no session any more.
 //!
 //! Each ground station has its own sessions. A session has the number that the client asks for, if it is
 //! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
@@ -12,8 +15,9 @@ use arrayvec::ArrayVec;
 use super::codec::Encoded;
 use super::context::{Context, From};
 use super::peers::Peers;
+use super::scripts::Upload;
 use crate::clock::WallTime;
-use files::File;
+use files::Content;
 use payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
 
 mod files;
@@ -37,16 +41,24 @@ const BURST_MAX: usize = 256;
 const ROOM_MIN: usize = 96;
 
 /// An open file.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Session {
     number: u8,
     file: File,
 }
 
+/// What a session is for.
+#[derive(Debug, Clone)]
+enum File {
+    Read(Content),
+    Write(Upload),
+}
+
 /// A file on its way.
 #[derive(Debug)]
 struct Burst {
-    session: Session,
+    session: u8,
+    content: Content,
     opcode: u8,
     /// Bytes in each message.
     size: usize,
@@ -80,7 +92,7 @@ impl FtpService {
         from: From,
         bytes: &[u8; LENGTH],
         now: WallTime,
-        _ctx: &mut Context,
+        ctx: &mut Context,
         out: &mut Peers,
     ) {
         let Some(request) = Request::parse(bytes) else { return };
@@ -90,7 +102,7 @@ impl FtpService {
         {
             return send(out, from, reply.clone());
         }
-        match client.answer(&request) {
+        match client.answer(&request, ctx) {
             Some(reply) => {
                 client.latest = Some((*bytes, reply.clone()));
                 send(out, from, reply);
@@ -152,66 +164,124 @@ impl Client {
     }
 
     /// `None`: a burst begins.
-    fn answer(&mut self, request: &Request<'_>) -> Option<Reply> {
+    fn answer(&mut self, request: &Request<'_>, ctx: &mut Context) -> Option<Reply> {
         let answer = match request.operation() {
             Operation::Nothing => Ok(request.ack(&[])),
-            Operation::TerminateSession => self.terminate(request),
+            Operation::TerminateSession => self.terminate(request, ctx),
             Operation::ResetSessions => {
-                self.sessions.clear();
+                for session in core::mem::take(&mut self.sessions) {
+                    session.end(ctx);
+                }
                 self.burst = None;
                 Ok(request.ack(&[]))
             }
-            Operation::ListDirectory => list(request),
-            Operation::OpenFileReadOnly => self.open(request),
+            Operation::ListDirectory => list(request, ctx),
+            Operation::OpenFileReadOnly => self.open(request, ctx),
             Operation::ReadFile => self.read(request),
             Operation::CalculateCrc32 => {
-                find(request).map(|file| request.ack(&crc32(file.content).to_le_bytes()))
+                find(request, ctx).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
             }
             Operation::BurstReadFile => match self.begin_burst(request) {
                 Ok(()) => return None,
                 Err(problem) => Err(problem),
             },
+            Operation::CreateFile => self.create(request, true, ctx),
+            Operation::OpenFileWriteOnly => self.create(request, false, ctx),
+            Operation::WriteFile => self.write(request, ctx),
+            Operation::TruncateFile => files::writable(request).and_then(|name| {
+                let done = ctx.scripts.truncate(name, request.offset);
+                done.map(|()| request.ack(&[])).map_err(files::problem)
+            }),
+            Operation::RemoveFile => files::writable(request).and_then(|name| {
+                let done = ctx.scripts.remove(name);
+                done.map(|()| request.ack(&[])).map_err(files::problem)
+            }),
             Operation::Change => Err(Problem::FileProtected),
             Operation::Unknown => Err(Problem::UnknownCommand),
         };
         Some(answer.unwrap_or_else(|problem| request.nak(problem)))
     }
 
-    fn session(&self, number: u8) -> Result<Session, Problem> {
-        let found = self.sessions.iter().find(|session| session.number == number);
-        found.copied().ok_or(Problem::InvalidSession)
+    fn session(&self, number: u8) -> Result<&Session, Problem> {
+        self.sessions.iter().find(|session| session.number == number).ok_or(Problem::InvalidSession)
     }
 
-    fn open(&mut self, request: &Request<'_>) -> Result<Reply, Problem> {
-        let file = find(request)?;
+    /// The file that a session reads.
+    fn content(&self, number: u8) -> Result<&Content, Problem> {
+        match &self.session(number)?.file {
+            File::Read(content) => Ok(content),
+            File::Write(_) => Err(Problem::InvalidSession),
+        }
+    }
+
+    fn open(&mut self, request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
+        let content = find(request, ctx)?;
+        let size = u32::try_from(content.bytes().len()).unwrap_or(u32::MAX);
+        let number = self.begin(request, File::Read(content))?;
+        Ok(request.ack(&size.to_le_bytes()).of_session(number))
+    }
+
+    /// Begins to write a script.
+    fn create(
+        &mut self,
+        request: &Request<'_>,
+        truncate: bool,
+        ctx: &mut Context,
+    ) -> Result<Reply, Problem> {
+        let name = files::writable(request)?;
+        // One that this client has begun before goes on no more.
+        self.sessions.retain(
+            |session| !matches!(&session.file, File::Write(upload) if upload.name() == name),
+        );
+        if self.sessions.is_full() {
+            return Err(Problem::NoSessionsAvailable);
+        }
+        let upload = ctx.scripts.open(name, truncate).map_err(files::problem)?;
+        let number = self.begin(request, File::Write(upload))?;
+        Ok(request.ack(&[]).of_session(number))
+    }
+
+    fn begin(&mut self, request: &Request<'_>, file: File) -> Result<u8, Problem> {
         let is_free = |number: &u8| self.session(*number).is_err();
         let mut numbers = core::iter::once(request.session).chain(0..=u8::MAX);
         let number = numbers.find(is_free).ok_or(Problem::NoSessionsAvailable)?;
         let opened = self.sessions.try_push(Session { number, file });
         opened.map_err(|_| Problem::NoSessionsAvailable)?;
-        let size = u32::try_from(file.content.len()).unwrap_or(u32::MAX);
-        Ok(request.ack(&size.to_le_bytes()).of_session(number))
+        Ok(number)
     }
 
-    fn terminate(&mut self, request: &Request<'_>) -> Result<Reply, Problem> {
-        let number = self.session(request.session)?.number;
-        self.sessions.retain(|session| session.number != number);
-        self.burst.take_if(|burst| burst.session.number == number);
+    fn write(&self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+        let File::Write(upload) = &self.session(request.session)?.file else {
+            return Err(Problem::InvalidSession);
+        };
+        if request.size == 0 {
+            return Err(Problem::InvalidDataSize);
+        }
+        let done = ctx.scripts.write(upload, request.offset, request.data);
+        done.map(|()| request.ack(&[])).map_err(files::problem)
+    }
+
+    fn terminate(&mut self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+        let is_it = |session: &Session| session.number == request.session;
+        let place = self.sessions.iter().position(is_it).ok_or(Problem::InvalidSession)?;
+        self.sessions.remove(place).end(ctx);
+        self.burst.take_if(|burst| burst.session == request.session);
         Ok(request.ack(&[]))
     }
 
     fn read(&self, request: &Request<'_>) -> Result<Reply, Problem> {
-        let session = self.session(request.session)?;
+        let content = self.content(request.session)?;
         if request.size == 0 {
             return Err(Problem::InvalidDataSize);
         }
-        part(&session.file, request.offset, request.size).map(|data| request.ack(data))
+        part(content, request.offset, request.size).map(|data| request.ack(data))
     }
 
     fn begin_burst(&mut self, request: &Request<'_>) -> Result<(), Problem> {
-        let session = self.session(request.session)?;
+        let content = self.content(request.session)?.clone();
         self.burst = Some(Burst {
-            session,
+            session: request.session,
+            content,
             opcode: request.opcode,
             size: if request.size == 0 { DATA_MAX } else { request.size },
             offset: request.offset,
@@ -226,22 +296,23 @@ impl Client {
         let burst = self.burst.as_mut()?;
         let request = Request {
             sequence: burst.sequence,
-            session: burst.session.number,
+            session: burst.session,
             opcode: burst.opcode,
             size: burst.size,
             offset: burst.offset,
             data: &[],
         };
-        match part(&burst.session.file, burst.offset, burst.size) {
+        match part(&burst.content, burst.offset, burst.size) {
             Ok(data) => {
                 burst.left -= 1;
                 burst.sequence = burst.sequence.wrapping_add(1);
                 burst.offset += u32::try_from(data.len()).unwrap_or_default();
                 let ends = burst.left == 0;
+                let reply = request.ack(data).ending_burst(ends);
                 if ends {
                     self.burst = None;
                 }
-                Some(request.ack(data).ending_burst(ends))
+                Some(reply)
             }
             Err(problem) => {
                 self.burst = None;
@@ -251,24 +322,33 @@ impl Client {
     }
 }
 
-fn find(request: &Request<'_>) -> Result<File, Problem> {
-    request.path().and_then(files::find).ok_or(Problem::FileNotFound)
+impl Session {
+    /// A script that was written is read, and the operator told what it is.
+    fn end(self, ctx: &mut Context) {
+        if let File::Write(upload) = self.file {
+            ctx.scripts.finish(&upload, ctx.texts);
+        }
+    }
+}
+
+fn find(request: &Request<'_>, ctx: &Context) -> Result<Content, Problem> {
+    let found = request.path().and_then(|path| files::find(path, ctx.scripts));
+    found.ok_or(Problem::FileNotFound)
 }
 
 /// Entries from number `offset` on.
-fn list(request: &Request<'_>) -> Result<Reply, Problem> {
-    if !request.path().is_some_and(files::is_folder) {
-        return Err(Problem::FileNotFound);
-    }
+fn list(request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
     let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
-    let entries = files::entries(first, DATA_MAX);
+    let entries =
+        request.path().and_then(|path| files::entries(path, first, DATA_MAX, ctx.scripts));
+    let entries = entries.ok_or(Problem::FileNotFound)?;
     if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
 }
 
 /// Up to `size` bytes from `offset` on; at least one.
-fn part(file: &File, offset: u32, size: usize) -> Result<&'static [u8], Problem> {
+fn part(content: &Content, offset: u32, size: usize) -> Result<&[u8], Problem> {
     let offset = usize::try_from(offset).unwrap_or(usize::MAX);
-    let rest = file.content.get(offset..).filter(|rest| !rest.is_empty());
+    let rest = content.bytes().get(offset..).filter(|rest| !rest.is_empty());
     let rest = rest.ok_or(Problem::EndOfFile)?;
     Ok(&rest[..rest.len().min(size)])
 }

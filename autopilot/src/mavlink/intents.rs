@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::event::{Intent, Wish};
+use crate::event::{FIRST_SCRIPT_REQUEST, Intent, Wish};
 
 /// Intents that may wait for room in the channel.
 const INTENTS_MAX: usize = 64;
@@ -27,7 +27,7 @@ impl Intents {
         if self.room() == 0 {
             return None;
         }
-        self.last_number = self.last_number.wrapping_add(1);
+        self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
         self.queue.push_back(Intent { number: self.last_number, wish });
         Some(self.last_number)
     }

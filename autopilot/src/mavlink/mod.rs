@@ -44,6 +44,7 @@ pub mod pending;
 pub mod ping;
 pub mod reasons;
 pub mod refused;
+pub mod scripts;
 pub mod shell;
 pub mod signing;
 pub mod statustext;
@@ -63,6 +64,7 @@ use mission::MissionService;
 use offboard::Offboard;
 use param::ParamService;
 use peers::{Address, Connection, Peer, Peers};
+use scripts::Scripts;
 use shell::ShellService;
 use signing::{Admission, Signing};
 use statustext::StatusTexts;
@@ -85,6 +87,7 @@ pub struct Ground {
     manual: Manual,
     mission: MissionService,
     ftp: FtpService,
+    scripts: Scripts,
     shell: ShellService,
     link_loss: LinkLoss,
     control: Control,
@@ -112,6 +115,7 @@ impl Ground {
             manual: Manual::default(),
             mission: MissionService::default(),
             ftp: FtpService::default(),
+            scripts: Scripts::default(),
             shell: ShellService::default(),
             link_loss: LinkLoss::default(),
             control: Control::default(),
@@ -308,6 +312,7 @@ impl Ground {
             intents: &mut self.intents,
             texts: &mut self.texts,
             telemetry: &mut self.telemetry,
+            scripts: &mut self.scripts,
             control: &mut self.control,
             setpoint_is_fresh,
             sticks_are_fresh,
@@ -332,6 +337,9 @@ impl Ground {
                 services.mission.handle_outcome(number, &outcome, now, &mut ctx, out);
                 services.offboard.handle_outcome(number, &outcome, now, &mut ctx);
                 services.shell.handle_outcome(number, &outcome, &mut ctx);
+            }
+            EventKind::Script { script, event } => {
+                ctx.scripts.handle_event(script, event, ctx.texts);
             }
             EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
             EventKind::Mode(Mode::Altitude) => services.manual.begin(now, &mut ctx),

@@ -43,6 +43,7 @@ struct Changed {
     gains: bool,
     limits: bool,
     navigation: bool,
+    fault_injection: bool,
 }
 
 impl Changed {
@@ -50,10 +51,11 @@ impl Changed {
         self.gains |= before.gains != after.gains;
         self.limits |= before.limits != after.limits;
         self.navigation |= before.navigation != after.navigation;
+        self.fault_injection |= before.failure.enabled != after.failure.enabled;
     }
 
     fn any(&self) -> bool {
-        self.gains || self.limits || self.navigation
+        self.gains || self.limits || self.navigation || self.fault_injection
     }
 }
 
@@ -292,6 +294,10 @@ impl ParamService {
         if self.changed.navigation {
             let wish = Wish::Navigation(ctx.parameters.navigation);
             self.changed.navigation = ctx.intents.push(wish).is_none();
+        }
+        if self.changed.fault_injection {
+            let wish = Wish::FaultInjection(ctx.parameters.failure.enabled);
+            self.changed.fault_injection = ctx.intents.push(wish).is_none();
         }
     }
 

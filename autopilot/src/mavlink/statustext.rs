@@ -150,7 +150,8 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
     use MavSeverity as S;
     let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
     Some(match *kind {
-        EventKind::Outcome { .. } => return None,
+        // Those of scripts need the script: [`super::scripts`].
+        EventKind::Outcome { .. } | EventKind::Script { .. } => return None,
         EventKind::FlightBegan { joined_in_flight: false } => {
             (S::MAV_SEVERITY_INFO, "Flight began".into())
         }

@@ -19,6 +19,7 @@ mod plan_commands;
 mod positions;
 mod references;
 mod robustness;
+mod scripts;
 mod shell;
 mod signing;
 mod state;

@@ -1,8 +1,10 @@
 //! Command line of the autopilot.
 
+use std::borrow::Cow;
 use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use flight_control::{Belief, Gains};
 use host_io::Wait;
@@ -12,12 +14,14 @@ use tracing::warn;
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
 use super::recording::RecordingArgs;
+use super::script::ScriptArgs;
 use super::signing::SigningArgs;
 use crate::config;
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, ParameterFile};
 use crate::parameters::Parameters;
+use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
 /// Name of the belief that comes with the program, for messages.
@@ -81,6 +85,9 @@ pub struct AutopilotArgs {
     /// References by time: nominal, case1, case2, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     pub scenario: String,
+    /// What begins with the flight.
+    #[command(flatten)]
+    pub script: ScriptArgs,
     /// Whether the compensator acts
     #[arg(long, value_enum, value_name = "MODE")]
     pub ftc: Option<Ftc>,
@@ -134,6 +141,8 @@ pub struct ControlSetup {
     pub gains: Gains,
     /// References by time.
     pub references: ReferenceSchedule,
+    /// What begins with each flight.
+    pub script: Option<Arc<Script>>,
 }
 
 impl AutopilotArgs {
@@ -209,11 +218,13 @@ impl AutopilotArgs {
             Some(path) => config::belief(&path.display().to_string(), &config::read(path)?)?,
         };
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
-        let references = match known {
-            Some((name, text)) => config::references(name, text)?,
-            None => config::references(&self.scenario, &config::read(Path::new(&self.scenario))?)?,
+        let (name, text) = match known {
+            Some((name, text)) => (*name, Cow::Borrowed(*text)),
+            None => (self.scenario.as_str(), Cow::Owned(config::read(Path::new(&self.scenario))?)),
         };
-        Ok((ControlSetup { belief, gains: parameters.gains, references }, parameters))
+        let references = config::references(name, &text)?;
+        let script = self.script.read(config::script(name, &text)?)?.map(Arc::new);
+        Ok((ControlSetup { belief, gains: parameters.gains, references, script }, parameters))
     }
 }
 

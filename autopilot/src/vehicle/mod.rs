@@ -134,6 +134,14 @@ impl Vehicle {
         self.terminated
     }
 
+    /// Takes the references of the first sample, if there are none yet, so that they can be changed before the
+    /// first tick of [`Vehicle::track`].
+    pub fn see(&mut self, sensors: &Sensors) {
+        if self.demand.is_none() {
+            self.demand = Some(self.first(sensors));
+        }
+    }
+
     /// What the laws are asked for at this tick: the references, with what a standing altitude error needs.
     ///
     /// The references are the first sample's altitude and airspeed with wings level, then what the schedule,

@@ -87,6 +87,12 @@ pub enum VehicleRefusal {
     /// Only a new flight undoes it.
     #[error("the flight was terminated")]
     Terminated,
+    /// Nothing may be broken on purpose.
+    #[error("fault injection is off (SYS_FAILURE_EN 0)")]
+    FaultInjectionOff,
+    /// There is nothing to stop.
+    #[error("no script runs")]
+    NoScript,
 }
 
 impl VehicleRefusal {
@@ -98,7 +104,8 @@ impl VehicleRefusal {
             | Self::ItemOutOfRange { .. }
             | Self::NoSuchItem { .. }
             | Self::EndlessJump { .. }
-            | Self::PlanTooLong { .. } => false,
+            | Self::PlanTooLong { .. }
+            | Self::FaultInjectionOff => false,
             Self::NoPlan
             | Self::NoPausedPlan
             | Self::NotOffboard
@@ -108,7 +115,8 @@ impl VehicleRefusal {
             | Self::AltitudeIsTaken(_)
             | Self::NoFlight
             | Self::FlightOver
-            | Self::Terminated => true,
+            | Self::Terminated
+            | Self::NoScript => true,
         }
     }
 }

@@ -124,6 +124,23 @@ impl Vehicle {
         Ok(())
     }
 
+    /// Flies a roll angle as the schedule of a scenario does: in Reference it ends a course; elsewhere as
+    /// [`Vehicle::refer`] has it.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn bank(&mut self, roll_rad: f64, rules: &Rules) -> Result<(), VehicleRefusal> {
+        if self.mode != Mode::Reference {
+            return self.refer(Reference::Roll(roll_rad), rules);
+        }
+        self.can_obey()?;
+        rules.limits.check(Reference::Roll(roll_rad))?;
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        demand.roll_rad = roll_rad;
+        self.course_rad = None;
+        Ok(())
+    }
+
     /// Circles somewhere.
     ///
     /// # Errors

@@ -14,6 +14,9 @@ pub struct LaunchArgs {
     /// What is flown: nominal, case1, case2, or a file [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
+    /// Script of faults and events that begins with each flight, instead of the scenario's
+    #[arg(long, value_name = "FILE")]
+    script: Option<String>,
     /// Whether the compensator acts: off, armed or always [default: armed]
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
@@ -150,6 +153,7 @@ impl LaunchArgs {
     fn autopilot_words(&self) -> Vec<String> {
         let mut words = Vec::new();
         add(&mut words, "--scenario", &self.scenario);
+        add(&mut words, "--script", &self.script);
         add(&mut words, "--ftc", &self.ftc);
         add(&mut words, "--belief", &self.belief);
         add(&mut words, "--plant-link", &self.plant_link);
@@ -234,6 +238,7 @@ mod tests {
             (LaunchArgs { gcs_tcp: some("5760"), ..base() }, "5760 is not IP:PORT or none"),
             (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),
             (LaunchArgs { config: some("no.toml"), ..base() }, "no.toml: "),
+            (LaunchArgs { script: some("no.txt"), ..base() }, "no.txt: "),
             (LaunchArgs { signing_key: some("/dev/null"), ..base() }, "not an ordinary file"),
         ] {
             let refusal = refusal(&args);

@@ -2,7 +2,9 @@
 
 use ::mavlink::dialects::common::MavResult;
 
-use super::{Asking, Decision, home, messages, mission, places, references, simulation, state};
+use super::{
+    Asking, Decision, home, messages, mission, places, references, script, simulation, state,
+};
 use crate::mavlink::codec::Command;
 use crate::mavlink::failure;
 use crate::mavlink::refused::Refused;
@@ -10,7 +12,7 @@ use crate::mavlink::refused::Refused;
 type Rule = fn(&Command, &mut Asking) -> Result<Decision, Refused>;
 
 /// Number of each command (MAV_CMD), its name and its rule.
-const RULES: [(u16, &str, Rule); 32] = [
+const RULES: [(u16, &str, Rule); 33] = [
     (17, "NAV_LOITER_UNLIM", places::loiter),
     (20, "NAV_RETURN_TO_LAUNCH", state::return_home),
     (21, "NAV_LAND", state::land),
@@ -40,6 +42,7 @@ const RULES: [(u16, &str, Rule); 32] = [
     (520, "REQUEST_AUTOPILOT_CAPABILITIES", messages::capabilities),
     (failure::USER_1, "USER_1", simulation::fault),
     (simulation::USER_2, "USER_2", simulation::pace),
+    (script::USER_3, "USER_3", script::order),
     (43_000, "GUIDED_CHANGE_SPEED", references::guided_speed),
     (43_001, "GUIDED_CHANGE_ALTITUDE", references::guided_altitude),
     (43_002, "GUIDED_CHANGE_HEADING", references::guided_heading),

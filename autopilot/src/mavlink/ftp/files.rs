@@ -1,41 +1,87 @@
-//! The files that can be fetched, and their folder.
+//! The files that can be fetched, and their folders: the root, which is for reading only, and the one of the
+//! scripts.
 
+use std::sync::Arc;
+
+use super::payload::{Problem, Request};
 use crate::mavlink::component_metadata;
+use crate::mavlink::scripts::{FileProblem, Scripts};
 
-/// One file.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct File {
-    /// Name in the one folder there is.
-    pub name: &'static str,
-    pub content: &'static [u8],
+/// Name of the folder of the scripts.
+const SCRIPTS: &str = "scripts";
+
+/// What a file has in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Content {
+    /// It comes with the program.
+    Fixed(&'static [u8]),
+    /// As it was when it was opened.
+    Kept(Arc<[u8]>),
 }
 
-/// All files, in the order in which they are listed.
-pub(super) fn files() -> impl ExactSizeIterator<Item = File> {
-    component_metadata::files().iter().map(|(name, text)| File { name, content: text.as_bytes() })
+impl Content {
+    pub(super) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Fixed(bytes) => bytes,
+            Self::Kept(bytes) => bytes,
+        }
+    }
+}
+
+/// The name of a script, if the path has the form of one.
+fn script_name(path: &str) -> Option<&str> {
+    let (folder, name) = path.split_once('/')?;
+    (folder == SCRIPTS).then(|| name.trim_matches('/'))
+}
+
+/// The name of the script that a request wants to change.
+pub(super) fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
+    request.path().and_then(script_name).ok_or(Problem::FileProtected)
 }
 
 /// The file at `path`, which has no slash around it.
-pub(super) fn find(path: &str) -> Option<File> {
-    files().find(|file| file.name == path)
+pub(super) fn find(path: &str, scripts: &Scripts) -> Option<Content> {
+    if let Some(name) = script_name(path) {
+        return scripts.content(name).map(|content| Content::Kept(content.into()));
+    }
+    let mut files = component_metadata::files().iter();
+    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(text.as_bytes()))
 }
 
-/// The one folder.
-pub(super) fn is_folder(path: &str) -> bool {
-    matches!(path, "" | ".")
+/// The entries of a folder, each as it is sent; `None` if there is no such folder.
+fn listed(path: &str, scripts: &Scripts) -> Option<Vec<String>> {
+    let file = |name: &str, size: usize| format!("F{name}\t{size}\0");
+    match path {
+        "" | "." => {
+            let files = component_metadata::files().iter();
+            let files = files.map(|(name, text)| file(name, text.len()));
+            Some(files.chain([format!("D{SCRIPTS}\0")]).collect())
+        }
+        SCRIPTS => Some(scripts.files().map(|(name, size)| file(name, size)).collect()),
+        _ => None,
+    }
 }
 
-/// Entries of the folder from number `first` on, as many as fit into `room` bytes.
-pub(super) fn entries(first: usize, room: usize) -> Vec<u8> {
+/// Entries of a folder from number `first` on, as many as fit into `room` bytes.
+pub(super) fn entries(path: &str, first: usize, room: usize, scripts: &Scripts) -> Option<Vec<u8>> {
     let mut text = Vec::new();
-    for file in files().skip(first) {
-        let entry = format!("F{}\t{}\0", file.name, file.content.len());
+    for entry in listed(path, scripts)?.into_iter().skip(first) {
         if text.len() + entry.len() > room {
             break;
         }
         text.extend_from_slice(entry.as_bytes());
     }
-    text
+    Some(text)
+}
+
+/// In the words of the protocol.
+pub(super) fn problem(problem: FileProblem) -> Problem {
+    match problem {
+        FileProblem::NotFound => Problem::FileNotFound,
+        FileProblem::Name => Problem::FileProtected,
+        FileProblem::NoSpace => Problem::NoSpace,
+        FileProblem::Superseded => Problem::InvalidSession,
+    }
 }
 
 /// The checksum of MAVLink FTP and of component metadata: CRC-32 with its register zero at the start and not

@@ -8,6 +8,8 @@ pub(super) const DATA_MAX: usize = LENGTH - HEADER;
 
 const ACK: u8 = 128;
 const NAK: u8 = 129;
+/// "No space left" as Linux numbers it; ground stations show it.
+const ENOSPC: u8 = 28;
 
 /// What a client can ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +22,12 @@ pub(super) enum Operation {
     ReadFile,
     CalculateCrc32,
     BurstReadFile,
-    /// Anything that would change a file.
+    CreateFile,
+    WriteFile,
+    RemoveFile,
+    OpenFileWriteOnly,
+    TruncateFile,
+    /// Folders and other names: they stay as they are.
     Change,
     Unknown,
 }
@@ -28,6 +35,8 @@ pub(super) enum Operation {
 /// Why not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
+    /// With the number of an error of the system behind it: no space left.
+    NoSpace = 2,
     InvalidDataSize = 3,
     InvalidSession = 4,
     NoSessionsAvailable = 5,
@@ -75,7 +84,12 @@ impl<'a> Request<'a> {
             3 => Operation::ListDirectory,
             4 => Operation::OpenFileReadOnly,
             5 => Operation::ReadFile,
-            6..=13 => Operation::Change,
+            6 => Operation::CreateFile,
+            7 => Operation::WriteFile,
+            8 => Operation::RemoveFile,
+            11 => Operation::OpenFileWriteOnly,
+            12 => Operation::TruncateFile,
+            9 | 10 | 13 => Operation::Change,
             14 => Operation::CalculateCrc32,
             15 => Operation::BurstReadFile,
             _ => Operation::Unknown,
@@ -95,7 +109,11 @@ impl<'a> Request<'a> {
 
     /// The answer that it did not.
     pub(super) fn nak(&self, problem: Problem) -> Reply {
-        Reply::new(self, NAK).with_data(&[problem as u8])
+        let reply = Reply::new(self, NAK);
+        match problem {
+            Problem::NoSpace => reply.with_data(&[problem as u8, ENOSPC]),
+            _ => reply.with_data(&[problem as u8]),
+        }
     }
 }
 

@@ -118,6 +118,8 @@ impl World {
                 limits: parameters.limits,
                 navigation: parameters.navigation,
                 references: ReferenceSchedule::default(),
+                script: None,
+                fault_injection: true,
             }),
             plant: PlantManner::Willing,
             now: WallTime::ZERO,

@@ -1,0 +1,167 @@
+//! The script of the flight: what it wants takes the ways of everybody else's wishes, in the step and before the
+//! vehicle.
+
+use std::sync::Arc;
+
+use arrayvec::ArrayVec;
+use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest};
+use icd::{Sensors, SimTime};
+
+use super::{Autopilot, Event, REQUESTS_MAX, push};
+use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
+use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
+use crate::vehicle::{Reference, VehicleRefusal};
+
+/// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
+const ASKED_MAX: usize = 8;
+const _: () = assert!(ASKED_MAX < REQUESTS_MAX);
+
+/// The script of the flight.
+#[derive(Debug, Clone)]
+pub(super) struct Scripts {
+    /// Begins with each flight.
+    scenario: Option<Arc<Script>>,
+    /// Faults may be asked for (`SYS_FAILURE_EN`).
+    pub(super) may_fail: bool,
+    running: Option<Run>,
+    /// Number and line of each request that the plant has not answered.
+    asked: ArrayVec<(u32, u16), ASKED_MAX>,
+    last_number: u32,
+    /// The script that these requests belong to.
+    asker: u32,
+}
+
+impl Scripts {
+    pub(super) fn new(scenario: Option<Arc<Script>>, may_fail: bool) -> Self {
+        let asked = ArrayVec::new();
+        Self {
+            scenario,
+            may_fail,
+            running: None,
+            asked,
+            last_number: FIRST_SCRIPT_REQUEST,
+            asker: 0,
+        }
+    }
+
+    fn has_room(&self) -> bool {
+        !self.asked.is_full()
+    }
+
+    /// A number for a request of this line.
+    fn number(&mut self, line: u16) -> u32 {
+        self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
+        self.asked.push((self.last_number, line));
+        self.last_number
+    }
+}
+
+impl Autopilot {
+    /// A flight begins: what ran is over, and the scenario's script begins.
+    pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
+        self.stop_script();
+        self.scripts.asked.clear();
+        let Some(script) = self.scripts.scenario.clone() else { return };
+        let id = script.id();
+        if joined_in_flight {
+            self.tell_script(id, ScriptEvent::NotBegun(NotBegun::JoinedInFlight));
+        } else if self.start_script(script).is_err() {
+            self.tell_script(id, ScriptEvent::NotBegun(NotBegun::FaultInjectionOff));
+        }
+    }
+
+    /// Runs a script from the next control step on, in the place of the one that runs.
+    pub(super) fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
+        self.can_fly()?;
+        if script.has_faults() && !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        self.stop_script();
+        let id = script.id();
+        self.scripts.asked.clear();
+        self.scripts.asker = id;
+        self.scripts.running = Some(Run::new(script));
+        self.tell_script(id, ScriptEvent::Began);
+        Ok(())
+    }
+
+    /// Ends the script that runs, if there is one, and says whether there was.
+    pub(super) fn stop_script(&mut self) -> bool {
+        let Some(run) = self.scripts.running.take() else { return false };
+        self.tell_script(run.script().id(), ScriptEvent::Stopped);
+        true
+    }
+
+    /// Executes the lines that are due at this tick.
+    pub(super) fn step_script(&mut self, time: SimTime, sensors: &Sensors) {
+        let Some(mut run) = self.scripts.running.take() else { return };
+        let id = run.script().id();
+        self.vehicle.see(sensors);
+        loop {
+            let has_room = self.scripts.has_room() && self.has_room_for_request();
+            let Some(due) = run.next(time, sensors, has_room) else { break };
+            self.tell_script(id, ScriptEvent::Line(due.line));
+            if let Err(refusal) = self.execute(due.line, due.action) {
+                let why = LineRefusal::Vehicle(refusal);
+                self.tell_script(id, ScriptEvent::LineRefused { line: due.line, why });
+            }
+        }
+        if run.is_over() {
+            self.tell_script(id, ScriptEvent::Done);
+        } else {
+            self.scripts.running = Some(run);
+        }
+    }
+
+    fn execute(&mut self, line: u16, action: Action) -> Result<(), VehicleRefusal> {
+        let Self { vehicle, rules, events, dropped_events, time, .. } = self;
+        let time = *time;
+        match action {
+            Action::Fault(request) => self.ask_for(line, request),
+            // As in a scenario: in Reference a roll angle needs no stream of setpoints.
+            Action::Refer(Reference::Roll(roll_rad)) => vehicle.bank(roll_rad, rules),
+            Action::Refer(reference) => vehicle.refer(reference, rules),
+            Action::Mode(mode) => {
+                let tell = &mut |kind| push(events, dropped_events, Event { time, kind });
+                vehicle.change_mode(mode, rules, tell)
+            }
+            Action::Say | Action::End => Ok(()),
+        }
+    }
+
+    fn ask_for(&mut self, line: u16, request: FaultRequest) -> Result<(), VehicleRefusal> {
+        if !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        let number = self.scripts.number(line);
+        self.requests.push_back(PlantRequest { number, action: PlantAction::Fault(request) });
+        Ok(())
+    }
+
+    /// Takes the answer to a request of a script, or `None` if there will be none. False if it is none of these.
+    pub(super) fn answer_script(&mut self, number: u32, reply: Option<&FaultReply>) -> bool {
+        if number < FIRST_SCRIPT_REQUEST {
+            return false;
+        }
+        let asked = &mut self.scripts.asked;
+        let place = asked.iter().position(|(other, _)| *other == number);
+        let Some(place) = place else { return true };
+        let (_, line) = asked.swap_remove(place);
+        let why = match reply {
+            None => LineRefusal::NoAnswer,
+            Some(FaultReply::Refused(refusal)) => LineRefusal::Plant(*refusal),
+            Some(
+                FaultReply::Applied { .. }
+                | FaultReply::Unchanged { .. }
+                | FaultReply::Scheduled { .. }
+                | FaultReply::Cleared { .. },
+            ) => return true,
+        };
+        self.tell_script(self.scripts.asker, ScriptEvent::LineRefused { line, why });
+        true
+    }
+
+    fn tell_script(&mut self, script: u32, event: ScriptEvent) {
+        self.tell(EventKind::Script { script, event });
+    }
+}

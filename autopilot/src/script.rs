@@ -1,0 +1,265 @@
+//! Scripts of faults and events: a short readable text that says what happens in a flight, and when.
+//!
+//! ```text
+//!  text ─> words ─> parser ─> Script ─┐
+//!                                     v
+//!        time, sensors ────────────> Run ─> actions (fault requests, references, modes, texts)
+//! ```
+//!
+//! A script is outside the laws and the vehicle: what it wants takes the same ways as what a ground station
+//! wants. It sees simulation time and sensor values only, so a script that is started at a tick does the same
+//! each time, to the bit. The language is in `docs/scripts.md`.
+
+use core::fmt;
+use icd::FaultRequest;
+use serde::{Deserialize, Serialize};
+
+use crate::vehicle::{Mode, Reference};
+
+mod cursor;
+mod error;
+mod fault;
+mod parser;
+mod quantity;
+mod run;
+mod words;
+
+pub use error::{Problem, ScriptError};
+pub use quantity::{Condition, Crossing, Quantity};
+pub use run::{Due, Run};
+
+/// Longest text, bytes.
+pub const TEXT_MAX: usize = 16 * 1024;
+/// Lines with an action that a script may have.
+pub const LINES_MAX: usize = 256;
+/// Sequences that a script may have, the first one included.
+pub const SEQUENCES_MAX: usize = 16;
+
+/// A script that was read without an error. As data it is its name and its text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Text", into = "Text")]
+pub struct Script {
+    name: String,
+    text: String,
+    id: u32,
+    sequences: Vec<Sequence>,
+}
+
+/// Lines that run one after the other, beside the other sequences.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sequence {
+    /// Its name and the line of the text that names it, from 1; the first sequence may have none.
+    pub name: Option<(u16, String)>,
+    /// Its lines in order.
+    pub lines: Vec<Line>,
+}
+
+/// One line: an action and what it waits for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Number of the line in the text, from 1.
+    pub number: u16,
+    /// The line in plain form: one space between words, small letters, no comment.
+    pub text: String,
+    /// What it waits for.
+    pub trigger: Trigger,
+    /// What it does.
+    pub action: Action,
+}
+
+/// What a line waits for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Trigger {
+    /// Nothing: it acts with the line before.
+    AtOnce,
+    /// So many microseconds after the start of the script; at once if they are over.
+    At(u64),
+    /// So many microseconds after the line before.
+    After(u64),
+    /// A quantity crosses a value after the line has become the next one.
+    When(Condition),
+}
+
+/// What a line does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action {
+    /// Breaks or mends; goes to the plant like the request of a ground station.
+    Fault(FaultRequest),
+    /// Changes a reference.
+    Refer(Reference),
+    /// Changes the mode.
+    Mode(Mode),
+    /// Tells the ground stations the words behind `say`.
+    Say,
+    /// Ends the script with all its sequences.
+    End,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Text {
+    name: String,
+    text: String,
+}
+
+impl Script {
+    /// Reads a script; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// [`ScriptError`] names line and column, what stands there and what is allowed.
+    pub fn parse(name: &str, text: &str) -> Result<Self, ScriptError> {
+        let sequences = parser::sequences(text).map_err(|error| error.in_file(name))?;
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(name.as_bytes());
+        hasher.update(&[0]);
+        hasher.update(text.as_bytes());
+        let id = hasher.finalize();
+        Ok(Self { name: name.to_owned(), text: text.to_owned(), id, sequences })
+    }
+
+    /// What it is called in messages.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text that it was read from.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Number by which events name it: a checksum of name and text.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// Its sequences; the first one has no name unless the text begins with one.
+    #[must_use]
+    pub fn sequences(&self) -> &[Sequence] {
+        &self.sequences
+    }
+
+    /// All lines.
+    pub fn lines(&self) -> impl Iterator<Item = &Line> {
+        self.sequences.iter().flat_map(|sequence| &sequence.lines)
+    }
+
+    /// The line with this number in the text, if it does something.
+    #[must_use]
+    pub fn line(&self, number: u16) -> Option<&Line> {
+        self.lines().find(|line| line.number == number)
+    }
+
+    /// It breaks or mends something.
+    #[must_use]
+    pub fn has_faults(&self) -> bool {
+        self.lines().any(|line| matches!(line.action, Action::Fault(_)))
+    }
+
+    /// It changes references or the mode.
+    #[must_use]
+    pub fn steers(&self) -> bool {
+        self.lines().any(|line| matches!(line.action, Action::Refer(_) | Action::Mode(_)))
+    }
+}
+
+/// The script in plain form, each line where it stands in the text.
+impl fmt::Display for Script {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut next = 1;
+        let mut put = |f: &mut fmt::Formatter<'_>, number: u16, text: &str| {
+            while next < number {
+                writeln!(f)?;
+                next += 1;
+            }
+            next += 1;
+            writeln!(f, "{text}")
+        };
+        for sequence in &self.sequences {
+            if let Some((number, name)) = &sequence.name {
+                put(f, *number, &format!("sequence {name}"))?;
+            }
+            for line in &sequence.lines {
+                put(f, line.number, &line.text)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl TryFrom<Text> for Script {
+    type Error = ScriptError;
+    fn try_from(Text { name, text }: Text) -> Result<Self, ScriptError> {
+        Self::parse(&name, &text)
+    }
+}
+
+impl From<Script> for Text {
+    fn from(script: Script) -> Self {
+        Self { name: script.name, text: script.text }
+    }
+}
+
+impl Line {
+    /// The words behind `say`.
+    #[must_use]
+    pub fn words(&self) -> Option<&str> {
+        matches!(self.action, Action::Say).then(|| parser::said(&self.text)).flatten()
+    }
+}
+
+/// What happened to a script. Each names it by [`Script::id`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ScriptEvent {
+    /// It has begun.
+    Began,
+    /// It was to begin with the flight and has not.
+    NotBegun(NotBegun),
+    /// This line of its text was executed.
+    Line(u16),
+    /// This line was executed, and what it asked for is refused.
+    LineRefused {
+        /// Which.
+        line: u16,
+        /// By whom and why.
+        why: LineRefusal,
+    },
+    /// Its last line is done.
+    Done,
+    /// It was stopped before that: by an order, by another script, by the end of the flight.
+    Stopped,
+}
+
+/// Why the script of a scenario does not begin with the flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotBegun {
+    /// The flight was under way when this autopilot came.
+    JoinedInFlight,
+    /// It has faults, and fault injection is off.
+    FaultInjectionOff,
+}
+
+/// Why what a line asked for is not done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LineRefusal {
+    /// The vehicle says so.
+    Vehicle(crate::vehicle::VehicleRefusal),
+    /// The plant says so.
+    Plant(icd::fault::Refusal),
+    /// The plant has gone away before it answered.
+    NoAnswer,
+}
+
+impl fmt::Display for LineRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vehicle(refusal) => write!(f, "{refusal}"),
+            Self::Plant(refusal) => write!(f, "{refusal}"),
+            Self::NoAnswer => f.write_str("the aircraft does not answer"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,82 @@
+//! Why a text is no script: file, line, column, what stands there and what is allowed.
+
+use super::{LINES_MAX, SEQUENCES_MAX, TEXT_MAX};
+
+/// Why a text is no script.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}, line {line}, column {column}: {problem}")]
+pub struct ScriptError {
+    /// Name of the file.
+    pub file: String,
+    /// Line of the text, from 1.
+    pub line: usize,
+    /// Character of the line, from 1.
+    pub column: usize,
+    /// What is wrong there.
+    pub problem: Box<Problem>,
+}
+
+/// What is wrong.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// A word that cannot stand here.
+    #[error("{found} found, wanted {wanted}")]
+    Unexpected {
+        /// The word, or the end of the line.
+        found: String,
+        /// What is allowed.
+        wanted: String,
+    },
+    /// A character that no word has.
+    #[error("{0:?} belongs to no word")]
+    Character(char),
+    /// A number that cannot be.
+    #[error("{what} {value} is outside {min} to {max} {unit}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// As it was written.
+        value: String,
+        /// Smallest allowed.
+        min: String,
+        /// Largest allowed.
+        max: String,
+        /// Unit of all three.
+        unit: &'static str,
+    },
+    /// Not for this effector.
+    #[error("{0}")]
+    NotForThisEffector(&'static str),
+    /// Repetition without a duration, or quicker than it.
+    #[error("`every` needs `for` with a shorter time before it")]
+    EveryWithoutFor,
+    /// Two sequences of one name.
+    #[error("there is a sequence {0} already")]
+    SameName(String),
+    /// The text is too long.
+    #[error("the text has {0} bytes, at most {TEXT_MAX} are allowed")]
+    TextTooLong(usize),
+    /// Too many lines.
+    #[error("more than {LINES_MAX} lines with an action")]
+    TooManyLines,
+    /// Too many sequences.
+    #[error("more than {SEQUENCES_MAX} sequences")]
+    TooManySequences,
+    /// Nothing to do.
+    #[error("no line does anything")]
+    Empty,
+}
+
+impl Problem {
+    /// A problem at a place.
+    pub(super) fn at(self, line: usize, column: usize) -> ScriptError {
+        ScriptError { file: String::new(), line, column, problem: Box::new(self) }
+    }
+}
+
+impl ScriptError {
+    /// The same with the name of its file.
+    pub(super) fn in_file(self, name: &str) -> Self {
+        Self { file: name.to_owned(), ..self }
+    }
+}

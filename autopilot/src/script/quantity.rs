@@ -1,0 +1,163 @@
+//! What a line can wait for: a quantity that a pilot sees, and the value that it crosses.
+
+use core::f64::consts::PI;
+
+use icd::{Sensors, SimTime};
+
+/// Standard gravity, m/s²: the unit of the load factor.
+const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// A quantity of the flight, as the sensors tell it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Roll angle, rad, positive right wing down.
+    Roll,
+    /// Pitch angle, rad, positive nose up.
+    Pitch,
+    /// Heading, rad from north.
+    Heading,
+    /// Altitude above the ellipsoid, m.
+    Altitude,
+    /// Climb rate, m/s, positive up.
+    ClimbRate,
+    /// True airspeed, m/s.
+    Airspeed,
+    /// Angle of attack, rad.
+    Alpha,
+    /// Sideslip, rad, positive with the wind from the right.
+    Beta,
+    /// Body rate p, rad/s.
+    RollRate,
+    /// Body rate q, rad/s.
+    PitchRate,
+    /// Body rate r, rad/s.
+    YawRate,
+    /// Normal load factor, g: 1 in level flight.
+    LoadFactor,
+    /// Simulation time since the start of the flight, s.
+    Time,
+}
+
+/// How a value is crossed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crossing {
+    /// Either way, from one side to the other.
+    Passes,
+    /// From at or below it to above it.
+    RisesAbove,
+    /// From at or above it to below it.
+    FallsBelow,
+}
+
+/// A quantity that crosses a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Condition {
+    /// Which quantity.
+    pub quantity: Quantity,
+    /// How.
+    pub crossing: Crossing,
+    /// The value in the quantity's unit.
+    pub value: f64,
+}
+
+/// One quantity in the language: its words, its unit with the factor to SI, and its range in that unit.
+pub(super) struct Row {
+    pub words: &'static str,
+    pub quantity: Quantity,
+    pub unit: &'static str,
+    pub scale: f64,
+    pub range: (f64, f64),
+}
+
+const DEG: f64 = PI / 180.0;
+
+const fn row(
+    words: &'static str,
+    quantity: Quantity,
+    (unit, scale): (&'static str, f64),
+    range: (f64, f64),
+) -> Row {
+    Row { words, quantity, unit, scale, range }
+}
+
+/// All of them. Names that begin alike: the longer one first.
+pub(super) const ROWS: [Row; 13] = [
+    row("roll rate", Quantity::RollRate, ("deg/s", DEG), (-720.0, 720.0)),
+    row("pitch rate", Quantity::PitchRate, ("deg/s", DEG), (-720.0, 720.0)),
+    row("yaw rate", Quantity::YawRate, ("deg/s", DEG), (-720.0, 720.0)),
+    row("roll", Quantity::Roll, ("deg", DEG), (-180.0, 180.0)),
+    row("pitch", Quantity::Pitch, ("deg", DEG), (-90.0, 90.0)),
+    row("heading", Quantity::Heading, ("deg", DEG), (0.0, 360.0)),
+    row("altitude", Quantity::Altitude, ("m", 1.0), (0.0, 30_000.0)),
+    row("climb rate", Quantity::ClimbRate, ("m/s", 1.0), (-1_000.0, 1_000.0)),
+    row("airspeed", Quantity::Airspeed, ("m/s", 1.0), (0.0, 1_000.0)),
+    row("alpha", Quantity::Alpha, ("deg", DEG), (-180.0, 180.0)),
+    row("beta", Quantity::Beta, ("deg", DEG), (-180.0, 180.0)),
+    row("load factor", Quantity::LoadFactor, ("g", 1.0), (-50.0, 50.0)),
+    row("time", Quantity::Time, ("s", 1.0), (0.0, SimTime::MAX_SECONDS)),
+];
+
+impl Quantity {
+    /// Its value now.
+    #[must_use]
+    pub fn value(self, time: SimTime, sensors: &Sensors) -> f64 {
+        let rates = || sensors.body_rates.0;
+        match self {
+            Self::Roll => sensors.attitude.euler().phi,
+            Self::Pitch => sensors.attitude.euler().theta,
+            Self::Heading => sensors.attitude.euler().psi,
+            Self::Altitude => sensors.altitude_m,
+            Self::ClimbRate => -sensors.velocity.0.z,
+            Self::Airspeed => sensors.airspeed_m_s,
+            Self::Alpha => sensors.angle_of_attack_rad,
+            Self::Beta => sensors.sideslip_rad,
+            Self::RollRate => rates().x,
+            Self::PitchRate => rates().y,
+            Self::YawRate => rates().z,
+            Self::LoadFactor => -sensors.specific_force.0.z / STANDARD_GRAVITY,
+            Self::Time => time.as_seconds(),
+        }
+    }
+
+    /// Angles that go on at the other end.
+    const fn is_circular(self) -> bool {
+        matches!(self, Self::Roll | Self::Heading | Self::Alpha | Self::Beta)
+    }
+}
+
+impl Condition {
+    /// How far the quantity is beyond the value now; of an angle the shorter way round. `None` if it is no
+    /// number.
+    #[must_use]
+    pub fn excess(&self, time: SimTime, sensors: &Sensors) -> Option<f64> {
+        let difference = self.quantity.value(time, sensors) - self.value;
+        let difference = if self.quantity.is_circular() {
+            libm::remainder(difference, 2.0 * PI)
+        } else {
+            difference
+        };
+        difference.is_finite().then_some(difference)
+    }
+
+    /// What to compare with at the next tick. Standing on the value is not yet passing it.
+    #[must_use]
+    pub fn remembered(&self, before: f64, now: f64) -> f64 {
+        if self.crossing == Crossing::Passes && now == 0.0 { before } else { now }
+    }
+
+    /// Whether the value was crossed between two ticks, from what [`Condition::excess`] was and is. An angle
+    /// that jumps from one end of its range to the other, opposite to the value, has not crossed it.
+    #[must_use]
+    pub fn is_crossed(&self, before: f64, now: f64) -> bool {
+        if self.quantity.is_circular() && (now - before).abs() > PI {
+            return false;
+        }
+        let rises = before <= 0.0 && now > 0.0;
+        let falls = before >= 0.0 && now < 0.0;
+        match self.crossing {
+            Crossing::Passes => rises && before < 0.0 || falls && before > 0.0,
+            Crossing::RisesAbove => rises,
+            Crossing::FallsBelow => falls,
+        }
+    }
+}
