@@ -183,9 +183,15 @@ impl Autopilot {
     /// Next request for the plant; at most one leaves with each answer.
     pub fn next_request(&mut self) -> Option<PlantRequest> {
         let request = self.requests.pop_front()?;
-        // The answer to a restart is the new flight.
-        if request.action != PlantAction::Restart {
-            self.unanswered.push(request.number);
+        match request.action {
+            // The answer is the new flight.
+            PlantAction::Restart => {}
+            // The answers are reports like any other.
+            PlantAction::ListFaults => {
+                let outcome = Outcome::Done;
+                self.tell(EventKind::Outcome { number: request.number, outcome });
+            }
+            PlantAction::Fault(_) | PlantAction::Pace(_) => self.unanswered.push(request.number),
         }
         Some(request)
     }
@@ -253,6 +259,7 @@ impl Autopilot {
             Wish::StopScript if self.stop_script() => Ok(()),
             Wish::StopScript => Err(VehicleRefusal::NoScript),
             Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
+            Wish::ListFaults => return self.ask_plant(number, PlantAction::ListFaults),
             Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
             Wish::Pace(pace) => match self.can_pass(pace) {
                 Ok(()) => return self.ask_plant(number, PlantAction::Pace(pace)),
@@ -327,6 +334,7 @@ impl Autopilot {
             | Wish::Limits(_)
             | Wish::Navigation(_)
             | Wish::Fault(_)
+            | Wish::ListFaults
             | Wish::Restart
             | Wish::Pace(_)
             | Wish::FaultInjection(_)

@@ -66,6 +66,8 @@ pub enum Wish {
     LinkLost(LinkLossAction),
     /// It is back: what its silence led to is undone.
     LinkBack,
+    /// Have the plant tell its faults; done when it was asked.
+    ListFaults,
     /// Let simulation time stand still, run, or run at another speed.
     Pace(Pace),
     /// Run a script in the place of the one that runs.

@@ -8,6 +8,7 @@ use crate::vehicle::LinkLossAction;
 mod compatibility;
 mod document;
 mod failure;
+mod faults;
 mod groups;
 mod saved;
 mod table;
@@ -15,6 +16,7 @@ mod table;
 pub use compatibility::{COMPATIBILITY, CompatibilityParameter, compatibility};
 pub use document::document;
 pub use failure::{FailureParameters, WrongMode};
+pub use faults::{FAULT_CHOICES, FAULTS, FaultParameter, fault};
 pub use groups::{LinkParameters, NavigationParameters, ReferenceLimits, StreamParameters};
 pub use saved::{SavedError, SavedProblem, from_text, to_text};
 pub use table::table;
@@ -141,6 +143,14 @@ pub enum ParameterError {
         /// Parameter.
         name: &'static str,
     },
+    /// A parameter that breaks an effector.
+    #[error(
+        "{name} breaks an effector: a ground station sets it, only in flight, and nothing keeps it"
+    )]
+    OnlyInFlight {
+        /// Parameter.
+        name: &'static str,
+    },
     /// Not finite or outside the range.
     #[error("{name} = {value} is outside {min} to {max} {unit}")]
     OutOfRange {
@@ -221,9 +231,10 @@ impl Parameters {
     /// Sets one parameter that is inside its range; says nothing about the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let Some(row) = table().iter().find(|row| row.name == name) else {
-            return Err(match compatibility(name) {
-                Some(row) => ParameterError::ReadOnly { name: row.name },
-                None => ParameterError::Unknown { name: name.to_owned() },
+            return Err(match (compatibility(name), fault(name)) {
+                (Some(row), _) => ParameterError::ReadOnly { name: row.name },
+                (None, Some(row)) => ParameterError::OnlyInFlight { name: row.name },
+                (None, None) => ParameterError::Unknown { name: name.to_owned() },
             });
         };
         let value = match row.kind {

@@ -1,8 +1,8 @@
 //! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
 
-use icd::fault::{FaultEntry, FaultState};
-use icd::{Effector, Ned, PerEffector, Sensors};
+use icd::{Ned, Sensors};
 
+use super::fault_list::FaultList;
 use crate::event::{EventKind, Snapshot};
 use crate::vehicle::geodesy::{Horizon, Site};
 use crate::vehicle::{Mode, Place};
@@ -64,7 +64,7 @@ pub struct Aircraft {
     on_ground: bool,
     terminated: bool,
     mode: Mode,
-    faulty: PerEffector<bool>,
+    faults: FaultList,
     contradictions: u32,
     snapshot: Option<Snapshot>,
     home: Option<Home>,
@@ -80,7 +80,7 @@ impl Default for Aircraft {
             on_ground: false,
             terminated: false,
             mode: Mode::Reference,
-            faulty: PerEffector::default(),
+            faults: FaultList::default(),
             contradictions: 0,
             snapshot: None,
             home: None,
@@ -90,8 +90,9 @@ impl Default for Aircraft {
 }
 
 impl Aircraft {
-    /// Takes what happened.
-    pub fn handle_event(&mut self, kind: &EventKind) {
+    /// Takes what happened; false if it is no news.
+    pub fn handle_event(&mut self, kind: &EventKind) -> bool {
+        let is_news = self.faults.handle_event(kind);
         match *kind {
             EventKind::FlightBegan { .. } => {
                 *self = Self { in_flight: true, connected: true, ..Self::default() };
@@ -100,13 +101,6 @@ impl Aircraft {
                 self.mode = mode;
                 self.contradictions = 0;
             }
-            EventKind::Fault(FaultEntry { effector, state, .. }) => match state {
-                FaultState::Acting { .. } => self.faulty[effector] = true,
-                FaultState::Resting { .. } | FaultState::Ended { .. } => {
-                    self.faulty[effector] = false;
-                }
-                FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => {}
-            },
             EventKind::GroundContact => self.on_ground = true,
             EventKind::Home(place) => {
                 // Before the first snapshot there are no axes: it will bring home too.
@@ -120,6 +114,7 @@ impl Aircraft {
             EventKind::PlantBack => self.connected = true,
             _ => {}
         }
+        is_news
     }
 
     /// Takes the state at one tick.
@@ -163,10 +158,10 @@ impl Aircraft {
         self.terminated
     }
 
-    /// A fault of this effector acts, and its end has not been told yet.
+    /// The faults as the plant has told them.
     #[must_use]
-    pub fn is_faulty(&self, effector: Effector) -> bool {
-        self.faulty[effector]
+    pub fn faults(&self) -> &FaultList {
+        &self.faults
     }
 
     /// A roll reference would be flown just now.

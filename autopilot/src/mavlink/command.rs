@@ -7,7 +7,7 @@
 
 use ::mavlink::dialects::common::{MavModeFlag, MavResult, MavSeverity, SET_MODE_DATA};
 use arrayvec::ArrayVec;
-use icd::Effector;
+use icd::FaultRequest;
 
 use super::codec::{Command, Encoded};
 use super::context::{Context, From};
@@ -51,7 +51,8 @@ struct Decision {
 #[derive(Debug)]
 struct Asked {
     wish: Wish,
-    effector: Option<Effector>,
+    /// What it breaks or mends.
+    fault: Option<FaultRequest>,
 }
 
 impl Decision {
@@ -71,7 +72,7 @@ impl Decision {
     }
 
     fn ask_all(wishes: impl IntoIterator<Item = Wish>) -> Self {
-        let asked = wishes.into_iter().map(|wish| Asked { wish, effector: None });
+        let asked = wishes.into_iter().map(|wish| Asked { wish, fault: None });
         Self { asked: asked.collect(), ..Self::default() }
     }
 
@@ -164,9 +165,9 @@ impl CommandService {
             _ => None,
         });
         let mut parts = ArrayVec::new();
-        for Asked { wish, effector } in asked {
+        for Asked { wish, fault } in asked {
             if let Some(number) = ctx.intents.push(wish) {
-                parts.push(Part { number, effector });
+                parts.push(Part { number, fault });
             }
         }
         self.pending.open(from, command, parts, Aside { note, steers, mode }, now);

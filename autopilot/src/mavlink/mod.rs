@@ -27,6 +27,7 @@ pub mod control;
 pub mod convert;
 pub mod failure;
 pub mod fall_back;
+pub mod fault_list;
 pub mod ftp;
 pub mod heartbeat;
 pub mod inbox;
@@ -55,6 +56,7 @@ use codec::{Frame, Identity, Message, OWN, Skipped};
 use command::CommandService;
 use context::{Context, From};
 use control::Control;
+use fault_list::ListRequest;
 use ftp::FtpService;
 use heartbeat::Heartbeat;
 use intents::Intents;
@@ -86,6 +88,7 @@ pub struct Ground {
     offboard: Offboard,
     manual: Manual,
     mission: MissionService,
+    fault_list: ListRequest,
     ftp: FtpService,
     scripts: Scripts,
     shell: ShellService,
@@ -114,6 +117,7 @@ impl Ground {
             offboard: Offboard::default(),
             manual: Manual::default(),
             mission: MissionService::default(),
+            fault_list: ListRequest::default(),
             ftp: FtpService::default(),
             scripts: Scripts::default(),
             shell: ShellService::default(),
@@ -323,8 +327,13 @@ impl Ground {
 
     /// Takes what happened on the control side.
     pub fn handle_event(&mut self, event: &Event, now: WallTime) {
-        self.aircraft.handle_event(&event.kind);
-        self.texts.handle_event(&event.kind, &self.parameters);
+        self.fault_list.handle_event(&event.kind);
+        if self.aircraft.handle_event(&event.kind) {
+            self.texts.handle_event(&event.kind, &self.parameters);
+            if let EventKind::Fault(_) = event.kind {
+                self.telemetry.faults_changed(now);
+            }
+        }
         let (services, mut ctx, out) = self.split(now);
         if let EventKind::Mode(mode) = event.kind {
             // Who asked for it has control from here on: its stream counts at once.
@@ -337,6 +346,7 @@ impl Ground {
                 services.mission.handle_outcome(number, &outcome, now, &mut ctx, out);
                 services.offboard.handle_outcome(number, &outcome, now, &mut ctx);
                 services.shell.handle_outcome(number, &outcome, &mut ctx);
+                services.param.handle_outcome(number, &outcome, now, &mut ctx, out);
             }
             EventKind::Script { script, event } => {
                 ctx.scripts.handle_event(script, event, ctx.texts);
@@ -346,8 +356,8 @@ impl Ground {
             EventKind::FlightBegan { .. } => services.link_loss.begin_flight(),
             _ => {}
         }
+        services.param.follow_faults(now, &mut ctx, out);
         services.mission.handle_event(&event.kind, &mut ctx, out);
-        services.shell.handle_event(&event.kind);
         // An order may have given control on.
         services.link_loss.poll(now, &mut ctx);
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
@@ -372,6 +382,7 @@ impl Ground {
             self.read_inbox(connection, now);
         }
         self.run_lines(now);
+        self.fault_list.poll(&mut self.intents);
         let (services, mut ctx, out) = self.split(now);
         services.command.poll(now, &mut ctx, out);
         services.param.poll(now, &mut ctx, out);

@@ -3,17 +3,20 @@
 use core::time::Duration;
 
 use ::mavlink::dialects::common::{MavParamError, MavResult, MavSeverity, PARAM_REQUEST_READ_DATA};
+use icd::Effector;
 
 use super::codec::{Command, Encoded, ParamSet};
 use super::context::{Context, From};
 use super::convert;
 use super::peers::{Peer, Peers};
 use crate::clock::WallTime;
-use crate::event::Wish;
+use crate::event::{Outcome, Wish};
 use crate::parameters::{ParameterError, Parameters, table};
+use faults::{Answer, FaultOrders};
 use keeper::{Keeper, Turn};
-use rows::{error_message, find, number, row, value_message};
+use rows::{Source, error_message, find, number, row, row_of, value_message};
 
+mod faults;
 mod keeper;
 mod rows;
 
@@ -67,6 +70,7 @@ pub struct ParamService {
     next_burst: WallTime,
     changed: Changed,
     keeper: Keeper,
+    faults: FaultOrders,
 }
 
 impl ParamService {
@@ -90,8 +94,8 @@ impl ParamService {
         out: &mut Peers,
     ) {
         let found = match usize::try_from(data.param_index) {
-            Ok(index) => row(index, ctx.parameters),
-            Err(_) => find(&data.param_id, ctx.parameters),
+            Ok(index) => row(index, ctx.parameters, ctx.aircraft.faults()),
+            Err(_) => find(&data.param_id, ctx.parameters, ctx.aircraft.faults()),
         };
         let message = match found {
             Some(row) => value_message(&row),
@@ -112,17 +116,21 @@ impl ParamService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        let Some(old) = find(&set.id, ctx.parameters) else {
+        let Some(old) = find(&set.id, ctx.parameters, ctx.aircraft.faults()) else {
             let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
             out.answer(from.peer, error_message(from, set.id, -1, error));
             return;
         };
-        match self.set(&old, set, now, ctx) {
-            Ok(()) => {
-                if let Some(row) = row(old.index, ctx.parameters) {
+        let done = match old.source {
+            Source::Fault(effector) => self.order_fault(from, effector, set, now, ctx, out),
+            _ => self.set(&old, set, now, ctx).map(|()| {
+                if let Some(row) = row(old.index, ctx.parameters, ctx.aircraft.faults()) {
                     out.announce(&value_message(&row));
                 }
-            }
+            }),
+        };
+        match done {
+            Ok(()) => {}
             Err((error, reason)) => {
                 ctx.texts.refuse(now, reason);
                 out.answer(from.peer, value_message(&old));
@@ -131,6 +139,58 @@ impl ParamService {
             }
         }
         self.pass_on(ctx);
+    }
+
+    /// A fault: the answer comes when the plant has given its own.
+    fn order_fault(
+        &mut self,
+        from: From,
+        effector: Effector,
+        set: &ParamSet,
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) -> Result<(), (MavParamError, String)> {
+        let Some(value) = number(set) else {
+            let reason = format!("Fault refused: type {} is not supported", set.kind);
+            return Err((MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED, reason));
+        };
+        let ordered = self
+            .faults
+            .set(from, effector, value, now, ctx)
+            .map_err(|reason| (MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, reason))?;
+        if !ordered {
+            tell_fault(Answer { from, effector, refused: None }, now, ctx, out);
+        }
+        Ok(())
+    }
+
+    /// Takes the outcome of an intent.
+    pub fn handle_outcome(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) {
+        if let Some(answer) = self.faults.handle_outcome(number, outcome) {
+            tell_fault(answer, now, ctx, out);
+        }
+    }
+
+    /// Tells the fault parameters that have changed, and answers who waits for one.
+    pub fn follow_faults(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        let changed = self.faults.changed(ctx.aircraft.faults());
+        for row in changed.iter().filter_map(|effector| row_of(*effector, ctx)) {
+            out.announce(&value_message(&row));
+        }
+        for answer in self.faults.answers(now, ctx.aircraft.faults()) {
+            // A change has been told to everybody.
+            if answer.refused.is_some() || !changed.contains(&answer.effector) {
+                tell_fault(answer, now, ctx, out);
+            }
+        }
     }
 
     fn set(
@@ -161,7 +221,7 @@ impl ParamService {
         out: &mut Peers,
     ) -> Result<(), String> {
         self.change(old, value, now, ctx).map_err(|(_, reason)| reason)?;
-        if let Some(row) = row(old.index, ctx.parameters) {
+        if let Some(row) = row(old.index, ctx.parameters, ctx.aircraft.faults()) {
             out.announce(&value_message(&row));
         }
         self.pass_on(ctx);
@@ -178,7 +238,7 @@ impl ParamService {
         let name = old.name;
         // What the wire cannot tell apart is the same, so an echo of a default leaves it exact.
         let same = convert::float(value).to_bits() == convert::float(old.value).to_bits();
-        if same && old.is_compatibility {
+        if same && old.source == Source::Compatibility {
             return Ok(());
         }
         if !same {
@@ -244,9 +304,11 @@ impl ParamService {
         *ctx.parameters = Parameters::default();
         self.changed.note(&before, ctx.parameters);
         self.keeper.reset();
-        let differs = |index: &usize| row(*index, &before) != row(*index, ctx.parameters);
+        let faults = ctx.aircraft.faults();
+        let differs =
+            |index: &usize| row(*index, &before, faults) != row(*index, ctx.parameters, faults);
         let changed: Vec<usize> = (0..table().len()).filter(differs).collect();
-        for row in changed.iter().filter_map(|index| row(*index, ctx.parameters)) {
+        for row in changed.iter().filter_map(|index| row(*index, ctx.parameters, faults)) {
             out.announce(&value_message(&row));
         }
         let text = format!("Parameters are at their defaults: {} changed", changed.len());
@@ -304,6 +366,7 @@ impl ParamService {
     /// Sends the next burst of each list.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
         self.pass_on(ctx);
+        self.follow_faults(now, ctx, out);
         if self.lists.is_empty() || now < self.next_burst {
             return;
         }
@@ -316,7 +379,8 @@ impl ParamService {
                 return true;
             }
             for _ in 0..BURST {
-                let Some(row) = row(list.next, ctx.parameters) else { return false };
+                let row = row(list.next, ctx.parameters, ctx.aircraft.faults());
+                let Some(row) = row else { return false };
                 out.answer(list.peer, value_message(&row));
                 list.next += 1;
             }
@@ -327,14 +391,34 @@ impl ParamService {
     /// When the next burst is due.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        (!self.lists.is_empty() || self.changed.any()).then_some(self.next_burst)
+        let burst = (!self.lists.is_empty() || self.changed.any()).then_some(self.next_burst);
+        burst.into_iter().chain(self.faults.next_deadline()).min()
+    }
+}
+
+/// The value as it is, to who wanted another, and why it is so.
+fn tell_fault(answer: Answer, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+    let Answer { from, effector, refused } = answer;
+    let Some(row) = row_of(effector, ctx) else { return };
+    out.answer(from.peer, value_message(&row));
+    if let Some(reason) = refused {
+        ctx.texts.refuse(now, reason);
+        let index = i16::try_from(row.index).unwrap_or(-1);
+        let mut id = [0; 16];
+        for (place, byte) in id.iter_mut().zip(row.name.bytes()) {
+            *place = byte;
+        }
+        let error = MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE;
+        out.answer(from.peer, error_message(from, id, index, error));
     }
 }
 
 fn refusal(error: ParameterError) -> (MavParamError, String) {
     let kind = match error {
         ParameterError::Unknown { .. } => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,
-        ParameterError::ReadOnly { .. } => MavParamError::MAV_PARAM_ERROR_READ_ONLY,
+        ParameterError::ReadOnly { .. } | ParameterError::OnlyInFlight { .. } => {
+            MavParamError::MAV_PARAM_ERROR_READ_ONLY
+        }
         ParameterError::OutOfRange { .. }
         | ParameterError::Order { .. }
         | ParameterError::Gains(_) => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,

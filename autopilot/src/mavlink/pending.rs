@@ -4,8 +4,8 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::{MavResult, MavSeverity};
 use arrayvec::ArrayVec;
-use icd::Effector;
 use icd::fault::{FaultReply, Refusal};
+use icd::{Effector, FaultRequest};
 
 use super::codec::{Command, Encoded};
 use super::context::{Context, From};
@@ -34,8 +34,14 @@ const NO_ANSWER: &str = "the aircraft does not answer";
 pub struct Part {
     /// Number of the intent.
     pub number: u32,
-    /// The effector that it breaks or mends, for the text.
-    pub effector: Option<Effector>,
+    /// What it breaks or mends, for the text.
+    pub fault: Option<FaultRequest>,
+}
+
+impl Part {
+    fn effector(&self) -> Option<Effector> {
+        self.fault.and_then(|fault| fault.effector())
+    }
 }
 
 /// What follows when a command is accepted.
@@ -151,7 +157,7 @@ impl Pending {
         let (index, part) = place?;
         let open = &mut self.open[index];
         let part = open.parts.remove(part);
-        open.verdict.take(part.effector, outcome, now, ctx);
+        open.verdict.take(part, outcome, now, ctx);
         if !open.parts.is_empty() {
             return None;
         }
@@ -194,7 +200,7 @@ impl Pending {
 /// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
 fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     for part in &open.parts {
-        open.verdict.not_now(part.effector, NO_ANSWER);
+        open.verdict.not_now(part.effector(), NO_ANSWER);
     }
     open.verdict.tell(now, ctx.texts);
     let result = open.verdict.result;
@@ -227,16 +233,11 @@ impl Default for Verdict {
 
 impl Verdict {
     /// Takes the outcome of one part.
-    fn take(
-        &mut self,
-        effector: Option<Effector>,
-        outcome: &Outcome,
-        now: WallTime,
-        ctx: &mut Context,
-    ) {
+    fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, ctx: &mut Context) {
+        let effector = part.effector();
         match outcome {
             Outcome::Done => {}
-            Outcome::Plant(reply) => self.take_reply(effector, reply, now, ctx),
+            Outcome::Plant(reply) => self.take_reply(part, reply, now, ctx),
             Outcome::Refused(refusal) => {
                 self.refused = true;
                 if refusal.is_temporary() {
@@ -250,13 +251,8 @@ impl Verdict {
     }
 
     /// Takes what the plant said; a text at once for what no event tells and no refusal is.
-    fn take_reply(
-        &mut self,
-        effector: Option<Effector>,
-        reply: &FaultReply,
-        now: WallTime,
-        ctx: &mut Context,
-    ) {
+    fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, ctx: &mut Context) {
+        let effector = part.effector();
         match reply {
             FaultReply::Refused(refusal) => {
                 self.refused = true;
@@ -269,15 +265,18 @@ impl Verdict {
                 return;
             }
             FaultReply::Scheduled { at } => {
-                if let Some(effector) = effector {
+                if let Some(FaultRequest::Inject { effector, kind, timing }) = part.fault {
                     let (unit, instance) = failure::unit_and_instance(effector);
-                    let text = format!("Scheduled: {unit} {instance} at {at}");
+                    let kind = kind.described(effector.is_angle());
+                    let text =
+                        format!("Scheduled: {unit} {kind}, instance {instance}, at {at}{timing}");
                     ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
                 }
             }
             FaultReply::Cleared { .. } => {
                 // The end of a fault that acts is an event, and comes behind this answer.
-                let quiet = effector.filter(|effector| !ctx.aircraft.is_faulty(*effector));
+                let quiet =
+                    effector.filter(|effector| ctx.aircraft.faults().acting(*effector).is_none());
                 self.quietly_cleared.extend(quiet);
             }
             FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}

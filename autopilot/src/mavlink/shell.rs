@@ -19,14 +19,12 @@ use super::context::{Context, From};
 use super::param::ParamService;
 use super::peers::Peers;
 use crate::clock::WallTime;
-use crate::event::{EventKind, Outcome};
+use crate::event::Outcome;
 use crate::vehicle::Mode;
 use commands::Asking;
-use faults::Faults;
 use session::Session;
 
 mod commands;
-mod faults;
 mod line;
 mod session;
 
@@ -53,7 +51,6 @@ const ROOM_MIN: usize = 96;
 #[derive(Debug, Default)]
 pub struct ShellService {
     sessions: Vec<Session>,
-    faults: Faults,
     next_burst: WallTime,
 }
 
@@ -109,14 +106,8 @@ impl ShellService {
             return;
         };
         let Some(line) = session.next_line() else { return };
-        let answer =
-            commands::run(&line, &mut Asking { now, ctx, param, faults: &self.faults, out });
+        let answer = commands::run(&line, &mut Asking { now, ctx, param, out });
         session.answer(answer, now, ctx);
-    }
-
-    /// Takes what happened to the faults of the aircraft.
-    pub fn handle_event(&mut self, kind: &EventKind) {
-        self.faults.handle_event(kind);
     }
 
     /// Takes a change of mode: if somebody has asked for it here, it has control before the outcome says so.

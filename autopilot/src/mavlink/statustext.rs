@@ -189,20 +189,7 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
         EventKind::SaturationEnded(limit) => {
             (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))
         }
-        EventKind::Fault(FaultEntry { effector, kind, state, .. }) => {
-            let (unit, instance) = failure::unit_and_instance(effector);
-            let kind = kind.described(effector.is_angle());
-            match state {
-                FaultState::Acting { .. } => (
-                    S::MAV_SEVERITY_WARNING,
-                    format!("Injected: {unit} {kind}, instance {instance}"),
-                ),
-                FaultState::Ended { .. } | FaultState::Resting { .. } => {
-                    (S::MAV_SEVERITY_NOTICE, format!("Cleared: {unit}, instance {instance}"))
-                }
-                FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
-            }
-        }
+        EventKind::Fault(ref entry) => return fault_text(entry),
         EventKind::GroundContact => {
             (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())
         }
@@ -243,6 +230,28 @@ fn limits_text(limits: Limits) -> String {
         [name] => format!(", {name} at its limit"),
         [first @ .., last] => format!(", {} and {last} at their limits", first.join(", ")),
     }
+}
+
+/// A fault that begins or ends to act. What is scheduled or cancelled is told with the answer to the order.
+fn fault_text(entry: &FaultEntry) -> Option<(MavSeverity, String)> {
+    let FaultEntry { effector, kind, timing, state, .. } = *entry;
+    let (unit, instance) = failure::unit_and_instance(effector);
+    let kind = kind.described(effector.is_angle());
+    Some(match state {
+        FaultState::Acting { .. } => (
+            MavSeverity::MAV_SEVERITY_WARNING,
+            format!("Injected: {unit} {kind}, instance {instance}{timing}"),
+        ),
+        FaultState::Ended { .. } => (
+            MavSeverity::MAV_SEVERITY_NOTICE,
+            format!("Cleared: {unit} {kind}, instance {instance}"),
+        ),
+        FaultState::Resting { next, .. } => (
+            MavSeverity::MAV_SEVERITY_NOTICE,
+            format!("Cleared: {unit} {kind}, instance {instance}, again at {next}"),
+        ),
+        FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
+    })
 }
 
 #[cfg(test)]

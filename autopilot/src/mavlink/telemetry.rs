@@ -23,6 +23,7 @@ use super::peers::{Peer, Peers};
 use crate::clock::WallTime;
 use crate::parameters::{Parameters, StreamParameters};
 
+mod faults;
 mod intervals;
 mod messages;
 mod rates;
@@ -31,6 +32,7 @@ mod request;
 
 pub use request::request;
 
+use faults::FaultStream;
 pub(super) use messages::actuators::is_saturated;
 use messages::status;
 pub use messages::status::mission_current;
@@ -74,6 +76,7 @@ pub struct Telemetry {
     landed: Option<MavLandedState>,
     /// Home as it was told.
     home: Option<Home>,
+    faults: FaultStream,
 }
 
 impl Telemetry {
@@ -90,6 +93,7 @@ impl Telemetry {
             shown: false,
             landed: None,
             home: None,
+            faults: FaultStream::default(),
         }
     }
 
@@ -137,6 +141,11 @@ impl Telemetry {
         self.home = home.or(self.home);
     }
 
+    /// The list of faults has changed: everybody is told soon.
+    pub fn faults_changed(&mut self, now: WallTime) {
+        self.faults.hurry(now);
+    }
+
     /// Starts to wait for a snapshot when something is due; sends without one when none comes.
     pub fn poll(
         &mut self,
@@ -148,6 +157,7 @@ impl Telemetry {
         self.follow(now, parameters, out);
         self.show_a_new_flight(aircraft);
         self.tell_landed_state(aircraft, out);
+        self.faults.poll(now, aircraft, out);
         match self.waiting {
             None if self.next_due().is_some_and(|due| due <= now) => {
                 if self.still {
@@ -168,7 +178,8 @@ impl Telemetry {
     /// When there is something to do; `None` while nobody listens.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        self.waiting.map(|since| since + PATIENCE).or_else(|| self.next_due())
+        let streams = self.waiting.map(|since| since + PATIENCE).or_else(|| self.next_due());
+        streams.into_iter().chain(self.faults.next_deadline()).min()
     }
 
     fn next_due(&self) -> Option<WallTime> {

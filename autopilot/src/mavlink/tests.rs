@@ -3,6 +3,8 @@
 
 mod commands;
 mod every_command;
+mod fault_list;
+mod fault_params;
 mod faults;
 mod ftp;
 mod heartbeat;

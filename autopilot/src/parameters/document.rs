@@ -2,7 +2,7 @@
 
 use core::fmt::Write as _;
 
-use super::{COMPATIBILITY, Kind, Parameter, table};
+use super::{COMPATIBILITY, FAULT_CHOICES, FAULTS, Kind, Parameter, table};
 
 const OPENING: &str = "\
 # Parameters
@@ -19,6 +19,18 @@ command line sets wins and is not kept. `sitl paper`, `sitl bench` and flights i
 the file.
 
 Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
+";
+
+const FAULTS_OPENING: &str = "
+## Break an effector
+
+A ground station that sets one of these orders a fault as MAV_CMD_INJECT_FAILURE does, with the sizes and times of
+`FLT_*` above, and 0 mends. The value is what acts now, whoever ordered it, and every change is announced. They are
+INT32, begin each flight with 0, are kept in no file and cannot be set on the command line. With `SYS_FAILURE_EN` 0 they
+are refused.
+
+| name | what it breaks |
+|---|---|
 ";
 
 const COMPATIBILITY_OPENING: &str = "
@@ -45,6 +57,14 @@ pub fn document() -> String {
             page += "|---|---|---|---|---|---|\n";
         }
         page += &line(row);
+    }
+    page += FAULTS_OPENING;
+    for row in &FAULTS {
+        page += &format!("| `{}` | {} |\n", row.name, row.what);
+    }
+    page += "\n| value | meaning |\n|---|---|\n";
+    for choice in &FAULT_CHOICES {
+        page += &format!("| {} | {} |\n", choice.value, choice.label);
     }
     page += COMPATIBILITY_OPENING;
     for row in &COMPATIBILITY {
@@ -88,7 +108,8 @@ mod tests {
     fn every_parameter_stands_on_the_page_once() {
         let page = document();
         let own = table().iter().map(|row| row.name);
-        for name in own.chain(COMPATIBILITY.iter().map(|row| row.name)) {
+        let faults = FAULTS.iter().map(|row| row.name);
+        for name in own.chain(faults).chain(COMPATIBILITY.iter().map(|row| row.name)) {
             assert_eq!(page.matches(&format!("| `{name}` |")).count(), 1, "{name}");
         }
     }

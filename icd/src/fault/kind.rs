@@ -174,7 +174,7 @@ impl FaultKind {
     /// It has a size that can grow from nothing, so that a ramp means something.
     #[must_use]
     pub const fn has_size(&self) -> bool {
-        matches!(self, Self::PartialLoss { .. } | Self::Oscillating { .. } | Self::Biased { .. })
+        !matches!(self, Self::StuckHere | Self::HardOver { .. } | Self::FlameOut)
     }
 
     /// In words, for an effector whose values are angles (deg) or thrusts (kN).

@@ -20,10 +20,9 @@ pub fn fault(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
         return Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
     }
     let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.belief)?;
-    let asked = requests.into_iter().map(|request| {
-        let effector = request.effector();
-        Asked { wish: Wish::Fault(request), effector }
-    });
+    let asked = requests
+        .into_iter()
+        .map(|request| Asked { wish: Wish::Fault(request), fault: Some(request) });
     Ok(Decision { asked: asked.collect(), ..Decision::default() })
 }
 

@@ -2,7 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::parameters::{COMPATIBILITY, CompatibilityParameter, Kind, Parameter, table};
+use crate::parameters::{
+    COMPATIBILITY, CompatibilityParameter, FAULT_CHOICES, FAULTS, FaultParameter, Kind, Parameter,
+    table,
+};
 
 /// Figures that a value should show, its default and its smallest value included.
 const FIGURES: i32 = 4;
@@ -12,7 +15,8 @@ const PLACES_MAX: i32 = 12;
 /// The file.
 pub(super) fn description() -> Value {
     let own = table().iter().map(tunable);
-    let all: Vec<Value> = own.chain(COMPATIBILITY.iter().map(compatibility)).collect();
+    let others = COMPATIBILITY.iter().map(compatibility).chain(FAULTS.iter().map(fault));
+    let all: Vec<Value> = own.chain(others).collect();
     json!({ "version": 1, "parameters": all })
 }
 
@@ -68,6 +72,30 @@ fn compatibility(row: &CompatibilityParameter) -> Value {
         "default": row.value,
         "decimalPlaces": if row.kind == Kind::Int { 0 } else { 2 },
         "readOnly": true,
+    })
+}
+
+fn fault(row: &FaultParameter) -> Value {
+    let values = FAULT_CHOICES.iter();
+    let values: Vec<Value> =
+        values.map(|choice| json!({"value": choice.value, "description": choice.label})).collect();
+    json!({
+        "name": row.name,
+        "type": type_name(Kind::Int),
+        "group": "Break an effector",
+        "category": "Standard",
+        "shortDesc": format!("What acts on the {}", row.what),
+        "longDesc": format!(
+            "Setting it breaks the {} as the command INJECT_FAILURE does, with the sizes and times of FLT_*; 0 mends \
+             it. The value is what acts now, whoever ordered it. Each flight begins with 0.",
+            row.what
+        ),
+        "min": 0,
+        "max": FAULT_CHOICES.len() - 1,
+        "default": 0,
+        "decimalPlaces": 0,
+        "rebootRequired": false,
+        "values": values,
     })
 }
 

@@ -1,15 +1,19 @@
-//! Both parameter tables as one list, and its messages.
+//! The parameter tables as one list, and its messages.
 
 use ::mavlink::dialects::common::{
     MavParamError, MavParamType, PARAM_ERROR_DATA, PARAM_VALUE_DATA,
 };
 
 use crate::mavlink::codec::{Encoded, ParamSet};
-use crate::mavlink::context::From;
+use crate::mavlink::context::{Context, From};
 use crate::mavlink::convert;
-use crate::parameters::{COMPATIBILITY, Kind, Parameters, table};
+use crate::mavlink::fault_list::FaultList;
+use crate::parameters::{COMPATIBILITY, FAULTS, Kind, Parameters, table};
+use icd::Effector;
 
-/// One row of either table.
+use super::faults;
+
+/// One row of the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::mavlink) struct Row {
     /// Place in the list.
@@ -17,36 +21,60 @@ pub(in crate::mavlink) struct Row {
     pub name: &'static str,
     pub kind: Kind,
     pub value: f64,
-    pub is_compatibility: bool,
+    pub source: Source,
 }
 
-/// Rows of both tables.
+/// Which table a row comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::mavlink) enum Source {
+    /// It means something.
+    Own,
+    /// It is there for ground stations.
+    Compatibility,
+    /// It breaks this effector.
+    Fault(Effector),
+}
+
+/// Rows of all tables.
 pub(super) fn count() -> usize {
-    table().len() + COMPATIBILITY.len()
+    table().len() + COMPATIBILITY.len() + FAULTS.len()
 }
 
-/// The row at `index`: first the parameters that mean something, then the others.
-pub(super) fn row(index: usize, parameters: &Parameters) -> Option<Row> {
+/// The row at `index`: first the tunables, then those for ground stations, then those that break something.
+pub(super) fn row(index: usize, parameters: &Parameters, faults: &FaultList) -> Option<Row> {
     let rows = table();
     if let Some(row) = rows.get(index) {
         let (name, kind, value) = (row.name, row.kind, row.value(parameters));
-        return Some(Row { index, name, kind, value, is_compatibility: false });
+        return Some(Row { index, name, kind, value, source: Source::Own });
     }
-    let row = COMPATIBILITY.get(index.checked_sub(rows.len())?)?;
-    Some(Row { index, name: row.name, kind: row.kind, value: row.value, is_compatibility: true })
+    let place = index.checked_sub(rows.len())?;
+    if let Some(row) = COMPATIBILITY.get(place) {
+        let source = Source::Compatibility;
+        return Some(Row { index, name: row.name, kind: row.kind, value: row.value, source });
+    }
+    let row = FAULTS.get(place.checked_sub(COMPATIBILITY.len())?)?;
+    let value = faults::value(row.effector, faults).into();
+    Some(Row { index, name: row.name, kind: Kind::Int, value, source: Source::Fault(row.effector) })
 }
 
 /// All rows.
-pub(in crate::mavlink) fn rows(parameters: &Parameters) -> impl Iterator<Item = Row> {
-    (0..count()).filter_map(|index| row(index, parameters))
+pub(in crate::mavlink) fn rows(ctx: &Context) -> impl Iterator<Item = Row> {
+    (0..count()).filter_map(|index| row(index, ctx.parameters, ctx.aircraft.faults()))
 }
 
 /// The row with this name, which has 16 characters or ends with NUL.
-pub(super) fn find(id: &[u8; 16], parameters: &Parameters) -> Option<Row> {
+pub(super) fn find(id: &[u8; 16], parameters: &Parameters, faults: &FaultList) -> Option<Row> {
     let name = id.split(|byte| *byte == 0).next().unwrap_or(id);
     let own = table().iter().map(|row| row.name);
-    let mut all = own.chain(COMPATIBILITY.iter().map(|row| row.name));
-    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters)
+    let others = COMPATIBILITY.iter().map(|row| row.name);
+    let mut all = own.chain(others).chain(FAULTS.iter().map(|row| row.name));
+    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters, faults)
+}
+
+/// The row that breaks an effector.
+pub(super) fn row_of(effector: Effector, ctx: &Context) -> Option<Row> {
+    let place = FAULTS.iter().position(|row| row.effector == effector)?;
+    row(count() - FAULTS.len() + place, ctx.parameters, ctx.aircraft.faults())
 }
 
 /// PARAM_VALUE.

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use icd::Effector;
 
-use super::faults::Faults;
 use crate::clock::WallTime;
 use crate::event::Wish;
 use crate::mavlink::context::Context;
@@ -24,7 +23,6 @@ pub(super) struct Asking<'a, 'b> {
     pub(super) now: WallTime,
     pub(super) ctx: &'a mut Context<'b>,
     pub(super) param: &'a mut ParamService,
-    pub(super) faults: &'a Faults,
     pub(super) out: &'a mut Peers,
 }
 

@@ -1,11 +1,11 @@
 //! REQUEST_MESSAGE: one message of the table, now, for the peer that asks.
 
 use ::mavlink::MessageData;
-use ::mavlink::dialects::common::{MESSAGE_INTERVAL_DATA, MavResult};
+use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MESSAGE_INTERVAL_DATA, MavResult};
 
-use super::View;
 use super::intervals::whole;
 use super::registry::{self, Nothing};
+use super::{View, faults};
 use crate::clock::WallTime;
 use crate::mavlink::codec::Encoded;
 use crate::mavlink::context::Context;
@@ -13,7 +13,7 @@ use crate::mavlink::peers::Peer;
 use crate::mavlink::refused::Refused;
 
 /// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it. param2 picks one of a
-/// list of modes by its number, and the message of which MESSAGE_INTERVAL tells.
+/// list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message of which MESSAGE_INTERVAL tells.
 ///
 /// # Errors
 /// No such message, nothing to tell yet, or nothing with this number.
@@ -31,13 +31,25 @@ pub fn request(
     }
     let unsupported = Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED);
     let (_, row) = registry::find(id).ok_or(unsupported)?;
+    let index = index(param2)?;
+    let is_array = id == DEBUG_FLOAT_ARRAY_DATA::ID;
+    if is_array && index > faults::FAULTS_ID {
+        return Err(Refused::silent(MavResult::MAV_RESULT_DENIED));
+    }
+    if is_array && index == faults::FAULTS_ID && ctx.aircraft.snapshot().is_some() {
+        return Ok(faults::messages(ctx.aircraft));
+    }
     let view = View { aircraft: ctx.aircraft, belief: ctx.belief, host: telemetry.host, now };
-    row.answer(&view, index(param2)?).map_err(|nothing| {
+    let mut answer = row.answer(&view, index).map_err(|nothing| {
         Refused::silent(match nothing {
             Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
             Nothing::There => MavResult::MAV_RESULT_DENIED,
         })
-    })
+    })?;
+    if is_array && index == 0 {
+        answer.extend(faults::messages(ctx.aircraft));
+    }
+    Ok(answer)
 }
 
 /// A number in a list. NaN means "not given", that is all.

@@ -57,7 +57,11 @@ fn what_the_plant_says_becomes_the_result_and_the_reason() {
     let angle = Refusal::AngleOutOfTravel { angle_rad: 2.0, limit_rad: 0.5 };
     for (reply, expected, words) in [
         (FaultReply::Unchanged { at }, ACCEPTED, ""),
-        (FaultReply::Scheduled { at }, ACCEPTED, "Scheduled: servo 1 at 1.000000 s"),
+        (
+            FaultReply::Scheduled { at },
+            ACCEPTED,
+            "Scheduled: servo stuck, instance 1, at 1.000000 s",
+        ),
         (FaultReply::Cleared { at }, ACCEPTED, ""),
         (FaultReply::Refused(angle), DENIED, "Fault refused: servo 1: angle 114.6 deg"),
         (FaultReply::Refused(Refusal::NotForThisEffector), DENIED, "no such fault"),
@@ -83,7 +87,7 @@ fn an_applied_and_a_cleared_fault_are_told_in_words() {
     world.send_command(420, STUCK_LEFT_AILERON);
     assert!(world.said("Injected: servo stuck, instance 1"), "{:?}", world.texts());
     world.send_command(420, [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-    assert!(world.said("Cleared: servo, instance 1"), "{:?}", world.texts());
+    assert!(world.said("Cleared: servo stuck, instance 1"), "{:?}", world.texts());
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED); 2]);
 }
 
@@ -92,7 +96,11 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
     let mut world = World::flying();
     world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 12.5]);
     assert_eq!(world.take_acks(), [ack(31_010, ACCEPTED)]);
-    assert!(world.said("Scheduled: servo 3 at 12.500000 s"), "{:?}", world.texts());
+    assert!(
+        world.said("Scheduled: servo stuck at 30.0 deg, instance 3, at 12.500000 s"),
+        "{:?}",
+        world.texts()
+    );
     let kind =
         FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: icd::fault::Travel::Jump };
     let since = SimTime::from_micros(12_500_000);
@@ -247,7 +255,7 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     world.send_command(420, STUCK_LEFT_AILERON);
     world.got.clear();
     world.send_command(420, clear);
-    assert_eq!(world.texts(), ["Cleared: servo, instance 1"]);
+    assert_eq!(world.texts(), ["Cleared: servo stuck, instance 1"]);
     world.got.clear();
     // A real plant has no end to tell of when nothing acts.
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });

@@ -1,6 +1,6 @@
 use super::world::*;
 use crate::event::Wish;
-use crate::parameters::COMPATIBILITY;
+use crate::parameters::{COMPATIBILITY, FAULTS};
 use crate::parameters::{Kind, Parameters, table};
 use crate::vehicle::LinkLossAction;
 use ::mavlink::dialects::common::{
@@ -46,7 +46,7 @@ fn read(name: &str, param_index: i16) -> MavMessage {
 }
 
 fn total() -> usize {
-    table().len() + COMPATIBILITY.len()
+    table().len() + COMPATIBILITY.len() + FAULTS.len()
 }
 
 fn only_value(world: &mut World) -> PARAM_VALUE_DATA {

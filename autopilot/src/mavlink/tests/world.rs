@@ -78,6 +78,8 @@ pub struct World {
     pub sensors: Sensors,
     /// Peers to whom nothing can be sent for now.
     pub stuck: Vec<Address>,
+    /// What the plant answers when it is asked for its faults.
+    pub listed: Vec<PlantReport>,
     sequence: u8,
 }
 
@@ -128,6 +130,7 @@ impl World {
             intents: Vec::new(),
             sensors: level_flight(),
             stuck: Vec::new(),
+            listed: Vec::new(),
             sequence: 0,
         }
     }
@@ -188,7 +191,7 @@ impl World {
                 self.sim = SimTime::ZERO;
                 return Vec::new();
             }
-            PlantAction::ListFaults => return Vec::new(),
+            PlantAction::ListFaults => return self.listed.clone(),
             PlantAction::Pace(_) if self.plant == PlantManner::Silent => return Vec::new(),
             PlantAction::Pace(pace) => {
                 return vec![PlantReport::Paced { request: Some(request.number), pace, at }];
@@ -197,7 +200,10 @@ impl World {
         let effector = fault.effector().unwrap_or(icd::Effector::Engine);
         let entry = |kind, state| {
             let timing = Timing::at(at);
-            PlantReport::Fault(FaultEntry { id: 1, effector, kind, timing, state })
+            // One fault for each effector.
+            let id = 1 + icd::Effector::ALL.iter().take_while(|other| **other != effector).count();
+            let id = u32::try_from(id).unwrap();
+            PlantReport::Fault(FaultEntry { id, effector, kind, timing, state })
         };
         let reply = |reply| PlantReport::FaultReply { request: request.number, reply };
         match (self.plant, fault) {

@@ -39,7 +39,7 @@ const NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
         "Delay of DELAYED";
     "FLT_DUTY_PCT", "%", 0.0 to 100.0, failure.present_pct,
         "Part of each period of INTERMITTENT in which commands get through";
-    "FLT_PERIOD_S", "s", 0.01 to 1_000.0, failure.period_s,
+    "FLT_PERIOD_S", "s", 0.02 to 60.0, failure.period_s,
         "Period of INTERMITTENT";
     "FLT_OSC_DEG", "deg", 0.01 to 90.0, failure.oscillation_deg,
         "Amplitude of GARBAGE; of the engine FLT_ENG_PCT";
@@ -49,8 +49,8 @@ const NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
         "Speed and direction of DRIFT; of the engine FLT_ENG_PCT";
     "FLT_ENG_PCT", "%", -100.0 to 100.0, failure.engine_pct,
         "Size of the engine's faults in place of the degrees, percent of its largest thrust; of SLOW and DRIFT percent/s";
-    "FLT_RAMP_S", "s", 0.0 to 10_000.0, failure.ramp_s,
-        "Time from nothing to the whole fault; only of a loss of effectiveness, a bias and GARBAGE";
+    "FLT_RAMP_S", "s", 0.0 to 3_600.0, failure.ramp_s,
+        "Time from nothing to the whole fault; not used where an effector sticks in place, runs hard over or flames out";
     "FLT_DUR_S", "s", 0.0 to 100_000.0, failure.duration_s,
         "How long a fault acts, in simulation time; 0 for ever";
     "FLT_RPT_S", "s", 0.0 to 100_000.0, failure.every_s,
@@ -58,7 +58,7 @@ const NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
 };
 
 /// Largest number of repetitions.
-const TIMES_MAX: f64 = 1_000_000.0;
+const TIMES_MAX: f64 = 1_000.0;
 
 const TIMES: &[Parameter] = &[Parameter {
     name: "FLT_RPT_N",

@@ -128,7 +128,7 @@ fn user_1_carries_each_kind_of_value_ramp_and_onset_exactly() {
 #[test]
 fn user_1_refuses_what_it_cannot_do() {
     assert_eq!(user(2.0, 1.0, NAN, 0.0, 0.0), Err(DENIED), "angle not finite");
-    assert_eq!(user(2.0, 1.0, 5.0, 1.0, 0.0), Err(DENIED), "ramp of an angle");
+    assert_eq!(user(4.0, 10.0, 1.0, 1.0, 0.0), Err(DENIED), "ramp of a hard over");
     assert_eq!(user(4.0, 3.0, 5.0, -1.0, 0.0), Err(DENIED), "negative ramp");
     assert_eq!(user(4.0, 3.0, 5.0, f32::INFINITY, 0.0), Err(DENIED), "infinite ramp");
     assert_eq!(user(2.0, 0.0, 5.0, 0.0, 0.0), Err(DENIED), "value without kind");

@@ -168,7 +168,7 @@ fn times_come_from_the_parameters_and_a_ramp_only_where_there_is_a_size() {
     for failure_type in [FailureType::Wrong, FailureType::Bias, FailureType::Garbage] {
         assert_eq!(timing(failure_type), whole, "{failure_type:?}");
     }
-    for failure_type in [FailureType::Stuck, FailureType::Off, FailureType::Delayed] {
+    for failure_type in [FailureType::Stuck, FailureType::HardOver] {
         assert_eq!(timing(failure_type), Timing { ramp_s: 0.0, ..whole }, "{failure_type:?}");
     }
     let once = [("FLT_DUR_S", 5.0), ("FLT_RPT_S", 20.0), ("FLT_RPT_N", 1.0)];

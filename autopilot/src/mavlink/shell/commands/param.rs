@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
 use crate::mavlink::param::{Row, rows};
-use crate::parameters::{Kind, table};
+use crate::parameters::{FAULT_CHOICES, Kind, fault, table};
 
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
 fn show(pattern: &str, asking: &Asking) -> Answer {
     let pattern = pattern.to_ascii_uppercase();
     let mut said = String::new();
-    for row in rows(asking.ctx.parameters).filter(|row| matches(&pattern, row.name)) {
+    for row in rows(asking.ctx).filter(|row| matches(&pattern, row.name)) {
         let line = format!("{:<16} {:>12} {}", row.name, value_text(&row), unit(&row));
         let _ = writeln!(said, "{}", line.trim_end());
     }
@@ -39,6 +39,11 @@ fn get(name: &str, asking: &Asking) -> Answer {
         for choice in about.choices {
             let _ = writeln!(said, "  {} {}", choice.value, choice.label);
         }
+    } else if fault(row.name).is_some() {
+        said.push_str("What acts on an effector; here the command failure breaks and mends it\n");
+        for choice in &FAULT_CHOICES {
+            let _ = writeln!(said, "  {} {}", choice.value, choice.label);
+        }
     } else {
         said.push_str("For ground stations that expect it; it cannot be changed\n");
     }
@@ -47,6 +52,9 @@ fn get(name: &str, asking: &Asking) -> Answer {
 
 fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
     let row = find(name, asking)?;
+    if fault(row.name).is_some() {
+        return Err(format!("{} is not set here: see help failure", row.name));
+    }
     let number: Option<f64> = value.parse().ok();
     let number = number
         .filter(|number| number.is_finite())
@@ -58,7 +66,7 @@ fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
 }
 
 fn find(name: &str, asking: &Asking) -> Result<Row, String> {
-    let found = rows(asking.ctx.parameters).find(|row| row.name.eq_ignore_ascii_case(name));
+    let found = rows(asking.ctx).find(|row| row.name.eq_ignore_ascii_case(name));
     found.ok_or_else(|| format!("there is no parameter {name}"))
 }
 

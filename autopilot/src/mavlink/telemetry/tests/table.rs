@@ -198,7 +198,7 @@ fn the_array_why_has_its_documented_places() {
     world.got.clear();
     let log = world.autopilot.snapshot().unwrap().log;
     world.ground.handle_snapshot(&world.autopilot.snapshot().copied().unwrap(), world.now);
-    assert_eq!(request(&mut world, 350, 0.0), MavResult::MAV_RESULT_ACCEPTED as u8);
+    assert_eq!(request(&mut world, 350, 1.0), MavResult::MAV_RESULT_ACCEPTED as u8);
     let mut arrays = world.got.iter().filter_map(Got::read::<DEBUG_FLOAT_ARRAY_DATA>);
     let array = arrays.next_back().unwrap();
     assert_eq!((array.name.to_str().unwrap(), array.array_id), ("WHY", 1));

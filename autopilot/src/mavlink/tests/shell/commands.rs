@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::event::Wish;
-use crate::parameters::{COMPATIBILITY, table};
+use crate::parameters::{COMPATIBILITY, FAULTS, table};
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
 use icd::pace::Pace;
@@ -60,7 +60,9 @@ fn status_shows_the_flight_the_compensator_and_each_effector() {
 fn parameters_are_shown_found_by_pattern_and_explained() {
     let mut world = World::flying();
     let all = said(&mut world, "param show");
-    assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len());
+    assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + FAULTS.len());
+    assert!(said(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
+    assert!(said(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));
     let some = said(&mut world, "param show act_lvl*");
     assert_eq!(some.lines().count(), 3, "{some}");
     assert!(said(&mut world, "param show NOPE*").starts_with("ERROR: no parameter has a name"));

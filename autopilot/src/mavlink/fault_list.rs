@@ -1,0 +1,204 @@
+//! The faults of the aircraft as the plant tells them: what acts, rests or is scheduled.
+//!
+//! The plant has the list; this is its mirror, made of [`EventKind::Fault`]. It is empty when a flight begins.
+//! Where reports can have been missed (the autopilot joins a flight, or the plant comes back after a silence)
+//! the plant is asked for all of it.
+
+use icd::Effector;
+use icd::fault::{FaultEntry, FaultState};
+
+use super::failure;
+use super::intents::Intents;
+use crate::event::{EventKind, Outcome, Wish};
+
+/// Faults that the list can hold: all that the plant schedules, and one that acts on each effector.
+const FAULTS_MAX: usize = 64 + Effector::COUNT;
+
+/// The list, by the number of the fault.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FaultList {
+    entries: Vec<FaultEntry>,
+    /// From before a silence of the plant: not confirmed since.
+    doubtful: Vec<FaultEntry>,
+}
+
+impl FaultList {
+    /// Takes what happened; false if the plant only repeats what was known.
+    pub fn handle_event(&mut self, kind: &EventKind) -> bool {
+        match kind {
+            EventKind::FlightBegan { .. } => *self = Self::default(),
+            EventKind::PlantBack => self.doubtful = std::mem::take(&mut self.entries),
+            EventKind::Fault(entry) => return self.take(entry),
+            _ => {}
+        }
+        true
+    }
+
+    fn take(&mut self, entry: &FaultEntry) -> bool {
+        let was_known = self.doubtful.extract_if(.., |known| known.id == entry.id).last();
+        let place = self.entries.iter().position(|known| known.id >= entry.id);
+        let place = place.unwrap_or(self.entries.len());
+        let is_full = self.entries.len() >= FAULTS_MAX;
+        let known = self.entries.get_mut(place).filter(|known| known.id == entry.id);
+        let before = known.as_deref().copied().or(was_known);
+        match (known, entry.state.is_over()) {
+            (Some(_), true) => drop(self.entries.remove(place)),
+            (Some(known), false) => *known = *entry,
+            // The plant has no more than fit.
+            (None, false) if is_full => {}
+            (None, false) => self.entries.insert(place, *entry),
+            (None, true) => {}
+        }
+        before != Some(*entry)
+    }
+
+    /// What acts, rests or is scheduled, oldest first.
+    #[must_use]
+    pub fn entries(&self) -> &[FaultEntry] {
+        &self.entries
+    }
+
+    /// The fault that acts on an effector now.
+    #[must_use]
+    pub fn acting(&self, effector: Effector) -> Option<&FaultEntry> {
+        self.entries.iter().find(|entry| {
+            entry.effector == effector && matches!(entry.state, FaultState::Acting { .. })
+        })
+    }
+
+    /// Something acts, rests or is scheduled for an effector.
+    #[must_use]
+    pub fn names(&self, effector: Effector) -> bool {
+        self.entries.iter().any(|entry| entry.effector == effector)
+    }
+
+    /// In words, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
+    pub fn lines(&self) -> impl Iterator<Item = String> {
+        self.entries.iter().map(|entry| {
+            let FaultEntry { id, effector, kind, timing, state } = entry;
+            let (unit, instance) = failure::unit_and_instance(*effector);
+            let kind = kind.described(effector.is_angle());
+            let name = effector.name();
+            format!("Fault {id}: {unit} {instance} ({name}) {kind}{timing}, {state}")
+        })
+    }
+}
+
+/// Asks the plant for its list where reports can have been missed.
+#[derive(Debug, Default)]
+pub struct ListRequest {
+    is_wanted: bool,
+    /// Number of the intent that is on its way.
+    asked: Option<u32>,
+}
+
+impl ListRequest {
+    /// Takes what happened.
+    pub fn handle_event(&mut self, kind: &EventKind) {
+        match *kind {
+            EventKind::FlightBegan { joined_in_flight } => self.is_wanted = joined_in_flight,
+            EventKind::PlantBack => self.is_wanted = true,
+            EventKind::Outcome { number, outcome } if self.asked == Some(number) => {
+                self.asked = None;
+                // Without a flight there is nothing to list.
+                self.is_wanted |= outcome == Outcome::NoAnswer;
+            }
+            _ => {}
+        }
+    }
+
+    /// Asks, as soon as there is room.
+    pub fn poll(&mut self, intents: &mut Intents) {
+        if self.is_wanted && self.asked.is_none() {
+            self.asked = intents.push(Wish::ListFaults);
+            self.is_wanted = self.asked.is_none();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::SimTime;
+    use icd::fault::{FaultKind, Timing};
+
+    fn entry(id: u32, state: FaultState) -> EventKind {
+        EventKind::Fault(FaultEntry {
+            id,
+            effector: Effector::Rudder,
+            kind: FaultKind::StuckHere,
+            timing: Timing::at(SimTime::from_micros(1_000_000)),
+            state,
+        })
+    }
+
+    fn at(seconds: u64) -> SimTime {
+        SimTime::from_micros(seconds * 1_000_000)
+    }
+
+    #[test]
+    fn the_list_follows_the_reports_and_begins_empty_with_each_flight() {
+        let mut list = FaultList::default();
+        assert!(list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) })));
+        assert!(list.handle_event(&entry(1, FaultState::Acting { since: at(1) })));
+        let lines: Vec<_> = list.lines().collect();
+        assert_eq!(
+            lines,
+            [
+                "Fault 1: servo 5 (rudder) stuck, since 1.000000 s",
+                "Fault 2: servo 5 (rudder) stuck, from 5.000000 s on"
+            ]
+        );
+        assert_eq!(list.acting(Effector::Rudder).map(|entry| entry.id), Some(1));
+        list.handle_event(&entry(1, FaultState::Ended { at: at(5) }));
+        assert_eq!(list.acting(Effector::Rudder), None);
+        list.handle_event(&entry(2, FaultState::Acting { since: at(5) }));
+        assert_eq!(list.acting(Effector::Rudder).map(|entry| entry.id), Some(2));
+        let resting = FaultState::Resting { since: at(6), next: at(9) };
+        list.handle_event(&entry(2, resting));
+        assert_eq!((list.acting(Effector::Rudder), list.entries().len()), (None, 1));
+        list.handle_event(&EventKind::FlightBegan { joined_in_flight: false });
+        assert!(list.entries().is_empty());
+    }
+
+    #[test]
+    fn what_the_plant_repeats_is_no_news_also_after_a_silence() {
+        let mut list = FaultList::default();
+        let acting = entry(1, FaultState::Acting { since: at(1) });
+        assert!(list.handle_event(&acting));
+        assert!(!list.handle_event(&acting));
+        list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) }));
+        list.handle_event(&EventKind::PlantBack);
+        assert!(list.entries().is_empty(), "not confirmed");
+        assert!(!list.handle_event(&acting));
+        assert!(list.handle_event(&entry(2, FaultState::Acting { since: at(5) })));
+        assert_eq!(list.entries().len(), 2);
+    }
+
+    #[test]
+    fn a_plant_that_tells_too_much_fills_the_list_and_no_more() {
+        let mut list = FaultList::default();
+        for id in 1..1_000 {
+            list.handle_event(&entry(id, FaultState::Scheduled { at: at(5) }));
+        }
+        assert_eq!(list.entries().len(), FAULTS_MAX);
+    }
+
+    #[test]
+    fn the_plant_is_asked_once_and_again_only_where_it_gave_no_answer() {
+        let (mut request, mut intents) = (ListRequest::default(), Intents::default());
+        request.poll(&mut intents);
+        assert!(intents.is_empty());
+        request.handle_event(&EventKind::FlightBegan { joined_in_flight: true });
+        request.poll(&mut intents);
+        request.poll(&mut intents);
+        let number = intents.pop().unwrap().number;
+        assert!(intents.is_empty(), "asked once");
+        request.handle_event(&EventKind::Outcome { number, outcome: Outcome::NoAnswer });
+        request.poll(&mut intents);
+        let number = intents.pop().unwrap().number;
+        request.handle_event(&EventKind::Outcome { number, outcome: Outcome::Done });
+        request.poll(&mut intents);
+        assert!(intents.is_empty());
+    }
+}

@@ -1,0 +1,151 @@
+//! The parameters FLT_SERVO1 to FLT_SERVO7 and FLT_MOTOR1: setting one is an order to break an effector.
+//!
+//! ```text
+//!  PARAM_SET ─> order ─> plant ─> outcome ─> its fault on the list ─> PARAM_VALUE, to everybody
+//!                 └refused─────────┴refused, silent──> PARAM_VALUE as it is, and a text that says why
+//! ```
+//!
+//! The value is what acts, whoever ordered it. It is announced whenever it changes.
+
+use core::time::Duration;
+
+use icd::Effector;
+
+use crate::clock::WallTime;
+use crate::event::{Outcome, Wish};
+use crate::mavlink::context::{Context, From};
+use crate::mavlink::failure;
+use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit};
+use crate::mavlink::fault_list::FaultList;
+use crate::parameters::FAULTS;
+use icd::fault::FaultReply;
+
+/// Orders that may be open.
+const OPEN_MAX: usize = 32;
+/// Ground stations wait for an answer for about a second.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+/// An order on its way.
+#[derive(Debug)]
+struct Open {
+    from: From,
+    /// Number of the intent.
+    number: u32,
+    effector: Effector,
+    /// The value that was ordered.
+    wanted: u8,
+    since: WallTime,
+    /// The plant has done it, but its report is not there yet.
+    is_done: bool,
+}
+
+/// What a fault parameter owes an answer.
+#[derive(Debug)]
+pub(super) struct Answer {
+    pub(super) from: From,
+    pub(super) effector: Effector,
+    /// Why it was not set; `None` if it was.
+    pub(super) refused: Option<String>,
+}
+
+/// The orders that wait for the plant, and the values as they were told.
+#[derive(Debug, Default)]
+pub(super) struct FaultOrders {
+    open: Vec<Open>,
+    told: [u8; FAULTS.len()],
+}
+
+/// FAILURE_TYPE of what acts on an effector, 0 for nothing.
+pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
+    faults.acting(effector).and_then(|entry| FailureType::of(&entry.kind).code()).unwrap_or(0)
+}
+
+impl FaultOrders {
+    /// Orders what a PARAM_SET wants; false if it is so already.
+    ///
+    /// # Errors
+    /// Why nothing is asked of the plant.
+    pub(super) fn set(
+        &mut self,
+        from: From,
+        effector: Effector,
+        value: f64,
+        now: WallTime,
+        ctx: &mut Context,
+    ) -> Result<bool, String> {
+        let (unit, instance) = failure::unit_and_instance(effector);
+        let wanted = (0..=8_u8).find(|code| f64::from(*code) == libm::round(value));
+        let failure_type = wanted.and_then(|code| FailureType::of_code(code.into()));
+        let (Some(wanted), Some(failure_type)) = (wanted, failure_type) else {
+            let name = unit.to_ascii_uppercase();
+            return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to 8"));
+        };
+        if wanted == 0 && !ctx.aircraft.faults().names(effector) {
+            // Nothing to mend: a table of parameters that is sent back asks for nothing.
+            return Ok(false);
+        }
+        let instances = Instances::One(u32::try_from(instance).unwrap_or(0));
+        let order = FaultOrder::new(Unit::of(effector), failure_type, instances);
+        let requests = order::requests(&order, ctx.parameters, ctx.belief)
+            .map_err(|refused| refused.reason.unwrap_or_default())?;
+        if self.open.len() >= OPEN_MAX {
+            return Err("Not set: too many faults are waiting".to_owned());
+        }
+        for request in requests {
+            let number = ctx.intents.push(Wish::Fault(request));
+            let number = number.ok_or("Not set: too many commands are waiting")?;
+            self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
+        }
+        Ok(true)
+    }
+
+    /// Takes the outcome of an intent; what can be answered now.
+    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome) -> Option<Answer> {
+        let place = self.open.iter().position(|open| open.number == number)?;
+        let open = self.open.get_mut(place)?;
+        let refused = match outcome {
+            Outcome::Plant(FaultReply::Refused(refusal)) => refusal.to_string(),
+            Outcome::Refused(refusal) => refusal.to_string(),
+            Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
+            Outcome::Done | Outcome::Plant(_) => {
+                open.is_done = true;
+                return None;
+            }
+        };
+        let Open { from, effector, .. } = self.open.remove(place);
+        let (unit, instance) = failure::unit_and_instance(effector);
+        let refused = Some(format!("Fault refused: {unit} {instance}: {refused}"));
+        Some(Answer { from, effector, refused })
+    }
+
+    /// What can be answered now: what is on the list as it was ordered, and what waits for too long.
+    pub(super) fn answers(&mut self, now: WallTime, faults: &FaultList) -> Vec<Answer> {
+        let is_over = |open: &mut Open| {
+            let is_there = open.is_done && value(open.effector, faults) == open.wanted;
+            is_there || now.since(open.since) >= PATIENCE
+        };
+        let over = self.open.extract_if(.., is_over);
+        over.map(|Open { from, effector, is_done, .. }| {
+            let (unit, instance) = failure::unit_and_instance(effector);
+            let refused = (!is_done)
+                .then(|| format!("Not confirmed: {unit} {instance}: the aircraft does not answer"));
+            Answer { from, effector, refused }
+        })
+        .collect()
+    }
+
+    /// Effectors whose value is another than the one told last.
+    pub(super) fn changed(&mut self, faults: &FaultList) -> Vec<Effector> {
+        let rows = FAULTS.iter().zip(&mut self.told);
+        rows.filter_map(|(row, told)| {
+            let value = value(row.effector, faults);
+            (std::mem::replace(told, value) != value).then_some(row.effector)
+        })
+        .collect()
+    }
+
+    /// When somebody has waited for long enough.
+    pub(super) fn next_deadline(&self) -> Option<WallTime> {
+        self.open.iter().map(|open| open.since + PATIENCE).min()
+    }
+}

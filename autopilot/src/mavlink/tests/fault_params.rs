@@ -1,0 +1,137 @@
+//! The parameters that break an effector.
+
+use super::params::{set_int, set_real};
+use super::world::*;
+use crate::event::Wish;
+use crate::mavlink::failure;
+use crate::parameters::FAULTS;
+use ::mavlink::dialects::common::PARAM_ERROR_DATA;
+use icd::fault::{FaultReply, Refusal};
+use icd::{ControlPeriod, FaultKind, FaultRequest, SimTime};
+
+/// Name and value of each PARAM_VALUE of a fault parameter since the last call.
+fn values(world: &mut World) -> Vec<(String, i32)> {
+    let values = world.values(address(14_550));
+    let values = values.iter().map(|value| {
+        let bits = value.param_value.to_le_bytes();
+        (value.param_id.to_str().unwrap().to_owned(), i32::from_le_bytes(bits))
+    });
+    let values = values.filter(|(name, _)| FAULTS.iter().any(|row| row.name == name)).collect();
+    world.got.retain(|got| got.id != 22);
+    values
+}
+
+fn one(name: &str, value: i32) -> Vec<(String, i32)> {
+    vec![(name.to_owned(), value)]
+}
+
+#[test]
+fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
+    for row in &FAULTS {
+        for code in 1..=8 {
+            let mut world = World::flying();
+            world.take_wishes();
+            world.send(&set_int(row.name, code));
+            assert_eq!(values(&mut world), one(row.name, code), "one answer");
+            let wishes = world.take_wishes();
+            let [Wish::Fault(request)] = &wishes[..] else { panic!("{wishes:?}") };
+            assert_eq!(request.effector(), Some(row.effector));
+            world.send(&set_int(row.name, 0));
+            assert_eq!(values(&mut world), one(row.name, 0), "mended");
+        }
+    }
+}
+
+#[test]
+fn the_sizes_are_latched_when_it_is_set() {
+    let mut world = World::flying();
+    world.send(&set_int("FLT_WRONG_MODE", 1));
+    world.send(&set_real("FLT_BIAS_DEG", 3.0));
+    world.take_wishes();
+    world.send(&set_int("FLT_SERVO5", 4));
+    let wishes = world.take_wishes();
+    let bias = 3.0_f64.to_radians();
+    assert!(
+        matches!(wishes[..], [Wish::Fault(FaultRequest::Inject {
+            kind: FaultKind::Biased { bias: ordered }, ..
+        })] if ordered == bias),
+        "{wishes:?}"
+    );
+    world.send(&set_real("FLT_BIAS_DEG", 9.0));
+    world.run_ms(100);
+    assert!(!world.take_wishes().iter().any(|wish| matches!(wish, Wish::Fault(_))));
+}
+
+#[test]
+fn the_value_follows_faults_that_were_ordered_in_another_way_and_ends_with_the_flight() {
+    let mut world = World::flying();
+    world.send_command(420, [102.0, 5.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(values(&mut world), one("FLT_SERVO3", 5));
+    world.send_command(420, [102.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(values(&mut world), one("FLT_SERVO3", 0));
+    world.send_command(420, [101.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(values(&mut world), one("FLT_MOTOR1", 1));
+    world.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    world.settle();
+    assert_eq!(values(&mut world), one("FLT_MOTOR1", 0));
+}
+
+#[test]
+fn what_is_refused_answers_with_the_value_as_it_is_and_says_why() {
+    let no_fault = FaultReply::Refused(Refusal::NotForThisEffector);
+    for (plant, before, value, words) in [
+        (PlantManner::Says(no_fault), 1, 2, "this effector has no such fault"),
+        (PlantManner::Willing, 0, 2, "SYS_FAILURE_EN 0"),
+        (PlantManner::Willing, 1, 9, "is outside 0 to 8"),
+        (PlantManner::Willing, 1, -1, "is outside 0 to 8"),
+    ] {
+        let mut world = World::flying();
+        world.plant = plant;
+        world.send(&set_int("SYS_FAILURE_EN", before));
+        world.got.clear();
+        world.send(&set_int("FLT_SERVO1", value));
+        assert!(world.got.iter().any(|got| got.read::<PARAM_ERROR_DATA>().is_some()));
+        assert_eq!(values(&mut world), one("FLT_SERVO1", 0), "{words}");
+        assert!(world.said(words), "{words}: {:?}", world.texts());
+    }
+}
+
+#[test]
+fn a_silent_plant_is_answered_for_within_a_second() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    world.send(&set_int("FLT_SERVO2", 2));
+    world.run_ms(600);
+    assert_eq!(values(&mut world), []);
+    world.run_ms(300);
+    assert_eq!(values(&mut world), one("FLT_SERVO2", 0));
+    assert!(world.said("Not confirmed: servo 2: the aircraft does not answer"));
+    // Without a flight at once.
+    let mut world = World::waiting();
+    world.settle();
+    world.got.clear();
+    world.send(&set_int("FLT_SERVO2", 2));
+    assert_eq!(values(&mut world), one("FLT_SERVO2", 0));
+    assert!(world.said("no aircraft is connected"), "{:?}", world.texts());
+}
+
+#[test]
+fn a_flood_of_orders_is_refused_and_each_is_answered() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    for _ in 0..100 {
+        world.send(&set_int("FLT_SERVO2", 2));
+    }
+    world.run_ms(1_000);
+    assert_eq!(values(&mut world).len(), 100);
+}
+
+#[test]
+fn they_are_never_kept() {
+    let mut world = World::flying();
+    world.ground.keep_parameters(*world.ground.parameters());
+    world.send(&set_int("FLT_SERVO1", 2));
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
+    assert_eq!(world.ground.pop_save(), None);
+    assert_eq!(failure::unit_and_instance(FAULTS[0].effector), ("servo", 1));
+}
