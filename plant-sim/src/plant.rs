@@ -207,7 +207,7 @@ impl Plant {
         let mut now_us = self.time.as_micros();
         while now_us < end_us {
             let grid_us = (now_us / self.step_us + 1) * self.step_us;
-            let event_us = self.faults.next_event().map_or(end_us, SimTime::as_micros);
+            let event_us = self.faults.next_event().map_or(u64::MAX, SimTime::as_micros);
             let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
             self.state = self.dynamics.step(&self.state, &self.present, &self.held, step_s);
