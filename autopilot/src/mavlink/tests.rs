@@ -19,6 +19,7 @@ mod params;
 mod places;
 mod plan_commands;
 mod positions;
+mod qgc_files;
 mod references;
 mod robustness;
 mod scripts;

@@ -1,6 +1,6 @@
 //! The mission protocol: plans in and out, item by item.
 
-mod client;
+pub(super) mod client;
 mod conversations;
 mod garbage;
 mod guided;
