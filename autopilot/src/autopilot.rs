@@ -16,6 +16,7 @@ use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::Script;
 use crate::termination;
 use crate::transitions::Transitions;
+use crate::vehicle::plan::Plan;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 use scripts::Scripts;
@@ -418,6 +419,26 @@ impl Autopilot {
     #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.latest.as_ref()
+    }
+
+    /// What it is made of now: gains, limits and guidance as operators have set them.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        Settings {
+            belief: self.belief,
+            gains: self.gains,
+            limits: self.rules.limits,
+            navigation: self.rules.navigation,
+            references: self.vehicle.references().clone(),
+            script: self.scripts.of_scenario().cloned(),
+            fault_injection: self.scripts.may_fail,
+        }
+    }
+
+    /// The plan that is loaded; empty if there is none.
+    #[must_use]
+    pub fn plan(&self) -> Arc<Plan> {
+        self.vehicle.plan()
     }
 
     /// Design model of the laws, for judges of a flight.

@@ -4,10 +4,17 @@
 //! writes it on a thread of its own. What the plant tells the recorder (the truth) is opened here and nowhere else:
 //! laws and vehicle never get it.
 
+mod encoder;
+mod entry;
 mod hash;
 mod header;
 mod recorded;
+pub mod topics;
+mod words;
 
+pub use encoder::Encoder;
+pub use entry::{Begin, End, Entry, Step, open};
 pub use hash::RunHash;
 pub use header::{ControlHeader, parameter_hash};
 pub use recorded::{Moment, Recorded};
+pub use topics::{COMMAND_NAMES, CONTROL_NAMES, control_values};

@@ -16,6 +16,7 @@ use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening};
 use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
+use crate::io::recorder::{self, ParameterFeed, Recorder, RecorderConfig, RecorderError};
 use crate::io::status::{self, StatusLine};
 use crate::io::store::Kept;
 use crate::parameters::{ParameterError, Parameters, SavedError};
@@ -69,6 +70,9 @@ pub enum RunError {
     /// The link is over.
     #[error(transparent)]
     Link(#[from] PlantLinkError),
+    /// Flight logs cannot be written.
+    #[error(transparent)]
+    Recorder(#[from] RecorderError),
     /// The step log cannot be written.
     #[error("step log: {0}")]
     Log(#[from] LogError),
@@ -113,6 +117,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let listening = socket.local_address()?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
     let step_log = args.step_log.as_ref().map(create).transpose()?;
+    let (recorder, parameter_feed) = args.recorder(&parameters)?.unzip();
     let (ground, control) = channels::channels();
     let identity = args.ground_stations.identity;
     let belief = settings.belief;
@@ -126,7 +131,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         kept,
         kept_key,
     });
-    let ground_stations = config.map(|config| GroundStations::start(&config, ground, &stop));
+    let ground_stations =
+        config.map(|config| GroundStations::start(&config, ground, parameter_feed, &stop));
     let ground_stations = ground_stations.transpose()?;
     let status = if args.status {
         let ground_stations =
@@ -139,8 +145,9 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
     let health = args.health_file.clone().map(HealthFile::new).transpose()?;
-    let link =
-        PlantLink::new(socket, autopilot, control, status, step_log, stop).with_health_file(health);
+    let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
+        .with_health_file(health)
+        .with_recorder(recorder);
     let cpu = args.cpu;
     let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(move || {
         if let Some(cpu) = cpu
@@ -158,6 +165,22 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     Ok(ExitReason::Stopped)
 }
 
+impl AutopilotArgs {
+    /// The recorder, if there are to be flight logs.
+    fn recorder(
+        &self,
+        parameters: &Parameters,
+    ) -> Result<Option<(Recorder, ParameterFeed)>, RecorderError> {
+        let Some(folder) = self.log_folder() else { return Ok(None) };
+        let limit_bytes = self.recording.limit_bytes();
+        let introduction = recorder::introduction(&folder, limit_bytes);
+        let config = RecorderConfig { folder, limit_bytes, parameters: *parameters };
+        let recorder = Recorder::start(config)?;
+        info!("{introduction}");
+        Ok(Some(recorder))
+    }
+}
+
 /// The thread that serves ground stations.
 struct GroundStations {
     thread: JoinHandle<Result<(), GcsError>>,
@@ -167,9 +190,14 @@ struct GroundStations {
 
 impl GroundStations {
     /// If they cannot be served, the process ends.
-    fn start(config: &GcsConfig, channels: GroundChannels, stop: &Stop) -> Result<Self, RunError> {
+    fn start(
+        config: &GcsConfig,
+        channels: GroundChannels,
+        parameter_feed: Option<ParameterFeed>,
+        stop: &Stop,
+    ) -> Result<Self, RunError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let link = runtime.block_on(GcsLink::open(config))?;
+        let link = runtime.block_on(GcsLink::open(config))?.with_parameter_feed(parameter_feed);
         let listening = link.listening().clone();
         let (shutdown, told) = watch::channel(false);
         let stop = stop.clone();

@@ -14,6 +14,7 @@
 
 mod args;
 mod flight;
+pub mod header;
 mod link;
 mod pacer;
 mod parent;

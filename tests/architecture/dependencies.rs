@@ -72,6 +72,11 @@ fn what_both_programs_need_of_the_system_knows_no_aircraft() {
 }
 
 #[test]
+fn the_log_format_knows_no_aircraft() {
+    assert_only("ulog", &["thiserror"]);
+}
+
+#[test]
 fn autopilot_does_not_know_the_plant() {
     assert_without("autopilot", &closure("autopilot"), &["plant-sim", "sitl"]);
 }

@@ -99,6 +99,30 @@ fn the_flight_software_never_names_the_truth() {
 }
 
 #[test]
+fn only_the_recorder_opens_what_the_plant_tells_it() {
+    // The link hands it on unopened; nobody else in the flight software may have it.
+    let words = ["envelope", "record::open", "TruthRow", "TRUTH_FIELDS"];
+    let allowed = [
+        "autopilot/src/recorder.rs",
+        "autopilot/src/recorder/",
+        "autopilot/src/io/recorder.rs",
+        "autopilot/src/io/plant_link.rs",
+    ];
+    let mut offences = Vec::new();
+    let mut inside = 0;
+    for source in files("autopilot", &["rs"]) {
+        let uses = source.uses(&words);
+        if starts(&source.path, &allowed) {
+            inside += uses.len();
+        } else {
+            offences.extend(uses);
+        }
+    }
+    assert_none("the truth belongs to the recorder and the judges", &offences);
+    assert!(inside > 0, "no envelope found at all: the rule looks for the wrong words");
+}
+
+#[test]
 fn a_fault_acts_in_one_module_of_the_plant() {
     // The module faults acts, the scenario's tables of faults are read from a file; nobody else looks at the
     // kind.

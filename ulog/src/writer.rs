@@ -34,6 +34,23 @@ pub enum Level {
     Debug,
 }
 
+impl Level {
+    /// The level with this number of syslog; larger numbers are [`Level::Debug`].
+    #[must_use]
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Emergency,
+            1 => Self::Alert,
+            2 => Self::Critical,
+            3 => Self::Error,
+            4 => Self::Warning,
+            5 => Self::Notice,
+            6 => Self::Info,
+            _ => Self::Debug,
+        }
+    }
+}
+
 /// Value of an info message or a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value<'a> {

@@ -44,6 +44,11 @@ impl Scripts {
         }
     }
 
+    /// What begins with each flight.
+    pub(super) fn of_scenario(&self) -> Option<&Arc<Script>> {
+        self.scenario.as_ref()
+    }
+
     fn has_room(&self) -> bool {
         !self.asked.is_full()
     }
@@ -61,6 +66,8 @@ impl Autopilot {
     pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
         self.stop_script();
         self.scripts.asked.clear();
+        // A flight does not depend on the flights before it.
+        self.scripts.last_number = FIRST_SCRIPT_REQUEST;
         let Some(script) = self.scripts.scenario.clone() else { return };
         let id = script.id();
         if joined_in_flight {

@@ -289,7 +289,7 @@ fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_f
 #[test]
 fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
     let mut autopilot = autopilot();
-    let plan = Arc::new(crate::vehicle::plan::Plan::default());
+    let plan = Arc::new(Plan::default());
     autopilot.handle_intent(Intent { number: 1, wish: Wish::Plan(plan) });
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.1 };
     autopilot.handle_intent(Intent { number: 2, wish: Wish::Home(home) });

@@ -28,6 +28,7 @@ use tracing::{info, warn};
 
 use super::channels::GroundChannels;
 use super::key_store::{KeptKey, KeyStore};
+use super::recorder::ParameterFeed;
 use super::store::{Kept, Store};
 use crate::clock::{self, WallTime};
 use crate::event::{Event, Intent, Snapshot};
@@ -151,6 +152,7 @@ pub struct GcsLink {
     listening: Listening,
     store: Option<Store>,
     key_store: Option<KeyStore>,
+    parameter_feed: Option<ParameterFeed>,
 }
 
 impl GcsLink {
@@ -188,7 +190,14 @@ impl GcsLink {
             key_store = Some(KeyStore::open(&kept.path).map_err(GcsError::KeyStore)?);
         }
         ground = ground.with_signing(signing);
-        Ok(Self { ground, sockets, listening, store, key_store })
+        Ok(Self { ground, sockets, listening, store, key_store, parameter_feed: None })
+    }
+
+    /// Tells the recorder of parameters that change.
+    #[must_use]
+    pub fn with_parameter_feed(mut self, feed: Option<ParameterFeed>) -> Self {
+        self.parameter_feed = feed;
+        self
     }
 
     /// Where ground stations can be.
@@ -206,7 +215,7 @@ impl GcsLink {
         channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self { ground, sockets, listening, store, key_store } = self;
+        let Self { ground, sockets, listening, store, key_store, parameter_feed } = self;
         let Listening { clients, udp_server, tcp_server } = listening;
         info!(
             ?clients,
@@ -220,6 +229,7 @@ impl GcsLink {
             channels,
             store,
             key_store,
+            parameter_feed,
             held_back: None,
             refused: 0,
             turned_away: 0,
@@ -242,6 +252,7 @@ struct Link {
     store: Option<Store>,
     /// Likewise.
     key_store: Option<KeyStore>,
+    parameter_feed: Option<ParameterFeed>,
     /// An intent that found no room in the channel.
     held_back: Option<Intent>,
     /// Connections closed again since there were too many.
@@ -265,6 +276,9 @@ impl Link {
             let now = clock::now();
             self.ground.poll(now);
             self.pass_intents()?;
+            if let Some(feed) = self.parameter_feed.as_mut() {
+                feed.tell(self.ground.parameters());
+            }
             self.keep_parameters(now);
             self.keep_key(now);
             let wanted = self.ground.wants_snapshot();

@@ -6,5 +6,6 @@ pub mod gcs_link;
 pub mod key_store;
 pub mod plant_link;
 pub mod presence;
+pub mod recorder;
 pub mod status;
 pub mod store;

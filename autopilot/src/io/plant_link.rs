@@ -12,12 +12,13 @@ use host_io::tick_log::{LogError, TickLogWriter};
 use host_io::{LinkSocket, Stop};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide};
-use icd::wire::{PACKET_MAX, Phase, SensorPacket};
+use icd::wire::{self, PACKET_MAX, Phase, SensorPacket};
 use tracing::{error, info, warn};
 
 use super::channels::ControlChannels;
 use super::complaints::Complaints;
 use super::presence::Presence;
+use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::autopilot::Autopilot;
 use crate::clock;
@@ -44,6 +45,7 @@ pub struct PlantLink {
     presence: Presence,
     complaints: Complaints,
     health: Option<HealthFile>,
+    recorder: Option<Recorder>,
 }
 
 impl PlantLink {
@@ -69,6 +71,7 @@ impl PlantLink {
             presence: Presence::default(),
             complaints: Complaints::default(),
             health: None,
+            recorder: None,
         }
     }
 
@@ -76,6 +79,13 @@ impl PlantLink {
     #[must_use]
     pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
         self.health = health;
+        self
+    }
+
+    /// Writes flight logs.
+    #[must_use]
+    pub fn with_recorder(mut self, recorder: Option<Recorder>) -> Self {
+        self.recorder = recorder;
         self
     }
 
@@ -90,6 +100,9 @@ impl PlantLink {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
                 None => self.look_after_the_rest(),
             }
+        }
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish();
         }
         self.step_log.map_or(Ok(()), TickLogWriter::finish)?;
         Ok(())
@@ -107,12 +120,9 @@ impl PlantLink {
         };
         match self.side.handle(datagram, may_change_flight) {
             FlightEvent::Next(packet) => {
-                if self.presence.hear() {
-                    info!("the plant is back");
-                    self.autopilot.plant_back();
-                }
+                self.hear_plant();
                 self.plant = Some(from);
-                self.answer(&packet, from);
+                self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::NewFlight(packet) => {
                 self.presence.hear();
@@ -121,15 +131,15 @@ impl PlantLink {
                 let t_s = packet.time.as_seconds();
                 info!(plant = %from, t_s, joined_in_flight, "a flight begins");
                 self.autopilot.begin_flight(packet.period, packet.time, joined_in_flight);
-                self.answer(&packet, from);
+                if let Some(recorder) = self.recorder.as_mut() {
+                    recorder.begin_flight(&packet, &self.autopilot);
+                }
+                self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::Repeat(answer) => {
                 // What does not leave is lost, and will be asked for again.
                 let _ = self.socket.send_to(answer, from);
-                if self.presence.hear() {
-                    info!("the plant is back");
-                    self.autopilot.plant_back();
-                }
+                self.hear_plant();
             }
             FlightEvent::Refuse(refusal, why) => {
                 // Told once for each packet; if it gets lost, the next packet is refused as well.
@@ -145,6 +155,17 @@ impl PlantLink {
         }
     }
 
+    /// The plant is heard; whether it is back after a silence.
+    fn hear_plant(&mut self) {
+        if self.presence.hear() {
+            info!("the plant is back");
+            self.autopilot.plant_back();
+            if let Some(recorder) = self.recorder.as_mut() {
+                recorder.plant_back();
+            }
+        }
+    }
+
     /// What is done when there is nothing to answer.
     fn look_after_the_rest(&mut self) {
         self.look_at_clock();
@@ -152,8 +173,12 @@ impl PlantLink {
         self.tell();
     }
 
-    /// Answers first; everything that can wait comes after the answer is on its way.
-    fn answer(&mut self, packet: &SensorPacket, to: SocketAddr) {
+    /// Answers first; everything that can wait comes after the answer is on its way. `envelope` is what the plant
+    /// says to the recorder, which opens it; the autopilot never gets it.
+    fn answer(&mut self, packet: &SensorPacket, envelope: &[u8], to: SocketAddr) {
+        if let Some(recorder) = self.recorder.as_mut() {
+            recorder.enter(packet);
+        }
         for report in &packet.reports {
             self.autopilot.handle_report(report);
         }
@@ -164,7 +189,7 @@ impl PlantLink {
             Phase::OnGround => self.autopilot.hold(&packet.sensors, true),
         };
         let request = self.autopilot.next_request();
-        if let Some(answer) = self.side.answer(&actuators, request, false) {
+        if let Some(answer) = self.side.answer(&actuators, request, self.recorder.is_some()) {
             // What does not leave is lost, and will be asked for again.
             let _ = self.socket.send_to(answer, to);
         }
@@ -175,12 +200,18 @@ impl PlantLink {
         {
             error!(%problem, "the step log ends here");
         }
+        if let Some(recorder) = self.recorder.as_mut() {
+            recorder.leave(packet, envelope, &actuators, request, &self.autopilot);
+        }
         self.tell();
     }
 
     fn take_intents(&mut self) {
         for _ in 0..INTENTS_PER_TICK {
             let Some(intent) = self.channels.next_intent() else { return };
+            if let Some(recorder) = self.recorder.as_mut() {
+                recorder.intent(&intent);
+            }
             self.autopilot.handle_intent(intent);
         }
     }
@@ -195,8 +226,14 @@ impl PlantLink {
         while self.channels.has_room_for_event()
             && let Some(event) = self.autopilot.pop_event()
         {
+            if let Some(recorder) = self.recorder.as_mut() {
+                recorder.event(event);
+            }
             // There was room a moment ago, and nobody else sends.
             let _ = self.channels.tell(event);
+        }
+        if let Some(recorder) = self.recorder.as_mut() {
+            recorder.look_after();
         }
         if self.channels.snapshot_wanted()
             && let Some(snapshot) = self.autopilot.snapshot()
@@ -213,6 +250,9 @@ impl PlantLink {
         if self.plant.is_some() && self.presence.look(clock::now()) {
             warn!("the plant does not answer any more; waiting for it or for another one");
             self.autopilot.plant_lost();
+            if let Some(recorder) = self.recorder.as_mut() {
+                recorder.plant_lost();
+            }
         }
     }
 }

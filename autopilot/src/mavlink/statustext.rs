@@ -146,6 +146,12 @@ impl StatusTexts {
     }
 }
 
+/// Importance (number of syslog) and words of an event, for the flight log; `None` if it is not told.
+#[must_use]
+pub fn words(kind: &EventKind, parameters: &Parameters) -> Option<(u8, String)> {
+    text_of(kind, parameters).map(|(severity, text)| (severity as u8, text))
+}
+
 fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, String)> {
     use MavSeverity as S;
     let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;

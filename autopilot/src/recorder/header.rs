@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 
 use super::hash::hex;
 use crate::parameters::{NavigationParameters, ReferenceLimits};
-use crate::vehicle::plan::Plan;
+use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
 /// The control side of a flight at its first packet; JSON in the info message `control_header`.
@@ -34,10 +34,10 @@ pub struct ControlHeader {
     pub navigation: NavigationParameters,
     /// References by time.
     pub references: ReferenceSchedule,
-    /// The plan that an earlier flight of the same process left; empty in a first flight.
-    pub plan: Arc<Plan>,
-    /// What a scenario script does, if one flies.
-    pub script: Option<String>,
+    /// The script that begins with the flight.
+    pub script: Option<Arc<Script>>,
+    /// Scripts may break the aircraft.
+    pub fault_injection: bool,
     /// SHA-256 of the parameters ([`parameter_hash`]).
     pub parameter_hash: String,
 }

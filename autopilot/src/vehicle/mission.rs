@@ -101,6 +101,12 @@ impl Mission {
         self.progress = if self.is_empty() { Progress::NoPlan } else { Progress::NotStarted };
     }
 
+    /// The plan; empty if there is none.
+    #[must_use]
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
     /// There is no plan.
     #[must_use]
     pub fn is_empty(&self) -> bool {

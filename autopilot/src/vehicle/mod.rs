@@ -4,6 +4,8 @@
 //! tick at a time, from where the aircraft is and how it moves over the ground. Nothing here is stored that
 //! depends on wall time, and nothing is allocated in a tick.
 
+use std::sync::Arc;
+
 use flight_control::Demand;
 use flight_control::guidance::{Steering, hold_course};
 use icd::{Sensors, SimTime};
@@ -36,6 +38,7 @@ use mission::{Flight, Mission};
 pub use mode::Mode;
 pub use navigation::Navigation;
 use offboard::Offboard;
+use plan::Plan;
 pub use refusal::VehicleRefusal;
 pub use request::{LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks};
 pub use rules::Rules;
@@ -105,6 +108,18 @@ impl Vehicle {
         let mut mission = core::mem::take(&mut self.mission);
         mission.rewind();
         *self = Self { mission, ..Self::new(schedule) };
+    }
+
+    /// References by time.
+    #[must_use]
+    pub fn references(&self) -> &ReferenceSchedule {
+        &self.schedule
+    }
+
+    /// The plan that is loaded; empty if there is none.
+    #[must_use]
+    pub fn plan(&self) -> Arc<Plan> {
+        Arc::clone(self.mission.plan())
     }
 
     /// Mode now.

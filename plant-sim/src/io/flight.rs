@@ -10,6 +10,7 @@ use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use serde::{Deserialize, Serialize};
 use tracing::{error, info};
 
+use super::header::Envelopes;
 use super::link::{Link, LinkError};
 use super::pacer::{Due, Order, Pacer};
 use super::parent::Parent;
@@ -52,6 +53,7 @@ pub(super) struct Flight<'a> {
     pub(super) link: &'a mut Link,
     pub(super) stop: &'a Stop,
     pub(super) truth_log: &'a mut Option<TickLogWriter>,
+    pub(super) envelopes: &'a mut Envelopes,
     pub(super) pacer: &'a mut Pacer,
     pub(super) parent: &'a Parent,
     /// Answer to the last request; leaves with the next packet.
@@ -144,7 +146,10 @@ impl Flight<'_> {
             reports.push(report);
         }
         self.all_told = !reports.is_full();
-        self.link.ask(self.plant.time(), phase, self.period, sensors, reports, &[]);
+        let plant = &self.plant;
+        let truth = || plant.truth().to_row(plant.on_ground(), plant.is_broken());
+        let envelope = self.envelopes.next(truth);
+        self.link.ask(plant.time(), phase, self.period, sensors, reports, envelope);
         if phase == Phase::Flying {
             // While the autopilot works.
             self.record();
@@ -154,6 +159,7 @@ impl Flight<'_> {
         }
         let Some(answer) = self.link.answer()? else { return Ok(Answer::End(FlightEnd::Stop)) };
         self.asked = answer.request.is_some();
+        self.envelopes.want(answer.wants_envelope);
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {

@@ -11,6 +11,7 @@ use tracing::{info, warn};
 
 use super::args::PlantArgs;
 use super::flight::{Flight, FlightEnd, FlightReport};
+use super::header::Envelopes;
 use super::link::{Link, LinkError, RESEND_AFTER};
 use super::pacer::Pacer;
 use super::parent::Parent;
@@ -120,8 +121,10 @@ fn fly(
 ) -> Result<ExitReason, RunError> {
     let mut pacer = Pacer::new(setup.period, args.speed, args.start_paused);
     let mut plant = first;
+    let mut envelopes = Envelopes::new(&args.scenario, setup).map_err(io::Error::from)?;
     loop {
         pacer.begin_flight();
+        envelopes.begin_flight();
         let mut flight = Flight {
             plant,
             period: setup.period,
@@ -129,6 +132,7 @@ fn fly(
             link: &mut link,
             stop,
             truth_log,
+            envelopes: &mut envelopes,
             pacer: &mut pacer,
             parent,
             reply: None,

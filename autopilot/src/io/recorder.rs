@@ -1,0 +1,288 @@
+//! Flight logs: the control thread hands over entries in batches, a thread of its own writes them.
+//!
+//! ```text
+//! control thread                                   log thread                        folder
+//!   batch of entries ── 16 batches at most ──────>   Encoder ── 256 KiB or 0.25 s ──> 20260102-030405-<session>.ulg
+//!   empty batches   <──────────────────────────────
+//! ground stations ── parameters, 16 at most ─────>
+//! ```
+//!
+//! The control thread hands a batch over after its answer has left, and waits only where all batches are on their
+//! way, which means that the disk cannot keep up; simulation time waits with it. A log that cannot go on ends with a
+//! text, and the flight goes on. What was handed over reaches the system at least every [`FLUSH_EVERY`], so a
+//! process that is killed leaves a log up to its last moments.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use host_io::clock;
+use icd::wire::{self, SensorPacket};
+use icd::{Actuators, SimTime};
+use tracing::warn;
+
+use crate::autopilot::Autopilot;
+use crate::event::{Event, Intent, Wish};
+use crate::parameters::Parameters;
+use crate::recorder::{Begin, ControlHeader, End, Entry, Moment, Recorded, Step, open};
+
+mod file;
+mod folder;
+mod writer;
+
+/// Entries of a batch; it is handed over when it has as many.
+const BATCH: usize = 64;
+/// Room in a batch for what comes in one exchange beside its step.
+const BATCH_ROOM: usize = BATCH + 96;
+/// Batches on their way to the log thread.
+const QUEUE_MAX: usize = 16;
+/// A batch is handed over when it is this old, full or not.
+const HAND_OVER_AFTER: Duration = Duration::from_millis(100);
+/// What was handed over is passed on to the system at least this often, wall time.
+pub const FLUSH_EVERY: Duration = Duration::from_millis(250);
+/// Changes of parameters on their way to the log thread; each has all values, so the next makes up for a lost one.
+const PARAMETERS_MAX: usize = 16;
+
+/// What the log thread needs to know.
+#[derive(Debug, Clone)]
+pub struct RecorderConfig {
+    /// Folder of the logs.
+    pub folder: PathBuf,
+    /// Size of all logs together, bytes.
+    pub limit_bytes: u64,
+    /// Parameters at the start of the process.
+    pub parameters: Parameters,
+}
+
+/// Why there can be no logs.
+#[derive(Debug, thiserror::Error)]
+pub enum RecorderError {
+    /// The folder cannot be written to.
+    #[error("--log-dir {}: {source}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// The end on the ground-station side: tells the recorder of changed parameters.
+#[derive(Debug, Clone)]
+pub struct ParameterFeed {
+    sender: SyncSender<Parameters>,
+    last: Parameters,
+    late: bool,
+}
+
+impl ParameterFeed {
+    /// The parameters now. Never waits: where there is no room, a later call makes up for it.
+    pub fn tell(&mut self, now: &Parameters) {
+        if *now != self.last || self.late {
+            self.late = self.sender.try_send(*now).is_err();
+            self.last = *now;
+        }
+    }
+}
+
+/// The end on the control thread.
+#[derive(Debug)]
+pub struct Recorder {
+    batch: Vec<Entry>,
+    began: Option<Instant>,
+    full: Option<SyncSender<Vec<Entry>>>,
+    empty: Receiver<Vec<Entry>>,
+    thread: Option<JoinHandle<()>>,
+    in_flight: bool,
+    plant_is_lost: bool,
+    time: SimTime,
+    moment: Moment,
+}
+
+impl Recorder {
+    /// Looks whether logs can be written to the folder, which is created if need be, and starts the log thread.
+    ///
+    /// # Errors
+    /// [`RecorderError`] names the folder.
+    pub fn start(config: RecorderConfig) -> Result<(Self, ParameterFeed), RecorderError> {
+        let folder = config.folder.clone();
+        let failed = |source| RecorderError::Folder { folder: folder.clone(), source };
+        folder::prepare(&config.folder).map_err(failed)?;
+        let (full, batches) = sync_channel(QUEUE_MAX);
+        let (recycle, empty) = sync_channel(QUEUE_MAX);
+        let (sender, changes) = sync_channel(PARAMETERS_MAX);
+        let last = config.parameters;
+        let thread = thread::Builder::new()
+            .name("flight log".to_owned())
+            .spawn(move || writer::LogThread::new(config, changes).run(&batches, &recycle))
+            .map_err(failed)?;
+        let recorder = Self {
+            batch: Vec::with_capacity(BATCH_ROOM),
+            began: None,
+            full: Some(full),
+            empty,
+            thread: Some(thread),
+            in_flight: false,
+            plant_is_lost: false,
+            time: SimTime::ZERO,
+            moment: Moment::Between,
+        };
+        Ok((recorder, ParameterFeed { sender, last, late: false }))
+    }
+
+    /// A flight has begun, with this packet; the autopilot has been told, and nothing of the flight has been done.
+    pub fn begin_flight(&mut self, packet: &SensorPacket, autopilot: &Autopilot) {
+        let settings = autopilot.settings();
+        let header = ControlHeader {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            wire_version: wire::VERSION,
+            session: packet.session,
+            period_us: packet.period.as_micros(),
+            joined_in_flight: packet.sequence > 0,
+            belief: settings.belief,
+            gains: settings.gains,
+            limits: settings.limits,
+            navigation: settings.navigation,
+            references: settings.references,
+            script: settings.script,
+            fault_injection: settings.fault_injection,
+            parameter_hash: String::new(),
+        };
+        self.in_flight = true;
+        self.plant_is_lost = false;
+        self.time = packet.time;
+        self.moment = Moment::Between;
+        self.push(Entry::Begin(Box::new(Begin { time: packet.time, header })));
+        let plan = autopilot.plan();
+        if !plan.items.is_empty() {
+            // An earlier flight has left it.
+            self.recorded(Recorded::Intent(Intent { number: 0, wish: Wish::Plan(plan) }));
+        }
+    }
+
+    /// An exchange begins: what comes in from here on comes in before its step.
+    pub fn enter(&mut self, packet: &SensorPacket) {
+        self.time = packet.time;
+        self.moment = packet.phase.into();
+        for report in &packet.reports {
+            if let Some(entry) = Entry::of_report(packet.time, report) {
+                self.push(entry);
+            }
+        }
+    }
+
+    /// An operator's wish was taken.
+    pub fn intent(&mut self, intent: &Intent) {
+        if self.in_flight {
+            self.recorded(Recorded::Intent(intent.clone()));
+        }
+    }
+
+    /// The plant has been silent for too long.
+    pub fn plant_lost(&mut self) {
+        self.plant_is_lost = true;
+        self.recorded(Recorded::PlantLost);
+    }
+
+    /// The plant goes on with the flight.
+    pub fn plant_back(&mut self) {
+        self.plant_is_lost = false;
+        self.recorded(Recorded::PlantBack);
+    }
+
+    /// The exchange is over and its answer has left: its step, what the plant was asked, what it said to the
+    /// recorder. The only place, beside [`Recorder::look_after`], that can wait for the disk.
+    pub fn leave(
+        &mut self,
+        packet: &SensorPacket,
+        envelope: &[u8],
+        actuators: &Actuators,
+        request: Option<icd::fault::PlantRequest>,
+        autopilot: &Autopilot,
+    ) {
+        let (truth, piece) = open(envelope);
+        if self.moment == Moment::Step
+            && let Some(snapshot) = autopilot.snapshot()
+        {
+            let demand = snapshot.demand;
+            self.push(Entry::Step(Step {
+                time: packet.time,
+                sensors: packet.sensors,
+                actuators: *actuators,
+                log: snapshot.log,
+                mode: snapshot.mode,
+                references: [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s],
+                terminated: snapshot.terminated,
+                truth,
+            }));
+        }
+        if let Some(request) = request {
+            self.recorded(Recorded::Request(request));
+        }
+        if let Some(piece) = piece {
+            self.push(piece);
+        }
+        self.moment = Moment::Between;
+    }
+
+    /// Something happened.
+    pub fn event(&mut self, event: Event) {
+        self.push(Entry::Event(event));
+    }
+
+    /// Hands a batch over when it is due.
+    pub fn look_after(&mut self) {
+        let Some(began) = self.began else { return };
+        if self.batch.len() >= BATCH || clock::now() - began >= HAND_OVER_AFTER {
+            self.hand_over();
+        }
+    }
+
+    /// Ends the log, and waits until it is written.
+    pub fn finish(mut self) {
+        let end = if self.plant_is_lost { End::PlantLost } else { End::Stopped };
+        self.push(Entry::End(end));
+        self.hand_over();
+        self.full = None;
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            warn!("the log thread has broken down");
+        }
+    }
+
+    fn recorded(&mut self, what: Recorded) {
+        self.push(Entry::Recorded { time: self.time, moment: self.moment, what });
+    }
+
+    fn push(&mut self, entry: Entry) {
+        if !self.in_flight || self.full.is_none() {
+            return;
+        }
+        if self.batch.is_empty() {
+            self.began = Some(clock::now());
+        }
+        self.batch.push(entry);
+    }
+
+    fn hand_over(&mut self) {
+        self.began = None;
+        if self.batch.is_empty() {
+            return;
+        }
+        let next = self.empty.try_recv().unwrap_or_else(|_| Vec::with_capacity(BATCH_ROOM));
+        let batch = std::mem::replace(&mut self.batch, next);
+        if self.full.as_ref().is_some_and(|full| full.send(batch).is_err()) {
+            warn!("the log thread has ended; there is no flight log any more");
+            self.full = None;
+        }
+    }
+}
+
+/// Where logs go and how much room they have, for the operator.
+#[must_use]
+pub fn introduction(folder: &Path, limit_bytes: u64) -> String {
+    format!("flight logs in {}, {} MB at most", folder.display(), limit_bytes / 1_000_000)
+}

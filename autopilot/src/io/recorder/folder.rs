@@ -1,0 +1,144 @@
+//! The folder of the logs: names, and room for new ones.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use tracing::{info, warn};
+
+/// Endings of the files that count and that may be removed.
+const ENDINGS: [&str; 2] = ["ulg", "tlog"];
+
+/// Creates the folder if need be, and writes to it once.
+pub fn prepare(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    let probe = folder.join(format!(".two-step-{}", process::id()));
+    File::create(&probe)?;
+    fs::remove_file(probe)
+}
+
+/// Name of a log: UTC time of its beginning and the flight's number.
+pub fn name(utc_s: u64, session: u64) -> String {
+    format!("{}-{session:016x}.ulg", stamp(utc_s))
+}
+
+/// `yyyymmdd-hhmmss`, UTC, of a time in seconds since 1970.
+#[must_use]
+pub fn stamp(utc_s: u64) -> String {
+    let (days, second) = (utc_s / 86_400, utc_s % 86_400);
+    // Days from 1 March 0000, in eras of 400 years (Gregorian calendar).
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = era * 400 + year + next;
+    let (hour, minute) = (second / 3_600, second / 60 % 60);
+    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{:02}", second % 60)
+}
+
+/// Removes the oldest logs until they have at most `limit` bytes together. A log that is being written stays, and so
+/// do files whose names are not those of logs.
+pub fn make_room(folder: &Path, limit: u64) {
+    let mut logs = match logs(folder) {
+        Ok(logs) => logs,
+        Err(problem) => {
+            warn!(%problem, folder = %folder.display(), "old flight logs cannot be looked at");
+            return;
+        }
+    };
+    // Names begin with the time.
+    logs.sort();
+    let mut all: u64 = logs.iter().map(|(_, _, bytes)| bytes).sum();
+    for (name, path, bytes) in logs {
+        if all <= limit {
+            return;
+        }
+        let is_free = File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
+        if is_free {
+            match fs::remove_file(&path) {
+                Ok(()) => {
+                    all -= bytes;
+                    info!(log = name, "removed the oldest flight log to make room");
+                }
+                Err(problem) => warn!(%problem, log = name, "cannot remove an old flight log"),
+            }
+        }
+    }
+}
+
+/// Name, path and bytes of each log.
+fn logs(folder: &Path) -> io::Result<Vec<(String, PathBuf, u64)>> {
+    let mut logs = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        let metadata = entry.metadata()?;
+        if metadata.is_file() && is_log(&name) {
+            logs.push((name, entry.path(), metadata.len()));
+        }
+    }
+    Ok(logs)
+}
+
+/// `yyyymmdd-hhmmss`, then anything, then one of the endings.
+fn is_log(name: &str) -> bool {
+    let Some((stem, ending)) = name.rsplit_once('.') else { return false };
+    let stamp = stem.as_bytes().get(..15).unwrap_or_default();
+    let is_stamp = stamp.len() == 15
+        && stamp.iter().enumerate().all(|(at, byte)| match at {
+            8 => *byte == b'-',
+            _ => byte.is_ascii_digit(),
+        });
+    is_stamp && ENDINGS.contains(&ending)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_the_time_and_the_number_of_the_flight() {
+        assert_eq!(stamp(0), "19700101-000000");
+        assert_eq!(stamp(951_782_399), "20000228-235959");
+        assert_eq!(stamp(951_782_400), "20000229-000000");
+        assert_eq!(stamp(1_735_689_599), "20241231-235959");
+        assert_eq!(stamp(4_107_542_400), "21000301-000000");
+        assert_eq!(name(0, 0xab), "19700101-000000-00000000000000ab.ulg");
+        assert!(is_log(&name(0, 1)) && is_log("19700101-000000.tlog"));
+    }
+
+    #[test]
+    fn the_oldest_logs_go_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["notes.txt", "diary.ulg", "19700101-000000.tlog"];
+        let flights = [name(1, 1), name(2, 2), name(3, 3), name(4, 4)];
+        for name in names.iter().copied().chain(flights.iter().map(String::as_str)) {
+            fs::write(folder.path().join(name), [0; 100]).unwrap();
+        }
+        // Somebody writes the second one.
+        let open = File::open(folder.path().join(&flights[1])).unwrap();
+        open.lock().unwrap();
+        make_room(folder.path(), 250);
+        let mut left: Vec<String> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        left.sort();
+        let expected = [&flights[1], &flights[3], "diary.ulg", "notes.txt"];
+        assert_eq!(left, expected);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(prepare(&file.join("logs")).is_err());
+        prepare(&folder.path().join("a/b")).unwrap();
+        assert_eq!(fs::read_dir(folder.path().join("a/b")).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,134 @@
+//! The log thread: one log after the other.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
+use std::time::Instant;
+
+use host_io::clock;
+use tracing::{info, warn};
+use ulog::writer::Level;
+
+use super::file::LogFile;
+use super::{FLUSH_EVERY, RecorderConfig, folder};
+use crate::parameters::Parameters;
+use crate::recorder::{Begin, Encoder, End, Entry};
+
+/// Old logs are looked after each time a log has grown by this part of the limit.
+const LOOKS: u64 = 16;
+
+/// What the log thread owns.
+pub struct LogThread {
+    config: RecorderConfig,
+    changes: Receiver<Parameters>,
+    log: Option<OpenLog>,
+    flushed: Instant,
+}
+
+struct OpenLog {
+    encoder: Encoder<LogFile>,
+    path: PathBuf,
+    /// Size at which old logs are looked after again, bytes.
+    look_at: u64,
+}
+
+impl LogThread {
+    pub fn new(config: RecorderConfig, changes: Receiver<Parameters>) -> Self {
+        Self { config, changes, log: None, flushed: clock::now() }
+    }
+
+    /// Writes until the control thread ends.
+    pub fn run(mut self, batches: &Receiver<Vec<Entry>>, recycle: &SyncSender<Vec<Entry>>) {
+        loop {
+            match batches.recv_timeout(FLUSH_EVERY) {
+                Ok(mut batch) => {
+                    for entry in batch.drain(..) {
+                        self.take(entry);
+                    }
+                    // Where nobody wants it back, it goes.
+                    let _ = recycle.try_send(batch);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            self.take_parameters();
+            self.look_after();
+        }
+        self.end(End::Stopped);
+    }
+
+    fn take(&mut self, entry: Entry) {
+        match entry {
+            Entry::Begin(begin) => {
+                self.end(End::Restart);
+                self.begin(*begin);
+            }
+            Entry::End(why) => self.end(why),
+            entry => self.write(|encoder| encoder.add(entry)),
+        }
+    }
+
+    fn take_parameters(&mut self) {
+        while let Ok(now) = self.changes.try_recv() {
+            self.config.parameters = now;
+            self.write(|encoder| encoder.set_parameters(&now));
+        }
+    }
+
+    fn begin(&mut self, begin: Begin) {
+        let RecorderConfig { folder, limit_bytes, parameters } = &self.config;
+        folder::make_room(folder, *limit_bytes);
+        let path = folder.join(folder::name(clock::utc_seconds(), begin.header.session));
+        let encoder = LogFile::create(&path)
+            .and_then(|file| Encoder::begin(file, begin, parameters))
+            .and_then(|mut encoder| encoder.flush().map(|()| encoder));
+        match encoder {
+            Ok(encoder) => {
+                info!(log = %path.display(), "flight log");
+                self.log = Some(OpenLog { encoder, path, look_at: limit_bytes / LOOKS });
+            }
+            Err(problem) => {
+                warn!(%problem, log = %path.display(), "there is no log of this flight");
+            }
+        }
+    }
+
+    /// Does something to the log; where that fails, the log is over.
+    fn write(&mut self, what: impl FnOnce(&mut Encoder<LogFile>) -> io::Result<()>) {
+        let Some(log) = self.log.as_mut() else { return };
+        if let Err(problem) = what(&mut log.encoder) {
+            warn!(%problem, log = %log.path.display(), "the flight log ends here");
+            // As far as there is room for it.
+            let text = format!("The log ends here: {problem}");
+            let _ = log.encoder.text(Level::Error, &text).and_then(|()| log.encoder.flush());
+            self.log = None;
+        }
+    }
+
+    fn look_after(&mut self) {
+        let now = clock::now();
+        if now - self.flushed >= FLUSH_EVERY {
+            self.flushed = now;
+            self.write(|encoder| encoder.sync().and_then(|()| encoder.flush()));
+        }
+        let limit = self.config.limit_bytes;
+        let Some(log) = self.log.as_mut() else { return };
+        let written = log.encoder.written();
+        if written >= limit {
+            let path = log.path.display();
+            warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
+            self.end(End::Full);
+        } else if written >= log.look_at {
+            log.look_at = written + limit / LOOKS;
+            folder::make_room(&self.config.folder, limit);
+        }
+    }
+
+    fn end(&mut self, why: End) {
+        if let Some(OpenLog { encoder, path, .. }) = self.log.take()
+            && let Err(problem) = encoder.end(why)
+        {
+            warn!(%problem, log = %path.display(), "the flight log has no proper end");
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Entries to messages of a log.
+
+use std::io::{self, Write};
+
+use icd::SimTime;
+use ulog::format::Format;
+use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
+
+use super::topics::{self, Place};
+use super::{Begin, End, Entry, Moment, Recorded, RunHash, Step, parameter_hash, words};
+use crate::event::{Event, EventKind, Outcome, Wish};
+use crate::mavlink::statustext;
+use crate::parameters::{Kind, Parameters, table};
+
+/// Longest run header of a plant, bytes; what is longer is left out.
+const PLANT_HEADER_MAX: usize = 60_000;
+
+/// Writes one flight.
+#[derive(Debug)]
+pub struct Encoder<W> {
+    data: Data<W>,
+    topics: Topics,
+    row: Row,
+    hash: RunHash,
+    /// Simulation time of the last entry that has one.
+    time: SimTime,
+    parameters: Parameters,
+    /// Of the plant's header; empty when it is complete.
+    pieces: Vec<Option<Box<[u8]>>>,
+    plant_header_is_there: bool,
+}
+
+#[derive(Debug)]
+struct Topics {
+    sensors: Topic,
+    commands: Topic,
+    control: Topic,
+    truth: Topic,
+    vehicle: Topic,
+    fault: Topic,
+    recorded: Topic,
+}
+
+impl<W: Write> Encoder<W> {
+    /// Begins a log. Gains, limits and guidance are those of the header, the rest that of `parameters`.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn begin(out: W, begin: Begin, parameters: &Parameters) -> io::Result<Self> {
+        let Begin { time, mut header } = begin;
+        let parameters = Parameters {
+            gains: header.gains,
+            limits: header.limits,
+            navigation: header.navigation,
+            ..*parameters
+        };
+        let values = || table().iter().map(|row| (row.name, row.value(&parameters)));
+        header.parameter_hash = parameter_hash(values());
+        let json = serde_json::to_string(&header)?;
+        let mut log = Definitions::begin(out, time.as_micros())?;
+        log.info("sys_name", Value::Text("Two-Step"))?;
+        log.info("ver_sw", Value::Text(&header.version))?;
+        log.info("ver_wire", Value::U64(header.wire_version.into()))?;
+        log.info("session", Value::Text(&format!("{:016x}", header.session)))?;
+        log.info("control_header", Value::Text(&json))?;
+        let formats = [
+            topics::sensors(),
+            topics::commands(),
+            topics::control(),
+            topics::truth(),
+            topics::vehicle(),
+            topics::fault(),
+            topics::recorded(),
+        ];
+        for format in &formats {
+            log.format(format)?;
+        }
+        for row in table() {
+            log.parameter(row.name, wire_value(row.kind, row.value(&parameters)))?;
+        }
+        let mut data = log.data();
+        let mut subscribe = |format: &Format| data.subscribe(format);
+        let [sensors, commands, control, truth, vehicle, fault, recorded] = &formats;
+        let topics = Topics {
+            sensors: subscribe(sensors)?,
+            commands: subscribe(commands)?,
+            control: subscribe(control)?,
+            truth: subscribe(truth)?,
+            vehicle: subscribe(vehicle)?,
+            fault: subscribe(fault)?,
+            recorded: subscribe(recorded)?,
+        };
+        Ok(Self {
+            data,
+            topics,
+            row: Row::default(),
+            hash: RunHash::default(),
+            time,
+            parameters,
+            pieces: Vec::new(),
+            plant_header_is_there: false,
+        })
+    }
+
+    /// Adds an entry that is neither the beginning nor the end of a flight.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn add(&mut self, entry: Entry) -> io::Result<()> {
+        match entry {
+            Entry::Begin(_) | Entry::End(_) => Ok(()),
+            Entry::Step(step) => self.step(&step),
+            Entry::Recorded { time, moment, what } => self.recorded(time, moment, &what),
+            Entry::Fault { time, entry } => {
+                topics::fault_row(&mut self.row, time, &entry);
+                self.data.row(self.topics.fault, &self.row)
+            }
+            Entry::Event(event) => self.event(&event),
+            Entry::Piece { index, count, bytes } => self.piece(index, count, bytes),
+        }
+    }
+
+    fn step(&mut self, step: &Step) -> io::Result<()> {
+        self.time = step.time;
+        self.hash.step(step.time, &step.sensors, &step.actuators);
+        let Self { data, topics, row, .. } = self;
+        topics::sensors_row(row, step.time, &step.sensors);
+        data.row(topics.sensors, row)?;
+        topics::commands_row(row, step.time, &step.actuators);
+        data.row(topics.commands, row)?;
+        topics::control_row(row, step.time, &step.log);
+        data.row(topics.control, row)?;
+        topics::vehicle_row(row, step.time, step.mode, step.references, step.terminated);
+        data.row(topics.vehicle, row)?;
+        if let Some(truth) = &step.truth {
+            topics::truth_row(row, step.time, truth);
+            data.row(topics.truth, row)?;
+        }
+        Ok(())
+    }
+
+    fn recorded(&mut self, time: SimTime, moment: Moment, what: &Recorded) -> io::Result<()> {
+        self.time = time;
+        let mut step = self.hash.steps();
+        if let Recorded::Request(request) = what {
+            if moment == Moment::Step {
+                // It leaves after the step of its exchange.
+                step = step.saturating_sub(1);
+            }
+            self.hash.request(step, moment, &request.action);
+        }
+        let json = serde_json::to_vec(what)?;
+        let pieces = json.chunks(topics::PIECE_CHARS);
+        let parts = u16::try_from(pieces.len()).map_err(|_| io::ErrorKind::InvalidInput)?;
+        let place = Place { time, step, moment };
+        for (part, piece) in (0..parts).zip(pieces) {
+            topics::recorded_row(&mut self.row, place, part, parts, piece);
+            self.data.row(self.topics.recorded, &self.row)?;
+        }
+        match what {
+            Recorded::Intent(intent) => {
+                if let Wish::Gains(gains) = &intent.wish {
+                    // The words of later events depend on them.
+                    self.parameters.gains = **gains;
+                }
+                match words::wish(&intent.wish) {
+                    Some(words) => self.text(Level::Info, &format!("Input: {words}")),
+                    None => Ok(()),
+                }
+            }
+            Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
+        }
+    }
+
+    fn event(&mut self, event: &Event) -> io::Result<()> {
+        if let EventKind::Outcome { outcome: Outcome::Refused(why), .. } = event.kind {
+            return self.data.text(
+                Level::Warning,
+                event.time.as_micros(),
+                &format!("Refused: {why}"),
+            );
+        }
+        let Some((severity, text)) = statustext::words(&event.kind, &self.parameters) else {
+            return Ok(());
+        };
+        self.data.text(Level::from_number(severity), event.time.as_micros(), &text)
+    }
+
+    fn piece(&mut self, index: u16, count: u16, bytes: Box<[u8]>) -> io::Result<()> {
+        let (index, count) = (usize::from(index), usize::from(count));
+        if self.plant_header_is_there || index >= count {
+            return Ok(());
+        }
+        if self.pieces.len() != count {
+            self.pieces = vec![None; count];
+        }
+        self.pieces[index] = Some(bytes);
+        if self.pieces.iter().any(Option::is_none) {
+            return Ok(());
+        }
+        self.plant_header_is_there = true;
+        let all: Vec<u8> =
+            std::mem::take(&mut self.pieces).into_iter().flatten().flatten().collect();
+        if all.len() > PLANT_HEADER_MAX {
+            return self.text(Level::Warning, "The plant's header is too long for a log");
+        }
+        self.data.info("plant_header", Value::Text(&String::from_utf8_lossy(&all)))
+    }
+
+    /// A ground station has changed parameters.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn set_parameters(&mut self, now: &Parameters) -> io::Result<()> {
+        for row in table() {
+            let value = row.value(now);
+            if value != row.value(&self.parameters) {
+                self.data.parameter(row.name, wire_value(row.kind, value))?;
+            }
+        }
+        self.parameters = *now;
+        Ok(())
+    }
+
+    /// A text at the time of the last entry.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn text(&mut self, level: Level, text: &str) -> io::Result<()> {
+        self.data.text(level, self.time.as_micros(), text)
+    }
+
+    /// A place from which a damaged file can be read on.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.data.sync()
+    }
+
+    /// Bytes so far.
+    #[must_use]
+    pub fn written(&self) -> u64 {
+        self.data.written()
+    }
+
+    /// Writes run hash and number of steps, and says why the log ends. Gives the output back.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn end(mut self, why: End) -> io::Result<W> {
+        if why == End::Full {
+            self.text(Level::Warning, "The log ends here: it has reached its limit")?;
+        }
+        self.data.info("run_hash", Value::Text(&self.hash.hex()))?;
+        self.data.info("control_steps", Value::U64(self.hash.steps()))?;
+        self.data.info("end", Value::Text(&why.to_string()))?;
+        self.data.finish()
+    }
+
+    /// Passes everything on.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.data.flush()
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "as parameters travel over MAVLink")]
+fn wire_value(kind: Kind, value: f64) -> Value<'static> {
+    match kind {
+        Kind::Int => Value::I32(value as i32),
+        Kind::Real => Value::F32(value as f32),
+    }
+}

@@ -1,0 +1,390 @@
+//! Topics of a flight log: their columns, and rows from the values of a tick.
+//!
+//! A name ends with the unit of its column. Axes, signs and units are those of crate `icd`.
+
+use flight_control::StepLog;
+use icd::fault::{FaultEntry, FaultState};
+use icd::record::{TRUTH_FIELDS, TruthRow};
+use icd::{Actuators, Sensors, SimTime};
+use ulog::format::{Field, FieldType, Format};
+use ulog::writer::Row;
+
+use super::Moment;
+use crate::vehicle::Mode;
+
+/// Characters of one row of the topic `recorded`; longer entries take several rows.
+pub const PIECE_CHARS: usize = 200;
+
+/// Columns of the topic `commands`.
+pub const COMMAND_NAMES: [&str; 8] = [
+    "left_aileron_rad",
+    "right_aileron_rad",
+    "left_elevator_rad",
+    "right_elevator_rad",
+    "rudder_rad",
+    "nozzle_pitch_rad",
+    "nozzle_yaw_rad",
+    "engine_n",
+];
+
+/// Columns of the topic `control`: the signals of a control step ([`StepLog`]); flags are 0 or 1.
+pub const CONTROL_NAMES: [&str; 62] = [
+    "p_rad_s",
+    "q_rad_s",
+    "r_rad_s",
+    "roll_rad",
+    "pitch_rad",
+    "yaw_rad",
+    "alpha_rad",
+    "beta_rad",
+    "airspeed_m_s",
+    "altitude_m",
+    "climb_rate_m_s",
+    "thrust_n",
+    "altitude_reference_m",
+    "roll_reference_rad",
+    "airspeed_reference_m_s",
+    "z_roll_rad_s",
+    "z_pitch_rad_s",
+    "z_yaw_rad_s",
+    "z2_roll_rad_s2",
+    "z2_pitch_rad_s2",
+    "z2_yaw_rad_s2",
+    "level",
+    "compensator_active",
+    "fade",
+    "main_aileron_rad",
+    "main_elevator_rad",
+    "main_rudder_rad",
+    "main_nozzle_pitch_rad",
+    "main_nozzle_yaw_rad",
+    "main_thrust_n",
+    "compensation_aileron_rad",
+    "compensation_nozzle_pitch_rad",
+    "compensation_nozzle_yaw_rad",
+    "applied_aileron_rad",
+    "applied_nozzle_pitch_rad",
+    "applied_nozzle_yaw_rad",
+    "command_left_aileron_rad",
+    "command_right_aileron_rad",
+    "command_left_elevator_rad",
+    "command_right_elevator_rad",
+    "command_rudder_rad",
+    "command_nozzle_pitch_rad",
+    "command_nozzle_yaw_rad",
+    "command_engine_n",
+    "modelled_left_aileron_rad",
+    "modelled_right_aileron_rad",
+    "modelled_left_elevator_rad",
+    "modelled_right_elevator_rad",
+    "modelled_rudder_rad",
+    "modelled_nozzle_pitch_rad",
+    "modelled_nozzle_yaw_rad",
+    "modelled_engine_n",
+    "modelled_roll_rad_s2",
+    "modelled_pitch_rad_s2",
+    "modelled_yaw_rad_s2",
+    "implausible_input",
+    "aileron_saturated",
+    "elevator_saturated",
+    "rudder_saturated",
+    "nozzle_pitch_saturated",
+    "nozzle_yaw_saturated",
+    "thrust_saturated",
+];
+
+/// The values of a control step in the order of [`CONTROL_NAMES`].
+#[must_use]
+pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
+    let StepLog { state, main, compensation, applied_compensation: applied, health, .. } = log;
+    let flag = |flag: bool| f64::from(u8::from(flag));
+    let three = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
+    let angles = [state.attitude.phi, state.attitude.theta, state.attitude.psi];
+    let motion = [state.alpha, state.beta, state.airspeed_m_s, state.altitude_m];
+    let rest = [state.climb_rate_m_s, state.thrust_n];
+    let references = [log.altitude_reference_m, log.roll_reference_rad, log.airspeed_reference_m_s];
+    let detector = [log.level, flag(log.compensator_active), log.fade];
+    let surfaces = [main.aileron_rad, main.elevator_rad, main.rudder_rad];
+    let engine = [main.nozzle_pitch_rad, main.nozzle_yaw_rad, main.thrust_n];
+    let compensations = [compensation, applied]
+        .into_iter()
+        .flat_map(|c| [c.aileron_rad, c.nozzle_pitch_rad, c.nozzle_yaw_rad]);
+    let flags = [
+        health.implausible_input,
+        health.aileron_saturated,
+        health.elevator_saturated,
+        health.rudder_saturated,
+        health.nozzle_pitch_saturated,
+        health.nozzle_yaw_saturated,
+        health.thrust_saturated,
+    ];
+    let values = three(&state.rates)
+        .into_iter()
+        .chain(angles)
+        .chain(motion)
+        .chain(rest)
+        .chain(references)
+        .chain(three(&log.z))
+        .chain(three(&log.z2))
+        .chain(detector)
+        .chain(surfaces)
+        .chain(engine)
+        .chain(compensations)
+        .chain(*log.commands.as_array())
+        .chain(*log.modelled.as_array())
+        .chain(three(&log.modelled_acceleration))
+        .chain(flags.map(flag));
+    let mut row = [0.0; CONTROL_NAMES.len()];
+    for (column, value) in row.iter_mut().zip(values) {
+        *column = value;
+    }
+    row
+}
+
+/// A topic of numbers.
+fn numbers(name: &str, columns: &[&str]) -> Format {
+    let columns = columns.iter().map(|column| Field::new(FieldType::F64, *column));
+    topic(name, columns)
+}
+
+fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
+    let time = Field::new(FieldType::U64, "timestamp");
+    Format { name: name.to_owned(), fields: std::iter::once(time).chain(columns).collect() }
+}
+
+/// What the sensors said in a control step.
+#[must_use]
+pub fn sensors() -> Format {
+    numbers("sensors", &Sensors::NAMES)
+}
+
+/// What was commanded in a control step.
+#[must_use]
+pub fn commands() -> Format {
+    numbers("commands", &COMMAND_NAMES)
+}
+
+/// The signals of a control step.
+#[must_use]
+pub fn control() -> Format {
+    numbers("control", &CONTROL_NAMES)
+}
+
+/// What was really the case in a control step, as the plant says.
+#[must_use]
+pub fn truth() -> Format {
+    numbers("truth", &TRUTH_FIELDS)
+}
+
+/// Mode and references in a control step.
+#[must_use]
+pub fn vehicle() -> Format {
+    use FieldType::{Bool, F64, U8};
+    let columns = [
+        (F64, "altitude_m"),
+        (F64, "roll_rad"),
+        (F64, "airspeed_m_s"),
+        (U8, "mode"),
+        (Bool, "terminated"),
+    ];
+    topic("vehicle", columns.map(|(kind, name)| Field::new(kind, name)))
+}
+
+/// A fault of the plant's list was put there, acts, rests, or is over.
+#[must_use]
+pub fn fault() -> Format {
+    use FieldType::{F64, U8, U32, U64};
+    let columns = [
+        (U64, "at_us"),
+        (U64, "next_us"),
+        (F64, "value_1"),
+        (F64, "value_2"),
+        (F64, "ramp_s"),
+        (F64, "duration_s"),
+        (F64, "every_s"),
+        (U32, "id"),
+        (U32, "times"),
+        (U8, "effector"),
+        (U8, "kind"),
+        (U8, "state"),
+    ];
+    topic("fault", columns.map(|(kind, name)| Field::new(kind, name)))
+}
+
+/// Inputs in their order, as JSON.
+#[must_use]
+pub fn recorded() -> Format {
+    use FieldType::{Char, U8, U16, U64};
+    topic(
+        "recorded",
+        [
+            Field::new(U64, "step"),
+            Field::new(U16, "part"),
+            Field::new(U16, "parts"),
+            Field::new(U8, "phase"),
+            Field::new(U8, "length"),
+            Field::array(Char, PIECE_CHARS, "text"),
+        ],
+    )
+}
+
+/// Row of [`sensors`].
+pub fn sensors_row(row: &mut Row, time: SimTime, sensors: &Sensors) {
+    row.begin(time.as_micros()).f64s(&sensors.to_array());
+}
+
+/// Row of [`commands`].
+pub fn commands_row(row: &mut Row, time: SimTime, actuators: &Actuators) {
+    row.begin(time.as_micros()).f64s(actuators.commands.as_array());
+}
+
+/// Row of [`control`].
+pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog) {
+    row.begin(time.as_micros()).f64s(&control_values(log));
+}
+
+/// Row of [`truth`].
+pub fn truth_row(row: &mut Row, time: SimTime, truth: &TruthRow) {
+    row.begin(time.as_micros()).f64s(truth);
+}
+
+/// Row of [`vehicle`]; the references are altitude, m, roll, rad, and airspeed, m/s.
+pub fn vehicle_row(
+    row: &mut Row,
+    time: SimTime,
+    mode: Mode,
+    references: [f64; 3],
+    terminated: bool,
+) {
+    row.begin(time.as_micros()).f64s(&references).u8(mode as u8).bool(terminated);
+}
+
+/// Row of [`fault`]. The state is 0 scheduled, 1 acting, 2 resting, 3 ended, 4 cancelled.
+pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
+    let (state, next) = match entry.state {
+        FaultState::Scheduled { at } => (0, at),
+        FaultState::Acting { .. } => (1, SimTime::ZERO),
+        FaultState::Resting { next, .. } => (2, next),
+        FaultState::Ended { .. } => (3, SimTime::ZERO),
+        FaultState::Cancelled { .. } => (4, SimTime::ZERO),
+    };
+    let timing = &entry.timing;
+    let (every_s, times) =
+        timing.repeat.map_or((0.0, 0), |repeat| (repeat.every_s, repeat.times.unwrap_or(0)));
+    let [value, second] = entry.kind.values();
+    row.begin(time.as_micros())
+        .u64(entry.state.time().as_micros())
+        .u64(next.as_micros())
+        .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
+        .u32(entry.id)
+        .u32(times)
+        .u8(entry.effector as u8)
+        .u8(entry.kind.code())
+        .u8(state);
+}
+
+/// Where an entry of [`recorded`] belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Simulation time.
+    pub time: SimTime,
+    /// Control steps flown before its exchange.
+    pub step: u64,
+    /// In which exchange.
+    pub moment: Moment,
+}
+
+/// One row of [`recorded`]: piece `part` of `parts`, at most [`PIECE_CHARS`] bytes.
+pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &[u8]) {
+    #[expect(clippy::cast_possible_truncation, reason = "at most PIECE_CHARS")]
+    let length = piece.len().min(PIECE_CHARS) as u8;
+    row.begin(place.time.as_micros())
+        .u64(place.step)
+        .u16(part)
+        .u16(parts)
+        .u8(place.moment.code())
+        .u8(length)
+        .chars(piece, PIECE_CHARS);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::Effector;
+    use icd::fault::{FaultKind, Onset, Repeat, Timing};
+
+    /// Value of a column of doubles.
+    fn double(format: &Format, row: &Row, name: &str) -> f64 {
+        let at = format.fields.iter().take_while(|field| field.name != name).map(Field::size);
+        let bytes = &row.bytes()[at.sum::<usize>()..];
+        f64::from_le_bytes(bytes[..8].try_into().unwrap())
+    }
+
+    #[test]
+    fn every_row_has_the_length_of_its_topic() {
+        let mut row = Row::default();
+        let time = SimTime::from_micros(4_000);
+        let mut values = [0.0; Sensors::COUNT];
+        values[6] = 1.0;
+        sensors_row(&mut row, time, &Sensors::from_array(&values));
+        assert_eq!(row.bytes().len(), sensors().size());
+        commands_row(&mut row, time, &Actuators::default());
+        assert_eq!(row.bytes().len(), commands().size());
+        truth_row(&mut row, time, &[0.0; TRUTH_FIELDS.len()]);
+        assert_eq!(row.bytes().len(), truth().size());
+        vehicle_row(&mut row, time, Mode::Hold, [1.0, 2.0, 3.0], true);
+        assert_eq!(row.bytes().len(), vehicle().size());
+        let place = Place { time, step: 2, moment: Moment::Step };
+        recorded_row(&mut row, place, 0, 1, b"{}");
+        assert_eq!(row.bytes().len(), recorded().size());
+    }
+
+    #[test]
+    fn commands_stand_under_the_names_of_their_effectors() {
+        for (name, effector) in COMMAND_NAMES.into_iter().zip(Effector::ALL) {
+            let unit = if effector.is_angle() { "rad" } else { "n" };
+            assert_eq!(name, format!("{}_{unit}", effector.key()));
+            assert!(CONTROL_NAMES.contains(&format!("command_{name}").as_str()));
+            assert!(CONTROL_NAMES.contains(&format!("modelled_{name}").as_str()));
+        }
+    }
+
+    #[test]
+    fn a_fault_keeps_its_numbers() {
+        let repeat = Some(Repeat { every_s: 5.0, times: Some(3) });
+        let entry = FaultEntry {
+            id: 7,
+            effector: Effector::NozzleYaw,
+            kind: FaultKind::Oscillating { amplitude: 0.1, frequency_hz: 2.0 },
+            timing: Timing {
+                onset: Onset::At(SimTime::ZERO),
+                ramp_s: 0.5,
+                duration_s: Some(1.0),
+                repeat,
+            },
+            state: FaultState::Resting {
+                since: SimTime::from_micros(9),
+                next: SimTime::from_micros(11),
+            },
+        };
+        let mut row = Row::default();
+        fault_row(&mut row, SimTime::from_micros(10), &entry);
+        let format = fault();
+        assert_eq!(row.bytes().len(), format.size());
+        for (name, value) in [
+            ("value_1", 0.1),
+            ("value_2", 2.0),
+            ("ramp_s", 0.5),
+            ("duration_s", 1.0),
+            ("every_s", 5.0),
+        ] {
+            assert_eq!(double(&format, &row, name), value, "{name}");
+        }
+        let end = &row.bytes()[row.bytes().len() - 11..];
+        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, Effector::NozzleYaw as u8, 11, 2]);
+        assert_eq!(
+            row.bytes()[..24],
+            [10, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 11, 0, 0, 0, 0, 0, 0, 0]
+        );
+    }
+}

@@ -1,0 +1,46 @@
+//! Inputs in words, for the texts of a flight log.
+
+use icd::FaultRequest;
+use icd::pace::Pace;
+
+use crate::event::Wish;
+use crate::vehicle::Reference;
+
+/// What an operator wished; `None` for streams (setpoints, sticks), which would fill the log.
+#[must_use]
+pub fn wish(wish: &Wish) -> Option<String> {
+    Some(match wish {
+        Wish::Setpoint(_) | Wish::Sticks(_) => return None,
+        Wish::Mode(mode) => format!("mode {mode}"),
+        Wish::Refer(Reference::Altitude(m)) => format!("altitude {m:.1} m"),
+        Wish::Refer(Reference::Airspeed(m_s)) => format!("airspeed {m_s:.1} m/s"),
+        Wish::Refer(Reference::Roll(rad)) => format!("roll {:.1} deg", rad.to_degrees()),
+        Wish::Refer(Reference::Course(rad)) => format!("course {:.1} deg", rad.to_degrees()),
+        Wish::Gains(_) => "gains".to_owned(),
+        Wish::Limits(_) => "limits of references".to_owned(),
+        Wish::Navigation(_) => "parameters of the guidance".to_owned(),
+        Wish::Fault(FaultRequest::Inject { effector, kind, timing }) => {
+            format!("fault: {effector} {}{timing}", kind.described(effector.is_angle()))
+        }
+        Wish::Fault(FaultRequest::Clear { effector }) => format!("mend {effector}"),
+        Wish::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
+        Wish::Restart => "new flight".to_owned(),
+        Wish::Reposition(_) => "reposition".to_owned(),
+        Wish::Plan(plan) => format!("plan of {} items", plan.items.len()),
+        Wish::PlanItem(item) => format!("item {item} of the plan"),
+        Wish::Continue => "go on with the plan".to_owned(),
+        Wish::Home(_) => "home".to_owned(),
+        Wish::Terminate => "terminate the flight".to_owned(),
+        Wish::LinkLost(_) => "the ground station is silent".to_owned(),
+        Wish::LinkBack => "the ground station is back".to_owned(),
+        Wish::ListFaults => "list of the faults".to_owned(),
+        Wish::Script(script) => format!("script {}", script.name()),
+        Wish::StopScript => "stop the script".to_owned(),
+        Wish::FaultInjection(true) => "fault injection allowed".to_owned(),
+        Wish::FaultInjection(false) => "fault injection refused".to_owned(),
+        Wish::Pace(Pace::Pause) => "pause".to_owned(),
+        Wish::Pace(Pace::Run) => "run".to_owned(),
+        Wish::Pace(Pace::Step(periods)) => format!("step {periods} periods"),
+        Wish::Pace(Pace::Speed(speed)) => format!("speed x{speed}"),
+    })
+}

@@ -1,0 +1,137 @@
+//! What the plant tells the recorder of a flight: its setup, in pieces, and the truth of each tick.
+//!
+//! It goes into the envelope of sensor packets while the autopilot's process records, and nobody else opens it.
+
+use icd::record::{self, EnvelopeBytes, PIECE_MAX, Piece, TruthRow};
+use serde::{Deserialize, Serialize};
+
+use crate::setup::PlantSetup;
+
+/// After so many envelopes the header is sent again, for a recorder that came in late.
+const AGAIN_AFTER: u32 = 5_000;
+
+/// What defines the plant's side of a flight; JSON in the info message `plant_header` of a log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlantHeader {
+    /// Version of this program.
+    pub version: String,
+    /// Name or file of the scenario.
+    pub scenario: String,
+    /// Everything that defines the flight.
+    pub setup: PlantSetup,
+}
+
+/// Fills envelopes for the recorder of one flight.
+#[derive(Debug)]
+pub(super) struct Envelopes {
+    /// The header as JSON.
+    json: Vec<u8>,
+    /// Envelopes since the recorder began to want them, from 0 again after [`AGAIN_AFTER`].
+    sent: u32,
+    /// The next packet shall carry one.
+    wanted: bool,
+    bytes: EnvelopeBytes,
+}
+
+impl Envelopes {
+    /// For a process that flies this setup.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub(super) fn new(scenario: &str, setup: &PlantSetup) -> serde_json::Result<Self> {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let header = PlantHeader { version, scenario: scenario.to_owned(), setup: setup.clone() };
+        let json = serde_json::to_vec(&header)?;
+        Ok(Self { json, sent: 0, wanted: true, bytes: EnvelopeBytes::new() })
+    }
+
+    /// A flight begins: its first packet has an envelope, so that a log has the truth of the first tick.
+    pub(super) fn begin_flight(&mut self) {
+        self.sent = 0;
+        self.wanted = true;
+    }
+
+    /// What the autopilot's last answer says.
+    pub(super) fn want(&mut self, wanted: bool) {
+        self.wanted = wanted;
+        if !wanted {
+            self.sent = 0;
+        }
+    }
+
+    /// The envelope of the next packet; empty where none is wanted.
+    pub(super) fn next(&mut self, truth: impl FnOnce() -> TruthRow) -> &[u8] {
+        if !self.wanted {
+            return &[];
+        }
+        let mut pieces = self.json.chunks(PIECE_MAX);
+        let count = u16::try_from(pieces.len()).unwrap_or(u16::MAX);
+        let piece = u16::try_from(self.sent).ok().filter(|index| *index < count);
+        let piece = piece.and_then(|index| {
+            let bytes = pieces.nth(usize::from(index))?;
+            Some(Piece { index, count, bytes })
+        });
+        record::seal(&truth(), piece, &mut self.bytes);
+        self.sent = (self.sent + 1) % AGAIN_AFTER;
+        &self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Airframe;
+    use crate::scenario::{CASE1, Scenario};
+    use icd::ControlPeriod;
+    use icd::record::TRUTH_FIELDS;
+
+    fn setup() -> PlantSetup {
+        let plant = Scenario::from_toml("case1", CASE1).unwrap().plant;
+        plant.setup(Airframe::paper(), 3, ControlPeriod::DEFAULT, 1_000)
+    }
+
+    /// The header that the next envelopes carry, and how many it took.
+    fn collect(envelopes: &mut Envelopes) -> (PlantHeader, usize) {
+        let mut json = Vec::new();
+        for number in 1.. {
+            let bytes = envelopes.next(|| [0.5; TRUTH_FIELDS.len()]);
+            let (truth, piece) = record::open(bytes).unwrap();
+            assert_eq!(truth[0], 0.5);
+            let piece = piece.unwrap();
+            assert_eq!(usize::from(piece.index) + 1, number);
+            json.extend_from_slice(piece.bytes);
+            if piece.index + 1 == piece.count {
+                return (serde_json::from_slice(&json).unwrap(), number);
+            }
+        }
+        unreachable!("the loop has no end")
+    }
+
+    #[test]
+    fn the_setup_comes_through_the_envelopes_bit_for_bit() {
+        let setup = setup();
+        let mut envelopes = Envelopes::new("case1", &setup).unwrap();
+        let (header, pieces) = collect(&mut envelopes);
+        assert_eq!((header.scenario.as_str(), &header.setup), ("case1", &setup));
+        // Then only the truth, until it is time to say it again.
+        for _ in pieces..AGAIN_AFTER as usize {
+            let bytes = envelopes.next(|| [0.0; TRUTH_FIELDS.len()]);
+            assert_eq!(record::open(bytes).unwrap().1, None);
+        }
+        assert_eq!(collect(&mut envelopes).0, header);
+    }
+
+    #[test]
+    fn after_the_first_packet_nothing_is_sent_unasked_and_a_late_recorder_gets_all() {
+        let mut envelopes = Envelopes::new("case1", &setup()).unwrap();
+        let truth = || [0.0; TRUTH_FIELDS.len()];
+        assert!(!envelopes.next(truth).is_empty());
+        envelopes.want(false);
+        assert_eq!(envelopes.next(|| unreachable!("nobody asked")), &[0_u8; 0]);
+        envelopes.want(true);
+        assert_eq!(collect(&mut envelopes).0.setup, setup());
+        envelopes.want(false);
+        envelopes.begin_flight();
+        assert!(!envelopes.next(truth).is_empty());
+    }
+}
