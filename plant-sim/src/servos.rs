@@ -9,6 +9,7 @@ pub struct Servo {
     /// Time constant of the first-order lag, s.
     pub lag_s: f64,
     /// Largest speed either way, rad/s or N/s; infinite for none.
+    #[serde(with = "limit")]
     pub rate_limit: f64,
     /// Lower end of the travel, rad or N.
     pub min: f64,
@@ -23,6 +24,27 @@ impl Servo {
     pub fn limited(&self, command: f64) -> f64 {
         // max and min instead of clamp: total, also if someone swapped the ends.
         command.max(self.min).min(self.max)
+    }
+}
+
+/// A limit where JSON, which has no infinity, says null for none.
+mod limit {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(limit: &f64, to: S) -> Result<S::Ok, S::Error> {
+        if to.is_human_readable() {
+            Some(*limit).filter(|limit| limit.is_finite()).serialize(to)
+        } else {
+            limit.serialize(to)
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        if from.is_human_readable() {
+            Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+        } else {
+            f64::deserialize(from)
+        }
     }
 }
 
