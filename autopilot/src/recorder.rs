@@ -10,7 +10,7 @@ mod hash;
 mod header;
 mod recorded;
 pub mod topics;
-mod words;
+pub mod words;
 
 pub use encoder::Encoder;
 pub use entry::{Begin, End, Entry, Step, open};

@@ -18,6 +18,8 @@ use crate::launch::{self, LaunchArgs};
 use crate::linearize;
 use crate::mission::{self, MissionOptions};
 use crate::paper::{self, Link, Options};
+use crate::plot::{self, PlotArgs};
+use crate::replay::{self, ReplayArgs};
 use crate::udp_flight;
 
 /// Largest gyro noise that can be asked for, deg/s rms.
@@ -46,6 +48,10 @@ enum Command {
     Paper(PaperArgs),
     /// Fly a demonstration mission and draw its track
     Mission(MissionArgs),
+    /// Draw the flight of a log into a page
+    Plot(PlotArgs),
+    /// Fly the flight of a log again and compare it bit for bit
+    Replay(ReplayArgs),
     /// Derive the controller's belief from the plant at its design trim
     Linearize(LinearizeArgs),
     /// The flight software alone, as the program `autopilot`
@@ -143,6 +149,8 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Paper(args)) => return fly_paper(args, &program),
         Some(Command::Mission(args)) => mission::run(&args.options())?,
+        Some(Command::Plot(args)) => plot::run(args)?,
+        Some(Command::Replay(args)) => return replay::run(args),
         Some(Command::Linearize(args)) => write_belief(args)?,
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),

@@ -6,7 +6,7 @@ use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::parameters::Parameters;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{Belief, DesignModel, Gains, State, StepLog};
-use icd::SimTime;
+use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
 use plant_sim::{Plant, PlantSetup, SetupError, Truth};
 use serde::{Deserialize, Serialize};
@@ -102,6 +102,16 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
         climb_rate_m_s: -truth.velocity.0.z,
         thrust_n: truth.deflections[icd::Effector::Engine],
     };
-    truth.angular_acceleration.0
-        - model.acceleration(&state, &model.condition(&state), &log.modelled)
+    beyond_model(model, &state, &truth.angular_acceleration.0, &log.modelled)
+}
+
+/// What of a true angular acceleration the design model does not explain, rad/s²: see Eq. (18).
+#[must_use]
+pub fn beyond_model(
+    model: &DesignModel,
+    state: &State,
+    angular_acceleration: &Vector3<f64>,
+    modelled: &PerEffector<f64>,
+) -> Vector3<f64> {
+    angular_acceleration - model.acceleration(state, &model.condition(state), modelled)
 }

@@ -8,12 +8,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::paper::cases::Flown;
 
-mod curve;
+pub(crate) mod curve;
 mod deflections;
 mod estimate;
 mod mission;
-mod panel;
-mod raster;
+pub(crate) mod panel;
+pub(crate) mod raster;
 mod response;
 mod survive;
 
@@ -197,7 +197,7 @@ fn fault_event(flown: &Flown) -> Event {
 }
 
 /// A range around values with room above and below, never narrower than `span_min`.
-fn range(values: impl Iterator<Item = f64>, span_min: f64) -> (f64, f64) {
+pub(crate) fn range(values: impl Iterator<Item = f64>, span_min: f64) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

@@ -13,6 +13,8 @@ pub mod linearize;
 pub mod metrics;
 pub mod mission;
 pub mod paper;
+pub mod plot;
+pub mod replay;
 pub mod report;
 pub mod runner;
 pub mod table;

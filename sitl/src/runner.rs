@@ -16,7 +16,7 @@ const LINE_EVERY_PERCENT: usize = 20;
 ///
 /// `label` stands before the progress: a bar on a terminal, plain lines elsewhere.
 pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let progress = Progress::new(label, items.len());
+    let progress = Progress::new(label, "runs", items.len());
     let one = |item: &T| {
         let result = run(item);
         progress.one_done();
@@ -27,16 +27,19 @@ pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + S
     results
 }
 
-/// Tells how far a campaign is.
-struct Progress {
+/// Tells how far something long is.
+pub(crate) struct Progress {
     label: String,
+    /// What is counted, in the plural.
+    what: &'static str,
     total: usize,
     done: AtomicUsize,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    fn new(label: &str, total: usize) -> Self {
+    /// Nothing is done yet; `what` is counted.
+    pub(crate) fn new(label: &str, what: &'static str, total: usize) -> Self {
         let bar = stderr().is_terminal().then(|| {
             let length = u64::try_from(total).unwrap_or(u64::MAX);
             let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
@@ -46,24 +49,26 @@ impl Progress {
             }
             bar.with_message(label.to_owned())
         });
-        Self { label: label.to_owned(), total, done: AtomicUsize::new(0), bar }
+        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar }
     }
 
-    fn one_done(&self) {
+    /// One more is done.
+    pub(crate) fn one_done(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         match &self.bar {
             Some(bar) => bar.inc(1),
             None => {
                 if let Some(percent) = line_due(done, self.total) {
                     // Progress is a courtesy: a closed standard error must not end the campaign.
-                    let _ =
-                        writeln!(stderr(), "{}: {percent} % of {} runs", self.label, self.total);
+                    let Self { label, what, total, .. } = self;
+                    let _ = writeln!(stderr(), "{label}: {percent} % of {total} {what}");
                 }
             }
         }
     }
 
-    fn finish(&self) {
+    /// No more will be done.
+    pub(crate) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish();
         }

@@ -279,7 +279,7 @@ pub fn draw_sample(area: &Area, x: i32, y: i32, length: i32, ink: &Ink) -> Resul
 }
 
 /// Labels on an axis: multiples of 1, 2 or 5 times a power of ten, and the decimals that they need.
-fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
+pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let span = (high - low).abs().max(f64::MIN_POSITIVE);
     // At least this far apart, so that there are at most TICKS_MAX.
     let coarse = span / TICKS_MAX;
@@ -299,7 +299,7 @@ fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
 }
 
 /// A label; a rounded zero has no sign.
-fn number(value: f64, decimals: usize) -> String {
+pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.to_owned(),

@@ -250,6 +250,44 @@ fn a_topic_without_timestamp_or_format_is_damage() {
     assert!(message.to_string().contains("no uint64_t timestamp"), "{message}");
 }
 
+#[test]
+fn what_the_writer_writes_comes_back() {
+    use crate::format::{Field, Format};
+    use crate::writer::{Definitions, Level, Row, Value};
+    let fields = vec![
+        Field::new(FieldType::U64, "timestamp"),
+        Field::new(FieldType::F64, "x"),
+        Field::array(FieldType::Char, 4, "note"),
+    ];
+    let format = Format { name: "topic".into(), fields };
+    let mut definitions = Definitions::begin(Vec::new(), 77).unwrap();
+    definitions.format(&format).unwrap();
+    definitions.info("sys_name", Value::Text("Two-Step")).unwrap();
+    definitions.parameter("LAW", Value::I32(-2)).unwrap();
+    let mut data = definitions.data();
+    let topic = data.subscribe(&format).unwrap();
+    let mut row = Row::default();
+    for k in 0..5_u32 {
+        row.begin(u64::from(k) * 2_000).f64(f64::from(k) / 3.0).chars(b"ab", 4);
+        data.row(topic, &row).unwrap();
+    }
+    data.sync().unwrap();
+    data.text(Level::Warning, 9_000, "said").unwrap();
+    data.dropout(12).unwrap();
+    data.info("control_steps", Value::U64(5)).unwrap();
+    let log = Log::from_bytes(data.finish().unwrap()).unwrap();
+    assert!(!log.is_cut() && log.damages().is_empty());
+    assert_eq!(log.start_us(), 77);
+    let thirds: Vec<f64> = (0..5).map(|k| f64::from(k) / 3.0).collect();
+    assert_eq!(log.column("topic", "x"), Some(thirds));
+    assert_eq!(log.times_us("topic"), Some(vec![0, 2_000, 4_000, 6_000, 8_000]));
+    let row = log.topic("topic").unwrap().row(4).unwrap();
+    assert_eq!(row.bytes("note"), Some(&b"ab\0\0"[..]));
+    assert_eq!(log.parameters()[0].value, ParameterValue::Integer(-2));
+    assert_eq!((log.texts()[0].level, &*log.texts()[0].text), (4, "said"));
+    assert_eq!((log.info_u64("control_steps"), log.dropouts_ms()), (Some(5), &[12][..]));
+}
+
 /// Looks at everything that can be looked at.
 fn look(log: &Log) -> usize {
     let columns = |topic: Topic<'_>| {

@@ -1,0 +1,59 @@
+//! The standard figures of any flight, from its log into one page that opens without a network.
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use ulog::reader::Log;
+
+mod events;
+mod flight;
+mod page;
+mod panels;
+mod svg;
+
+use flight::Flight;
+
+/// Options of `sitl plot`.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// The flight log (.ulg)
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// The page [default: the log's name with .html]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Draws the flight of a log.
+///
+/// # Errors
+/// In words for the operator: a log that cannot be read, or a page that cannot be written.
+pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
+    let name = args.log.display();
+    let log = Log::open(&args.log).map_err(|error| format!("{name}: {error}"))?;
+    let title = args.log.file_name().map_or_else(String::new, |n| n.display().to_string());
+    let out = args.out.clone().unwrap_or_else(|| args.log.with_extension("html"));
+    let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
+    fs::write(&out, page).map_err(|error| format!("{}: {error}", out.display()))?;
+    println!("wrote {}", out.display());
+    Ok(())
+}
+
+/// The page of a log; `title` is the name of its file.
+///
+/// # Errors
+/// [`NothingToDraw`] if the log has no row with a time.
+pub fn page(title: &str, log: Log) -> Result<String, NothingToDraw> {
+    let flight = Flight::new(log)?;
+    Ok(page::page(title, &flight))
+}
+
+/// A log without a tick.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is nothing to draw: the log has no row of sensors, control or truth")]
+pub struct NothingToDraw;
+
+#[cfg(test)]
+mod tests;

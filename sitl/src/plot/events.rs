@@ -1,0 +1,383 @@
+//! What happened in a flight, in the order of time, from rows and inputs of its log.
+
+use autopilot::event::Wish;
+use autopilot::recorder::{Recorded, words};
+use autopilot::vehicle::Mode;
+use icd::Effector;
+use icd::fault::FaultKind;
+use ulog::reader::Topic;
+
+use super::flight::Flight;
+use super::svg::Mark;
+use crate::figures::curve::Point;
+
+/// A limit that is left for a shorter time than this has not been left, s.
+const GAP_S: f64 = 1.0;
+/// A limit that is reached for a shorter time than this is not told, s.
+const SHORT_S: f64 = 0.1;
+
+/// What kind of thing happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A fault begins or ends.
+    Fault,
+    /// Somebody wanted something.
+    Input,
+    /// The compensator wakes or sleeps.
+    Compensator,
+    /// An effector is at its limit.
+    Saturation,
+    /// The mode changes.
+    Mode,
+    /// The link to the plant, the ground, the end.
+    Flight,
+}
+
+impl Kind {
+    /// Name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fault => "fault",
+            Self::Input => "input",
+            Self::Compensator => "compensator",
+            Self::Saturation => "limit",
+            Self::Mode => "mode",
+            Self::Flight => "flight",
+        }
+    }
+
+    /// Colour as `#rrggbb`.
+    pub const fn colour(self) -> &'static str {
+        match self {
+            Self::Fault => "#b3161b",
+            Self::Input => "#1f5fbf",
+            Self::Compensator => "#0a6b2e",
+            Self::Saturation => "#8a5a00",
+            Self::Mode => "#5b3fa0",
+            Self::Flight => "#444444",
+        }
+    }
+
+    /// It has a line on every time axis.
+    const fn is_marked(self) -> bool {
+        !matches!(self, Self::Saturation | Self::Mode)
+    }
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Happened {
+    /// Simulation time, s.
+    pub t_s: f64,
+    /// What kind of thing.
+    pub kind: Kind,
+    /// In plain words.
+    pub text: String,
+}
+
+/// A fault from its onset to its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaultSpan {
+    /// Which effector.
+    pub effector: Effector,
+    /// From and to, s; to the end of the log if it still acts.
+    pub span: (f64, f64),
+    /// It still acts when the log ends.
+    pub lasts: bool,
+    /// How it fails.
+    pub text: String,
+}
+
+/// The lines on the time axes, with the numbers of the table.
+pub fn marks(happened: &[Happened]) -> Vec<Mark> {
+    let numbered = happened.iter().zip(1..).filter(|(what, _)| what.kind.is_marked());
+    numbered
+        .map(|(what, number)| Mark {
+            t_s: what.t_s,
+            number,
+            colour: what.kind.colour(),
+            label: format!("{number}: {} ({:.3} s)", what.text, what.t_s),
+        })
+        .collect()
+}
+
+/// Times in which a signal is above zero; gaps shorter than `gap_s` do not count.
+pub fn spans(points: &[Point], gap_s: f64) -> Vec<(f64, f64)> {
+    let mut spans: Vec<(f64, f64)> = Vec::new();
+    let mut before = f64::NEG_INFINITY;
+    for (t_s, value) in points {
+        if *value > 0.0 {
+            match spans.last_mut() {
+                // Unbroken since the tick before, or broken for a short time only.
+                Some(last) if last.1 >= before || *t_s - last.1 < gap_s => last.1 = *t_s,
+                _ => spans.push((*t_s, *t_s)),
+            }
+        }
+        before = *t_s;
+    }
+    spans
+}
+
+/// When which fault acted: from the truth, and what the plant told of its faults.
+pub fn faults(flight: &Flight) -> Vec<FaultSpan> {
+    let mut faults: Vec<FaultSpan> = if flight.has("truth") {
+        Effector::ALL.into_iter().flat_map(|effector| of_truth(flight, effector)).collect()
+    } else {
+        of_reports(flight)
+    };
+    faults.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));
+    faults
+}
+
+/// Intervals in which the truth has the same fault of one effector.
+fn of_truth(flight: &Flight, effector: Effector) -> Vec<FaultSpan> {
+    let column = format!("fault_{}", effector.key());
+    let Some(points) = flight.signal("truth", &column, 1.0) else { return Vec::new() };
+    let mut faults = Vec::new();
+    let mut open: Option<(f64, f64)> = None;
+    let mut close = |(since, code): (f64, f64), at: f64, lasts: bool| {
+        let text = described(flight, effector, code, at);
+        faults.push(FaultSpan { effector, span: (since, at), lasts, text });
+    };
+    for (t_s, code) in &points {
+        if open.is_some_and(|(_, before)| before == *code) {
+            continue;
+        }
+        if let Some(fault) = open.take() {
+            close(fault, *t_s, false);
+        }
+        open = (*code > 0.0).then_some((*t_s, *code));
+    }
+    if let Some(fault) = open {
+        close(fault, flight.span.1, true);
+    }
+    faults
+}
+
+/// A fault in words: with the numbers of the plant's last report about it.
+fn described(flight: &Flight, effector: Effector, code: f64, until_s: f64) -> String {
+    let Some(topic) = flight.log.topic("fault") else { return format!("fault of kind {code}") };
+    let reports = Reports::of(&topic);
+    let is_it = |report: &&Report| {
+        report.effector == Some(effector)
+            && f64::from(report.code) == code
+            && report.told_s <= until_s
+    };
+    let report = reports.0.iter().rev().find(is_it);
+    report.map_or_else(|| format!("fault of kind {code}"), Report::text)
+}
+
+/// One row of the topic `fault`.
+struct Report {
+    told_s: f64,
+    at_s: f64,
+    id: u64,
+    effector: Option<Effector>,
+    code: u8,
+    values: [f64; 2],
+    state: u64,
+}
+
+/// State of a fault that acts, as the topic `fault` has it.
+const ACTING: u64 = 1;
+
+impl Report {
+    fn text(&self) -> String {
+        let is_angle = self.effector.is_none_or(Effector::is_angle);
+        match FaultKind::from_code(self.code, self.values) {
+            Some(kind) => kind.described(is_angle).to_string(),
+            None => format!("fault of kind {}", self.code),
+        }
+    }
+}
+
+struct Reports(Vec<Report>);
+
+impl Reports {
+    fn of(topic: &Topic<'_>) -> Self {
+        let rows = topic.rows().filter_map(|row| {
+            Some(Report {
+                told_s: row.timestamp_us() as f64 * 1.0e-6,
+                at_s: row.value("at_us")? * 1.0e-6,
+                id: row.unsigned("id")?,
+                effector: usize::try_from(row.unsigned("effector")?)
+                    .ok()
+                    .and_then(Effector::from_index),
+                code: u8::try_from(row.unsigned("kind")?).ok()?,
+                values: [row.value("value_1")?, row.value("value_2")?],
+                state: row.unsigned("state")?,
+            })
+        });
+        Self(rows.collect())
+    }
+}
+
+/// Without truth: from what the plant told.
+fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
+    let Some(topic) = flight.log.topic("fault") else { return Vec::new() };
+    let Reports(reports) = Reports::of(&topic);
+    let begun = reports.iter().enumerate().filter(|(_, report)| report.state == ACTING);
+    begun
+        .filter_map(|(index, report)| {
+            let next = reports[index + 1..].iter().find(|later| later.id == report.id);
+            Some(FaultSpan {
+                effector: report.effector?,
+                span: (report.at_s, next.map_or(flight.span.1, |next| next.at_s)),
+                lasts: next.is_none(),
+                text: report.text(),
+            })
+        })
+        .collect()
+}
+
+/// Everything that happened.
+pub fn happened(flight: &Flight) -> Vec<Happened> {
+    let mut all = Vec::new();
+    for fault in &flight.faults {
+        let FaultSpan { effector, span, lasts, text } = fault;
+        let told = |t_s, text| Happened { t_s, kind: Kind::Fault, text };
+        all.push(told(span.0, format!("{effector}: {text}")));
+        if !lasts {
+            all.push(told(span.1, format!("{effector}: no longer {text}")));
+        }
+    }
+    all.extend(inputs(flight));
+    all.extend(compensator(flight));
+    all.extend(saturations(flight));
+    all.extend(modes(flight));
+    if let Some(t_s) = on_ground(flight) {
+        let text = "the aircraft touches the ground".to_owned();
+        all.push(Happened { t_s, kind: Kind::Flight, text });
+    }
+    all.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    let text = match flight.log.info_text("end") {
+        Some(why) => format!("the log ends: {why}"),
+        None => "the log breaks off here".to_owned(),
+    };
+    all.push(Happened { t_s: flight.span.1, kind: Kind::Flight, text });
+    all
+}
+
+fn inputs(flight: &Flight) -> Vec<Happened> {
+    let mut all: Vec<Happened> = Vec::new();
+    // The running stream: where it is in the list, what it is, how many.
+    let mut stream: Option<(usize, &str, usize)> = None;
+    for (t_s, what) in &flight.inputs {
+        let (kind, text) = match what {
+            Recorded::Intent(intent) => match words::wish(&intent.wish) {
+                Some(text) => (Kind::Input, text),
+                None => {
+                    let name = stream_name(&intent.wish);
+                    let (place, count) = match stream {
+                        Some((place, running, count)) if running == name => (place, count + 1),
+                        _ => {
+                            let text = String::new();
+                            all.push(Happened { t_s: *t_s, kind: Kind::Input, text });
+                            (all.len() - 1, 1)
+                        }
+                    };
+                    all[place].text = format!("{name}: {count}, the last at {t_s:.3} s");
+                    stream = Some((place, name, count));
+                    continue;
+                }
+            },
+            Recorded::PlantLost => {
+                (Kind::Flight, "the plant has fallen silent; time stands still".to_owned())
+            }
+            Recorded::PlantBack => (Kind::Flight, "the plant is back".to_owned()),
+            Recorded::Request(_) => continue,
+        };
+        all.push(Happened { t_s: *t_s, kind, text });
+    }
+    all
+}
+
+/// Streams come many times a second; they are told once.
+const fn stream_name(wish: &Wish) -> &'static str {
+    match wish {
+        Wish::Sticks(_) => "positions of a pilot's sticks",
+        _ => "setpoints of an offboard stream",
+    }
+}
+
+fn compensator(flight: &Flight) -> Vec<Happened> {
+    let told = |t_s, text: &str| Happened { t_s, kind: Kind::Compensator, text: text.to_owned() };
+    let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
+    let mut all = Vec::new();
+    for (from, to) in spans(&active, 0.0) {
+        all.push(told(
+            from,
+            "the compensator wakes: something acts that the model does not expect",
+        ));
+        if to < flight.span.1 {
+            all.push(told(to, "the compensator goes back to sleep"));
+        }
+    }
+    all
+}
+
+/// Columns of the flags, and what they say.
+const LIMITS: [(&str, &str); 6] = [
+    ("aileron_saturated", "ailerons"),
+    ("elevator_saturated", "elevators"),
+    ("rudder_saturated", "rudder"),
+    ("nozzle_pitch_saturated", "nozzle pitch angle"),
+    ("nozzle_yaw_saturated", "nozzle yaw angle"),
+    ("thrust_saturated", "engine"),
+];
+
+fn saturations(flight: &Flight) -> Vec<Happened> {
+    let of = |(column, name): (&str, &str)| {
+        let flags = flight.signal("control", column, 1.0).unwrap_or_default();
+        let name = name.to_owned();
+        let spans = spans(&flags, GAP_S).into_iter().filter(|(from, to)| to - from >= SHORT_S);
+        spans.map(move |(from, to)| Happened {
+            t_s: from,
+            kind: Kind::Saturation,
+            text: format!("{name} at the limit, for {:.1} s", to - from),
+        })
+    };
+    LIMITS.into_iter().flat_map(of).collect()
+}
+
+/// Intervals of the same mode: from, to, its name.
+pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
+    let modes = flight.signal("vehicle", "mode", 1.0).unwrap_or_default();
+    let name = |value: f64| {
+        let mode = Mode::ALL.into_iter().enumerate().find(|(index, _)| *index as f64 == value);
+        mode.map_or("unknown mode", |(_, mode)| mode.name())
+    };
+    let mut spans: Vec<(f64, f64, &'static str)> = Vec::new();
+    for (t_s, value) in modes {
+        let name = name(value);
+        match spans.last_mut() {
+            Some(last) if last.2 == name => last.1 = t_s,
+            last => {
+                if let Some(last) = last {
+                    last.1 = t_s;
+                }
+                spans.push((t_s, t_s, name));
+            }
+        }
+    }
+    if let Some(last) = spans.last_mut() {
+        last.1 = flight.span.1;
+    }
+    spans
+}
+
+fn modes(flight: &Flight) -> Vec<Happened> {
+    let told = |(t_s, _, name): &(f64, f64, &str)| Happened {
+        t_s: *t_s,
+        kind: Kind::Mode,
+        text: format!("mode {name}"),
+    };
+    mode_spans(flight).iter().map(told).collect()
+}
+
+/// No control step is flown on the ground, so no row says it: the autopilot's words do.
+fn on_ground(flight: &Flight) -> Option<f64> {
+    let texts = flight.log.texts().iter();
+    let mut contacts = texts.filter(|text| text.text.starts_with("Ground contact"));
+    contacts.next().map(|text| text.timestamp_us as f64 * 1.0e-6)
+}

@@ -1,0 +1,178 @@
+//! A log as a flight: headers, signals by name, faults, and what happened.
+
+use autopilot::recorder::{ControlHeader, Recorded};
+use flight_control::{DesignModel, State};
+use icd::{Effector, EulerAngles, PerEffector};
+use nalgebra::Vector3;
+use plant_sim::io::header::PlantHeader;
+use serde::de::DeserializeOwned;
+use ulog::reader::{Log, Topic};
+
+use super::NothingToDraw;
+use super::events::{self, FaultSpan, Happened};
+use crate::closed_loop;
+use crate::figures::curve::{Point, thin};
+use crate::replay;
+
+/// Topics that have a row in each control step.
+const TICKING: [&str; 4] = ["sensors", "control", "commands", "truth"];
+
+/// A flight as its log tells it.
+#[derive(Debug)]
+pub struct Flight {
+    /// The log.
+    pub log: Log,
+    /// What the control side was made of, if the log says.
+    pub control: Option<ControlHeader>,
+    /// The scenario, if the log says.
+    pub plant: Option<PlantHeader>,
+    /// First and last time, s.
+    pub span: (f64, f64),
+    /// Control steps.
+    pub steps: usize,
+    /// What came in from outside, with the time in s.
+    pub inputs: Vec<(f64, Recorded)>,
+    /// Why the inputs could not be read.
+    pub unread: Option<String>,
+    /// When which fault acted.
+    pub faults: Vec<FaultSpan>,
+    /// What happened, in the order of time.
+    pub happened: Vec<Happened>,
+}
+
+impl Flight {
+    /// Of a log.
+    ///
+    /// # Errors
+    /// [`NothingToDraw`] if it has no row.
+    pub fn new(log: Log) -> Result<Self, NothingToDraw> {
+        let ticking: Vec<Topic<'_>> =
+            TICKING.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
+        let seconds =
+            |row: Option<ulog::reader::Row<'_>>| row.map(|row| row.timestamp_us() as f64 * 1.0e-6);
+        let first = ticking.iter().filter_map(|t| seconds(t.row(0))).fold(f64::INFINITY, f64::min);
+        let last = ticking
+            .iter()
+            .filter_map(|t| seconds(t.row(t.len() - 1)))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let steps = ticking.iter().map(Topic::len).max().ok_or(NothingToDraw)?;
+        // A frame needs a width, also of a flight of a single tick.
+        let span = (first, last.max(first + 1.0e-3));
+        let (inputs, unread) = match replay::inputs(&log) {
+            Ok(inputs) => (inputs.into_iter().map(|input| (input.t_s, input.what)).collect(), None),
+            Err(error) => (Vec::new(), Some(error.to_string())),
+        };
+        let mut flight = Self {
+            control: header(&log, "control_header"),
+            plant: header(&log, "plant_header"),
+            log,
+            span,
+            steps,
+            inputs,
+            unread,
+            faults: Vec::new(),
+            happened: Vec::new(),
+        };
+        flight.faults = events::faults(&flight);
+        flight.happened = events::happened(&flight);
+        Ok(flight)
+    }
+
+    /// The log has a topic with rows.
+    pub fn has(&self, topic: &str) -> bool {
+        self.log.topic(topic).is_some_and(|topic| !topic.is_empty())
+    }
+
+    /// A signal over time, multiplied by `scale`; `None` if the log does not have it.
+    pub fn signal(&self, topic: &str, column: &str, scale: f64) -> Option<Vec<Point>> {
+        let topic = self.log.topic(topic).filter(|topic| !topic.is_empty())?;
+        let values = topic.column(column)?;
+        let times = topic.times_us().into_iter().map(|us| us as f64 * 1.0e-6);
+        Some(times.zip(values.into_iter().map(|value| value * scale)).collect())
+    }
+
+    /// The same, thinned to what can be seen; no peak is lost.
+    pub fn thinned(&self, topic: &str, column: &str, scale: f64) -> Option<Vec<Point>> {
+        Some(thin(self.signal(topic, column, scale)?, self.span.0, self.span.1))
+    }
+
+    /// Roll, pitch and yaw from a quaternion of the log, rad.
+    pub fn angles(&self, topic: &str, columns: [&str; 4]) -> Option<Vec<(f64, EulerAngles)>> {
+        let topic = self.log.topic(topic).filter(|topic| !topic.is_empty())?;
+        let [w, x, y, z] = columns.map(|column| topic.column(column));
+        let (w, x, y, z) = (w?, x?, y?, z?);
+        let times = topic.times_us();
+        let angles = (0..topic.len()).map(|k| {
+            let attitude = icd::Attitude::from_unit_wxyz([w[k], x[k], y[k], z[k]]);
+            (times[k] as f64 * 1.0e-6, attitude.euler())
+        });
+        Some(angles.collect())
+    }
+
+    /// The true F of each tick, see Eq. (18): with truth, control rows and the belief in the log.
+    pub fn true_fault_acceleration(&self) -> Option<Vec<(f64, Vector3<f64>)>> {
+        let model = DesignModel::new(self.control.as_ref()?.belief);
+        let (truth, control) = (self.log.topic("truth")?, self.log.topic("control")?);
+        let columns = |topic: &Topic<'_>, names: &[&str]| -> Option<Vec<Vec<f64>>> {
+            names.iter().map(|name| topic.column(name)).collect()
+        };
+        let state = columns(&truth, &STATE)?;
+        let acceleration = columns(&truth, &["p_dot_rad_s2", "q_dot_rad_s2", "r_dot_rad_s2"])?;
+        let modelled: Vec<String> = Effector::ALL.into_iter().map(modelled_column).collect();
+        let modelled: Vec<&str> = modelled.iter().map(String::as_str).collect();
+        let modelled = columns(&control, &modelled)?;
+        let times = truth.times_us();
+        let ticks = (0..truth.len().min(control.len())).map(|k| {
+            let s: [f64; 11] = std::array::from_fn(|n| state[n][k]);
+            let state = State {
+                rates: Vector3::new(s[0], s[1], s[2]),
+                attitude: EulerAngles { phi: s[3], theta: s[4], psi: s[5] },
+                airspeed_m_s: s[6],
+                alpha: s[7],
+                beta: s[8],
+                altitude_m: s[9],
+                climb_rate_m_s: -s[10],
+                thrust_n: truth
+                    .row(k)
+                    .and_then(|row| row.value("effect_engine_n"))
+                    .unwrap_or(f64::NAN),
+            };
+            let acceleration =
+                Vector3::new(acceleration[0][k], acceleration[1][k], acceleration[2][k]);
+            let modelled = PerEffector::from_fn(|effector| modelled[effector.index()][k]);
+            let f = closed_loop::beyond_model(&model, &state, &acceleration, &modelled);
+            (times[k] as f64 * 1.0e-6, f)
+        });
+        Some(ticks.collect())
+    }
+}
+
+/// Columns of the true state, in the order in which [`Flight::true_fault_acceleration`] takes them.
+const STATE: [&str; 11] = [
+    "p_rad_s",
+    "q_rad_s",
+    "r_rad_s",
+    "roll_rad",
+    "pitch_rad",
+    "yaw_rad",
+    "airspeed_m_s",
+    "alpha_rad",
+    "beta_rad",
+    "altitude_m",
+    "velocity_down_m_s",
+];
+
+/// Column of an effector with its unit.
+pub fn effector_column(before: &str, effector: Effector) -> String {
+    let unit = if effector.is_angle() { "rad" } else { "n" };
+    format!("{before}{}_{unit}", effector.key())
+}
+
+fn modelled_column(effector: Effector) -> String {
+    effector_column("modelled_", effector)
+}
+
+fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
+    // A page without a header is better than none; the page says what is missing.
+    serde_json::from_str(log.info_text(key)?).ok()
+}

@@ -1,0 +1,217 @@
+//! The page: header, what happened, figures, what is missing, and what the autopilot said.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use ulog::reader::{Log, ParameterValue};
+
+use super::events::{Happened, Kind, marks};
+use super::flight::Flight;
+use super::panels::{self, Group};
+use super::svg::{self, Mark, Spot};
+
+/// Style of the paper's report, and what this page has beside it.
+const STYLE: &str = concat!(include_str!("../report/style.css"), include_str!("style.css"));
+/// Rows of the table; a log with more says how many there are.
+const ROWS_MAX: usize = 500;
+/// Places on the track with a time.
+const CLOCKS: f64 = 8.0;
+
+/// The page of a flight.
+pub fn page(title: &str, flight: &Flight) -> String {
+    let marks = marks(&flight.happened);
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Flight " (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { "Flight " (title) }
+                (verdict(flight))
+                (header(flight))
+                h2 { "What happened" }
+                (table(&flight.happened))
+                h2 { "Track and modes" }
+                (track(flight))
+                @for group in panels::groups(flight) { (figures(&group, flight, &marks)) }
+                (texts(&flight.log))
+                (parameters(&flight.log))
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// Complete or cut, and what the log does not have.
+fn verdict(flight: &Flight) -> Markup {
+    let log = &flight.log;
+    let complete = log.info_text("run_hash").is_some() && !log.is_cut();
+    let missing = missing(flight);
+    html! {
+        p.verdict.good[complete].bad[!complete] {
+            @if complete { "The log is complete." }
+            @else {
+                "The log was cut off: its writer ended without its footer. Everything up to there is shown."
+            }
+        }
+        @for damage in log.damages() { p.bad { "Damaged: " (damage) } }
+        @if let Some(why) = &flight.unread { p.bad { "The inputs cannot be read: " (why) } }
+        @if !missing.is_empty() { p { "Not in this log: " (missing.join("; ")) "." } }
+    }
+}
+
+fn missing(flight: &Flight) -> Vec<&'static str> {
+    let topics = [
+        ("truth", "the truth of the plant (true positions, true F)"),
+        ("sensors", "sensor values"),
+        ("control", "signals of the control laws"),
+        ("commands", "commands"),
+        ("vehicle", "modes"),
+    ];
+    let topics = topics.into_iter().filter(|(topic, _)| !flight.has(topic)).map(|(_, what)| what);
+    let control =
+        flight.control.is_none().then_some("a readable header of the autopilot (levels, belief)");
+    let plant = flight.plant.is_none().then_some("a readable header of the plant (scenario, seed)");
+    topics.chain(control).chain(plant).collect()
+}
+
+fn header(flight: &Flight) -> Markup {
+    let log = &flight.log;
+    let (from, to) = flight.span;
+    let fact = |name: &str, value: Option<String>| {
+        html! {
+            @if let Some(value) = value { tr { th { (name) } td { (value) } } }
+        }
+    };
+    let setup = flight.plant.as_ref().map(|plant| &plant.setup);
+    let seconds = format!("{:.3} s of simulation time ({} control steps)", to - from, flight.steps);
+    html! {
+        table {
+            (fact("Scenario", flight.plant.as_ref().map(|plant| plant.scenario.clone())))
+            (fact("Seed, run", setup.map(|setup| format!("{}, {}", setup.seed, setup.run))))
+            (fact("Duration", Some(seconds)))
+            (fact("Control period", setup.map(|s| format!("{} ms", 1.0e3 * s.period.as_seconds()))))
+            (fact("Turbulence", setup.map(|s| format!("{} m/s rms", s.wind.turbulence_m_s))))
+            (fact("Autopilot", log.info_text("ver_sw").map(|v| format!("version {v}"))))
+            (fact("Plant", flight.plant.as_ref().map(|plant| format!("version {}", plant.version))))
+            (fact("Plant link", log.info_u64("ver_wire").map(|v| format!("version {v}"))))
+            (fact("Session", log.info_text("session").map(str::to_owned)))
+            (fact("Run hash", log.info_text("run_hash").map(str::to_owned)))
+            (fact("End", log.info_text("end").map(str::to_owned)))
+        }
+    }
+}
+
+fn table(happened: &[Happened]) -> Markup {
+    let hidden = happened.len().saturating_sub(ROWS_MAX);
+    html! {
+        p { "The numbers stand above the lines in the figures; point at a line to read it there." }
+        table.wide.events {
+            thead { tr { th.number { "" } th.number { "Time, s" } th { "Kind" } th { "What" } } }
+            tbody { @for (what, number) in happened.iter().take(ROWS_MAX).zip(1..) {
+                tr.first {
+                    td.number { (number) }
+                    td.number { (format!("{:.3}", what.t_s)) }
+                    td style=(format!("color: {}", what.kind.colour())) { (what.kind.name()) }
+                    td { (what.text) }
+                }
+            } }
+        }
+        @if hidden > 0 { p { (hidden) " more are not shown." } }
+    }
+}
+
+fn track(flight: &Flight) -> Markup {
+    let modes = panels::modes(flight).map(|panel| svg::panel(&panel, flight.span, &[]));
+    let map = panels::track(flight).map(|track| {
+        let spots = spots(flight, &track);
+        let points: Vec<_> = track.iter().map(|(_, at)| *at).collect();
+        svg::map("Track over the ground, seen from above, north up", &points, panels::TRACK, &spots)
+    });
+    html! {
+        figure {
+            @if let Some(svg) = &map { (PreEscaped(svg)) }
+            @if let Some(svg) = &modes { (PreEscaped(svg)) }
+            @if map.is_none() && modes.is_none() { p { "Not in this log." } }
+            figcaption { "The track in the horizontal axes of the start, with the time and the begin of each fault." }
+        }
+    }
+}
+
+/// Start, times, faults, end.
+fn spots(flight: &Flight, track: &[(f64, crate::figures::curve::Point)]) -> Vec<Spot> {
+    let at = |t_s: f64| {
+        let place = track.partition_point(|(time, _)| *time < t_s).min(track.len() - 1);
+        track[place].1
+    };
+    let (from, to) = flight.span;
+    let spot = |t_s: f64, colour, label: String| Spot { at: at(t_s), colour, label };
+    let step_s = clock_step((to - from) / CLOCKS);
+    let clocks = (1..)
+        .map(|k| from + f64::from(k) * step_s)
+        .take_while(|t_s| *t_s < to - 0.3 * step_s)
+        .map(|t_s| spot(t_s, "#777777", format!("{t_s:.0} s")));
+    let faults =
+        flight.faults.iter().take(20).map(|fault| {
+            spot(fault.span.0, Kind::Fault.colour(), format!("{} fails", fault.effector))
+        });
+    let ends = [spot(from, "#0a6b2e", "start".to_owned()), spot(to, "#222222", "end".to_owned())];
+    clocks.chain(faults).chain(ends).collect()
+}
+
+/// A round number of seconds, at least this long.
+fn clock_step(least_s: f64) -> f64 {
+    const STEPS: [f64; 12] =
+        [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0];
+    STEPS.into_iter().find(|step| *step >= least_s).unwrap_or(7_200.0)
+}
+
+fn figures(group: &Group, flight: &Flight, marks: &[Mark]) -> Markup {
+    html! {
+        h2 { (group.title) }
+        figure {
+            @for panel in &group.panels { (PreEscaped(svg::panel(panel, flight.span, marks))) }
+            @if group.panels.is_empty() { p { "Not in this log." } }
+            figcaption { (group.caption) }
+        }
+    }
+}
+
+fn texts(log: &Log) -> Markup {
+    html! {
+        h2 { "What the autopilot said" }
+        details {
+            summary { (log.texts().len()) " lines" }
+            table.wide { @for text in log.texts().iter().take(ROWS_MAX) {
+                tr.first {
+                    td.number { (format!("{:.3}", text.timestamp_us as f64 * 1.0e-6)) }
+                    td { (text.text) }
+                }
+            } }
+            @if log.texts().len() > ROWS_MAX { p { "The rest is not shown." } }
+        }
+    }
+}
+
+fn parameters(log: &Log) -> Markup {
+    html! {
+        h2 { "Parameters" }
+        details {
+            summary { (log.parameters().len()) " values and changes" }
+            table { @for parameter in log.parameters() {
+                tr {
+                    th { (parameter.name) }
+                    td.number { @match parameter.value {
+                        ParameterValue::Integer(value) => (value),
+                        ParameterValue::Real(value) => (value),
+                    } }
+                    td { @if let Some(us) = parameter.after_us {
+                        "changed at " (format!("{:.3}", us as f64 * 1.0e-6)) " s"
+                    } }
+                }
+            } }
+        }
+    }
+}

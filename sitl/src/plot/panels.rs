@@ -1,0 +1,405 @@
+//! Which figures there are, and what is in them. A signal that the log does not have leaves its curve out.
+
+use icd::Effector;
+use nalgebra::Vector3;
+use plotters::style::RGBColor;
+
+use super::events::{Kind, spans};
+use super::flight::{Flight, effector_column};
+use super::svg::{Band, Curve, Panel, Rule};
+use crate::figures::curve::{Point, thin};
+use crate::figures::panel::{Ink, Pattern};
+use crate::figures::range;
+
+/// Height of a frame.
+const TALL: f64 = 230.0;
+/// Height of one of many.
+const LOW: f64 = 170.0;
+
+/// What happened, or was measured.
+const MAIN: Ink = Ink { colour: RGBColor(0, 80, 170), pattern: Pattern::Solid, width: 3 };
+/// What was wanted.
+const WANTED: Ink = Ink { colour: RGBColor(200, 30, 30), pattern: Pattern::Dashed, width: 3 };
+/// A second signal of the same kind.
+const SECOND: Ink = Ink { colour: RGBColor(200, 110, 0), pattern: Pattern::Solid, width: 3 };
+/// A third one.
+const THIRD: Ink = Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Solid, width: 3 };
+/// What was true, where something else is estimated.
+const TRUE: Ink = Ink { colour: RGBColor(120, 120, 120), pattern: Pattern::Solid, width: 4 };
+
+/// A figure: panels under one heading, with a sentence.
+#[derive(Debug)]
+pub struct Group {
+    /// Heading.
+    pub title: &'static str,
+    /// What one sees.
+    pub caption: String,
+    /// The panels; without one the figure says what is missing.
+    pub panels: Vec<Panel>,
+}
+
+/// All figures over time.
+pub fn groups(flight: &Flight) -> Vec<Group> {
+    vec![
+        path(flight),
+        attitude(flight),
+        air(flight),
+        rates(flight),
+        estimate(flight),
+        compensator(flight),
+        effectors(flight),
+    ]
+}
+
+/// One signal of a panel.
+struct Signal<'a> {
+    topic: &'a str,
+    column: &'a str,
+    scale: f64,
+    name: &'static str,
+    ink: Ink,
+}
+
+const fn signal<'a>(
+    topic: &'a str,
+    column: &'a str,
+    scale: f64,
+    name: &'static str,
+    ink: Ink,
+) -> Signal<'a> {
+    Signal { topic, column, scale, name, ink }
+}
+
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+fn curves(flight: &Flight, signals: &[Signal<'_>]) -> Vec<Curve> {
+    let curve = |signal: &Signal<'_>| {
+        let points = flight.thinned(signal.topic, signal.column, signal.scale)?;
+        Some(Curve { name: signal.name, ink: signal.ink, points })
+    };
+    signals.iter().filter_map(curve).collect()
+}
+
+/// A panel around its curves, or nothing if there is none.
+fn panel(
+    title: impl Into<String>,
+    y_label: &'static str,
+    span_min: f64,
+    height: f64,
+    curves: Vec<Curve>,
+) -> Option<Panel> {
+    if curves.is_empty() {
+        return None;
+    }
+    let y = range(curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.1)), span_min);
+    Some(Panel { title: title.into(), y_label, y, height, curves, ..Panel::default() })
+}
+
+/// Measured, or the truth where the log has it: the truth is what the sensors report, but for the gyros.
+fn path(flight: &Flight) -> Group {
+    let altitude = curves(
+        flight,
+        &[
+            signal("sensors", "altitude_m", 1.0, "altitude", MAIN),
+            signal("control", "altitude_reference_m", 1.0, "reference", WANTED),
+        ],
+    );
+    let speed = curves(
+        flight,
+        &[
+            signal("sensors", "airspeed_m_s", 1.0, "true airspeed", MAIN),
+            signal("control", "airspeed_reference_m_s", 1.0, "reference", WANTED),
+        ],
+    );
+    let panels = [
+        panel("Altitude above the ellipsoid", "altitude, m", 20.0, TALL, altitude),
+        panel("True airspeed", "airspeed, m/s", 5.0, TALL, speed),
+    ];
+    Group {
+        title: "Altitude and airspeed",
+        caption: "The reference is what the controller is asked for, after its own slew limit."
+            .to_owned(),
+        panels: panels.into_iter().flatten().collect(),
+    }
+}
+
+fn attitude(flight: &Flight) -> Group {
+    let names = ["attitude_w", "attitude_x", "attitude_y", "attitude_z"];
+    let angles = flight.angles("sensors", names).unwrap_or_default();
+    let thinned = |value: fn(&icd::EulerAngles) -> f64| {
+        let points = angles.iter().map(|(t_s, angles)| (*t_s, value(angles) * DEG));
+        broken_at_wraps(thin(points, flight.span.0, flight.span.1))
+    };
+    let curve = |name, value| Curve { name, ink: MAIN, points: thinned(value) };
+    let (mut roll, mut pitch) = (Vec::new(), Vec::new());
+    if !angles.is_empty() {
+        roll.push(curve("roll angle", |angles| angles.phi));
+        pitch.push(curve("pitch angle", |angles| angles.theta));
+    }
+    let reference = signal("control", "roll_reference_rad", DEG, "reference", WANTED);
+    roll.extend(curves(flight, &[reference]));
+    let panels = [
+        panel("Roll angle (right wing down positive)", "roll, deg", 10.0, TALL, roll),
+        panel("Pitch angle (nose up positive)", "pitch, deg", 5.0, TALL, pitch),
+    ];
+    Group {
+        title: "Attitude",
+        caption: "Altitude is held by pitch, so pitch has no reference of its own.".to_owned(),
+        panels: panels.into_iter().flatten().collect(),
+    }
+}
+
+/// An angle jumps by a whole turn where its measure wraps; no line is drawn there.
+fn broken_at_wraps(points: Vec<Point>) -> Vec<Point> {
+    let mut broken: Vec<Point> = Vec::with_capacity(points.len());
+    for point in points {
+        if broken.last().is_some_and(|before| (point.1 - before.1).abs() > 180.0) {
+            broken.push((point.0, f64::NAN));
+        }
+        broken.push(point);
+    }
+    broken
+}
+
+fn air(flight: &Flight) -> Group {
+    let attack = [
+        signal("sensors", "angle_of_attack_rad", DEG, "angle of attack", MAIN),
+        signal("sensors", "sideslip_rad", DEG, "sideslip (wind from the right positive)", SECOND),
+    ];
+    let load = [signal("truth", "load_factor_g", 1.0, "normal load factor", MAIN)];
+    let mut load = curves(flight, &load);
+    if load.is_empty() {
+        // Measured: minus the z component of the accelerometers.
+        let standard = -1.0 / 9.806_65;
+        let name = "normal load factor, measured";
+        load = curves(flight, &[signal("sensors", "specific_force_z_m_s2", standard, name, MAIN)]);
+    }
+    let panels = [
+        panel("Angle of attack and sideslip", "angle, deg", 4.0, TALL, curves(flight, &attack)),
+        panel("Normal load factor (1 g in level flight)", "load factor, g", 0.5, LOW, load),
+    ];
+    Group {
+        title: "Air",
+        caption: "Both angles are those of the air, gusts included.".to_owned(),
+        panels: panels.into_iter().flatten().collect(),
+    }
+}
+
+fn rates(flight: &Flight) -> Group {
+    let signals = [
+        signal("sensors", "body_rate_p_rad_s", DEG, "p, roll rate", MAIN),
+        signal("sensors", "body_rate_q_rad_s", DEG, "q, pitch rate", SECOND),
+        signal("sensors", "body_rate_r_rad_s", DEG, "r, yaw rate", THIRD),
+    ];
+    let panels = panel("Body rates", "rate, deg/s", 4.0, TALL, curves(flight, &signals));
+    Group {
+        title: "Body rates",
+        caption: "As the gyros report them, with their noise.".to_owned(),
+        panels: panels.into_iter().collect(),
+    }
+}
+
+/// Axes of the estimate: name, letter, column of z2.
+const AXES: [(&str, &str); 3] =
+    [("roll", "z2_roll_rad_s2"), ("pitch", "z2_pitch_rad_s2"), ("yaw", "z2_yaw_rad_s2")];
+
+fn estimate(flight: &Flight) -> Group {
+    let truth = flight.true_fault_acceleration();
+    let panels = AXES.into_iter().enumerate().filter_map(|(axis, (name, column))| {
+        let mut curves_here = Vec::new();
+        if let Some(truth) = &truth {
+            let points = truth.iter().map(|(t_s, f): &(f64, Vector3<f64>)| (*t_s, f[axis]));
+            let points = thin(points, flight.span.0, flight.span.1);
+            curves_here.push(Curve { name: "true F", ink: TRUE, points });
+        }
+        let estimate = signal("control", column, 1.0, "estimate z2", MAIN);
+        curves_here.extend(curves(flight, &[estimate]));
+        let title = format!("Fault acceleration about the {name} axis");
+        let mut panel = panel(title, "rad/s\u{b2}", 0.05, LOW, curves_here)?;
+        let level = flight.control.as_ref().map(|control| {
+            let activation = &control.gains.activation;
+            [activation.level_roll, activation.level_pitch, activation.level_yaw][axis]
+        });
+        if let Some(level) = level {
+            with_rules(&mut panel, &[(level, "level, either way"), (-level, "")]);
+        }
+        panel.bands = active(flight);
+        Some(panel)
+    });
+    let caption = "What no part of the model explains: the estimate of the observer, and the truth F if the log has it. \
+                   Beyond its level for 20 ms the compensator wakes (shaded). The levels are those at the beginning \
+                   of the flight.";
+    Group {
+        title: "Estimated fault acceleration",
+        caption: caption.to_owned(),
+        panels: panels.collect(),
+    }
+}
+
+/// Draws limits into a panel and makes room for them.
+fn with_rules(panel: &mut Panel, rules: &[(f64, &str)]) {
+    for (value, label) in rules {
+        let room = 0.06 * (panel.y.1 - panel.y.0).max(value.abs());
+        panel.y = (panel.y.0.min(value - room), panel.y.1.max(value + room));
+        panel.rules.push(Rule { value: *value, label: (*label).to_owned() });
+    }
+}
+
+/// When the compensator was awake.
+fn active(flight: &Flight) -> Vec<Band> {
+    let points = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
+    let band = |span| Band {
+        span,
+        colour: Kind::Compensator.colour(),
+        label: "compensator awake".to_owned(),
+    };
+    spans(&points, 0.0).into_iter().map(band).collect()
+}
+
+fn compensator(flight: &Flight) -> Group {
+    let fade = [signal("control", "fade", 1.0, "fade: part that is let through", MAIN)];
+    let mut panels: Vec<Panel> =
+        panel("How much the compensator acts", "0 to 1", 1.1, 120.0, curves(flight, &fade))
+            .map(|panel| Panel { bands: active(flight), y: (-0.05, 1.1), ..panel })
+            .into_iter()
+            .collect();
+    let belief = flight.control.as_ref().map(|control| control.belief.effectors);
+    let axes = [
+        ("Ailerons: addition to the roll command", "aileron_rad", belief.map(|b| b.aileron)),
+        ("Nozzle pitch angle", "nozzle_pitch_rad", belief.map(|b| b.nozzle)),
+        ("Nozzle yaw angle", "nozzle_yaw_rad", belief.map(|b| b.nozzle)),
+    ];
+    for (title, column, servo) in axes {
+        let demand = format!("compensation_{column}");
+        let applied = format!("applied_{column}");
+        let signals = [
+            signal("control", &demand, DEG, "demanded", WANTED),
+            signal("control", &applied, DEG, "applied, after limits", MAIN),
+        ];
+        let Some(mut panel) = panel(title, "deg", 2.0, LOW, curves(flight, &signals)) else {
+            continue;
+        };
+        if let Some(servo) = servo {
+            let limit = servo.travel_rad * DEG;
+            with_rules(&mut panel, &[(limit, "end of travel, either way"), (-limit, "")]);
+        }
+        panel.bands = active(flight);
+        panels.push(panel);
+    }
+    panels.extend(authority(flight));
+    Group {
+        title: "Compensator",
+        caption: "What the compensator asks of ailerons and nozzle to cancel the estimate, and what of it is left \
+                  after the limits. The travel is shared with the main controller, whose part is not in these."
+            .to_owned(),
+        panels,
+    }
+}
+
+/// What is left of the effectors, if the log has it.
+fn authority(flight: &Flight) -> Option<Panel> {
+    const AXES: [(&str, [&str; 2], Ink); 3] = [
+        ("roll (ailerons)", ["authority_roll_pct", "roll_pct"], MAIN),
+        ("pitch (nozzle)", ["authority_pitch_pct", "pitch_pct"], SECOND),
+        ("yaw (nozzle)", ["authority_yaw_pct", "yaw_pct"], THIRD),
+    ];
+    let of = |(name, columns, ink): (&'static str, [&str; 2], Ink)| {
+        let places = ["why", "control"];
+        let mut found = places.into_iter().flat_map(|topic| columns.map(|column| (topic, column)));
+        let points = found.find_map(|(topic, column)| flight.thinned(topic, column, 1.0))?;
+        Some(Curve { name, ink, points })
+    };
+    let curves: Vec<Curve> = AXES.into_iter().filter_map(of).collect();
+    let panel = panel("Authority that the compensator has left", "%", 100.0, LOW, curves)?;
+    Some(Panel { y: (-4.0, 104.0), bands: active(flight), ..panel })
+}
+
+fn effectors(flight: &Flight) -> Group {
+    let panels = Effector::ALL.into_iter().filter_map(|effector| {
+        let scale = if effector.is_angle() { DEG } else { 1.0e-3 };
+        let (y_label, span_min) = if effector.is_angle() { ("deg", 2.0) } else { ("kN", 2.0) };
+        let [command, position, effect] =
+            ["", "position_", "effect_"].map(|before| effector_column(before, effector));
+        let signals = [
+            signal("truth", &effect, scale, "what acts, after faults", SECOND),
+            signal("truth", &position, scale, "true position", MAIN),
+            signal("commands", &command, scale, "command", WANTED),
+        ];
+        let mut panel = panel(title(effector), y_label, span_min, LOW, curves(flight, &signals))?;
+        if let Some((min, max)) = travel(flight, effector) {
+            with_rules(&mut panel, &[(max * scale, "end of travel"), (min * scale, "")]);
+        }
+        let here = flight.faults.iter().filter(|fault| fault.effector == effector);
+        let band = |fault: &super::events::FaultSpan| Band {
+            span: fault.span,
+            colour: Kind::Fault.colour(),
+            label: fault.text.clone(),
+        };
+        panel.bands = here.map(band).collect();
+        Some(panel)
+    });
+    Group {
+        title: "Effectors",
+        caption: "Shaded: the time in which a fault acts. Signs: a surface's trailing edge down is positive, the \
+                  rudder's left; the nozzle's pitch angle pitches the nose up, its yaw angle yaws it to the right."
+            .to_owned(),
+        panels: panels.collect(),
+    }
+}
+
+fn title(effector: Effector) -> String {
+    let name = effector.name();
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
+}
+
+/// Ends of an effector's travel: of the aircraft, or as the controller believes. rad; engine N.
+fn travel(flight: &Flight, effector: Effector) -> Option<(f64, f64)> {
+    if let Some(plant) = &flight.plant {
+        let servo = &plant.setup.airframe.servos[effector];
+        return Some((servo.min, servo.max));
+    }
+    let effectors = flight.control.as_ref()?.belief.effectors;
+    let servo = match effector {
+        Effector::LeftAileron | Effector::RightAileron => effectors.aileron,
+        Effector::LeftElevator | Effector::RightElevator => effectors.elevator,
+        Effector::Rudder => effectors.rudder,
+        Effector::NozzlePitch | Effector::NozzleYaw => effectors.nozzle,
+        Effector::Engine => return Some((effectors.thrust_min_n, effectors.thrust_max_n)),
+    };
+    Some((-servo.travel_rad, servo.travel_rad))
+}
+
+/// The modes as a strip.
+pub fn modes(flight: &Flight) -> Option<Panel> {
+    const COLOURS: [&str; 2] = ["#5b3fa0", "#1f5fbf"];
+    let modes = super::events::mode_spans(flight);
+    let band = |(index, (from, to, name)): (usize, &(f64, f64, &str))| Band {
+        span: (*from, *to),
+        colour: COLOURS[index % COLOURS.len()],
+        label: (*name).to_owned(),
+    };
+    let bands: Vec<Band> = modes.iter().enumerate().map(band).collect();
+    let title = "Mode: who gives the references".to_owned();
+    (!bands.is_empty()).then(|| Panel {
+        title,
+        y: (0.0, 1.0),
+        height: 26.0,
+        bands,
+        ..Panel::default()
+    })
+}
+
+/// The track over the ground, east and north of the start, km, thinned by time.
+pub fn track(flight: &Flight) -> Option<Vec<(f64, Point)>> {
+    const POINTS: usize = 3_000;
+    let north = flight.signal("sensors", "position_north_m", 1.0e-3)?;
+    let east = flight.signal("sensors", "position_east_m", 1.0e-3)?;
+    let every = (north.len() / POINTS).max(1);
+    let last = north.len().checked_sub(1)?;
+    let places = (0..last).step_by(every).chain([last]);
+    Some(places.map(|k| (north[k].0, (east[k].1, north[k].1))).collect())
+}
+
+/// Ink of the track.
+pub const TRACK: Ink = MAIN;

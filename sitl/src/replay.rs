@@ -1,0 +1,67 @@
+//! Flies the flight of a log again, in one process, and compares it with the log bit for bit.
+//!
+//! ```text
+//! log ─> headers ─> plant, autopilot ─> fly: the inputs of the log at their control steps ─┐
+//!  └──────────────> rows, run hash ────────────────────────────> first difference <────────┘
+//! ```
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+mod compare;
+mod fly;
+mod recording;
+
+pub use compare::Difference;
+pub use fly::{Verdict, fly};
+pub use recording::{CannotFly, Input, Recording, inputs};
+
+use crate::runner::Progress;
+
+/// Exit code of a flight that could not be flown again.
+const CANNOT_FLY: u8 = 2;
+
+/// Options of `sitl replay`.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// The flight log (.ulg)
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+}
+
+/// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown.
+///
+/// # Errors
+/// Nothing yet: what is wrong with a log is told, and is exit code 2.
+pub fn run(args: &ReplayArgs) -> Result<ExitCode, Box<dyn Error>> {
+    let recording = match Recording::open(&args.log) {
+        Ok(recording) => recording,
+        Err(reason) => return Ok(cannot(args, &reason)),
+    };
+    println!("{}", recording.title());
+    for remark in recording.remarks() {
+        println!("note: {remark}");
+    }
+    let steps = usize::try_from(recording.steps()).unwrap_or(usize::MAX);
+    let progress = Progress::new("replay", "control steps", steps);
+    let verdict = match fly(&recording, &mut |_| progress.one_done()) {
+        Ok(verdict) => verdict,
+        Err(reason) => return Ok(cannot(args, &reason)),
+    };
+    progress.finish();
+    println!("{verdict}");
+    Ok(if verdict.is_same() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn cannot(args: &ReplayArgs, reason: &CannotFly) -> ExitCode {
+    println!("{} cannot be flown again: {reason}", args.log.display());
+    ExitCode::from(CANNOT_FLY)
+}
+
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
+pub(crate) mod tests;

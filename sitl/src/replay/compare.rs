@@ -1,0 +1,96 @@
+//! One flown tick against the rows of the log, bit for bit.
+
+use core::fmt;
+
+use icd::SimTime;
+use ulog::reader::{Log, Row, Topic};
+
+/// The first place where log and flight differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Control step, from 0.
+    pub step: u64,
+    /// Simulation time of the step.
+    pub time: SimTime,
+    /// Topic and signal.
+    pub signal: String,
+    /// What the log says.
+    pub logged: String,
+    /// What was flown.
+    pub flown: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { step, time, signal, logged, flown } = self;
+        let t_s = time.as_seconds();
+        write!(
+            f,
+            "first difference at control step {step} (t = {t_s:.6} s), signal {signal}:\n  \
+             logged {logged}\n  flown  {flown}"
+        )
+    }
+}
+
+/// The rows of one topic, tick by tick.
+#[derive(Debug)]
+pub struct Rows<'a> {
+    name: &'static str,
+    topic: Option<Topic<'a>>,
+    next: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// Of a topic of this name.
+    pub fn new(log: &'a Log, name: &'static str) -> Self {
+        Self { name, topic: log.topic(name), next: 0 }
+    }
+
+    /// The log has a row of this time, or an older one that was not compared.
+    pub fn reach(&self, time: SimTime) -> bool {
+        let next = self.topic.and_then(|topic| topic.row(self.next));
+        next.is_some_and(|row| row.timestamp_us() <= time.as_micros())
+    }
+
+    /// Compares the row of this tick; signals without a column count as equal.
+    ///
+    /// # Errors
+    /// The first signal that differs, or a row at another time than that of the tick.
+    pub fn check<'n>(
+        &mut self,
+        step: u64,
+        time: SimTime,
+        signals: impl IntoIterator<Item = (&'n str, f64)>,
+    ) -> Result<(), Box<Difference>> {
+        // Where the log ends there is nothing to compare.
+        let Some(row) = self.topic.and_then(|topic| topic.row(self.next)) else { return Ok(()) };
+        let differ = |name: &str, logged: String, flown: String| {
+            let signal = format!("{}.{name}", self.name);
+            Err(Box::new(Difference { step, time, signal, logged, flown }))
+        };
+        if row.timestamp_us() != time.as_micros() {
+            let at = |us: u64| format!("{us} us");
+            return differ("timestamp", at(row.timestamp_us()), at(time.as_micros()));
+        }
+        self.next += 1;
+        for (name, flown) in signals {
+            if let Some(logged) =
+                row.value(name).filter(|logged| !is_same(&row, name, *logged, flown))
+            {
+                return differ(name, written(logged), written(flown));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Bit for bit; a signal of fewer bits than a double has is compared in its own type.
+fn is_same(row: &Row<'_>, name: &str, logged: f64, flown: f64) -> bool {
+    let narrow = row.bytes(name).is_some_and(|bytes| bytes.len() < size_of::<f64>());
+    if narrow { logged == flown } else { logged.to_bits() == flown.to_bits() }
+}
+
+/// A value so that two different ones look different.
+fn written(value: f64) -> String {
+    format!("{value} ({:016x})", value.to_bits())
+}

@@ -1,0 +1,261 @@
+//! What a replay needs of a log: headers, inputs in order, and the rows to compare with.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use autopilot::autopilot::Settings;
+use autopilot::recorder::{ControlHeader, Moment, Recorded};
+use icd::wire;
+use plant_sim::io::header::PlantHeader;
+use serde::de::DeserializeOwned;
+use ulog::reader::{Log, ReadError, Row};
+
+/// Why a log cannot be flown again.
+#[derive(Debug, thiserror::Error)]
+pub enum CannotFly {
+    /// The file.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// Another program wrote it.
+    #[error("it was not written by Two-Step (sys_name is {0})")]
+    Foreign(String),
+    /// The log has no header.
+    #[error("its {0} is missing{1}")]
+    NoHeader(&'static str, &'static str),
+    /// A header has another shape.
+    #[error(
+        "its {header} cannot be read by this version: {why}. The log is of {theirs}, this is {ours}"
+    )]
+    Header {
+        /// Which one.
+        header: &'static str,
+        /// What the parser says.
+        why: String,
+        /// Versions of the log.
+        theirs: String,
+        /// Versions of this program.
+        ours: String,
+    },
+    /// The autopilot came in while the aircraft was flying: nobody knows what it was then.
+    #[error(
+        "the autopilot joined a flight under way, so the state at the log's first tick is not known"
+    )]
+    Joined,
+    /// An entry of the inputs cannot be read.
+    #[error("input {number} of the log (at {time_s:.3} s) cannot be read: {why}")]
+    Input {
+        /// Its number in the topic `recorded`, from 1.
+        number: usize,
+        /// Its timestamp, s.
+        time_s: f64,
+        /// What is wrong.
+        why: String,
+    },
+    /// There is nothing to compare with.
+    #[error("it has no control step")]
+    Empty,
+    /// The plant refuses the setup.
+    #[error("the plant cannot start: {0}")]
+    Start(#[from] plant_sim::SetupError),
+}
+
+/// An input, and where in the flight it came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// Control steps flown before it.
+    pub step: u64,
+    /// In which exchange.
+    pub moment: Moment,
+    /// Simulation time, s.
+    pub t_s: f64,
+    /// What.
+    pub what: Recorded,
+}
+
+/// A log that can be flown again.
+#[derive(Debug)]
+pub struct Recording {
+    pub(super) log: Log,
+    pub(super) control: ControlHeader,
+    pub(super) plant: PlantHeader,
+    inputs: Vec<Input>,
+    steps: u64,
+}
+
+impl Recording {
+    /// Reads a log.
+    ///
+    /// # Errors
+    /// [`CannotFly`] says what is missing.
+    pub fn open(path: &Path) -> Result<Self, CannotFly> {
+        Self::of(Log::open(path)?)
+    }
+
+    /// Of a log that was read.
+    ///
+    /// # Errors
+    /// [`CannotFly`] says what is missing.
+    pub fn of(log: Log) -> Result<Self, CannotFly> {
+        let name = log.info_text("sys_name").unwrap_or("missing");
+        if name != "Two-Step" {
+            return Err(CannotFly::Foreign(name.to_owned()));
+        }
+        let control: ControlHeader = header(&log, "control_header", "")?;
+        if control.joined_in_flight {
+            return Err(CannotFly::Joined);
+        }
+        let when = "; it comes over the link with the first ticks, and the log may end before";
+        let plant: PlantHeader = header(&log, "plant_header", when)?;
+        let inputs = inputs(&log)?;
+        let steps = ["sensors", "commands", "control", "truth"]
+            .map(|topic| log.topic(topic).map_or(0, |topic| topic.len()))
+            .into_iter()
+            .max()
+            .unwrap_or(0);
+        if steps == 0 {
+            return Err(CannotFly::Empty);
+        }
+        Ok(Self { log, control, plant, inputs, steps: steps as u64 })
+    }
+
+    /// Control steps that the log has.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The run hash that the log ends with; `None` if it was cut off.
+    #[must_use]
+    pub fn run_hash(&self) -> Option<&str> {
+        self.log.info_text("run_hash")
+    }
+
+    /// One line: what was flown.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let setup = &self.plant.setup;
+        let seconds = self.steps as f64 * setup.period.as_seconds();
+        format!(
+            "{}, seed {}, run {}: {} control steps, {seconds:.1} s",
+            self.plant.scenario, setup.seed, setup.run, self.steps
+        )
+    }
+
+    /// What a reader of the result should know.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if self.control.version != env!("CARGO_PKG_VERSION")
+            || self.control.wire_version != wire::VERSION
+        {
+            let (theirs, ours) = versions(&self.log);
+            remarks.push(format!("the log is of {theirs}, this is {ours}"));
+        }
+        if self.plant.version != self.control.version {
+            let (plant, control) = (&self.plant.version, &self.control.version);
+            remarks.push(format!("the plant was of version {plant}, the autopilot of {control}"));
+        }
+        if self.log.is_cut() || self.run_hash().is_none() {
+            remarks.push("the log was cut off; it is compared up to its end".to_owned());
+        }
+        remarks.extend(self.log.damages().iter().map(|damage| format!("damaged: {damage}")));
+        let lost_ms: u64 = self.log.dropouts_ms().iter().copied().map(u64::from).sum();
+        if lost_ms > 0 {
+            remarks.push(format!("rows of {lost_ms} ms were lost while the log was written"));
+        }
+        remarks
+    }
+
+    /// The control side as it was at the first packet.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        let ControlHeader { belief, gains, limits, navigation, references, script, .. } =
+            &self.control;
+        Settings {
+            belief: *belief,
+            gains: *gains,
+            limits: *limits,
+            navigation: *navigation,
+            references: references.clone(),
+            script: script.clone(),
+            fault_injection: self.control.fault_injection,
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn forget_inputs(&mut self) {
+        self.inputs.clear();
+    }
+
+    /// Inputs in their order.
+    #[must_use]
+    pub fn inputs(&self) -> VecDeque<Input> {
+        self.inputs.iter().cloned().collect()
+    }
+}
+
+/// Versions of program and link: those of the log and those of this program.
+fn versions(log: &Log) -> (String, String) {
+    let software = log.info_text("ver_sw").unwrap_or("unknown");
+    let link = log.info_u64("ver_wire").map_or("unknown".to_owned(), |version| version.to_string());
+    (
+        format!("version {software} with link version {link}"),
+        format!("version {} with link version {}", env!("CARGO_PKG_VERSION"), wire::VERSION),
+    )
+}
+
+fn header<T: DeserializeOwned>(
+    log: &Log,
+    key: &'static str,
+    when: &'static str,
+) -> Result<T, CannotFly> {
+    let text = log.info_text(key).ok_or(CannotFly::NoHeader(key, when))?;
+    serde_json::from_str(text).map_err(|error| {
+        let (theirs, ours) = versions(log);
+        CannotFly::Header { header: key, why: error.to_string(), theirs, ours }
+    })
+}
+
+/// Puts the pieces of the topic `recorded` together.
+///
+/// # Errors
+/// [`CannotFly::Input`] for the first entry that cannot be read.
+pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
+    let Some(topic) = log.topic("recorded") else { return Ok(Vec::new()) };
+    let mut inputs = Vec::new();
+    let mut text: Vec<u8> = Vec::new();
+    let mut next_part = 0;
+    for row in topic.rows() {
+        let number = inputs.len() + 1;
+        let time_s = row.timestamp_us() as f64 * 1.0e-6;
+        let failed = |why: String| CannotFly::Input { number, time_s, why };
+        let field =
+            |name| row.unsigned(name).ok_or_else(|| failed(format!("there is no column {name}")));
+        let (part, parts) = (field("part")?, field("parts")?);
+        if part != next_part || parts == 0 {
+            return Err(failed(format!("part {part} where part {next_part} was due")));
+        }
+        if part == 0 {
+            text.clear();
+        }
+        text.extend_from_slice(piece(&row).ok_or_else(|| failed("no text".to_owned()))?);
+        next_part = part + 1;
+        if next_part < parts {
+            continue;
+        }
+        next_part = 0;
+        let what = serde_json::from_slice(&text).map_err(|error| failed(error.to_string()))?;
+        let phase = field("phase")?;
+        let moment = u8::try_from(phase).ok().and_then(Moment::from_code);
+        let moment = moment.ok_or_else(|| failed(format!("phase {phase} is not known")))?;
+        inputs.push(Input { step: field("step")?, moment, t_s: time_s, what });
+    }
+    // An entry whose last pieces are missing was cut off with the file.
+    Ok(inputs)
+}
+
+/// The text of one row.
+fn piece<'a>(row: &Row<'a>) -> Option<&'a [u8]> {
+    let length = usize::try_from(row.unsigned("length")?).ok()?;
+    row.bytes("text")?.get(..length)
+}

@@ -1,0 +1,167 @@
+use std::sync::Arc;
+
+use autopilot::event::Wish;
+use autopilot::recorder::Moment;
+use autopilot::script::Script;
+use autopilot::vehicle::{LinkLossAction, Mode, Reference};
+use flight_control::Gains;
+use icd::fault::{FaultKind, Onset, Timing};
+use icd::pace::Pace;
+use icd::{ControlPeriod, Effector, FaultRequest, SimTime};
+use ulog::reader::Log;
+
+use super::testing::{self, Spoken, Without};
+use super::*;
+use crate::closed_loop::FlightSetup;
+use crate::paper::cases::{Case, Conditions};
+use plant_sim::EarthModel;
+
+/// A climb with turbulence and noise for a few seconds.
+pub fn setup(seconds: u64) -> FlightSetup {
+    let conditions = Conditions {
+        earth: EarthModel::Wgs84,
+        period: ControlPeriod::DEFAULT,
+        step_us: 1_000,
+        gyro_noise_rad_s: 1.0e-3,
+        turbulence_m_s: 1.5,
+        seed: 7,
+    };
+    let mut setup = Case::new(1, &conditions).unwrap().setup;
+    setup.plant.faults.clear();
+    setup.duration = SimTime::from_micros(seconds * 1_000_000);
+    setup
+}
+
+fn jam(onset: Onset) -> Wish {
+    let kind = FaultKind::StuckHere;
+    let timing = Timing { onset, ..Timing::NOW };
+    Wish::Fault(FaultRequest::Inject { effector: Effector::LeftElevator, kind, timing })
+}
+
+/// Everything that an operator may do, in flight and while time stands still.
+pub fn spoken() -> Vec<Spoken> {
+    let mut gains = Gains::REFERENCE;
+    gains.main.roll.k_p *= 1.1;
+    let script = "at 1.6 s: fail rudder 50 % left\nwhen roll passes 1 deg: altitude 3200 m\n";
+    let script = Arc::new(Script::parse("a test", script).unwrap());
+    let at = |step, wish| (step, Moment::Step, wish);
+    let held = |step, wish| (step, Moment::Holding, wish);
+    vec![
+        at(0, Wish::Refer(Reference::Altitude(3_100.0))),
+        at(5, Wish::Script(script)),
+        at(10, Wish::Gains(Box::new(gains))),
+        at(20, Wish::Mode(Mode::Hold)),
+        at(20, Wish::Pace(Pace::Pause)),
+        held(21, jam(Onset::AtOnce)),
+        held(21, Wish::Refer(Reference::Airspeed(155.0))),
+        held(21, Wish::Pace(Pace::Run)),
+        at(300, Wish::Fault(FaultRequest::ClearAll)),
+        at(310, Wish::LinkLost(LinkLossAction::Return)),
+        at(400, Wish::LinkBack),
+        at(420, jam(Onset::At(SimTime::from_micros(1_000_500)))),
+        at(600, Wish::Terminate),
+    ]
+}
+
+fn replay(bytes: Vec<u8>) -> Result<Verdict, CannotFly> {
+    fly(&Recording::of(Log::from_bytes(bytes).unwrap())?, &mut |_| {})
+}
+
+#[test]
+fn a_flight_with_every_kind_of_input_is_flown_again_bit_for_bit() {
+    let bytes = testing::log(&setup(2), &spoken(), Without::default());
+    let recording = Recording::of(Log::from_bytes(bytes.clone()).unwrap()).unwrap();
+    assert_eq!(recording.remarks(), [""; 0]);
+    let verdict = replay(bytes).unwrap();
+    assert!(verdict.is_same(), "{verdict}");
+    assert_eq!(verdict.steps, 1_001);
+    assert!(verdict.to_string().starts_with("same run hash "), "{verdict}");
+}
+
+#[test]
+fn without_its_inputs_it_is_another_flight() {
+    let bytes = testing::log(&setup(1), &spoken(), Without::default());
+    let mut recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
+    recording.forget_inputs();
+    let verdict = fly(&recording, &mut |_| {}).unwrap();
+    let step = verdict.difference.map(|difference| difference.step);
+    assert!(step.is_some_and(|step| step <= 21), "inputs begin at step 0: {step:?}");
+}
+
+#[test]
+fn a_changed_sensor_value_is_found_at_its_tick_and_by_its_name() {
+    let mut bytes = testing::log(&setup(1), &[], Without::default());
+    let log = Log::from_bytes(bytes.clone()).unwrap();
+    let logged = log.column("sensors", "airspeed_m_s").unwrap()[123];
+    let place = bytes.windows(8).position(|window| window == logged.to_le_bytes()).unwrap();
+    bytes[place] ^= 1;
+    let verdict = replay(bytes).unwrap();
+    let difference = verdict.difference.clone().unwrap();
+    assert_eq!((difference.step, difference.time), (123, SimTime::from_micros(246_000)));
+    assert!(difference.signal.ends_with("airspeed_m_s"), "{difference}");
+    assert!(!verdict.is_same() && verdict.to_string().contains("control step 123"), "{verdict}");
+}
+
+#[test]
+fn a_changed_input_is_another_request() {
+    let bytes = testing::log(&setup(1), &spoken(), Without::default());
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains("\"effector\":\"left_elevator\""));
+    let from = b"\"effector\":\"left_elevator\"";
+    let place = bytes.windows(from.len()).position(|window| window == from).unwrap();
+    let mut changed = bytes;
+    changed[place..place + from.len()].copy_from_slice(b"\"effector\":\"left_aileron\" ");
+    let difference = replay(changed).unwrap().difference.unwrap();
+    assert_eq!(difference.signal, "request to the plant");
+    assert_eq!(difference.step, 21);
+    assert!(difference.logged.contains("LeftElevator"), "{difference}");
+    assert!(difference.flown.contains("LeftAileron"), "{difference}");
+}
+
+#[test]
+fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
+    let bytes = testing::log(&setup(2), &spoken(), Without::default());
+    for part in [3, 4, 5, 7] {
+        let cut = bytes[..bytes.len() * part / 8 + part].to_vec();
+        let recording = Recording::of(Log::from_bytes(cut).unwrap()).unwrap();
+        assert!(recording.remarks().concat().contains("cut off"), "{:?}", recording.remarks());
+        let verdict = fly(&recording, &mut |_| {}).unwrap();
+        assert!(verdict.is_same(), "{part}/8: {verdict}");
+        assert_eq!(verdict.steps, recording.steps());
+        assert!(verdict.steps > 100 && verdict.steps < 1_001, "{}", verdict.steps);
+        assert!(verdict.to_string().contains("cut off before its run hash"), "{verdict}");
+    }
+}
+
+#[test]
+fn a_flight_ends_on_the_ground() {
+    let mut setup = setup(10);
+    setup.plant.start.altitude_m = 60.0;
+    let spoken = [(0, Moment::Step, Wish::Terminate)];
+    let bytes = testing::log(&setup, &spoken, Without::default());
+    let verdict = replay(bytes).unwrap();
+    assert!(verdict.is_same(), "{verdict}");
+    assert!(verdict.steps < 5_000, "{}", verdict.steps);
+}
+
+#[test]
+fn what_cannot_be_flown_says_why() {
+    let without = Without { headers: true, ..Without::default() };
+    let bytes = testing::log(&setup(1), &[], without);
+    let reason = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap_err().to_string();
+    assert!(reason.contains("control_header is missing"), "{reason}");
+    let bytes = testing::log(&setup(1), &[], Without::default());
+    let patch = |from: &str, to: &str| {
+        assert_eq!(from.len(), to.len());
+        let place = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
+        let mut changed = bytes.clone();
+        changed[place..place + to.len()].copy_from_slice(to.as_bytes());
+        Recording::of(Log::from_bytes(changed).unwrap())
+    };
+    let joined = patch("\"joined_in_flight\":false", "\"joined_in_flight\":true ").unwrap_err();
+    assert!(joined.to_string().contains("joined a flight under way"), "{joined}");
+    let other = patch("\"belief\"", "\"gelief\"").unwrap_err().to_string();
+    assert!(other.contains("control_header cannot be read by this version"), "{other}");
+    let version = patch("\"version\":\"0.1.0\"", "\"version\":\"0.0.9\"").unwrap();
+    assert!(!version.remarks().is_empty());
+}

@@ -1,0 +1,217 @@
+//! Flights of real processes, with a ground station that speaks when it likes, flown again from their logs.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the other side of real programs: sockets, waiting, and the wall clock as bound and as dice"
+)]
+
+#[path = "programs/ground.rs"]
+mod ground;
+mod programs;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use ground::Ground;
+use mavlink::dialects::common::{MavCmd, MavMessage, MavParamType, PARAM_SET_DATA};
+use programs::{Program, autopilot, program};
+use ulog::reader::Log;
+
+/// The only log of a folder.
+fn log(folder: &Path) -> PathBuf {
+    let entries = fs::read_dir(folder).expect("the folder of the logs");
+    let mut paths = entries.map(|entry| entry.expect("a folder that can be read").path());
+    paths.find(|path| path.extension().is_some_and(|e| e == "ulg")).expect("a log")
+}
+
+/// Exit code of `sitl` with these words, and what it said.
+fn sitl(words: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(program("sitl")).args(words).output().expect("a built program");
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+}
+
+fn replay(log: &Path) -> (Option<i32>, String) {
+    sitl(&["replay", log.to_str().expect("a readable path")])
+}
+
+/// Numbers without a pattern (splitmix64). The seed is wall time on purpose: each run is another one.
+struct Dice(u64);
+
+impl Dice {
+    fn new() -> Self {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
+        Self(u64::try_from(now.as_nanos() & u128::from(u64::MAX)).expect("64 bits"))
+    }
+
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) % sides
+    }
+
+    fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.roll(10_001) as f32 / 10_000.0
+    }
+}
+
+/// Something that an operator may do, chosen by chance.
+fn do_something(ground: &mut Ground, dice: &mut Dice) {
+    let zero = [0.0; 7];
+    match dice.roll(8) {
+        0 => {
+            let p = [dice.between(4_000.0, 6_000.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, p);
+        }
+        1 => {
+            let p = [0.0, dice.between(220.0, 290.0), -1.0, 0.0, 0.0, 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_DO_CHANGE_SPEED, p);
+        }
+        2 => {
+            // SERVO, STUCK, any surface, an angle, at once.
+            let surface = 1.0 + dice.roll(5) as f32;
+            let p = [102.0, 2.0, surface, 1.0, dice.between(-8.0, 8.0), 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_USER_1, p);
+        }
+        3 => {
+            // All servos are well again.
+            let p = [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_INJECT_FAILURE, p);
+        }
+        4 => ground.send(&MavMessage::PARAM_SET(PARAM_SET_DATA {
+            param_value: dice.between(35.0, 45.0),
+            target_system: 1,
+            target_component: 1,
+            param_id: "OBS_W0".into(),
+            param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
+        })),
+        5 => {
+            ground.command(MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH, zero);
+        }
+        6 => {
+            ground.command(MavCmd::MAV_CMD_DO_PAUSE_CONTINUE, zero);
+        }
+        _ => {
+            // Time stands still, something is wanted meanwhile, and time runs again.
+            ground.command(MavCmd::MAV_CMD_USER_2, zero);
+            let jam = [102.0, 2.0, 3.0, 1.0, dice.between(-8.0, 8.0), 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_USER_1, jam);
+            let p = [dice.between(4_000.0, 6_000.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            ground.command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, p);
+            ground.command(MavCmd::MAV_CMD_USER_2, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        }
+    }
+}
+
+#[test]
+fn a_flight_with_inputs_at_any_moment_is_flown_again_bit_for_bit() {
+    let mut dice = Dice::new();
+    let seed = dice.0;
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let text = folder.path().to_str().expect("a readable path");
+    let mut ground = Ground::new();
+    let (mut autopilot, link) = autopilot(ground.address(), &["--log-dir", text]);
+    let noise = ["--gyro-noise-deg-s", "0.1", "--turbulence-m-s", "1.5"];
+    let plant = Program::start("plant-sim", &[&["--autopilot", &link][..], &noise].concat());
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.2);
+    for _ in 0..25 {
+        do_something(&mut ground, &mut dice);
+        ground.listen_for(Duration::from_micros(dice.roll(200_000)));
+    }
+    autopilot.signal(15);
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    drop(plant);
+    let path = log(folder.path());
+    let (code, said) = replay(&path);
+    assert_eq!(code, Some(0), "dice {seed}: {said}");
+    let hash = Log::open(&path).expect("readable").info_text("run_hash").map(str::to_owned);
+    assert!(said.contains(&format!("same run hash {}", hash.expect("a footer"))), "{said}");
+
+    // The page of the same flight.
+    let page = folder.path().join("page.html");
+    let words =
+        ["plot", path.to_str().expect("readable"), "--out", page.to_str().expect("readable")];
+    let (code, said) = sitl(&words);
+    assert_eq!(code, Some(0), "{said}");
+    let page = fs::read_to_string(page).expect("a page");
+    assert!(page.contains("The log is complete.") && !page.contains("Not in this log"));
+}
+
+#[test]
+fn a_log_that_was_tampered_with_gives_the_first_tick_and_signal() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let text = folder.path().to_str().expect("a readable path");
+    let mut ground = Ground::new();
+    let (mut autopilot, link) = autopilot(ground.address(), &["--log-dir", text]);
+    let noise = ["--gyro-noise-deg-s", "0.1"];
+    let plant = Program::start("plant-sim", &[&["--autopilot", &link][..], &noise].concat());
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+    let jam = [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0];
+    ground.command(MavCmd::MAV_CMD_USER_1, jam);
+    ground.listen_until("a second more", |ground| ground.time_s > 1.5);
+    autopilot.signal(15);
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    drop(plant);
+    let path = log(folder.path());
+    let bytes = fs::read(&path).expect("a log");
+
+    // One bit of one gyro value; its noise makes it unique.
+    let rates = Log::open(&path).expect("readable").column("sensors", "body_rate_q_rad_s");
+    let value = rates.expect("a topic")[321];
+    let place = bytes.windows(8).position(|w| w == value.to_le_bytes()).expect("it is there");
+    let mut changed = bytes.clone();
+    changed[place] ^= 1;
+    fs::write(&path, changed).expect("the folder is there");
+    let (code, said) = replay(&path);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("control step 321 (t = 0.642000 s)"), "{said}");
+    assert!(said.contains("sensors.body_rate_q_rad_s"), "{said}");
+
+    // Another effector in the input.
+    let from = br#""effector":"left_elevator""#;
+    let place = bytes.windows(from.len()).position(|w| w == from).expect("the fault is there");
+    let mut changed = bytes;
+    changed[place..place + from.len()].copy_from_slice(br#""effector":"left_aileron" "#);
+    fs::write(&path, changed).expect("the folder is there");
+    let (code, said) = replay(&path);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("request to the plant"), "{said}");
+}
+
+#[test]
+fn a_killed_recording_is_flown_again_up_to_its_cut_and_drawn() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let text = folder.path().to_str().expect("a readable path");
+    let mut ground = Ground::new();
+    let (mut autopilot, link) = autopilot(ground.address(), &["--log-dir", text]);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link, "--turbulence-m-s", "1.5"]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 1.0);
+    ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
+    ground.listen_until("a second more", |ground| ground.time_s > 2.5);
+    autopilot.signal(9);
+    autopilot.end();
+    let path = log(folder.path());
+    let (code, said) = replay(&path);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("it was cut off before its run hash"), "{said}");
+    let (code, said) = sitl(&["plot", path.to_str().expect("a readable path")]);
+    assert_eq!(code, Some(0), "{said}");
+    let page = fs::read_to_string(path.with_extension("html")).expect("a page");
+    assert!(page.contains("The log was cut off"));
+}
+
+#[test]
+fn what_is_no_log_is_told() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("no.ulg");
+    fs::write(&path, "something else altogether").expect("the folder is there");
+    let (code, said) = replay(&path);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("no ULog file"), "{said}");
+    let (code, said) = sitl(&["plot", path.to_str().expect("a readable path")]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("no ULog file"), "{said}");
+}
