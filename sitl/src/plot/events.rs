@@ -3,8 +3,8 @@
 use autopilot::event::Wish;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
-use icd::Effector;
 use icd::fault::FaultKind;
+use icd::{ControlPeriod, Effector};
 use ulog::reader::Topic;
 
 use super::flight::Flight;
@@ -15,6 +15,11 @@ use crate::figures::curve::Point;
 const GAP_S: f64 = 1.0;
 /// A limit that is reached for a shorter time than this is not told, s.
 const SHORT_S: f64 = 0.1;
+
+/// Longest control period with room for rounding, s.
+const PERIOD_MAX_S: f64 = ControlPeriod::MAX_MICROS as f64 * 1.01e-6;
+/// A report comes with one of the next packets, s.
+const REPORT_LATE_S: f64 = 0.1;
 
 /// What kind of thing happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,9 +140,13 @@ fn of_truth(flight: &Flight, effector: Effector) -> Vec<FaultSpan> {
     let Some(points) = flight.signal("truth", &column, 1.0) else { return Vec::new() };
     let mut faults = Vec::new();
     let mut open: Option<(f64, f64)> = None;
+    let topic = flight.log.topic("fault");
+    let reports = topic.map(|topic| Reports::of(&topic)).unwrap_or_default();
     let mut close = |(since, code): (f64, f64), at: f64, lasts: bool| {
-        let text = described(flight, effector, code, at);
-        faults.push(FaultSpan { effector, span: (since, at), lasts, text });
+        let text = reports.describe(effector, code, at);
+        let end = if lasts { at } else { reports.exactly(effector, at) };
+        let span = (reports.exactly(effector, since), end);
+        faults.push(FaultSpan { effector, span, lasts, text });
     };
     for (t_s, code) in &points {
         if open.is_some_and(|(_, before)| before == *code) {
@@ -152,19 +161,6 @@ fn of_truth(flight: &Flight, effector: Effector) -> Vec<FaultSpan> {
         close(fault, flight.span.1, true);
     }
     faults
-}
-
-/// A fault in words: with the numbers of the plant's last report about it.
-fn described(flight: &Flight, effector: Effector, code: f64, until_s: f64) -> String {
-    let Some(topic) = flight.log.topic("fault") else { return format!("fault of kind {code}") };
-    let reports = Reports::of(&topic);
-    let is_it = |report: &&Report| {
-        report.effector == Some(effector)
-            && f64::from(report.code) == code
-            && report.told_s <= until_s
-    };
-    let report = reports.0.iter().rev().find(is_it);
-    report.map_or_else(|| format!("fault of kind {code}"), Report::text)
 }
 
 /// One row of the topic `fault`.
@@ -191,6 +187,8 @@ impl Report {
     }
 }
 
+/// What the plant told of its faults.
+#[derive(Default)]
 struct Reports(Vec<Report>);
 
 impl Reports {
@@ -209,6 +207,25 @@ impl Reports {
             })
         });
         Self(rows.collect())
+    }
+
+    /// A fault in words: with the numbers of the plant's last report about it.
+    fn describe(&self, effector: Effector, code: f64, until_s: f64) -> String {
+        let is_it = |report: &&Report| {
+            report.effector == Some(effector)
+                && f64::from(report.code) == code
+                && report.told_s <= until_s + REPORT_LATE_S
+        };
+        let report = self.0.iter().rev().find(is_it);
+        report.map_or_else(|| format!("fault of kind {code}"), Report::text)
+    }
+
+    /// The time of a change that the truth shows at this tick: a fault begins and ends between ticks, too.
+    fn exactly(&self, effector: Effector, tick_s: f64) -> f64 {
+        let of_it = self.0.iter().filter(|report| report.effector == Some(effector));
+        let times = of_it.map(|report| report.at_s).filter(|at_s| *at_s <= tick_s);
+        let at_s = times.fold(f64::NEG_INFINITY, f64::max);
+        if tick_s - at_s <= PERIOD_MAX_S { at_s } else { tick_s }
     }
 }
 

@@ -24,8 +24,10 @@ const WANTED: Ink = Ink { colour: RGBColor(200, 30, 30), pattern: Pattern::Dashe
 const SECOND: Ink = Ink { colour: RGBColor(200, 110, 0), pattern: Pattern::Solid, width: 3 };
 /// A third one.
 const THIRD: Ink = Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Solid, width: 3 };
+/// What is estimated, with the noise of its source.
+const ESTIMATED: Ink = Ink { colour: RGBColor(110, 160, 215), pattern: Pattern::Solid, width: 2 };
 /// What was true, where something else is estimated.
-const TRUE: Ink = Ink { colour: RGBColor(120, 120, 120), pattern: Pattern::Solid, width: 4 };
+const TRUE: Ink = Ink { colour: RGBColor(150, 70, 0), pattern: Pattern::Solid, width: 2 };
 
 /// A figure: panels under one heading, with a sentence.
 #[derive(Debug)]
@@ -206,14 +208,13 @@ const AXES: [(&str, &str); 3] =
 fn estimate(flight: &Flight) -> Group {
     let truth = flight.true_fault_acceleration();
     let panels = AXES.into_iter().enumerate().filter_map(|(axis, (name, column))| {
-        let mut curves_here = Vec::new();
+        let estimate = signal("control", column, 1.0, "estimate z2", ESTIMATED);
+        let mut curves_here = curves(flight, &[estimate]);
         if let Some(truth) = &truth {
             let points = truth.iter().map(|(t_s, f): &(f64, Vector3<f64>)| (*t_s, f[axis]));
             let points = thin(points, flight.span.0, flight.span.1);
             curves_here.push(Curve { name: "true F", ink: TRUE, points });
         }
-        let estimate = signal("control", column, 1.0, "estimate z2", MAIN);
-        curves_here.extend(curves(flight, &[estimate]));
         let title = format!("Fault acceleration about the {name} axis");
         let mut panel = panel(title, "rad/s\u{b2}", 0.05, LOW, curves_here)?;
         let level = flight.control.as_ref().map(|control| {

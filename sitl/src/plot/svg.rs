@@ -204,11 +204,10 @@ impl Drawing {
         let Some((from, to)) = frame.span(band.span) else { return };
         if to - from > LETTER * band.label.chars().count() as f64 + 8.0 {
             // White around the letters keeps them readable above a curve.
-            let style = format!(
-                r##" fill="{}" stroke="#fff" stroke-width="3" paint-order="stroke""##,
-                band.colour
-            );
-            self.text((from + 4.0, TOP + 15.0), "start", &style, &band.label);
+            let at = (from + 4.0, TOP + 15.0);
+            let halo = r##" fill="#fff" stroke="#fff" stroke-width="3" stroke-linejoin="round""##;
+            self.text(at, "start", halo, &band.label);
+            self.text(at, "start", &format!(r#" fill="{}""#, band.colour), &band.label);
         }
     }
 
@@ -336,15 +335,22 @@ pub fn map(title: &str, track: &[Point], ink: Ink, spots: &[Spot]) -> String {
     drawing.axes(&frame, ["east of the start, km", "north of the start, km"]);
     let place = |(x, y): Point| (frame.at_x(x), frame.at_y(y));
     drawing.path(track.iter().copied().map(place), &ink);
+    let mut before = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for spot in spots {
         let ((x, y), label) = (place(spot.at), escape(&spot.label));
+        // Where two labels would cover each other, the second one stands on the other side.
+        let is_free = (y - before.1).abs() > 14.0 || (x - before.0).abs() > 140.0;
+        let (text_x, anchor) = if is_free { (x + 8.0, "start") } else { (x - 8.0, "end") };
+        if is_free {
+            before = (x, y);
+        }
         let _ = write!(
             drawing.svg,
             r#"<circle cx="{x:.1}" cy="{y:.1}" r="4.5" fill="{}"><title>{label}</title></circle>"#,
             spot.colour
         );
         let style = format!(r#" fill="{}""#, spot.colour);
-        drawing.text((x + 8.0, y - 6.0), "start", &style, &spot.label);
+        drawing.text((text_x, y - 6.0), anchor, &style, &spot.label);
     }
     drawing.border(&frame);
     drawing.finish()
