@@ -181,11 +181,12 @@ impl ParamService {
 
     /// Tells the fault parameters that have changed, and answers who waits for one.
     pub fn follow_faults(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        let answers = self.faults.answers(now, ctx.aircraft.faults());
         let changed = self.faults.changed(ctx.aircraft.faults());
         for row in changed.iter().filter_map(|effector| row_of(*effector, ctx)) {
             out.announce(&value_message(&row));
         }
-        for answer in self.faults.answers(now, ctx.aircraft.faults()) {
+        for answer in answers {
             // A change has been told to everybody.
             if answer.refused.is_some() || !changed.contains(&answer.effector) {
                 tell_fault(answer, now, ctx, out);

@@ -134,9 +134,12 @@ impl FaultOrders {
         .collect()
     }
 
-    /// Effectors whose value is another than the one told last.
+    /// Effectors whose value is another than the one told last. One with an open order waits for its answer:
+    /// between the end of a fault and the one in its place there is no value that is worth telling.
     pub(super) fn changed(&mut self, faults: &FaultList) -> Vec<Effector> {
-        let rows = FAULTS.iter().zip(&mut self.told);
+        let Self { open, told } = self;
+        let rows = FAULTS.iter().zip(told);
+        let rows = rows.filter(|(row, _)| open.iter().all(|open| open.effector != row.effector));
         rows.filter_map(|(row, told)| {
             let value = value(row.effector, faults);
             (std::mem::replace(told, value) != value).then_some(row.effector)

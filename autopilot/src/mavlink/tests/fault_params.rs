@@ -6,7 +6,7 @@ use crate::event::Wish;
 use crate::mavlink::failure;
 use crate::parameters::FAULTS;
 use ::mavlink::dialects::common::PARAM_ERROR_DATA;
-use icd::fault::{FaultReply, Refusal};
+use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
 use icd::{ControlPeriod, FaultKind, FaultRequest, SimTime};
 
 /// Name and value of each PARAM_VALUE of a fault parameter since the last call.
@@ -94,6 +94,30 @@ fn what_is_refused_answers_with_the_value_as_it_is_and_says_why() {
         assert_eq!(values(&mut world), one("FLT_SERVO1", 0), "{words}");
         assert!(world.said(words), "{words}: {:?}", world.texts());
     }
+}
+
+#[test]
+fn one_fault_in_the_place_of_another_is_one_answer_with_the_new_value() {
+    let mut world = World::flying();
+    world.send(&set_int("FLT_SERVO1", 1));
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 1));
+    let at = world.sim;
+    world.plant = PlantManner::Says(FaultReply::Applied { at });
+    world.send(&set_int("FLT_SERVO1", 2));
+    assert_eq!(values(&mut world), [], "its report is not there yet");
+    // The plant tells the end of the old one first.
+    let report = |id, kind, state| {
+        let effector = FAULTS[0].effector;
+        PlantReport::Fault(FaultEntry { id, effector, kind, timing: Timing::at(at), state })
+    };
+    for report in [
+        report(1, FaultKind::Float, FaultState::Ended { at }),
+        report(2, FaultKind::StuckHere, FaultState::Acting { since: at }),
+    ] {
+        world.autopilot.handle_report(&report);
+    }
+    world.settle();
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
 }
 
 #[test]
