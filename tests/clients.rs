@@ -111,6 +111,14 @@ fn the_shell_answers_pymavlink_and_mavsdk() {
 }
 
 #[test]
+fn logs_are_fetched_byte_for_byte_and_the_traffic_log_is_read_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().to_str().expect("a path in UTF-8");
+    let options = ["--log-dir", folder];
+    holds(run("clients/log_download.py", "udpin:", &options, &options));
+}
+
+#[test]
 fn traffic_has_no_malformed_or_unexpected_message() {
     holds(run("clients/traffic.py", "udpin:", &[], &["--seconds", "15"]));
 }

@@ -13,7 +13,7 @@ use tracing::{info, warn};
 use crate::autopilot::{Autopilot, Settings};
 use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
-use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening};
+use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening, Logs};
 use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
 use crate::io::recorder::{self, ParameterFeed, Recorder, RecorderConfig, RecorderError};
@@ -122,6 +122,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let identity = args.ground_stations.identity;
     let belief = settings.belief;
     let script = settings.script.clone();
+    let limit_bytes = args.recording.limit_bytes();
+    let logs = args.log_folder().map(|folder| Logs { folder, limit_bytes });
     let config = args.links()?.map(|links| GcsConfig {
         links,
         parameters,
@@ -130,6 +132,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         script,
         kept,
         kept_key,
+        logs,
     });
     let ground_stations =
         config.map(|config| GroundStations::start(&config, ground, parameter_feed, &stop));

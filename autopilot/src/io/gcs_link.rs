@@ -28,12 +28,15 @@ use tracing::{info, warn};
 
 use super::channels::GroundChannels;
 use super::key_store::{KeptKey, KeyStore};
+use super::log_folder::LogFolder;
 use super::recorder::ParameterFeed;
 use super::store::{Kept, Store};
+use super::tlog::Tlog;
 use crate::clock::{self, WallTime};
 use crate::event::{Event, Intent, Snapshot};
 use crate::mavlink::Ground;
 use crate::mavlink::heartbeat::HeartbeatIdentity;
+use crate::mavlink::logs::LogDone;
 use crate::mavlink::peers::{
     Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, is_this_computer,
 };
@@ -41,11 +44,15 @@ use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
 use crate::script::Script;
+use logs::{next_done, open_tlog};
 use sockets::{Arrival, READ_MAX, Sockets};
 
+mod logs;
 mod sockets;
 mod tcp;
 mod udp;
+
+pub use logs::Logs;
 
 /// Names of the links, for messages: what to change if one cannot be opened.
 const UDP_CLIENT: &str = "UDP socket that calls ground stations (--gcs-bind)";
@@ -100,6 +107,8 @@ pub struct GcsConfig {
     pub kept: Option<Kept>,
     /// Where the signing key is kept, and the key that is there already.
     pub kept_key: Option<KeptKey>,
+    /// Where logs are.
+    pub logs: Option<Logs>,
 }
 
 /// Why the link ends before it is told to.
@@ -139,6 +148,9 @@ pub enum GcsError {
     /// No thread for the signing key.
     #[error("autopilot: cannot keep the signing key: {0}")]
     KeyStore(io::Error),
+    /// No thread for the log folder.
+    #[error("autopilot: cannot offer logs: {0}")]
+    Logs(io::Error),
     /// The control thread has ended.
     #[error("autopilot: the control thread has ended")]
     ControlEnded,
@@ -153,6 +165,8 @@ pub struct GcsLink {
     store: Option<Store>,
     key_store: Option<KeyStore>,
     parameter_feed: Option<ParameterFeed>,
+    logs: Option<LogFolder>,
+    tlog: Option<Tlog>,
 }
 
 impl GcsLink {
@@ -161,7 +175,8 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let GcsConfig { links, parameters, belief, identity, script, kept, kept_key } = config;
+        let GcsConfig { links, parameters, belief, identity, script, kept, kept_key, logs } =
+            config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
@@ -190,7 +205,25 @@ impl GcsLink {
             key_store = Some(KeyStore::open(&kept.path).map_err(GcsError::KeyStore)?);
         }
         ground = ground.with_signing(signing);
-        Ok(Self { ground, sockets, listening, store, key_store, parameter_feed: None })
+        let folder = logs.as_ref().map(|logs| LogFolder::open(&logs.folder));
+        let folder = folder.transpose().map_err(GcsError::Logs)?;
+        let tlog = logs.as_ref().and_then(|logs| open_tlog(logs, host.unix_start_us));
+        if folder.is_some() {
+            ground.open_log_folder();
+        }
+        if tlog.is_some() {
+            ground.traffic().want();
+        }
+        Ok(Self {
+            ground,
+            sockets,
+            listening,
+            store,
+            key_store,
+            parameter_feed: None,
+            logs: folder,
+            tlog,
+        })
     }
 
     /// Tells the recorder of parameters that change.
@@ -215,7 +248,8 @@ impl GcsLink {
         channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self { ground, sockets, listening, store, key_store, parameter_feed } = self;
+        let Self { ground, sockets, listening, store, key_store, parameter_feed, logs, tlog } =
+            self;
         let Listening { clients, udp_server, tcp_server } = listening;
         info!(
             ?clients,
@@ -230,6 +264,8 @@ impl GcsLink {
             store,
             key_store,
             parameter_feed,
+            logs,
+            tlog,
             held_back: None,
             refused: 0,
             turned_away: 0,
@@ -253,6 +289,8 @@ struct Link {
     /// Likewise.
     key_store: Option<KeyStore>,
     parameter_feed: Option<ParameterFeed>,
+    logs: Option<LogFolder>,
+    tlog: Option<Tlog>,
     /// An intent that found no room in the channel.
     held_back: Option<Intent>,
     /// Connections closed again since there were too many.
@@ -265,6 +303,7 @@ enum Input {
     Socket(Arrival),
     Event(Event),
     Snapshot(Box<Snapshot>),
+    LogDone(LogDone),
     Time,
     ControlEnded,
 }
@@ -281,6 +320,7 @@ impl Link {
             }
             self.keep_parameters(now);
             self.keep_key(now);
+            self.begin_log_job();
             let wanted = self.ground.wants_snapshot();
             self.channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
@@ -297,6 +337,7 @@ impl Link {
                     }
                 }
                 Input::Snapshot(snapshot) => self.ground.handle_snapshot(&snapshot, now),
+                Input::LogDone(done) => self.ground.handle_log_done(done, now),
                 Input::Time => {}
                 Input::ControlEnded => return Err(GcsError::ControlEnded),
             }
@@ -316,7 +357,7 @@ impl Link {
     }
 
     async fn next_input(&mut self, buffer: &mut [u8], deadline: Instant, now: WallTime) -> Input {
-        let Self { ground, sockets, channels, .. } = self;
+        let Self { ground, sockets, channels, logs, .. } = self;
         let accepts = |connection| ground.accepts_input(connection);
         // Not biased: each source gets its turn, also beside a flood of messages.
         tokio::select! {
@@ -327,6 +368,7 @@ impl Link {
             snapshot = channels.snapshots.recv() => {
                 snapshot.map_or(Input::ControlEnded, |snapshot| Input::Snapshot(Box::new(snapshot)))
             }
+            done = next_done(logs) => Input::LogDone(done),
             () = sleep_until(deadline) => Input::Time,
         }
     }
@@ -435,10 +477,15 @@ impl Link {
 
     /// Offers each socket what waits for it, and gives up connections that take nothing for long.
     fn send(&mut self, now: WallTime) {
+        // Questions before their answers.
+        self.record_heard(now);
         loop {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
             let Some((to, frame)) = frame else { break };
+            if let Some(tlog) = &mut self.tlog {
+                tlog.record(now, &frame);
+            }
             self.sockets.send(to, frame, now);
         }
         while let Some(connection) = self.sockets.stalled(now) {

@@ -29,7 +29,7 @@ use crate::parameters::Parameters;
 use crate::recorder::{Begin, ControlHeader, End, Entry, Moment, Recorded, Step, open};
 
 mod file;
-mod folder;
+pub(crate) mod folder;
 mod writer;
 
 /// Entries of a batch; it is handed over when it has as many.

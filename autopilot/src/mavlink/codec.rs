@@ -11,8 +11,8 @@ use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, 
 mod message;
 
 pub use message::{
-    Command, ItemWords, ListKind, ManualControl, Message, MissionItem, ParamSet, PositionTarget,
-    SerialControl, SetupSigning, StreamRequest, decode,
+    Command, ItemWords, ListKind, LogRequest, ManualControl, Message, MissionItem, ParamSet,
+    PositionTarget, SerialControl, SetupSigning, StreamRequest, decode,
 };
 
 /// System and component id of this autopilot.

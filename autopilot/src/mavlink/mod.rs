@@ -33,6 +33,7 @@ pub mod heartbeat;
 pub mod inbox;
 pub mod intents;
 pub mod link_loss;
+pub mod logs;
 pub mod manual;
 pub mod mission;
 pub mod modes;
@@ -50,6 +51,7 @@ pub mod shell;
 pub mod signing;
 pub mod statustext;
 pub mod telemetry;
+pub mod traffic;
 
 use aircraft::Aircraft;
 use codec::{Frame, Identity, Message, OWN, Skipped};
@@ -61,6 +63,7 @@ use ftp::FtpService;
 use heartbeat::Heartbeat;
 use intents::Intents;
 use link_loss::LinkLoss;
+use logs::LogService;
 use manual::Manual;
 use mission::MissionService;
 use offboard::Offboard;
@@ -71,6 +74,7 @@ use shell::ShellService;
 use signing::{Admission, Signing};
 use statustext::StatusTexts;
 use telemetry::{Host, Telemetry};
+use traffic::Traffic;
 
 /// The ground-station side without its sockets.
 #[derive(Debug)]
@@ -92,6 +96,8 @@ pub struct Ground {
     ftp: FtpService,
     scripts: Scripts,
     shell: ShellService,
+    logs: LogService,
+    traffic: Traffic,
     link_loss: LinkLoss,
     control: Control,
     signing: Signing,
@@ -121,6 +127,8 @@ impl Ground {
             ftp: FtpService::default(),
             scripts: Scripts::default(),
             shell: ShellService::default(),
+            logs: LogService::default(),
+            traffic: Traffic::default(),
             link_loss: LinkLoss::default(),
             control: Control::default(),
             signing: Signing::default(),
@@ -198,6 +206,7 @@ impl Ground {
     }
 
     fn take(&mut self, peer: Peer, frame: &Frame<'_>, now: WallTime) {
+        self.traffic.hear(frame);
         let from = From { peer, sender: frame.sender };
         if let Some((target, message)) = codec::decode(frame) {
             self.dispatch(from, target, &message, now);
@@ -268,7 +277,7 @@ impl Ground {
                 ctx.telemetry.handle_data_stream(from, *request);
             }
             Message::SerialControl(data) => services.shell.handle(from, data, now),
-            Message::LogRequestList => ping::handle_log_list(from, out),
+            Message::Log(request) => services.logs.handle(from, *request, now, &mut ctx, out),
             Message::MissionRequestList(_)
             | Message::MissionCount(..)
             | Message::MissionItemInt(_)
@@ -307,6 +316,7 @@ impl Ground {
             mission: &mut self.mission,
             ftp: &mut self.ftp,
             shell: &mut self.shell,
+            logs: &mut self.logs,
             link_loss: &mut self.link_loss,
         };
         let context = Context {
@@ -391,6 +401,7 @@ impl Ground {
         services.mission.poll(now, &mut ctx, out);
         services.ftp.poll(now, &mut ctx, out);
         services.shell.poll(now, &mut ctx, out);
+        services.logs.poll(now, &mut ctx, out);
         services.link_loss.poll(now, &mut ctx);
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
         self.telemetry.poll(now, &self.aircraft, &self.parameters, &mut self.peers);
@@ -420,6 +431,7 @@ impl Ground {
             self.mission.next_deadline(),
             self.ftp.next_deadline(),
             self.shell.next_deadline(),
+            self.logs.next_deadline(),
             self.link_loss.next_deadline(&self.control, &self.parameters, &self.aircraft),
         ];
         sometimes.into_iter().flatten().fold(always, WallTime::min)
@@ -435,6 +447,7 @@ struct Services<'a> {
     mission: &'a mut MissionService,
     ftp: &'a mut FtpService,
     shell: &'a mut ShellService,
+    logs: &'a mut LogService,
     link_loss: &'a mut LinkLoss,
 }
 

@@ -1,5 +1,6 @@
 //! What waits to be sent to one peer. Answers and telemetry wait apart, so that a peer that reads slowly
-//! loses telemetry first, then what everybody is told, and never an acknowledgement.
+//! loses telemetry first, then what everybody is told, and never an acknowledgement. Bulk data (logs) goes
+//! behind the answers and takes turns with telemetry; whoever sends it waits for room.
 
 use std::collections::VecDeque;
 
@@ -14,11 +15,17 @@ pub const ANSWERS_RESERVED: usize = 64;
 /// Telemetry that may wait: about a quarter of a second of it.
 const TELEMETRY_MAX: usize = 96;
 
-/// Two bounded queues and the sequence number of the link.
+/// Bulk data that may wait.
+pub const BULK_MAX: usize = 48;
+
+/// Three bounded queues and the sequence number of the link.
 #[derive(Debug, Default)]
 pub struct Outbox {
     answers: VecDeque<Encoded>,
     telemetry: VecDeque<Encoded>,
+    bulk: VecDeque<Encoded>,
+    /// Bulk data has its turn.
+    bulk_next: bool,
     sequence: u8,
     dropped_telemetry: u64,
     dropped_announcements: u64,
@@ -53,6 +60,19 @@ impl Outbox {
         self.telemetry.push_back(message);
     }
 
+    /// Queues bulk data, for which there must be room; more than that is not sent.
+    pub fn bulk(&mut self, message: Encoded) {
+        if self.bulk_room() > 0 {
+            self.bulk.push_back(message);
+        }
+    }
+
+    /// Bulk data that still fits.
+    #[must_use]
+    pub fn bulk_room(&self) -> usize {
+        BULK_MAX - self.bulk.len()
+    }
+
     /// Answers that still fit.
     #[must_use]
     pub fn room(&self) -> usize {
@@ -68,16 +88,26 @@ impl Outbox {
     /// Anything waits.
     #[must_use]
     pub fn has_any(&self) -> bool {
-        self.has_answer() || !self.telemetry.is_empty()
+        self.has_answer() || !self.telemetry.is_empty() || !self.bulk.is_empty()
     }
 
     /// Next message to send and its sequence number, answers first. The number counts what is sent, so
     /// that a ground station sees no loss where telemetry was dropped.
     pub fn pop(&mut self) -> Option<(Encoded, u8)> {
-        let message = self.answers.pop_front().or_else(|| self.telemetry.pop_front())?;
+        let message = self.answers.pop_front().or_else(|| self.pop_stream())?;
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
         Some((message, sequence))
+    }
+
+    /// Telemetry and bulk data by turns.
+    fn pop_stream(&mut self) -> Option<Encoded> {
+        self.bulk_next = !self.bulk_next;
+        let [first, second] = match self.bulk_next {
+            true => [&mut self.telemetry, &mut self.bulk],
+            false => [&mut self.bulk, &mut self.telemetry],
+        };
+        first.pop_front().or_else(|| second.pop_front())
     }
 
     /// Telemetry messages dropped so far.
@@ -137,6 +167,23 @@ mod tests {
             outbox.answer(value(u32::try_from(ms).unwrap()));
         }
         assert_eq!((outbox.room(), outbox.dropped_answers()), (0, 0));
+    }
+
+    #[test]
+    fn bulk_data_goes_behind_answers_and_takes_turns_with_telemetry() {
+        let mut outbox = Outbox::default();
+        for ms in 0..100 {
+            outbox.bulk(value(1000 + ms));
+            outbox.stream(value(ms));
+        }
+        assert_eq!(outbox.bulk_room(), 0);
+        let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
+        outbox.answer(ack.clone());
+        let oldest = 100 - u32::try_from(TELEMETRY_MAX).unwrap();
+        let first = [(ack, 0), (value(oldest), 1), (value(1000), 2), (value(oldest + 1), 3)];
+        assert_eq!([(); 4].map(|()| outbox.pop().unwrap()), first);
+        let rest = std::iter::from_fn(|| outbox.pop()).count();
+        assert_eq!(rest, TELEMETRY_MAX + BULK_MAX - 3);
     }
 
     #[test]

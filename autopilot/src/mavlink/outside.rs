@@ -2,9 +2,11 @@
 
 use super::Ground;
 use super::codec::Skipped;
+use super::logs::{LogDone, LogJob};
 use super::param::{Save, Saved};
 use super::peers::Address;
 use super::signing::{KeyChange, LogLine};
+use super::traffic::Traffic;
 use crate::clock::WallTime;
 use crate::event::Intent;
 use crate::parameters::Parameters;
@@ -70,6 +72,28 @@ impl Ground {
         let (services, mut ctx, out) = self.split(now);
         services.param.handle_saved(saved, &mut ctx, out);
         self.texts.poll(&mut self.peers);
+    }
+
+    /// From now on there is a folder with logs.
+    pub fn open_log_folder(&mut self) {
+        self.logs.open_folder();
+    }
+
+    /// What the log folder has to do next. To be called when it has nothing to do.
+    pub fn pop_log_job(&mut self) -> Option<LogJob> {
+        self.logs.pop_job()
+    }
+
+    /// Takes what became of a job of the log folder.
+    pub fn handle_log_done(&mut self, done: LogDone, now: WallTime) {
+        let (services, mut ctx, _) = self.split(now);
+        services.logs.handle_done(done, now, &mut ctx);
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// The frames that were heard, for the record of all traffic.
+    pub fn traffic(&mut self) -> &mut Traffic {
+        &mut self.traffic
     }
 
     /// The parameters now.

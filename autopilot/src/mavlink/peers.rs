@@ -240,6 +240,27 @@ impl Peers {
         }
     }
 
+    /// Bulk data that still fits into the queue of `peer`; none if it is gone.
+    pub fn bulk_room(&mut self, peer: Peer) -> usize {
+        self.outbox(peer).map_or(0, |outbox| outbox.bulk_room())
+    }
+
+    /// Bulk data to one peer, for which there must be room.
+    pub fn bulk(&mut self, peer: Peer, message: Encoded) {
+        if let Some(outbox) = self.outbox(peer) {
+            outbox.bulk(message);
+        }
+    }
+
+    /// Whether `peer` has an open connection or was heard less than `silence` ago.
+    #[must_use]
+    pub fn was_heard(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
+        self.entries.iter().any(|entry| {
+            let is_present = entry.address.is_connection() || now.since(entry.heard) < silence;
+            entry.peer == peer && is_present
+        })
+    }
+
     /// Something that every peer must get: heartbeats, texts, changed parameters.
     pub fn announce(&mut self, message: &Encoded) {
         for entry in &mut self.entries {

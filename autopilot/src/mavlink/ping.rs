@@ -1,8 +1,8 @@
-//! PING, TIMESYNC and LOG_REQUEST_LIST: answered at once, wall time.
+//! PING and TIMESYNC: answered at once, wall time.
 
 #![expect(deprecated, reason = "ground stations still send PING and SET_MODE")]
 
-use ::mavlink::dialects::common::{LOG_ENTRY_DATA, PING_DATA, TIMESYNC_DATA};
+use ::mavlink::dialects::common::{PING_DATA, TIMESYNC_DATA};
 
 use super::codec::Encoded;
 use super::context::From;
@@ -36,9 +36,4 @@ pub fn handle_timesync(from: From, data: &TIMESYNC_DATA, now: WallTime, out: &mu
         target_component: from.sender.component,
     };
     out.answer(from.peer, Encoded::new(&answer));
-}
-
-/// There are no logs: one LOG_ENTRY says so, or the asking program waits for more.
-pub fn handle_log_list(from: From, out: &mut Peers) {
-    out.answer(from.peer, Encoded::new(&LOG_ENTRY_DATA::DEFAULT));
 }

@@ -10,6 +10,7 @@ mod ftp;
 mod heartbeat;
 mod link_loss;
 mod links;
+mod logs;
 mod loss;
 mod manual;
 mod mission;

@@ -31,6 +31,7 @@ fn config(clients: &[SocketAddr]) -> GcsConfig {
         script: None,
         kept: None,
         kept_key: None,
+        logs: None,
     }
 }
 

@@ -4,19 +4,23 @@
 
 use ::mavlink::dialects::common::{
     COMMAND_INT_DATA, COMMAND_LONG_DATA, FILE_TRANSFER_PROTOCOL_DATA, HEARTBEAT_DATA,
-    LOG_REQUEST_LIST_DATA, MANUAL_CONTROL_DATA, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA,
-    MISSION_COUNT_DATA, MISSION_ITEM_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_DATA,
-    MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MISSION_REQUEST_PARTIAL_LIST_DATA,
-    MISSION_SET_CURRENT_DATA, MISSION_WRITE_PARTIAL_LIST_DATA, PARAM_REQUEST_LIST_DATA,
-    PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA,
-    REQUEST_DATA_STREAM_DATA, SERIAL_CONTROL_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
+    MANUAL_CONTROL_DATA, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA,
+    MISSION_ITEM_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA,
+    MISSION_REQUEST_LIST_DATA, MISSION_REQUEST_PARTIAL_LIST_DATA, MISSION_SET_CURRENT_DATA,
+    MISSION_WRITE_PARTIAL_LIST_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
+    PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA, REQUEST_DATA_STREAM_DATA,
+    SERIAL_CONTROL_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
     SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA,
     TIMESYNC_DATA,
 };
 use ::mavlink::{MavlinkVersion, MessageData};
 
 use super::{Frame, Identity};
+
+mod logs;
+
 use crate::mavlink::signing::Key;
+pub use logs::LogRequest;
 
 /// A message that the autopilot reacts to.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,10 +73,10 @@ pub enum Message {
     Ftp(Box<[u8; 251]>),
     /// REQUEST_DATA_STREAM.
     RequestDataStream(StreamRequest),
-    /// LOG_REQUEST_LIST.
-    LogRequestList,
     /// SERIAL_CONTROL.
     SerialControl(Box<SerialControl>),
+    /// LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END or LOG_ERASE.
+    Log(LogRequest),
     /// SETUP_SIGNING.
     SetupSigning(SetupSigning),
 }
@@ -256,6 +260,10 @@ impl<const N: usize> Fields<N> {
         i16::from_le_bytes(self.bytes(at))
     }
 
+    fn u32(&self, at: usize) -> u32 {
+        u32::from_le_bytes(self.bytes(at))
+    }
+
     fn i32(&self, at: usize) -> i32 {
         i32::from_le_bytes(self.bytes(at))
     }
@@ -342,16 +350,16 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
             };
             (fields.identity(79), Message::SerialControl(Box::new(control)))
         }
-        LOG_REQUEST_LIST_DATA::ID => {
-            (Fields::<6>::new(payload).identity(4), Message::LogRequestList)
-        }
         SETUP_SIGNING_DATA::ID => {
             let f = Fields::<42>::new(payload);
             let initial_timestamp = u64::from_le_bytes(f.bytes(0));
             let setup = SetupSigning { key: Key::new(f.bytes(10)), initial_timestamp };
             (f.identity(8), Message::SetupSigning(setup))
         }
-        id => return reference(id, payload).or_else(|| mission(id, payload)),
+        id => {
+            let other = reference(id, payload).or_else(|| mission(id, payload));
+            return other.or_else(|| logs::decode(id, payload));
+        }
     })
 }
 

@@ -1,0 +1,193 @@
+//! The folder with logs, for ground stations that list, fetch and erase flight logs.
+//!
+//! A thread of its own does what the disk may take long for: one job at a time, each of it bounded. Whoever
+//! writes a log holds the lock of its file, so that nobody removes it meanwhile, also not another process
+//! with the same folder. Only regular files with names of flight logs are touched.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+
+use tokio::sync::mpsc;
+use tracing::{debug, warn};
+
+use crate::mavlink::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
+
+mod names;
+
+/// Logs that are listed: of more, the latest.
+pub const LISTED_MAX: usize = 1000;
+/// Entries of the folder that are looked at.
+const ENTRIES_MAX: usize = 100_000;
+/// Bytes that are read at once.
+const READ_MAX: usize = 256 * 1024;
+/// Jobs and outcomes on their way: there is one at a time.
+const JOBS_MAX: usize = 1;
+
+/// The thread that reads the folder.
+#[derive(Debug)]
+pub struct LogFolder {
+    jobs: Option<SyncSender<LogJob>>,
+    done: mpsc::Receiver<LogDone>,
+    is_busy: bool,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl LogFolder {
+    /// Starts the thread. The folder need not be there.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn open(folder: &Path) -> io::Result<Self> {
+        let (jobs, theirs) = sync_channel::<LogJob>(JOBS_MAX);
+        let (outcomes, done) = mpsc::channel(JOBS_MAX);
+        let folder = folder.to_path_buf();
+        let read = move || {
+            for LogJob { number, task } in theirs {
+                let result = work(&folder, &task).map_err(|error| error.to_string());
+                if outcomes.blocking_send(LogDone { number, result }).is_err() {
+                    return;
+                }
+            }
+        };
+        let reader = thread::Builder::new().name("log folder".to_owned()).spawn(read)?;
+        Ok(Self { jobs: Some(jobs), done, is_busy: false, reader: Some(reader) })
+    }
+
+    /// A job is under way; the next one has to wait.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        self.is_busy
+    }
+
+    /// Hands over a job. Never waits; not to be called while it is busy.
+    pub fn begin(&mut self, job: LogJob) {
+        if let Some(jobs) = &self.jobs {
+            self.is_busy = jobs.try_send(job).is_ok();
+        }
+    }
+
+    /// What became of the job under way; waits for ever if there is none.
+    pub async fn outcome(&mut self) -> LogDone {
+        match self.done.recv().await {
+            Some(done) => {
+                self.is_busy = false;
+                done
+            }
+            // The thread has broken down, and said so: nothing comes any more.
+            None => core::future::pending().await,
+        }
+    }
+}
+
+impl Drop for LogFolder {
+    fn drop(&mut self) {
+        self.jobs = None;
+        self.done.close();
+        if let Some(reader) = self.reader.take()
+            && reader.join().is_err()
+        {
+            warn!("the reader of the log folder has broken down");
+        }
+    }
+}
+
+fn work(folder: &Path, task: &LogTask) -> io::Result<LogOutcome> {
+    Ok(match task {
+        LogTask::List => LogOutcome::Listed(list(folder)?),
+        LogTask::Read { name, offset, length } => {
+            LogOutcome::Read(read(folder, name, *offset, *length)?)
+        }
+        LogTask::Erase => LogOutcome::Erased(erase(folder)?),
+    })
+}
+
+/// One log in the folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Log {
+    name: String,
+    size: u64,
+}
+
+/// The flight logs, sorted by their names, that is, by age. A folder that is not there has none.
+fn logs(folder: &Path) -> io::Result<Vec<Log>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let mut logs = Vec::new();
+    for entry in entries.take(ENTRIES_MAX) {
+        let entry = entry?;
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        if names::flight_log_begun(&name).is_none() {
+            continue;
+        }
+        // Of the entry itself: what a link leads to is not in this folder. It may be gone by now.
+        match entry.metadata() {
+            Ok(data) if data.is_file() => logs.push(Log { name, size: data.len() }),
+            _ => {}
+        }
+    }
+    logs.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(logs)
+}
+
+fn list(folder: &Path) -> io::Result<Vec<LogFile>> {
+    let logs = logs(folder)?;
+    let first = logs.len().saturating_sub(LISTED_MAX);
+    let entry = |Log { name, size }: Log| {
+        let utc_s = names::flight_log_begun(&name).unwrap_or_default();
+        let utc_s = u32::try_from(utc_s).unwrap_or(u32::MAX);
+        LogFile { name, size: u32::try_from(size).unwrap_or(u32::MAX), utc_s }
+    };
+    Ok(logs.into_iter().skip(first).map(entry).collect())
+}
+
+fn read(folder: &Path, name: &str, offset: u32, length: usize) -> io::Result<Vec<u8>> {
+    let path = log_path(folder, name)?;
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(offset.into()))?;
+    let mut bytes = Vec::with_capacity(length.min(READ_MAX));
+    file.take(length.min(READ_MAX) as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Where a flight log is, if it is one and a regular file.
+fn log_path(folder: &Path, name: &str) -> io::Result<PathBuf> {
+    let path = folder.join(name);
+    let is_log = names::flight_log_begun(name).is_some() && fs::symlink_metadata(&path)?.is_file();
+    if is_log { Ok(path) } else { Err(io::Error::other("not a log")) }
+}
+
+fn erase(folder: &Path) -> io::Result<Erased> {
+    let mut erased = Erased::default();
+    for log in logs(folder)? {
+        match remove(folder, &log.name) {
+            Ok(true) => erased.removed += 1,
+            Ok(false) => erased.in_use += 1,
+            Err(error) => {
+                debug!(log = log.name, %error, "not erased");
+                erased.failed += 1;
+            }
+        }
+    }
+    Ok(erased)
+}
+
+/// Removes a log that nobody is writing; false if somebody is.
+fn remove(folder: &Path, name: &str) -> io::Result<bool> {
+    let path = log_path(folder, name)?;
+    match File::open(&path)?.try_lock() {
+        Ok(()) => {}
+        Err(fs::TryLockError::WouldBlock) => return Ok(false),
+        // No locks here, so nobody can have one.
+        Err(fs::TryLockError::Error(_)) => {}
+    }
+    fs::remove_file(path)?;
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,70 @@
+//! Frames that were heard, for whoever writes all traffic down.
+
+use std::collections::VecDeque;
+
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common::SETUP_SIGNING_DATA;
+
+use super::codec::Frame;
+
+/// Frames that may wait to be taken: more than one datagram can have.
+const HEARD_MAX: usize = 512;
+
+/// Frames that were heard and not taken yet.
+#[derive(Debug, Default)]
+pub struct Traffic {
+    is_wanted: bool,
+    heard: VecDeque<Vec<u8>>,
+    dropped: u64,
+}
+
+impl Traffic {
+    /// From now on frames are kept until they are taken.
+    pub fn want(&mut self) {
+        self.is_wanted = true;
+    }
+
+    /// A good frame has come. A key for signing is nobody's business.
+    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+        if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID {
+            return;
+        }
+        if self.heard.len() >= HEARD_MAX {
+            self.dropped += 1;
+            return;
+        }
+        self.heard.push_back(frame.bytes.to_vec());
+    }
+
+    /// The next frame that was heard.
+    pub fn pop(&mut self) -> Option<Vec<u8>> {
+        self.heard.pop_front()
+    }
+
+    /// Frames that found no room, since the last call.
+    pub fn take_dropped(&mut self) -> u64 {
+        core::mem::take(&mut self.dropped)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mavlink::codec::OWN;
+
+    #[test]
+    fn frames_are_kept_as_they_came_and_keys_are_not() {
+        let mut traffic = Traffic::default();
+        let frame = |id, bytes| Frame { sender: OWN, id, payload: &[], bytes };
+        traffic.hear(&frame(0, b"early"));
+        traffic.want();
+        traffic.hear(&frame(256, b"secret"));
+        traffic.hear(&frame(0, b"heard"));
+        assert_eq!(traffic.pop(), Some(b"heard".to_vec()));
+        assert_eq!(traffic.pop(), None);
+        for _ in 0..HEARD_MAX + 3 {
+            traffic.hear(&frame(0, b"x"));
+        }
+        assert_eq!((traffic.take_dropped(), traffic.take_dropped()), (3, 0));
+    }
+}
