@@ -1,0 +1,84 @@
+"""Stock MAVSDK breaks and mends the aircraft: success, unsupported, denied and disabled, each provoked."""
+
+import argparse
+import time
+
+from mavsdk import ComponentType, Configuration, Mavsdk
+from mavsdk.plugins.failure import Failure, FailureError, FailureResult, FailureType, FailureUnit
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import Telemetry
+
+from checks import Checks, wait_until
+
+SERVO, MOTOR = FailureUnit.SYSTEM_SERVO, FailureUnit.SYSTEM_MOTOR
+T, R = FailureType, FailureResult
+
+# Units of the aircraft that this vehicle cannot break.
+OTHER_UNITS = [unit for unit in FailureUnit if unit not in (SERVO, MOTOR)]
+
+
+def result_of(failure, unit, kind, instance):
+    """What MAVSDK makes of the acknowledgement."""
+    try:
+        failure.inject(unit, kind, instance)
+        return R.SUCCESS
+    except FailureError as error:
+        return error.result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--connect", default="udpin://127.0.0.1:14540")
+    args = parser.parse_args()
+    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    c = Checks(f"MAVSDK {mavsdk.version()}: failures")
+    mavsdk.add_any_connection(args.connect)
+    system = mavsdk.first_autopilot(20.0)
+    if not c.expect("connects", system is not None):
+        c.end()
+    texts = []
+    Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
+    failure, param = Failure(system), Param(system)
+
+    def heard(words):
+        return wait_until(lambda: any(words in text for text in texts), 3.0)
+
+    def expect(unit, kind, instance, wanted, words=None):
+        texts.clear()
+        result = result_of(failure, unit, kind, instance)
+        claim = f"{unit.name} {kind.name} {instance}: {wanted.name}"
+        c.expect(claim, result == wanted, result)
+        if words is not None:
+            c.expect(f"  and the text says {words!r}", heard(words), texts)
+
+    for kind in [T.STUCK, T.GARBAGE, T.WRONG, T.SLOW, T.DELAYED, T.INTERMITTENT, T.OFF]:
+        expect(SERVO, kind, 7, R.SUCCESS, "Injected: servo")
+        expect(SERVO, T.OK, 7, R.SUCCESS, "Cleared: servo")
+    expect(MOTOR, T.WRONG, 1, R.SUCCESS, "Injected: motor")
+    expect(MOTOR, T.OFF, 1, R.SUCCESS, "Injected: motor")
+    expect(MOTOR, T.OK, 1, R.SUCCESS, "Cleared: motor")
+    expect(SERVO, T.SLOW, 0, R.SUCCESS)
+    expect(SERVO, T.OK, 0, R.SUCCESS)
+
+    for unit in OTHER_UNITS:
+        expect(unit, T.OFF, 1, R.UNSUPPORTED)
+    texts.clear()
+    result_of(failure, FailureUnit.SENSOR_GPS, T.OFF, 0)
+    c.expect("the text says which unit has no failures", heard("GPS"), texts)
+
+    expect(SERVO, T.STUCK, 8, R.DENIED, "instance")
+    expect(MOTOR, T.STUCK, 2, R.DENIED, "instance")
+
+    param.set_param_int("SYS_FAILURE_EN", 0)
+    time.sleep(1.0)
+    expect(SERVO, T.STUCK, 5, R.DISABLED)
+    param.set_param_int("SYS_FAILURE_EN", 1)
+    time.sleep(1.0)
+    expect(SERVO, T.STUCK, 5, R.SUCCESS, "Injected: servo")
+    expect(SERVO, T.OK, 5, R.SUCCESS, "Cleared: servo")
+    mavsdk.destroy()
+    c.end()
+
+
+if __name__ == "__main__":
+    main()
