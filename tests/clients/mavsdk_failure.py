@@ -26,16 +26,22 @@ def result_of(failure, unit, kind, instance):
         return error.result
 
 
+def connected(c, connect):
+    """A fresh MAVSDK: it reads SYS_FAILURE_EN when it meets the vehicle."""
+    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    mavsdk.add_any_connection(connect)
+    system = mavsdk.first_autopilot(20.0)
+    if not c.expect("connects", system is not None):
+        c.end()
+    return mavsdk, system
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--connect", default="udpin://127.0.0.1:14540")
     args = parser.parse_args()
-    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    c = Checks(f"MAVSDK {mavsdk.version()}: failures")
-    mavsdk.add_any_connection(args.connect)
-    system = mavsdk.first_autopilot(20.0)
-    if not c.expect("connects", system is not None):
-        c.end()
+    c = Checks("MAVSDK: failures")
+    mavsdk, system = connected(c, args.connect)
     texts = []
     Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
     failure, param = Failure(system), Param(system)
@@ -69,10 +75,20 @@ def main():
     expect(SERVO, T.STUCK, 8, R.DENIED, "instance")
     expect(MOTOR, T.STUCK, 2, R.DENIED, "instance")
 
+    # This MAVSDK has read 1, so it asks and is denied; the next one reads 0 and does not ask.
     param.set_param_int("SYS_FAILURE_EN", 0)
+    expect(SERVO, T.STUCK, 5, R.DENIED, "SYS_FAILURE_EN 0")
+    mavsdk.destroy()
+    mavsdk, system = connected(c, args.connect)
+    failure, param = Failure(system), Param(system)
+    Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
     time.sleep(1.0)
     expect(SERVO, T.STUCK, 5, R.DISABLED)
     param.set_param_int("SYS_FAILURE_EN", 1)
+    mavsdk.destroy()
+    mavsdk, system = connected(c, args.connect)
+    failure = Failure(system)
+    Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
     time.sleep(1.0)
     expect(SERVO, T.STUCK, 5, R.SUCCESS, "Injected: servo")
     expect(SERVO, T.OK, 5, R.SUCCESS, "Cleared: servo")
