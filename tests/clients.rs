@@ -96,6 +96,20 @@ fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
 }
 
 #[test]
+fn mavsdk_breaks_and_mends_and_hears_why_not() {
+    holds(run("clients/mavsdk_failure.py", "udpin://", &["--speed", "5"], &[]));
+}
+
+#[test]
+fn every_fault_on_every_effector_is_what_the_truth_in_the_log_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().to_str().expect("a path in UTF-8");
+    // Turbulence keeps every effector busy.
+    let options = ["--log-dir", folder, "--speed", "10", "--turbulence-m-s", "3"];
+    holds(run("clients/every_fault.py", "udpin:", &options, &options[..2]));
+}
+
+#[test]
 fn mavproxy_connects_commands_and_loads_a_mission() {
     holds(run("clients/mavproxy_session.py", "udpin:", &[], &[]));
 }
