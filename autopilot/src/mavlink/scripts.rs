@@ -14,7 +14,7 @@ use super::Ground;
 use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::parameters::Parameters;
-use crate::script::{NotBegun, Script, ScriptEvent, TEXT_MAX};
+use crate::script::{Line, NotBegun, Script, ScriptEvent, Sequence, TEXT_MAX};
 
 /// Files that are kept.
 pub const FILES_MAX: usize = 16;
@@ -80,7 +80,31 @@ pub struct Scripts {
     uploads: u32,
     /// Those that the aircraft was asked to run, the latest one last.
     started: VecDeque<Arc<Script>>,
-    running: Option<Arc<Script>>,
+    running: Option<Running>,
+}
+
+/// The script that runs.
+#[derive(Debug)]
+struct Running {
+    script: Arc<Script>,
+    /// For each sequence the index of the line that is next.
+    next: Vec<usize>,
+}
+
+impl Running {
+    fn new(script: Arc<Script>) -> Self {
+        let next = vec![0; script.sequences().len()];
+        Self { script, next }
+    }
+
+    /// The line with this number was executed.
+    fn pass(&mut self, number: u16) {
+        for (sequence, next) in self.script.sequences().iter().zip(&mut self.next) {
+            if let Some(place) = sequence.lines.iter().position(|line| line.number == number) {
+                *next = place + 1;
+            }
+        }
+    }
 }
 
 impl Scripts {
@@ -97,8 +121,28 @@ impl Scripts {
 
     /// The script that runs.
     #[must_use]
-    pub fn running(&self) -> Option<&Arc<Script>> {
-        self.running.as_ref()
+    pub fn running(&self) -> Option<&Script> {
+        self.running.as_ref().map(|running| &*running.script)
+    }
+
+    /// The sequences of the script that runs, each with the line that is next.
+    pub fn next_lines(&self) -> impl Iterator<Item = (&Sequence, Option<&Line>)> {
+        self.running.iter().flat_map(|running| {
+            let sequences = running.script.sequences().iter().zip(&running.next);
+            sequences.map(|(sequence, next)| (sequence, sequence.lines.get(*next)))
+        })
+    }
+
+    /// Name of the file that was uploaded last.
+    #[must_use]
+    pub fn latest(&self) -> Option<&str> {
+        self.latest.as_deref()
+    }
+
+    /// The script that begins with the flight.
+    #[must_use]
+    pub fn of_scenario(&self) -> Option<&Script> {
+        self.scenario.as_deref()
     }
 
     /// Begins to write a file; it is empty then if `truncate`, and made if there is none.
@@ -256,7 +300,8 @@ impl Scripts {
     /// Takes what happened to a script, and tells it.
     pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
         use MavSeverity as S;
-        let mut known = self.started.iter().rev().chain(&self.scenario);
+        let running = self.running.as_ref().map(|running| &running.script);
+        let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
         let script = known.find(|script| script.id() == id).cloned();
         let name = script.as_ref().map_or("?", |script| script.name());
         let words = |number: u16| {
@@ -289,9 +334,14 @@ impl Scripts {
         };
         texts.say(severity, text);
         match event {
-            ScriptEvent::Began => self.running = script,
+            ScriptEvent::Began => self.running = script.map(Running::new),
+            ScriptEvent::Line(line) => {
+                if let Some(running) = &mut self.running {
+                    running.pass(line);
+                }
+            }
             ScriptEvent::Done | ScriptEvent::Stopped => self.running = None,
-            ScriptEvent::NotBegun(_) | ScriptEvent::Line(_) | ScriptEvent::LineRefused { .. } => {}
+            ScriptEvent::NotBegun(_) | ScriptEvent::LineRefused { .. } => {}
         }
     }
 }

@@ -16,6 +16,7 @@ mod mode;
 mod pace;
 mod param;
 mod reference;
+mod script;
 mod status;
 
 /// What a command may look at and use.
@@ -63,7 +64,7 @@ struct Command {
 }
 
 /// The commands, in the order of their list.
-static TABLE: [Command; 11] = [
+static TABLE: [Command; 12] = [
     Command {
         name: "help",
         forms: &["", "COMMAND"],
@@ -91,6 +92,13 @@ static TABLE: [Command; 11] = [
         about: "break and mend effectors",
         details: failure::DETAILS,
         run: failure::run,
+    },
+    Command {
+        name: "script",
+        forms: &["list", "run NAME|NUMBER", "stop", "status"],
+        about: "run a script of faults and events",
+        details: script::DETAILS,
+        run: script::run,
     },
     Command {
         name: "param",

@@ -24,6 +24,9 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
         compensator(&mut said, state, ctx.parameters.gains.selection.compensator);
         effectors(&mut said, state);
     }
+    if let Some(script) = ctx.scripts.running() {
+        let _ = writeln!(said, "Script: {} runs", script.name());
+    }
     said.push_str(&list::text(asking));
     Ok(Order::say(said))
 }
@@ -46,29 +49,31 @@ fn flight(said: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     let _ = writeln!(said, "Time: {}, mode {}", state.time, aircraft.mode());
     let _ = writeln!(
         said,
-        "Position: {:.5} deg, {:.5} deg, altitude {:.1} m",
-        sensors.latitude_rad.to_degrees(),
-        sensors.longitude_rad.to_degrees(),
-        sensors.altitude_m
+        "Position: {} deg, {} deg, altitude {} m",
+        fixed(5, sensors.latitude_rad.to_degrees()),
+        fixed(5, sensors.longitude_rad.to_degrees()),
+        fixed(1, sensors.altitude_m)
     );
     let _ = writeln!(
         said,
-        "Motion: airspeed {:.1} m/s, climb {:.1} m/s, course {course:.1} deg",
-        sensors.airspeed_m_s, -velocity.z
+        "Motion: airspeed {} m/s, climb {} m/s, course {} deg",
+        fixed(1, sensors.airspeed_m_s),
+        fixed(1, -velocity.z),
+        fixed(1, course)
     );
     let _ = writeln!(
         said,
-        "Attitude: roll {:.1} deg, pitch {:.1} deg, yaw {:.1} deg",
-        euler.phi.to_degrees(),
-        euler.theta.to_degrees(),
-        euler.psi.to_degrees().rem_euclid(360.0)
+        "Attitude: roll {} deg, pitch {} deg, yaw {} deg",
+        fixed(1, euler.phi.to_degrees()),
+        fixed(1, euler.theta.to_degrees()),
+        fixed(1, euler.psi.to_degrees().rem_euclid(360.0))
     );
     let _ = writeln!(
         said,
-        "References: altitude {:.1} m, airspeed {:.1} m/s, roll {:.1} deg",
-        demand.altitude_m,
-        demand.airspeed_m_s,
-        demand.roll_rad.to_degrees()
+        "References: altitude {} m, airspeed {} m/s, roll {} deg",
+        fixed(1, demand.altitude_m),
+        fixed(1, demand.airspeed_m_s),
+        fixed(1, demand.roll_rad.to_degrees())
     );
 }
 
@@ -80,7 +85,7 @@ fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
         CompensatorMode::AlwaysOn => "always on",
     };
     let seen = if log.compensator_active { "a fault is seen" } else { "no fault is seen" };
-    let _ = writeln!(said, "Compensator: {mode}, {seen}, fade {:.2}", log.fade);
+    let _ = writeln!(said, "Compensator: {mode}, {seen}, fade {}", fixed(2, log.fade));
     let _ = writeln!(said, "axis   estimate rad/s^2   level  authority");
     for (axis, z2, level) in [
         (Axis::Roll, log.z2.x, log.levels.x),
@@ -88,7 +93,8 @@ fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
         (Axis::Yaw, log.z2.z, log.levels.z),
     ] {
         let left = axis.authority_pct(&log.authority);
-        let _ = writeln!(said, "{:<6} {z2:>16.4} {level:>7.2} {left:>8.0} %", axis.name());
+        let (z2, level, left) = (fixed(4, z2), fixed(2, level), fixed(0, left));
+        let _ = writeln!(said, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
     }
 }
 
@@ -98,9 +104,38 @@ fn effectors(said: &mut String, state: &Snapshot) {
     for effector in Effector::ALL {
         let (scale, unit) =
             if effector.is_angle() { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
-        let (told, modelled) = (log.commands[effector] * scale, log.modelled[effector] * scale);
+        let told = fixed(2, log.commands[effector] * scale);
+        let modelled = fixed(2, log.modelled[effector] * scale);
         let limit = if is_saturated(&log.health, effector) { "  at its limit" } else { "" };
-        let _ =
-            writeln!(said, "{:<14} {told:>9.2}  {modelled:>9.2} {unit}{limit}", effector.name());
+        let _ = writeln!(said, "{:<14} {told:>9}  {modelled:>9} {unit}{limit}", effector.name());
+    }
+}
+
+/// With so many digits behind the point; what is zero then has no sign.
+fn fixed(digits: usize, value: f64) -> String {
+    let text = format!("{value:.digits$}");
+    let is_zero = |digits: &&str| digits.bytes().all(|byte| matches!(byte, b'0' | b'.'));
+    match text.strip_prefix('-').filter(is_zero) {
+        Some(zero) => zero.to_owned(),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fixed;
+
+    #[test]
+    fn a_zero_has_no_sign_and_everything_else_keeps_it() {
+        for (digits, value, text) in [
+            (2, -0.004, "0.00"),
+            (0, -0.0, "0"),
+            (2, -0.006, "-0.01"),
+            (1, -10.0, "-10.0"),
+            (1, 3.0, "3.0"),
+            (1, f64::NAN, "NaN"),
+        ] {
+            assert_eq!(fixed(digits, value), text, "{value}");
+        }
     }
 }
