@@ -133,6 +133,11 @@ fn logs_are_fetched_byte_for_byte_and_the_traffic_log_is_read_back() {
 }
 
 #[test]
+fn scripts_are_uploaded_started_and_stopped_by_mavsdk_pymavlink_mavproxy_and_the_shell() {
+    holds(run("clients/script_upload.py", "udpin:", &["--speed", "2"], &[]));
+}
+
+#[test]
 fn traffic_has_no_malformed_or_unexpected_message() {
     holds(run("clients/traffic.py", "udpin:", &[], &["--seconds", "15"]));
 }

@@ -27,6 +27,7 @@ fn setup(step_us: u32) -> FlightSetup {
         belief: control.belief,
         gains: control.gains,
         references: control.references,
+        script: control.script,
         duration: SimTime::ZERO,
     }
 }

@@ -105,6 +105,7 @@ fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>
         belief: control.belief,
         gains: control.gains,
         references: control.references,
+        script: control.script,
         duration,
     })
 }

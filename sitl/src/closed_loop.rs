@@ -2,10 +2,14 @@
 //!
 //! A run is a function of its [`FlightSetup`]; campaigns, tests and the paper's figures share it.
 
+use std::sync::Arc;
+
 use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::parameters::Parameters;
+use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{Belief, DesignModel, Gains, State, StepLog};
+use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
 use plant_sim::{Plant, PlantSetup, SetupError, Truth};
@@ -22,6 +26,8 @@ pub struct FlightSetup {
     pub gains: Gains,
     /// References by time.
     pub references: ReferenceSchedule,
+    /// What begins with the flight.
+    pub script: Option<Arc<Script>>,
     /// The flight ends at this time, or on the ground.
     pub duration: SimTime,
 }
@@ -52,19 +58,41 @@ pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, Se
     let mut plant = Plant::new(&setup.plant)?;
     let mut autopilot = Autopilot::new(&settings(setup));
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    let mut reply = None;
     loop {
         let time = plant.time();
         let sensors = plant.sense();
+        report(&mut plant, reply.take(), &mut autopilot);
         let output = autopilot.step(time, &sensors);
         sink(&Record { truth: plant.truth(), log: output.log });
         while autopilot.pop_event().is_some() {}
         if time + setup.plant.period > setup.duration {
             return Ok(End { time, on_ground: false });
         }
+        reply = ask(&mut autopilot, &mut plant);
         plant.advance(&output.actuators);
         if plant.on_ground() {
             return Ok(End { time: plant.time(), on_ground: true });
         }
+    }
+}
+
+/// What the plant tells beside the sensors of a packet.
+pub(crate) fn report(plant: &mut Plant, reply: Option<PlantReport>, autopilot: &mut Autopilot) {
+    for report in reply.into_iter().chain(std::iter::from_fn(|| plant.pop_report())) {
+        autopilot.handle_report(&report);
+    }
+}
+
+/// What the autopilot asks of the plant leaves with its answer to a packet, and the reply comes with the next one.
+pub(crate) fn ask(autopilot: &mut Autopilot, plant: &mut Plant) -> Option<PlantReport> {
+    match autopilot.next_request()? {
+        PlantRequest { number: request, action: PlantAction::Fault(fault) } => {
+            let reply = plant.request(&fault);
+            Some(PlantReport::FaultReply { request, reply })
+        }
+        // Time passes as fast as it can here, and the flight begins once.
+        _ => None,
     }
 }
 
@@ -77,7 +105,7 @@ pub fn settings(setup: &FlightSetup) -> Settings {
         limits: Parameters::default().limits,
         navigation: Parameters::default().navigation,
         references: setup.references.clone(),
-        script: None,
+        script: setup.script.clone(),
         fault_injection: true,
     }
 }

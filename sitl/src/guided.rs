@@ -6,10 +6,9 @@
 use autopilot::autopilot::Autopilot;
 use autopilot::event::{Event, Intent, Snapshot, Wish};
 use icd::SimTime;
-use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use plant_sim::{Plant, SetupError, Truth};
 
-use crate::closed_loop::{End, FlightSetup, settings};
+use crate::closed_loop::{End, FlightSetup, ask, report, settings};
 
 /// What an operator wants, and when.
 #[derive(Debug, Clone)]
@@ -64,9 +63,7 @@ pub fn fly_while(
     loop {
         let time = plant.time();
         let sensors = plant.sense();
-        for report in reply.take().into_iter().chain(std::iter::from_fn(|| plant.pop_report())) {
-            autopilot.handle_report(&report);
-        }
+        report(&mut plant, reply.take(), &mut autopilot);
         while let Some((spoken, number)) = wishes.next_if(|(spoken, _)| spoken.at <= time) {
             autopilot.handle_intent(Intent { number, wish: spoken.wish.clone() });
         }
@@ -79,15 +76,7 @@ pub fn fly_while(
         if !goes_on || time + setup.plant.period > setup.duration {
             return Ok(End { time, on_ground: false });
         }
-        // What the autopilot asks of the plant leaves with its answer, and the reply comes with the next packet.
-        reply = match autopilot.next_request() {
-            Some(PlantRequest { number: request, action: PlantAction::Fault(fault) }) => {
-                let reply = plant.request(&fault);
-                Some(PlantReport::FaultReply { request, reply })
-            }
-            // Time passes as fast as it can here, and the flight begins once.
-            _ => None,
-        };
+        reply = ask(&mut autopilot, &mut plant);
         plant.advance(&output.actuators);
         if plant.on_ground() {
             return Ok(End { time: plant.time(), on_ground: true });

@@ -132,6 +132,7 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
         belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?,
         gains: Gains::REFERENCE,
         references: config::references("nominal.toml", scenario::NOMINAL)?,
+        script: None,
         duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
     })
 }

@@ -126,7 +126,7 @@ fn fly_processes(
         belief: setup.belief,
         gains: setup.gains,
         references: setup.references.clone(),
-        script: None,
+        script: setup.script.clone(),
     };
     let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
     write(&plant_file, &postcard::to_stdvec(&setup.plant)?)?;

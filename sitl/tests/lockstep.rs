@@ -48,6 +48,7 @@ fn setup() -> FlightSetup {
         belief: control.belief,
         gains: control.gains,
         references: control.references,
+        script: control.script,
         duration: SimTime::from_micros(3_000_000),
     }
 }

@@ -2,17 +2,15 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "what fails here fails the test")]
 
-use std::sync::Arc;
-
-use autopilot::event::{EventKind, Wish};
+use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
-use autopilot::script::{Script, ScriptEvent};
+use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
 use plant_sim::io::PlantArgs;
 use sitl::closed_loop::FlightSetup;
-use sitl::guided::{Spoken, fly};
+use sitl::guided::fly;
 
 const CHAIN: &str =
     concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
@@ -22,18 +20,18 @@ fn parse<T: Args>(words: &[&str]) -> T {
     T::from_arg_matches(&matches).unwrap()
 }
 
-fn flight() -> (FlightSetup, Arc<Script>) {
+fn flight() -> FlightSetup {
     let plant: PlantArgs = parse(&["plant-sim", CHAIN]);
     let autopilot: AutopilotArgs = parse(&["autopilot", CHAIN]);
     let (control, _) = autopilot.control_setup().unwrap();
-    let setup = FlightSetup {
+    FlightSetup {
         plant: plant.plant_setup().unwrap(),
         belief: control.belief,
         gains: control.gains,
         references: control.references,
+        script: control.script,
         duration: SimTime::from_micros(40_000_000),
-    };
-    (setup, control.script.unwrap())
+    }
 }
 
 struct Seen {
@@ -43,10 +41,9 @@ struct Seen {
 }
 
 fn seen() -> Seen {
-    let (setup, script) = flight();
-    let start = Spoken { at: SimTime::ZERO, wish: Wish::Script(script) };
+    let setup = flight();
     let (mut truths, mut events) = (Vec::new(), Vec::new());
-    let end = fly(&setup, &[start], &mut |moment| {
+    let end = fly(&setup, &[], &mut |moment| {
         truths.push(*moment.truth);
         events.extend(moment.events.iter().filter_map(|event| match event.kind {
             EventKind::Script { event: kind, .. } => Some((event.time, kind)),
@@ -85,7 +82,7 @@ fn the_right_effector_fails_when_roll_passes_ten_degrees_and_the_next_one_two_se
 #[test]
 fn every_line_of_the_script_is_executed_and_nothing_is_refused() {
     let seen = seen();
-    let (_, script) = flight();
+    let script = flight().script.unwrap();
     let mut lines: Vec<u16> = Vec::new();
     for (time, event) in &seen.events {
         match event {

@@ -2,10 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the report")]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use autopilot::run::AutopilotArgs;
+use autopilot::script::Script;
 use clap::{Args, Command};
-use icd::SimTime;
+use icd::{Effector, SimTime};
 use plant_sim::io::PlantArgs;
 use sitl::closed_loop::{End, FlightSetup, Record, fly};
 use sitl::udp_flight::{UdpFlightError, fly_udp};
@@ -24,6 +26,7 @@ fn setup(plant: &[&str], autopilot: &[&str], seconds: u64) -> FlightSetup {
         belief: control.belief,
         gains: control.gains,
         references: control.references,
+        script: control.script,
         duration: SimTime::from_micros(1_000_000 * seconds),
     }
 }
@@ -33,10 +36,18 @@ fn program() -> &'static Path {
 }
 
 fn assert_same(setup: &FlightSetup) -> End {
+    assert_same_with(setup, &mut |_| {})
+}
+
+fn assert_same_with(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> End {
     let (mut here, mut there): (Vec<u8>, Vec<u8>) = (Vec::new(), Vec::new());
     let keep =
         |bytes: &mut Vec<u8>, record: &Record| bytes.extend(postcard::to_stdvec(record).unwrap());
-    let end = fly(setup, &mut |record| keep(&mut here, record)).unwrap();
+    let end = fly(setup, &mut |record| {
+        keep(&mut here, record);
+        sink(record);
+    });
+    let end = end.unwrap();
     let udp = fly_udp(program(), setup, &mut |record| keep(&mut there, record)).unwrap();
     assert_eq!(end, udp);
     assert!(here == there, "{} bytes in process, {} over UDP", here.len(), there.len());
@@ -55,6 +66,42 @@ fn a_flight_that_ends_on_the_ground_ends_at_the_same_tick_over_udp() {
     let plant = ["plant-sim", "--scenario=case1", "--earth=flat", "--period-ms=4"];
     let end = assert_same(&setup(&plant, &["autopilot", "--scenario=case1", "--ftc=off"], 90));
     assert!(end.on_ground, "case 1 without the compensator is lost, but it ended at {}", end.time);
+}
+
+/// Codes of the faults that acted, each time they changed.
+fn faults_of(record: &Record, seen: &mut Vec<Vec<u8>>) {
+    let codes = Effector::ALL.map(|effector| record.truth.fault_codes[effector]).to_vec();
+    if seen.last() != Some(&codes) {
+        seen.push(codes);
+    }
+}
+
+#[test]
+fn the_shipped_script_gives_the_same_bytes_over_udp() {
+    let chain =
+        concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
+    let setup = setup(&["plant-sim", chain], &["autopilot", chain], 30);
+    assert!(setup.script.is_some());
+    let mut seen = Vec::new();
+    assert_same_with(&setup, &mut |record| faults_of(record, &mut seen));
+    // Healthy, the elevator, the rudder too, mended.
+    assert_eq!(seen.len(), 4, "{seen:?}");
+    assert_eq!(seen.first(), seen.last());
+}
+
+#[test]
+fn more_faults_in_one_step_than_may_wait_for_an_answer_act_at_the_same_ticks_over_udp() {
+    let plant = ["plant-sim", "--gyro-noise-deg-s=0.1", "--turbulence-m-s=1.5"];
+    let mut setup = setup(&plant, &["autopilot"], 6);
+    let text = "at 1 s: roll 10 deg\n".to_owned()
+        + &(1..=7).map(|n| format!("fail servo {n} 80 % left, for 1 s\n")).collect::<String>()
+        + "fail engine 90 % left\nfail servo 1 biased 1 deg\nfail servo 2 slow 20 deg/s\n"
+        + "sequence other\nwhen roll passes 5 deg: fail servo 5 biased 1 deg, for 500 ms\n"
+        + "altitude 5100 m\nafter 1 s: clear all\n";
+    setup.script = Some(Arc::new(Script::parse("many", &text).unwrap()));
+    let mut seen = Vec::new();
+    assert_same_with(&setup, &mut |record| faults_of(record, &mut seen));
+    assert!(seen.len() > 10, "one after the other: {seen:?}");
 }
 
 #[test]

@@ -17,6 +17,7 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
         gains: Gains::REFERENCE,
         references: config::references(name, text).expect("a shipped scenario"),
+        script: None,
         duration: SimTime::from_seconds(scenario.plant.duration_s)
             .expect("checked by the scenario"),
     }

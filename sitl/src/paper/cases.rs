@@ -129,6 +129,7 @@ impl Case {
                 belief: autopilot_config::belief("tvc_jet.toml", autopilot_config::DEFAULT_BELIEF)?,
                 gains: Gains::REFERENCE,
                 references: autopilot_config::references(file, text)?,
+                script: None,
                 duration: seconds(plant.duration_s),
             },
         })

@@ -262,6 +262,7 @@ fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
     Ok(FlightSetup {
         plant: plant.setup(like.airframe.clone(), 0, like.period, like.step_us),
         references: autopilot::config::references("nominal.toml", scenario::NOMINAL)?,
+        script: None,
         duration: SimTime::from_micros(TURBULENT_S * 1_000_000),
         ..case.setup.clone()
     })

@@ -19,7 +19,8 @@ const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 const LATER: MavResult = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
 
-const CHAIN: &str = "at 100 ms: fail left elevator stuck at 10 deg\nafter 50 ms: say Now!\n";
+pub(super) const CHAIN: &str =
+    "at 100 ms: fail left elevator stuck at 10 deg\nafter 50 ms: say Now!\n";
 const START: [f32; 7] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const STOP: [f32; 7] = [0.0; 7];
 
@@ -36,7 +37,7 @@ fn upload_requests(sequence: u16, path: &str, text: &[u8], size: usize) -> Vec<M
     requests
 }
 
-fn upload(world: &mut World, path: &str, text: &str) {
+pub(super) fn upload(world: &mut World, path: &str, text: &str) {
     let mut requests = upload_requests(100, path, text.as_bytes(), 239);
     let last = requests.pop().unwrap();
     for message in requests {

@@ -9,6 +9,7 @@ use crate::mavlink::codec::Identity;
 use crate::mavlink::peers::Address;
 
 mod commands;
+mod scripts;
 mod transport;
 
 const PROMPT: &str = "two-step> ";
