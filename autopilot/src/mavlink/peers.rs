@@ -252,6 +252,12 @@ impl Peers {
         }
     }
 
+    /// Whether `peer` is at the other end of a connection: what is sent arrives, or waits.
+    #[must_use]
+    pub fn is_connection(&self, peer: Peer) -> bool {
+        self.entries.iter().any(|entry| entry.peer == peer && entry.address.is_connection())
+    }
+
     /// Whether `peer` has an open connection or was heard less than `silence` ago.
     #[must_use]
     pub fn was_heard(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {

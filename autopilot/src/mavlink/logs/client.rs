@@ -102,6 +102,11 @@ impl Client {
         self.listing = None;
     }
 
+    /// It asks piece by piece, and so sets its own pace.
+    pub fn asks_in_pieces(&self) -> bool {
+        self.ranges.first().is_some_and(|part| part.is_piece)
+    }
+
     /// A part of a log is wanted.
     pub fn is_fetching(&self) -> bool {
         !self.ranges.is_empty()

@@ -7,6 +7,9 @@ use super::job::LogFile;
 /// Parts that may wait: MAVProxy asks for twenty gaps in a row.
 pub(super) const PARTS_MAX: usize = 24;
 
+/// Whoever asks for no more than this at once asks when it has the piece before.
+const PIECE: u32 = 64 * 1024;
+
 /// A part of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Part {
@@ -18,11 +21,14 @@ pub(super) struct Part {
     pub offset: u32,
     /// First byte that is not wanted; may be beyond the end of the log.
     pub end: u64,
+    /// One of several that are asked for one after the other.
+    pub is_piece: bool,
 }
 
 impl Part {
     pub fn new(id: u16, offset: u32, count: u32) -> Self {
-        Self { id, log: None, offset, end: u64::from(offset) + u64::from(count) }
+        let end = u64::from(offset) + u64::from(count);
+        Self { id, log: None, offset, end, is_piece: count <= PIECE }
     }
 
     /// Nothing more of it is wanted.
