@@ -238,9 +238,70 @@ fn a_new_flight_is_a_new_log_and_the_oldest_make_room() {
     assert!(last.texts().iter().any(|text| text.text.contains("reached its limit")));
     assert_eq!(last.info_text("run_hash"), Some(hash(&last).hex().as_str()));
     assert_eq!(topic(&last, "sensors").row(0).map(|row| row.timestamp_us()), Some(0));
-    if let [first, _] = logs.as_slice() {
-        assert_eq!(Log::open(first).expect("readable").info_text("end"), Some("restart"));
+}
+
+#[test]
+fn a_restart_ends_the_log_and_begins_another() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let mut ground = Ground::new();
+    let options = ["--log-dir", text(folder.path())];
+    let (mut autopilot, link) = autopilot(ground.address(), &options);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link, "--speed", "2"]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.3);
+    let reboot = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    ground.command(MavCmd::MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, reboot);
+    ground.listen_until("the next flight", |ground| ground.time_s < 0.2);
+    ground.listen_until("some of it", |ground| ground.time_s > 0.3);
+    autopilot.signal(15);
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    let paths = logs(folder.path());
+    let ends: Vec<_> = paths
+        .iter()
+        .map(|path| {
+            let log = Log::open(path).expect("readable");
+            assert_eq!(log.info_text("run_hash"), Some(hash(&log).hex().as_str()));
+            assert_eq!(topic(&log, "sensors").row(0).map(|row| row.timestamp_us()), Some(0));
+            log.info_text("end").map(str::to_owned)
+        })
+        .collect();
+    assert_eq!(ends, ["restart", "stopped"].map(|end| Some(end.to_owned())));
+}
+
+#[test]
+fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let script = folder.path().join("script.txt");
+    fs::write(&script, "say Hello\nat 0.5 s: fail rudder stuck\nairspeed 400 m/s\n")
+        .expect("the folder is there");
+    let mut ground = Ground::new();
+    let options = ["--log-dir", text(folder.path()), "--script", text(&script)];
+    let (mut autopilot, link) = autopilot(ground.address(), &options);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("the end of the script", |ground| ground.heard("Script done"));
+    let no_such_servo = [102.0, 2.0, 8.0, 1.0, 30.0, 0.0, 0.0];
+    ground.command(MavCmd::MAV_CMD_USER_1, no_such_servo);
+    let too_fast = [0.0, 9_000.0, -1.0, 0.0, 0.0, 0.0, 0.0];
+    ground.command(MavCmd::MAV_CMD_DO_CHANGE_SPEED, too_fast);
+    ground.listen_for(Duration::from_millis(300));
+    let seen_s = ground.time_s;
+    autopilot.signal(15);
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    let log = Log::open(&logs(folder.path())[0]).expect("readable");
+    let texts: Vec<&str> = log.texts().iter().map(|text| text.text.as_str()).collect();
+    for heard in &ground.texts {
+        // Long texts come in pieces.
+        let times = texts.iter().filter(|text| text.contains(heard.as_str())).count();
+        assert!(times == 1 || heard.len() < 20, "{heard}: {times} times in {texts:?}");
     }
+    for part in ["Script began", "Script: Hello", "Script 2: at 0.5 s", "Script 3 refused"] {
+        let found = log.texts().iter().filter(|text| text.text.starts_with(part)).count();
+        assert_eq!(found, 1, "{part}: {texts:?}");
+    }
+    let refused = log.texts().iter().find(|text| text.text.starts_with("Fault refused"));
+    let refused = refused.unwrap_or_else(|| panic!("{texts:?}"));
+    assert!(refused.text.contains("no instance 8"), "{}", refused.text);
+    let at_s = SimTime::from_micros(refused.timestamp_us).as_seconds();
+    assert!(at_s > 0.5 && at_s <= seen_s + 0.5, "told at {at_s} s, seen until {seen_s} s");
 }
 
 #[test]
@@ -265,7 +326,8 @@ fn a_flight_has_the_same_hash_at_every_speed() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_stops_the_start_and_a_full_disk_does_not_stop_the_flight() {
+fn a_folder_that_cannot_be_written_stops_the_start_and_one_that_goes_away_does_not_stop_the_flight()
+{
     let folder = tempfile::tempdir().expect("a folder for the test");
     let file = folder.path().join("file");
     fs::write(&file, "").expect("the folder is there");

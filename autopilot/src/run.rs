@@ -16,8 +16,8 @@ use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening, Logs};
 use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
-use crate::io::recorder::{self, ParameterFeed, Recorder, RecorderConfig, RecorderError};
-use crate::io::status::{self, StatusLine};
+use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
+use crate::io::status::{self, StatusLine, StatusSource};
 use crate::io::store::Kept;
 use crate::parameters::{ParameterError, Parameters, SavedError};
 
@@ -117,7 +117,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let listening = socket.local_address()?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
     let step_log = args.step_log.as_ref().map(create).transpose()?;
-    let (recorder, parameter_feed) = args.recorder(&parameters)?.unzip();
+    let (status, printer) = args.status.then(status::channel).unzip();
+    let (recorder, ground_feed) = args.recorder(&parameters, status.clone())?.unzip();
     let (ground, control) = channels::channels();
     let identity = args.ground_stations.identity;
     let belief = settings.belief;
@@ -135,16 +136,14 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         logs,
     });
     let ground_stations =
-        config.map(|config| GroundStations::start(&config, ground, parameter_feed, &stop));
+        config.map(|config| GroundStations::start(&config, ground, ground_feed, &stop));
     let ground_stations = ground_stations.transpose()?;
-    let status = if args.status {
+    if let Some(printer) = printer {
         let ground_stations =
             ground_stations.as_ref().map_or_else(Listening::default, GroundStations::listening);
         let first = StatusLine::Listening { plant_link: listening, ground_stations };
-        Some(status::start(first, stop.clone())?)
-    } else {
-        None
-    };
+        status::start(printer, first, stop.clone())?;
+    }
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
     let health = args.health_file.clone().map(HealthFile::new).transpose()?;
@@ -173,11 +172,12 @@ impl AutopilotArgs {
     fn recorder(
         &self,
         parameters: &Parameters,
-    ) -> Result<Option<(Recorder, ParameterFeed)>, RecorderError> {
+        status: Option<StatusSource>,
+    ) -> Result<Option<(Recorder, GroundFeed)>, RecorderError> {
         let Some(folder) = self.log_folder() else { return Ok(None) };
         let limit_bytes = self.recording.limit_bytes();
         let introduction = recorder::introduction(&folder, limit_bytes);
-        let config = RecorderConfig { folder, limit_bytes, parameters: *parameters };
+        let config = RecorderConfig { folder, limit_bytes, parameters: *parameters, status };
         let recorder = Recorder::start(config)?;
         info!("{introduction}");
         Ok(Some(recorder))
@@ -196,11 +196,11 @@ impl GroundStations {
     fn start(
         config: &GcsConfig,
         channels: GroundChannels,
-        parameter_feed: Option<ParameterFeed>,
+        ground_feed: Option<GroundFeed>,
         stop: &Stop,
     ) -> Result<Self, RunError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let link = runtime.block_on(GcsLink::open(config))?.with_parameter_feed(parameter_feed);
+        let link = runtime.block_on(GcsLink::open(config))?.with_ground_feed(ground_feed);
         let listening = link.listening().clone();
         let (shutdown, told) = watch::channel(false);
         let stop = stop.clone();

@@ -6,10 +6,11 @@
 
 use std::io;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
+use autopilot::io::status::StatusLine;
 use host_io::{Stop, clock};
 
 use crate::arrangement::{self, Arrangement};
@@ -99,7 +100,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
         words.extend(arrangement.plant.options());
         Child::start("plant-sim", program, &words, &news)
     };
-    let mut flight = Flight { autopilot, plant: None, screen, stop: &stop, keys };
+    let mut flight = Flight { autopilot, plant: None, screen, log: None, stop: &stop, keys };
     let result = flight.watch(&news, start_plant);
     flight.end();
     result
@@ -111,6 +112,8 @@ struct Flight<'a> {
     /// Started once the autopilot listens.
     plant: Option<Child>,
     screen: Screen,
+    /// Log of the present flight.
+    log: Option<PathBuf>,
     stop: &'a Stop,
     keys: Option<Keys>,
 }
@@ -155,6 +158,10 @@ impl Flight<'_> {
                     self.screen.say(keys::HELP)?;
                 }
             }
+            Report::Status(StatusLine::FlightLog { path }) => {
+                self.screen.say(&flight_log(&path))?;
+                self.log = Some(path);
+            }
             Report::Status(status) => self.screen.status(&status, clock::now())?,
             Report::Passing(passing) => self.screen.pass(passing),
             Report::Pressed(Key::Quit) => self.stop.request(),
@@ -185,5 +192,14 @@ impl Flight<'_> {
             child.end(deadline);
         }
         self.screen.end();
+        if let Some(path) = self.log {
+            // Nobody can be told that nobody listens.
+            let _ = self.screen.say(&flight_log(&path));
+        }
     }
+}
+
+/// Where the log of the flight is, for the operator.
+fn flight_log(path: &Path) -> String {
+    format!("flight log       {}", path.display())
 }

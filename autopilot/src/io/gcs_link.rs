@@ -29,7 +29,7 @@ use tracing::{info, warn};
 use super::channels::GroundChannels;
 use super::key_store::{KeptKey, KeyStore};
 use super::log_folder::LogFolder;
-use super::recorder::ParameterFeed;
+use super::recorder::GroundFeed;
 use super::store::{Kept, Store};
 use super::tlog::Tlog;
 use crate::clock::{self, WallTime};
@@ -164,7 +164,7 @@ pub struct GcsLink {
     listening: Listening,
     store: Option<Store>,
     key_store: Option<KeyStore>,
-    parameter_feed: Option<ParameterFeed>,
+    ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
     tlog: Option<Tlog>,
 }
@@ -220,16 +220,16 @@ impl GcsLink {
             listening,
             store,
             key_store,
-            parameter_feed: None,
+            ground_feed: None,
             logs: folder,
             tlog,
         })
     }
 
-    /// Tells the recorder of parameters that change.
+    /// Tells the recorder of parameters that change and of texts.
     #[must_use]
-    pub fn with_parameter_feed(mut self, feed: Option<ParameterFeed>) -> Self {
-        self.parameter_feed = feed;
+    pub fn with_ground_feed(mut self, feed: Option<GroundFeed>) -> Self {
+        self.ground_feed = feed;
         self
     }
 
@@ -248,8 +248,7 @@ impl GcsLink {
         channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self { ground, sockets, listening, store, key_store, parameter_feed, logs, tlog } =
-            self;
+        let Self { ground, sockets, listening, store, key_store, ground_feed, logs, tlog } = self;
         let Listening { clients, udp_server, tcp_server } = listening;
         info!(
             ?clients,
@@ -263,7 +262,7 @@ impl GcsLink {
             channels,
             store,
             key_store,
-            parameter_feed,
+            ground_feed,
             logs,
             tlog,
             held_back: None,
@@ -288,7 +287,7 @@ struct Link {
     store: Option<Store>,
     /// Likewise.
     key_store: Option<KeyStore>,
-    parameter_feed: Option<ParameterFeed>,
+    ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
     tlog: Option<Tlog>,
     /// An intent that found no room in the channel.
@@ -315,8 +314,8 @@ impl Link {
             let now = clock::now();
             self.ground.poll(now);
             self.pass_intents()?;
-            if let Some(feed) = self.parameter_feed.as_mut() {
-                feed.tell(self.ground.parameters());
+            if let Some(feed) = self.ground_feed.as_mut() {
+                feed.follow(&mut self.ground);
             }
             self.keep_parameters(now);
             self.keep_key(now);

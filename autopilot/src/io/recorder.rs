@@ -5,6 +5,7 @@
 //!   batch of entries ── 16 batches at most ──────>   Encoder ── 256 KiB or 0.25 s ──> 20260102-030405-<session>.ulg
 //!   empty batches   <──────────────────────────────
 //! ground stations ── parameters, 16 at most ─────>
+//!   └ texts, 64 at most ──> control thread
 //! ```
 //!
 //! The control thread hands a batch over after its answer has left, and waits only where all batches are on their
@@ -23,8 +24,11 @@ use icd::wire::{self, SensorPacket};
 use icd::{Actuators, SimTime};
 use tracing::warn;
 
+use super::status::StatusSource;
 use crate::autopilot::Autopilot;
 use crate::event::{Event, Intent, Wish};
+use crate::mavlink::Ground;
+use crate::mavlink::statustext::LogText;
 use crate::parameters::Parameters;
 use crate::recorder::{Begin, ControlHeader, End, Entry, Moment, Recorded, Step, open};
 
@@ -45,8 +49,13 @@ pub const FLUSH_EVERY: Duration = Duration::from_millis(250);
 /// Changes of parameters on their way to the log thread; each has all values, so the next makes up for a lost one.
 const PARAMETERS_MAX: usize = 16;
 
+/// Texts on their way to the control thread, which knows the simulation time at which they arrive.
+const TEXTS_MAX: usize = 64;
+/// Texts taken in one tick; more wait in their channel.
+const TEXTS_PER_TICK: usize = 16;
+
 /// What the log thread needs to know.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct RecorderConfig {
     /// Folder of the logs.
     pub folder: PathBuf,
@@ -54,6 +63,8 @@ pub struct RecorderConfig {
     pub limit_bytes: u64,
     /// Parameters at the start of the process.
     pub parameters: Parameters,
+    /// Who shows the operator the path of a log; without, the path is a line of the process.
+    pub status: Option<StatusSource>,
 }
 
 /// Why there can be no logs.
@@ -69,21 +80,43 @@ pub enum RecorderError {
     },
 }
 
-/// The end on the ground-station side: tells the recorder of changed parameters.
+/// The end on the ground-station side: tells the recorder of changed parameters and of texts.
 #[derive(Debug, Clone)]
-pub struct ParameterFeed {
+pub struct GroundFeed {
     sender: SyncSender<Parameters>,
     last: Parameters,
     late: bool,
+    texts: SyncSender<LogText>,
+    /// Texts that found no room since the last one that did.
+    lost: u64,
 }
 
-impl ParameterFeed {
+impl GroundFeed {
+    /// Passes on what is new.
+    pub fn follow(&mut self, ground: &mut Ground) {
+        self.tell(ground.parameters());
+        while let Some(text) = ground.pop_text_for_log() {
+            self.say(text);
+        }
+    }
+
     /// The parameters now. Never waits: where there is no room, a later call makes up for it.
-    pub fn tell(&mut self, now: &Parameters) {
+    fn tell(&mut self, now: &Parameters) {
         if *now != self.last || self.late {
             self.late = self.sender.try_send(*now).is_err();
             self.last = *now;
         }
+    }
+
+    /// A text that ground stations get. Never waits: where there is no room it is lost, and the next one says so.
+    fn say(&mut self, (severity, mut text): LogText) {
+        if self.lost > 0 {
+            text = format!("{text} ({} more are not in the log)", self.lost);
+        }
+        self.lost = match self.texts.try_send((severity, text)) {
+            Ok(()) => 0,
+            Err(_) => self.lost + 1,
+        };
     }
 }
 
@@ -99,6 +132,9 @@ pub struct Recorder {
     plant_is_lost: bool,
     time: SimTime,
     moment: Moment,
+    texts: Receiver<LogText>,
+    /// The state on the ground is in the log.
+    has_landed: bool,
 }
 
 impl Recorder {
@@ -106,13 +142,14 @@ impl Recorder {
     ///
     /// # Errors
     /// [`RecorderError`] names the folder.
-    pub fn start(config: RecorderConfig) -> Result<(Self, ParameterFeed), RecorderError> {
+    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RecorderError> {
         let folder = config.folder.clone();
         let failed = |source| RecorderError::Folder { folder: folder.clone(), source };
         folder::prepare(&config.folder).map_err(failed)?;
         let (full, batches) = sync_channel(QUEUE_MAX);
         let (recycle, empty) = sync_channel(QUEUE_MAX);
         let (sender, changes) = sync_channel(PARAMETERS_MAX);
+        let (say, texts) = sync_channel(TEXTS_MAX);
         let last = config.parameters;
         let thread = thread::Builder::new()
             .name("flight log".to_owned())
@@ -128,8 +165,10 @@ impl Recorder {
             plant_is_lost: false,
             time: SimTime::ZERO,
             moment: Moment::Between,
+            texts,
+            has_landed: false,
         };
-        Ok((recorder, ParameterFeed { sender, last, late: false }))
+        Ok((recorder, GroundFeed { sender, last, late: false, texts: say, lost: 0 }))
     }
 
     /// A flight has begun, with this packet; the autopilot has been told, and nothing of the flight has been done.
@@ -152,6 +191,7 @@ impl Recorder {
         };
         self.in_flight = true;
         self.plant_is_lost = false;
+        self.has_landed = false;
         self.time = packet.time;
         self.moment = Moment::Between;
         self.push(Entry::Begin(Box::new(Begin { time: packet.time, header })));
@@ -218,6 +258,13 @@ impl Recorder {
                 truth,
             }));
         }
+        if self.moment == Moment::OnGround
+            && !self.has_landed
+            && let Some(row) = truth
+        {
+            self.has_landed = true;
+            self.push(Entry::Ground { time: packet.time, row });
+        }
         if let Some(request) = request {
             self.recorded(Recorded::Request(request));
         }
@@ -232,8 +279,12 @@ impl Recorder {
         self.push(Entry::Event(event));
     }
 
-    /// Hands a batch over when it is due.
+    /// Takes texts of the ground-station side, and hands a batch over when it is due.
     pub fn look_after(&mut self) {
+        for _ in 0..TEXTS_PER_TICK {
+            let Ok((severity, text)) = self.texts.try_recv() else { break };
+            self.push(Entry::Text { time: self.time, severity, text });
+        }
         let Some(began) = self.began else { return };
         if self.batch.len() >= BATCH || clock::now() - began >= HAND_OVER_AFTER {
             self.hand_over();

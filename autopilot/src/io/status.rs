@@ -1,6 +1,7 @@
 //! What the operator sees of a flight: one line of JSON ten times a second on the standard output.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -32,6 +33,11 @@ pub enum StatusLine {
     NoPlant,
     /// The flight.
     Flight(FlightStatus),
+    /// A flight log was begun.
+    FlightLog {
+        /// Its path.
+        path: PathBuf,
+    },
 }
 
 /// The flight at one instant.
@@ -67,8 +73,11 @@ pub enum PlantState {
     Lost,
 }
 
-/// The end on the link thread.
-#[derive(Debug)]
+/// Lines that wait to be printed: one of the flight, since there is none before it is wanted, and paths of logs.
+const LINES_MAX: usize = 8;
+
+/// The end of those who have something to show.
+#[derive(Debug, Clone)]
 pub struct StatusSource {
     wanted: Arc<AtomicBool>,
     lines: SyncSender<StatusLine>,
@@ -100,26 +109,46 @@ impl StatusSource {
                 mode: s.mode.to_string(),
             })
         });
-        // Full means that the last line is not printed yet: this one would be no news.
+        // Full means that the last lines are not printed yet: this one would be no news.
         let _ = self.lines.try_send(line);
     }
+
+    /// Shows where a flight log is. Never waits.
+    pub fn log(&self, path: &Path) {
+        // Nobody reads where there is no room.
+        let _ = self.lines.try_send(StatusLine::FlightLog { path: path.to_owned() });
+    }
+}
+
+/// The end of the thread that prints.
+#[derive(Debug)]
+pub struct StatusPrinter {
+    wanted: Arc<AtomicBool>,
+    lines: Receiver<StatusLine>,
+}
+
+/// Both ends.
+#[must_use]
+pub fn channel() -> (StatusSource, StatusPrinter) {
+    let wanted = Arc::new(AtomicBool::new(false));
+    let (sender, lines) = sync_channel(LINES_MAX);
+    let source = StatusSource { wanted: Arc::clone(&wanted), lines: sender };
+    (source, StatusPrinter { wanted, lines })
 }
 
 /// Starts the thread that prints, and asks the process to end when nobody reads any more.
 ///
 /// # Errors
 /// What the system says, if it refuses a thread.
-pub fn start(first: StatusLine, stop: Stop) -> std::io::Result<StatusSource> {
-    let wanted = Arc::new(AtomicBool::new(false));
-    let (sender, receiver) = sync_channel(1);
-    let source = StatusSource { wanted: Arc::clone(&wanted), lines: sender };
-    thread::Builder::new().name("status".to_owned()).spawn(move || {
-        let printed = print(&first).and_then(|()| print_all(&wanted, &receiver));
+pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::Result<()> {
+    let StatusPrinter { wanted, lines } = printer;
+    let print_all = move || {
+        let printed = print(&first).and_then(|()| print_all(&wanted, &lines));
         if printed.is_err() {
             stop.request();
         }
-    })?;
-    Ok(source)
+    };
+    thread::Builder::new().name("status".to_owned()).spawn(print_all).map(|_| ())
 }
 
 fn print_all(wanted: &AtomicBool, lines: &Receiver<StatusLine>) -> std::io::Result<()> {

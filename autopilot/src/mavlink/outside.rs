@@ -6,6 +6,7 @@ use super::logs::{LogDone, LogJob};
 use super::param::{Save, Saved};
 use super::peers::Address;
 use super::signing::{KeyChange, LogLine};
+use super::statustext::LogText;
 use super::traffic::Traffic;
 use crate::clock::WallTime;
 use crate::event::Intent;
@@ -32,6 +33,11 @@ impl Ground {
     /// Next frame to send and its destination, of those to whom something can be sent now.
     pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
         self.peers.pop(&mut self.signing, can_send)
+    }
+
+    /// Next text for the flight log that is not the words of an event.
+    pub fn pop_text_for_log(&mut self) -> Option<LogText> {
+        self.texts.pop_for_log()
     }
 
     /// What the key file should have now, if it is time to write it.

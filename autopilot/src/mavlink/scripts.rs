@@ -299,40 +299,11 @@ impl Scripts {
 
     /// Takes what happened to a script, and tells it.
     pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
-        use MavSeverity as S;
         let running = self.running.as_ref().map(|running| &running.script);
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
         let script = known.find(|script| script.id() == id).cloned();
-        let name = script.as_ref().map_or("?", |script| script.name());
-        let words = |number: u16| {
-            let line = script.as_ref().and_then(|script| script.line(number));
-            line.map_or("", |line| line.text.as_str()).to_owned()
-        };
-        let (severity, text) = match event {
-            ScriptEvent::Began => (S::MAV_SEVERITY_NOTICE, format!("Script began: {name}")),
-            ScriptEvent::NotBegun(NotBegun::JoinedInFlight) => {
-                let text = format!("Script not begun: {name}, the flight was under way");
-                (S::MAV_SEVERITY_WARNING, text)
-            }
-            ScriptEvent::NotBegun(NotBegun::FaultInjectionOff) => {
-                let why = "it has faults, and fault injection is off (SYS_FAILURE_EN 0)";
-                (S::MAV_SEVERITY_WARNING, format!("Script not begun: {name}, {why}"))
-            }
-            ScriptEvent::Line(line) => {
-                let said = script.as_ref().and_then(|script| script.line(line)?.words());
-                match said {
-                    Some(said) => (S::MAV_SEVERITY_NOTICE, format!("Script: {said}")),
-                    None => (S::MAV_SEVERITY_INFO, format!("Script {line}: {}", words(line))),
-                }
-            }
-            ScriptEvent::LineRefused { line, why } => {
-                let text = format!("Script {line} refused: {why} ({})", words(line));
-                (S::MAV_SEVERITY_WARNING, text)
-            }
-            ScriptEvent::Done => (S::MAV_SEVERITY_NOTICE, format!("Script done: {name}")),
-            ScriptEvent::Stopped => (S::MAV_SEVERITY_NOTICE, format!("Script stopped: {name}")),
-        };
-        texts.say(severity, text);
+        let (severity, text) = text_of(script.as_deref(), event);
+        texts.tell(severity, text);
         match event {
             ScriptEvent::Began => self.running = script.map(Running::new),
             ScriptEvent::Line(line) => {
@@ -343,5 +314,42 @@ impl Scripts {
             ScriptEvent::Done | ScriptEvent::Stopped => self.running = None,
             ScriptEvent::NotBegun(_) | ScriptEvent::LineRefused { .. } => {}
         }
+    }
+}
+
+/// Importance (number of syslog) and words of what happened to a script, for the flight log.
+#[must_use]
+pub fn words(script: Option<&Script>, event: ScriptEvent) -> (u8, String) {
+    let (severity, text) = text_of(script, event);
+    (severity as u8, text)
+}
+
+fn text_of(script: Option<&Script>, event: ScriptEvent) -> (MavSeverity, String) {
+    use MavSeverity as S;
+    let name = script.map_or("?", Script::name);
+    let words = |number: u16| {
+        let line = script.and_then(|script| script.line(number));
+        line.map_or("", |line| line.text.as_str())
+    };
+    match event {
+        ScriptEvent::Began => (S::MAV_SEVERITY_NOTICE, format!("Script began: {name}")),
+        ScriptEvent::NotBegun(NotBegun::JoinedInFlight) => {
+            let text = format!("Script not begun: {name}, the flight was under way");
+            (S::MAV_SEVERITY_WARNING, text)
+        }
+        ScriptEvent::NotBegun(NotBegun::FaultInjectionOff) => {
+            let why = "it has faults, and fault injection is off (SYS_FAILURE_EN 0)";
+            (S::MAV_SEVERITY_WARNING, format!("Script not begun: {name}, {why}"))
+        }
+        ScriptEvent::Line(line) => match script.and_then(|script| script.line(line)?.words()) {
+            Some(said) => (S::MAV_SEVERITY_NOTICE, format!("Script: {said}")),
+            None => (S::MAV_SEVERITY_INFO, format!("Script {line}: {}", words(line))),
+        },
+        ScriptEvent::LineRefused { line, why } => {
+            let text = format!("Script {line} refused: {why} ({})", words(line));
+            (S::MAV_SEVERITY_WARNING, text)
+        }
+        ScriptEvent::Done => (S::MAV_SEVERITY_NOTICE, format!("Script done: {name}")),
+        ScriptEvent::Stopped => (S::MAV_SEVERITY_NOTICE, format!("Script stopped: {name}")),
     }
 }

@@ -36,7 +36,11 @@ pub struct StatusTexts {
     unsaid: u64,
     dropped: u64,
     next_id: u16,
+    for_log: VecDeque<LogText>,
 }
+
+/// A text for the flight log: importance (number of syslog), words.
+pub type LogText = (u8, String);
 
 impl Default for StatusTexts {
     fn default() -> Self {
@@ -47,13 +51,34 @@ impl Default for StatusTexts {
             unsaid: 0,
             dropped: 0,
             next_id: 1,
+            for_log: VecDeque::new(),
         }
     }
 }
 
 impl StatusTexts {
-    /// Something worth telling.
+    /// Something worth telling that only this side knows; the flight log gets it as well.
     pub fn say(&mut self, severity: MavSeverity, text: impl Into<String>) {
+        let text = text.into();
+        self.note(severity, text.clone());
+        self.tell(severity, text);
+    }
+
+    /// Something for the flight log only: it is told in another way.
+    pub fn note(&mut self, severity: MavSeverity, text: impl Into<String>) {
+        if self.for_log.len() >= TEXTS_MAX {
+            self.for_log.pop_front();
+        }
+        self.for_log.push_back((severity as u8, text.into()));
+    }
+
+    /// Next text for the flight log.
+    pub fn pop_for_log(&mut self) -> Option<LogText> {
+        self.for_log.pop_front()
+    }
+
+    /// What an event says; the flight log has the event, and its words from there.
+    pub fn tell(&mut self, severity: MavSeverity, text: impl Into<String>) {
         if self.queue.len() >= TEXTS_MAX {
             self.queue.pop_front();
             self.dropped += 1;
@@ -90,7 +115,7 @@ impl StatusTexts {
     /// Tells an event.
     pub fn handle_event(&mut self, kind: &EventKind, parameters: &Parameters) {
         if let Some((severity, text)) = text_of(kind, parameters) {
-            self.say(severity, text);
+            self.tell(severity, text);
         }
     }
 

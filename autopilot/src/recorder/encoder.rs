@@ -1,6 +1,8 @@
 //! Entries to messages of a log.
 
+use std::collections::VecDeque;
 use std::io::{self, Write};
+use std::sync::Arc;
 
 use icd::SimTime;
 use ulog::format::Format;
@@ -8,12 +10,16 @@ use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
 use super::topics::{self, Place};
 use super::{Begin, End, Entry, Moment, Recorded, RunHash, Step, parameter_hash, words};
-use crate::event::{Event, EventKind, Outcome, Wish};
-use crate::mavlink::statustext;
+use crate::event::{Event, EventKind, Wish};
+use crate::mavlink::fault_list::FaultList;
+use crate::mavlink::{scripts, statustext};
 use crate::parameters::{Kind, Parameters, table};
+use crate::script::{Script, ScriptEvent};
 
 /// Longest run header of a plant, bytes; what is longer is left out.
 const PLANT_HEADER_MAX: usize = 60_000;
+/// Scripts that may still be told of, beside the one that runs.
+const SCRIPTS_MAX: usize = 8;
 
 /// Writes one flight.
 #[derive(Debug)]
@@ -28,6 +34,12 @@ pub struct Encoder<W> {
     /// Of the plant's header; empty when it is complete.
     pieces: Vec<Option<Box<[u8]>>>,
     plant_header_is_there: bool,
+    /// The faults as the plant has told them: what it repeats is no news.
+    faults: FaultList,
+    /// The script that began last.
+    running: Option<Arc<Script>>,
+    /// Those that may be told of, the latest one last.
+    scripts: VecDeque<Arc<Script>>,
 }
 
 #[derive(Debug)]
@@ -56,6 +68,7 @@ impl<W: Write> Encoder<W> {
         };
         let values = || table().iter().map(|row| (row.name, row.value(&parameters)));
         header.parameter_hash = parameter_hash(values());
+        let scripts = header.script.iter().cloned().collect();
         let json = serde_json::to_string(&header)?;
         let mut log = Definitions::begin(out, time.as_micros())?;
         log.info("sys_name", Value::Text("Two-Step"))?;
@@ -99,6 +112,9 @@ impl<W: Write> Encoder<W> {
             parameters,
             pieces: Vec::new(),
             plant_header_is_there: false,
+            faults: FaultList::default(),
+            running: None,
+            scripts,
         })
     }
 
@@ -116,6 +132,13 @@ impl<W: Write> Encoder<W> {
                 self.data.row(self.topics.fault, &self.row)
             }
             Entry::Event(event) => self.event(&event),
+            Entry::Text { time, severity, text } => {
+                self.data.text(Level::from_number(severity), time.as_micros(), &text)
+            }
+            Entry::Ground { time, row: truth } => {
+                topics::truth_row(&mut self.row, time, &truth);
+                self.data.row(self.topics.truth, &self.row)
+            }
             Entry::Piece { index, count, bytes } => self.piece(index, count, bytes),
         }
     }
@@ -159,9 +182,11 @@ impl<W: Write> Encoder<W> {
         }
         match what {
             Recorded::Intent(intent) => {
-                if let Wish::Gains(gains) = &intent.wish {
-                    // The words of later events depend on them.
-                    self.parameters.gains = **gains;
+                // The words of later events depend on them.
+                match &intent.wish {
+                    Wish::Gains(gains) => self.parameters.gains = **gains,
+                    Wish::Script(script) => self.knows(script),
+                    _ => {}
                 }
                 match words::wish(&intent.wish) {
                     Some(words) => self.text(Level::Info, &format!("Input: {words}")),
@@ -173,17 +198,30 @@ impl<W: Write> Encoder<W> {
     }
 
     fn event(&mut self, event: &Event) -> io::Result<()> {
-        if let EventKind::Outcome { outcome: Outcome::Refused(why), .. } = event.kind {
-            return self.data.text(
-                Level::Warning,
-                event.time.as_micros(),
-                &format!("Refused: {why}"),
-            );
-        }
-        let Some((severity, text)) = statustext::words(&event.kind, &self.parameters) else {
+        if !self.faults.handle_event(&event.kind) {
             return Ok(());
+        }
+        let words = match event.kind {
+            EventKind::Script { script, event } => {
+                let mut known = self.running.iter().chain(self.scripts.iter().rev());
+                let script = known.find(|known| known.id() == script).cloned();
+                let words = script.as_ref().map(|script| scripts::words(Some(script), event));
+                if event == ScriptEvent::Began {
+                    self.running = script;
+                }
+                words
+            }
+            ref kind => statustext::words(kind, &self.parameters),
         };
+        let Some((severity, text)) = words else { return Ok(()) };
         self.data.text(Level::from_number(severity), event.time.as_micros(), &text)
+    }
+
+    fn knows(&mut self, script: &Arc<Script>) {
+        if self.scripts.len() >= SCRIPTS_MAX {
+            self.scripts.pop_front();
+        }
+        self.scripts.push_back(Arc::clone(script));
     }
 
     fn piece(&mut self, index: u16, count: u16, bytes: Box<[u8]>) -> io::Result<()> {

@@ -37,6 +37,22 @@ pub enum Entry {
     },
     /// Something happened.
     Event(Event),
+    /// Something was told by the ground-station side.
+    Text {
+        /// Simulation time of its arrival.
+        time: SimTime,
+        /// Importance, number of syslog.
+        severity: u8,
+        /// In words.
+        text: String,
+    },
+    /// What is really the case on the ground, after the last control step.
+    Ground {
+        /// Simulation time.
+        time: SimTime,
+        /// As the plant says.
+        row: TruthRow,
+    },
     /// A piece of the plant's header.
     Piece {
         /// Its number, from 0.

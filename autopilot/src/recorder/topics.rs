@@ -10,6 +10,7 @@ use ulog::format::{Field, FieldType, Format};
 use ulog::writer::Row;
 
 use super::Moment;
+use crate::event::Axis;
 use crate::vehicle::Mode;
 
 /// Characters of one row of the topic `recorded`; longer entries take several rows.
@@ -28,7 +29,7 @@ pub const COMMAND_NAMES: [&str; 8] = [
 ];
 
 /// Columns of the topic `control`: the signals of a control step ([`StepLog`]); flags are 0 or 1.
-pub const CONTROL_NAMES: [&str; 62] = [
+pub const CONTROL_NAMES: [&str; 68] = [
     "p_rad_s",
     "q_rad_s",
     "r_rad_s",
@@ -50,6 +51,9 @@ pub const CONTROL_NAMES: [&str; 62] = [
     "z2_roll_rad_s2",
     "z2_pitch_rad_s2",
     "z2_yaw_rad_s2",
+    "level_roll",
+    "level_pitch",
+    "level_yaw",
     "level",
     "compensator_active",
     "fade",
@@ -81,6 +85,9 @@ pub const CONTROL_NAMES: [&str; 62] = [
     "modelled_nozzle_pitch_rad",
     "modelled_nozzle_yaw_rad",
     "modelled_engine_n",
+    "authority_roll_pct",
+    "authority_pitch_pct",
+    "authority_yaw_pct",
     "modelled_roll_rad_s2",
     "modelled_pitch_rad_s2",
     "modelled_yaw_rad_s2",
@@ -96,14 +103,34 @@ pub const CONTROL_NAMES: [&str; 62] = [
 /// The values of a control step in the order of [`CONTROL_NAMES`].
 #[must_use]
 pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
-    let StepLog { state, main, compensation, applied_compensation: applied, health, .. } = log;
+    // Every field has a name here, so a new one is not forgotten.
+    let StepLog {
+        state,
+        altitude_reference_m,
+        roll_reference_rad,
+        airspeed_reference_m_s,
+        z,
+        z2,
+        levels,
+        level,
+        compensator_active,
+        fade,
+        main,
+        compensation,
+        applied_compensation: applied,
+        commands,
+        modelled,
+        authority,
+        modelled_acceleration,
+        health,
+    } = log;
     let flag = |flag: bool| f64::from(u8::from(flag));
     let three = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
     let angles = [state.attitude.phi, state.attitude.theta, state.attitude.psi];
     let motion = [state.alpha, state.beta, state.airspeed_m_s, state.altitude_m];
     let rest = [state.climb_rate_m_s, state.thrust_n];
-    let references = [log.altitude_reference_m, log.roll_reference_rad, log.airspeed_reference_m_s];
-    let detector = [log.level, flag(log.compensator_active), log.fade];
+    let references = [*altitude_reference_m, *roll_reference_rad, *airspeed_reference_m_s];
+    let detector = [*level, flag(*compensator_active), *fade];
     let surfaces = [main.aileron_rad, main.elevator_rad, main.rudder_rad];
     let engine = [main.nozzle_pitch_rad, main.nozzle_yaw_rad, main.thrust_n];
     let compensations = [compensation, applied]
@@ -124,15 +151,17 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         .chain(motion)
         .chain(rest)
         .chain(references)
-        .chain(three(&log.z))
-        .chain(three(&log.z2))
+        .chain(three(z))
+        .chain(three(z2))
+        .chain(three(levels))
         .chain(detector)
         .chain(surfaces)
         .chain(engine)
         .chain(compensations)
-        .chain(*log.commands.as_array())
-        .chain(*log.modelled.as_array())
-        .chain(three(&log.modelled_acceleration))
+        .chain(*commands.as_array())
+        .chain(*modelled.as_array())
+        .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
+        .chain(three(modelled_acceleration))
         .chain(flags.map(flag));
     let mut row = [0.0; CONTROL_NAMES.len()];
     for (column, value) in row.iter_mut().zip(values) {
@@ -310,8 +339,10 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icd::Effector;
+    use crate::config::{self, DEFAULT_BELIEF};
+    use flight_control::{Demand, FlightControl, Gains};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
+    use icd::{ControlPeriod, Effector};
 
     /// Value of a column of doubles.
     fn double(format: &Format, row: &Row, name: &str) -> f64 {
@@ -347,6 +378,47 @@ mod tests {
             assert!(CONTROL_NAMES.contains(&format!("command_{name}").as_str()));
             assert!(CONTROL_NAMES.contains(&format!("modelled_{name}").as_str()));
         }
+    }
+
+    /// Puts another number in the place of each number, and true in that of each flag.
+    fn number(value: &mut serde_json::Value, next: &mut u32) {
+        use serde_json::Value;
+        match value {
+            Value::Object(fields) => fields.values_mut().for_each(|field| number(field, next)),
+            Value::Array(fields) => fields.iter_mut().for_each(|field| number(field, next)),
+            Value::Bool(flag) => *flag = true,
+            _ => {
+                *next += 1;
+                *value = f64::from(*next).into();
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_and_flag_of_a_step_has_a_column_of_its_own() {
+        let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
+        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
+        let mut sensors = [0.0; Sensors::COUNT];
+        sensors[6] = 1.0;
+        let level = Sensors { airspeed_m_s: 264.0, ..Sensors::from_array(&sensors) };
+        let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+        let mut json = serde_json::to_value(flight.step(&level, &demand).log).unwrap();
+        let mut numbers = 1;
+        number(&mut json, &mut numbers);
+        let log: StepLog = serde_json::from_value(json).unwrap();
+        let values = control_values(&log);
+        for n in 2..=numbers {
+            let columns = values.iter().filter(|value| **value == f64::from(n)).count();
+            assert_eq!(columns, 1, "number {n} of {log:?}");
+        }
+        // The others are flags: true.
+        let flags = values.iter().filter(|value| **value == 1.0).count();
+        assert_eq!(flags, format!("{log:?}").matches("true").count());
+        assert_eq!(values.len(), numbers as usize - 1 + flags);
+        let column = |name| CONTROL_NAMES.iter().position(|column| *column == name).unwrap();
+        assert_eq!(values[column("level_pitch")], log.levels.y);
+        assert_eq!(values[column("authority_yaw_pct")], log.authority.yaw_pct);
+        assert_eq!(values[column("modelled_yaw_rad_s2")], log.modelled_acceleration.z);
     }
 
     #[test]

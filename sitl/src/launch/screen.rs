@@ -60,7 +60,9 @@ impl Screen {
     pub(super) fn status(&mut self, status: &StatusLine, now: Instant) -> io::Result<()> {
         let flight = match status {
             StatusLine::Flight(flight) => flight,
-            StatusLine::Listening { .. } | StatusLine::NoPlant => return Ok(()),
+            StatusLine::Listening { .. } | StatusLine::FlightLog { .. } | StatusLine::NoPlant => {
+                return Ok(());
+            }
         };
         self.follow_pace(flight.t_s, now);
         let line = line(flight, self.passing, self.achieved);

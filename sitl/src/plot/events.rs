@@ -28,6 +28,10 @@ pub enum Kind {
     Fault,
     /// Somebody wanted something.
     Input,
+    /// The script does something.
+    Script,
+    /// Something that was wanted is not done.
+    Refusal,
     /// The compensator wakes or sleeps.
     Compensator,
     /// An effector is at its limit.
@@ -44,6 +48,8 @@ impl Kind {
         match self {
             Self::Fault => "fault",
             Self::Input => "input",
+            Self::Script => "script",
+            Self::Refusal => "refusal",
             Self::Compensator => "compensator",
             Self::Saturation => "limit",
             Self::Mode => "mode",
@@ -56,6 +62,8 @@ impl Kind {
         match self {
             Self::Fault => "#b3161b",
             Self::Input => "#1f5fbf",
+            Self::Script => "#00707a",
+            Self::Refusal => "#a03a78",
             Self::Compensator => "#0a6b2e",
             Self::Saturation => "#8a5a00",
             Self::Mode => "#5b3fa0",
@@ -65,7 +73,7 @@ impl Kind {
 
     /// It has a line on every time axis.
     const fn is_marked(self) -> bool {
-        !matches!(self, Self::Saturation | Self::Mode)
+        !matches!(self, Self::Saturation | Self::Mode | Self::Refusal)
     }
 }
 
@@ -259,6 +267,7 @@ pub fn happened(flight: &Flight) -> Vec<Happened> {
         }
     }
     all.extend(inputs(flight));
+    all.extend(told(flight));
     all.extend(compensator(flight));
     all.extend(saturations(flight));
     all.extend(modes(flight));
@@ -307,6 +316,21 @@ fn inputs(flight: &Flight) -> Vec<Happened> {
         all.push(Happened { t_s: *t_s, kind, text });
     }
     all
+}
+
+/// What only the words of the log say: scripts and refusals.
+fn told(flight: &Flight) -> impl Iterator<Item = Happened> {
+    flight.log.texts().iter().filter_map(|text| {
+        let kind = if text.text.contains(" refused: ") {
+            Kind::Refusal
+        } else if text.text.starts_with("Script") {
+            Kind::Script
+        } else {
+            return None;
+        };
+        let t_s = text.timestamp_us as f64 * 1.0e-6;
+        Some(Happened { t_s, kind, text: text.text.clone() })
+    })
 }
 
 /// Streams come many times a second; they are told once.

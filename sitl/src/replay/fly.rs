@@ -125,17 +125,17 @@ impl<'a> Flight<'a> {
 
     fn run(&mut self, each: &mut dyn FnMut(u64)) -> Checked {
         while !self.over && self.step < self.steps {
-            let sensors = self.plant.sense();
             if self.plant.on_ground() {
-                return self.stay_on_ground(&sensors);
+                break;
             }
+            let sensors = self.plant.sense();
             let mut actuators = self.exchange(&sensors)?;
             each(self.step);
             self.step += 1;
             actuators = self.hold(&sensors, actuators)?;
             self.plant.advance(&actuators);
         }
-        Ok(())
+        if !self.over && self.plant.on_ground() { self.stay_on_ground() } else { Ok(()) }
     }
 
     /// The exchange of a control step.
@@ -168,9 +168,11 @@ impl<'a> Flight<'a> {
         Ok(actuators)
     }
 
-    fn stay_on_ground(&mut self, sensors: &Sensors) -> Checked {
+    fn stay_on_ground(&mut self) -> Checked {
+        self.check_truth(self.plant.time())?;
+        let sensors = self.plant.sense();
         while !self.over && self.is_due(Moment::OnGround) {
-            self.exchange_without_step(Moment::OnGround, sensors)?;
+            self.exchange_without_step(Moment::OnGround, &sensors)?;
         }
         Ok(())
     }
@@ -284,13 +286,18 @@ impl<'a> Flight<'a> {
         }
     }
 
+    fn check_truth(&mut self, time: SimTime) -> Checked {
+        // A plant sends its truth only where somebody records.
+        if !self.truth.reach(time) {
+            return Ok(());
+        }
+        let truth = self.plant.truth().to_row(self.plant.on_ground(), self.plant.is_broken());
+        self.truth.check(self.step, time, TRUTH_FIELDS.into_iter().zip(truth))
+    }
+
     fn check_rows(&mut self, time: SimTime, sensors: &Sensors, output: &StepOutput) -> Checked {
         let step = self.step;
-        // A plant sends its truth only where somebody records.
-        if self.truth.reach(time) {
-            let truth = self.plant.truth().to_row(self.plant.on_ground(), self.plant.is_broken());
-            self.truth.check(step, time, TRUTH_FIELDS.into_iter().zip(truth))?;
-        }
+        self.check_truth(time)?;
         self.sensors.check(step, time, Sensors::NAMES.into_iter().zip(sensors.to_array()))?;
         let commands = *output.actuators.commands.as_array();
         self.commands.check(step, time, COMMAND_NAMES.into_iter().zip(commands))?;

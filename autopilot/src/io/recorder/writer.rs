@@ -76,7 +76,7 @@ impl LogThread {
     }
 
     fn begin(&mut self, begin: Begin) {
-        let RecorderConfig { folder, limit_bytes, parameters } = &self.config;
+        let RecorderConfig { folder, limit_bytes, parameters, .. } = &self.config;
         folder::make_room(folder, *limit_bytes);
         let path = folder.join(folder::name(clock::utc_seconds(), begin.header.session));
         let encoder = LogFile::create(&path)
@@ -84,7 +84,10 @@ impl LogThread {
             .and_then(|mut encoder| encoder.flush().map(|()| encoder));
         match encoder {
             Ok(encoder) => {
-                info!(log = %path.display(), "flight log");
+                match &self.config.status {
+                    Some(status) => status.log(&path),
+                    None => info!(log = %path.display(), "flight log"),
+                }
                 self.log = Some(OpenLog { encoder, path, look_at: limit_bytes / LOOKS });
             }
             Err(problem) => {

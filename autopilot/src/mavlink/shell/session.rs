@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 
+use ::mavlink::dialects::common::MavSeverity;
 use icd::Effector;
 use icd::fault::FaultReply;
 
@@ -142,6 +143,11 @@ impl Session {
         let part = running.parts.remove(place);
         let (line, has_failed) = line_of(part.effector, outcome);
         running.has_failed |= has_failed;
+        if has_failed {
+            // Who typed it reads it here; the others find it in the flight log.
+            ctx.texts
+                .note(MavSeverity::MAV_SEVERITY_WARNING, format!("Shell: {}", line.trim_end()));
+        }
         self.print(&line);
         self.close_if_done(ctx);
     }
