@@ -14,7 +14,10 @@ use std::process::Command;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use ground::Ground;
-use mavlink::dialects::common::{MavCmd, MavMessage, MavParamType, PARAM_SET_DATA};
+use mavlink::dialects::common::{
+    MANUAL_CONTROL_DATA, MavCmd, MavMessage, MavMissionResult, MavParamType, MavResult,
+    PARAM_SET_DATA, SET_ATTITUDE_TARGET_DATA,
+};
 use programs::{Program, autopilot, program};
 use ulog::reader::Log;
 
@@ -201,6 +204,167 @@ fn a_killed_recording_is_flown_again_up_to_its_cut_and_drawn() {
     assert_eq!(code, Some(0), "{said}");
     let page = fs::read_to_string(path.with_extension("html")).expect("a page");
     assert!(page.contains("The log was cut off"));
+}
+
+/// The logs of a folder, oldest first.
+fn logs(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("the folder of the logs");
+    let paths = entries.map(|entry| entry.expect("a folder that can be read").path());
+    let mut logs: Vec<_> =
+        paths.filter(|path| path.extension().is_some_and(|e| e == "ulg")).collect();
+    logs.sort_by_key(|path| fs::metadata(path).and_then(|meta| meta.modified()).ok());
+    logs
+}
+
+/// An autopilot that records into the folder, and a plant with noise; `options` are those of the plant.
+fn flight(folder: &Path, options: &[&str]) -> (Ground, Program, Program) {
+    let mut ground = Ground::new();
+    let text = folder.to_str().expect("a readable path");
+    let (autopilot, link) = autopilot(ground.address(), &["--log-dir", text]);
+    let noise = ["--autopilot", &link, "--gyro-noise-deg-s", "0.1", "--turbulence-m-s", "1.5"];
+    let plant = Program::start("plant-sim", &[&noise, options].concat());
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.2);
+    (ground, autopilot, plant)
+}
+
+/// Ends the autopilot; each of its logs is the same flight again and ends as expected.
+fn all_again(folder: &Path, mut autopilot: Program, ends: &[&str]) {
+    autopilot.signal(15);
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    let logs = logs(folder);
+    assert_eq!(logs.len(), ends.len(), "{logs:?}");
+    for (path, end) in logs.iter().zip(ends) {
+        assert_eq!(Log::open(path).expect("readable").info_text("end"), Some(*end));
+        let (code, said) = replay(path);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(said.contains("same run hash"), "{said}");
+    }
+}
+
+/// What was recorded of the only or last flight, as JSON.
+fn recorded(folder: &Path) -> String {
+    let log = Log::open(logs(folder).last().expect("a log")).expect("readable");
+    let topic = log.topic("recorded").expect("a topic");
+    let mut json = String::new();
+    for row in topic.rows() {
+        let length = row.unsigned("length").and_then(|length| usize::try_from(length).ok());
+        let bytes = row.bytes("text").expect("a column");
+        json.push_str(&String::from_utf8_lossy(&bytes[..length.expect("a column")]));
+    }
+    json
+}
+
+const ZERO: [f32; 7] = [0.0; 7];
+
+#[test]
+fn a_plan_that_was_uploaded_is_flown_again_and_so_is_the_flight_after_a_restart_that_still_has_it()
+{
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let (mut ground, autopilot, _plant) = flight(folder.path(), &["--speed", "5"]);
+    ground.listen_until("a place", |ground| ground.place_e7 != [0; 2]);
+    let [lat, lon] = ground.place_e7;
+    // About 2.2 km to the north, and then to the east.
+    let plan = [(lat + 200_000, lon, 5_000.0), (lat + 250_000, lon + 250_000, 5_050.0)];
+    assert_eq!(ground.upload(&plan), MavMissionResult::MAV_MISSION_ACCEPTED);
+    ground.command(MavCmd::MAV_CMD_MISSION_START, ZERO);
+    ground.listen_until("the end of the plan", |ground| ground.heard("Mission complete"));
+    ground.texts.clear();
+    let reboot = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    ground.command(MavCmd::MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, reboot);
+    ground.listen_until("the next flight", |ground| ground.heard("Flight began"));
+    ground.command(MavCmd::MAV_CMD_MISSION_START, ZERO);
+    ground.listen_until("the plan of the flight before", |ground| ground.heard("Mode Mission"));
+    let start_s = ground.time_s;
+    ground.listen_until("some of it", |ground| ground.time_s > start_s + 3.0);
+    all_again(folder.path(), autopilot, &["restart", "stopped"]);
+    let recorded = recorded(folder.path());
+    assert!(recorded.contains("\"wish\":{\"Plan\":"), "{recorded}");
+}
+
+#[test]
+fn a_silence_of_the_plant_is_flown_again() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let (mut ground, autopilot, plant) = flight(folder.path(), &[]);
+    ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
+    plant.signal(19);
+    ground.listen_until("a silent plant", |ground| ground.heard("Aircraft lost"));
+    // Wishes while nobody flies.
+    let climb = [5_100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    ground.send_command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb);
+    ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 1.0, 1.0, 5.0, 0.0, 0.0]);
+    ground.listen_for(Duration::from_secs(1));
+    plant.signal(18);
+    ground.listen_until("a plant again", |ground| ground.heard("Aircraft is back"));
+    ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 2.0, 1.0, -4.0, 0.0, 0.0]);
+    let back_s = ground.time_s;
+    ground.listen_until("a second more", |ground| ground.time_s > back_s + 1.0);
+    all_again(folder.path(), autopilot, &["stopped"]);
+    let recorded = recorded(folder.path());
+    assert!(recorded.contains("PlantLost") && recorded.contains("PlantBack"), "{recorded}");
+}
+
+#[test]
+fn streams_of_setpoints_and_of_sticks_are_flown_again() {
+    let mut dice = Dice::new();
+    let seed = dice.0;
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let (mut ground, autopilot, _plant) = flight(folder.path(), &[]);
+    // PX4's main modes: 6 is Offboard, 2 is Altitude.
+    for (mode, main) in [("Offboard", 6.0), ("Altitude", 2.0)] {
+        for count in 0..60 {
+            if main == 6.0 {
+                let half = dice.between(-0.2, 0.2);
+                ground.send(&MavMessage::SET_ATTITUDE_TARGET(SET_ATTITUDE_TARGET_DATA {
+                    q: [half.cos(), half.sin(), 0.0, 0.0],
+                    target_system: 1,
+                    target_component: 1,
+                    ..Default::default()
+                }));
+            } else {
+                let stick = |dice: &mut Dice, middle| middle + dice.between(-300.0, 300.0) as i16;
+                ground.send(&MavMessage::MANUAL_CONTROL(MANUAL_CONTROL_DATA {
+                    x: stick(&mut dice, 0),
+                    y: stick(&mut dice, 0),
+                    z: stick(&mut dice, 500),
+                    target: 1,
+                    ..Default::default()
+                }));
+            }
+            if count == 5 {
+                let p = [1.0, main, 0.0, 0.0, 0.0, 0.0, 0.0];
+                let result = ground.command(MavCmd::MAV_CMD_DO_SET_MODE, p);
+                assert_eq!(result, MavResult::MAV_RESULT_ACCEPTED, "{mode}: {:?}", ground.texts);
+            }
+            ground.listen_for(Duration::from_micros(dice.roll(60_000)));
+        }
+        assert!(ground.heard(&format!("Mode {mode}")), "{:?}", ground.texts);
+    }
+    eprintln!("dice {seed}");
+    all_again(folder.path(), autopilot, &["stopped"]);
+    let recorded = recorded(folder.path());
+    assert!(recorded.contains("Setpoint") && recorded.contains("Sticks"), "dice {seed}");
+}
+
+#[test]
+fn the_end_on_the_ground_and_wishes_there_are_flown_again() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let low = folder.path().join("low.toml");
+    let nominal = include_str!("../plant-sim/scenarios/nominal.toml");
+    assert!(nominal.contains("altitude_m = 5000.0"));
+    fs::write(&low, nominal.replace("altitude_m = 5000.0", "altitude_m = 600.0"))
+        .expect("the folder is there");
+    let scenario = ["--scenario", low.to_str().expect("a readable path"), "--speed", "4"];
+    let (mut ground, autopilot, _plant) = flight(folder.path(), &scenario);
+    ground.command(MavCmd::MAV_CMD_DO_FLIGHTTERMINATION, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    ground.listen_until("the ground", |ground| ground.heard("Ground contact"));
+    ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
+    ground.listen_for(Duration::from_millis(500));
+    all_again(folder.path(), autopilot, &["stopped"]);
+    let log = Log::open(&log(folder.path())).expect("readable");
+    let rows = |name| log.topic(name).map(|topic| topic.len()).expect("a topic");
+    assert_eq!(rows("truth"), rows("control") + 1, "the state on the ground");
+    let on_ground = log.column("truth", "on_ground").expect("a column");
+    assert_eq!(on_ground.last(), Some(&1.0));
 }
 
 #[test]

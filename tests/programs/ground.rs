@@ -4,7 +4,10 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage, MavResult};
+use mavlink::dialects::common::{
+    COMMAND_LONG_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavMessage,
+    MavMissionResult, MavResult,
+};
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message};
 
 use super::programs::PATIENCE;
@@ -28,6 +31,12 @@ pub struct Ground {
     pub roll_max_deg: f64,
     /// Heartbeats heard.
     pub heartbeats: u32,
+    /// Latest place: latitude and longitude, 1e-7 deg.
+    pub place_e7: [i32; 2],
+    /// Item of a plan that the vehicle wants next.
+    wanted_item: Option<u16>,
+    /// The answer to a plan.
+    plan_answer: Option<MavMissionResult>,
 }
 
 impl Ground {
@@ -46,6 +55,9 @@ impl Ground {
             roll_deg: 0.0,
             roll_max_deg: 0.0,
             heartbeats: 0,
+            place_e7: [0; 2],
+            wanted_item: None,
+            plan_answer: None,
         }
     }
 
@@ -73,9 +85,8 @@ impl Ground {
         self.listen_until("the end of a time", |_| Instant::now() >= until);
     }
 
-    /// Sends a command and waits for its acknowledgement.
-    pub fn command(&mut self, command: MavCmd, params: [f32; 7]) -> MavResult {
-        self.listen_until("the vehicle", |ground| ground.vehicle.is_some());
+    /// Sends a command.
+    pub fn send_command(&mut self, command: MavCmd, params: [f32; 7]) {
         let [param1, param2, param3, param4, param5, param6, param7] = params;
         let data = COMMAND_LONG_DATA {
             param1,
@@ -90,8 +101,14 @@ impl Ground {
             target_component: 1,
             confirmation: 0,
         };
-        let before = self.acknowledgements.len();
         self.send(&MavMessage::COMMAND_LONG(data));
+    }
+
+    /// Sends a command and waits for its acknowledgement.
+    pub fn command(&mut self, command: MavCmd, params: [f32; 7]) -> MavResult {
+        self.listen_until("the vehicle", |ground| ground.vehicle.is_some());
+        let before = self.acknowledgements.len();
+        self.send_command(command, params);
         let mut result = None;
         self.listen_until("an acknowledgement", |ground| {
             let mut new = ground.acknowledgements[before..].iter();
@@ -111,6 +128,41 @@ impl Ground {
         self.socket.send_to(frame.raw_bytes(), vehicle).expect("loopback takes datagrams");
     }
 
+    /// Uploads a plan of waypoints (latitude, longitude, 1e-7 deg, altitude above the sea, m), and waits until it is taken.
+    pub fn upload(&mut self, waypoints: &[(i32, i32, f32)]) -> MavMissionResult {
+        (self.wanted_item, self.plan_answer) = (None, None);
+        let count = u16::try_from(waypoints.len()).expect("a short plan");
+        let to = (1, 1);
+        self.send(&MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
+            count,
+            target_system: to.0,
+            target_component: to.1,
+            ..Default::default()
+        }));
+        loop {
+            self.listen_until("a request for an item, or the end", |ground| {
+                ground.wanted_item.is_some() || ground.plan_answer.is_some()
+            });
+            if let Some(answer) = self.plan_answer {
+                return answer;
+            }
+            let seq = self.wanted_item.take().expect("waited for it");
+            let (x, y, z) = waypoints[usize::from(seq)];
+            self.send(&MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {
+                x,
+                y,
+                z,
+                seq,
+                command: MavCmd::MAV_CMD_NAV_WAYPOINT,
+                frame: MavFrame::MAV_FRAME_GLOBAL,
+                autocontinue: 1,
+                target_system: to.0,
+                target_component: to.1,
+                ..Default::default()
+            }));
+        }
+    }
+
     /// The vehicle sends one frame a datagram.
     fn take(&mut self, frame: &[u8]) {
         assert_eq!(frame[0], 0xFD, "MAVLink 2");
@@ -125,6 +177,7 @@ impl Ground {
             }
             Ok(MavMessage::GLOBAL_POSITION_INT(position)) => {
                 self.altitude_m = f64::from(position.alt) / 1.0e3;
+                self.place_e7 = [position.lat, position.lon];
             }
             Ok(MavMessage::STATUSTEXT(text)) => {
                 self.texts.push(text.text.to_str().unwrap_or_default().to_owned());
@@ -132,6 +185,8 @@ impl Ground {
             Ok(MavMessage::COMMAND_ACK(ack)) => {
                 self.acknowledgements.push((ack.command, ack.result))
             }
+            Ok(MavMessage::MISSION_REQUEST_INT(request)) => self.wanted_item = Some(request.seq),
+            Ok(MavMessage::MISSION_ACK(answer)) => self.plan_answer = Some(answer.mavtype),
             Ok(_) => {}
             Err(error) => panic!("message {id} cannot be read: {error}"),
         }
