@@ -299,7 +299,7 @@ impl Verdict {
     fn tell(&self, now: WallTime, texts: &mut StatusTexts) {
         if !self.quietly_cleared.is_empty() {
             let (unit, instances) = failure::unit_and_instances(&self.quietly_cleared);
-            let text = format!("Cleared: {unit} scheduled faults, instance {instances}");
+            let text = format!("Nothing scheduled: {unit} {instances}");
             texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
         }
         if self.reasons.is_empty() {

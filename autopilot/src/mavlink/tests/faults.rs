@@ -260,8 +260,8 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     // A real plant has no end to tell of when nothing acts.
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
     world.send_command(420, clear);
-    assert_eq!(world.texts(), ["Cleared: servo scheduled faults, instance 1"]);
+    assert_eq!(world.texts(), ["Nothing scheduled: servo 1"]);
     world.got.clear();
     world.send_command(420, [102.0, 0.0, f32::NAN, 5.0, 0.0, 0.0, 0.0]);
-    assert_eq!(world.texts(), ["Cleared: servo scheduled faults, instance 1, 3"]);
+    assert_eq!(world.texts(), ["Nothing scheduled: servo 1, 3"]);
 }
