@@ -1,4 +1,4 @@
 #!/bin/sh
 # Exit status 0 while the program of this container writes its health file.
 age=$(($(date +%s) - $(stat -c %Y /tmp/health)))
-[ "$age" -lt 5 ]
+[ "$age" -ge -1 ] && [ "$age" -lt 5 ]

@@ -10,6 +10,7 @@ import os
 import struct
 import sys
 import time
+import traceback
 
 os.environ["MAVLINK20"] = "1"
 
@@ -329,6 +330,10 @@ def run(fly):
         sys.exit(FAILED)
     except KeyboardInterrupt:
         print("interrupted")
+        sys.exit(FAILED)
+    except Exception:
+        # Python's own exit status for this would be 1, which means a lost aircraft.
+        traceback.print_exc()
         sys.exit(FAILED)
     if lost is not None:
         print(f"the aircraft was LOST: {lost}")

@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/../.."
 
-if ! docker version --format '{{.Server.Version}}' >/dev/null 2>&1; then
+if ! timeout 20 docker version --format '{{.Server.Version}}' >/dev/null 2>&1; then
   echo "SKIPPED: no Docker engine answers, so docker-compose.yml was not run"
   exit 0
 fi
@@ -31,7 +31,8 @@ for image in rust:1.95-slim-bookworm debian:bookworm-slim python:3.12-slim-bookw
   fi
 done
 
-trap 'compose down --volumes --timeout 5 >/dev/null 2>&1' EXIT
+log=$(mktemp)
+trap 'rm -f "$log"; compose down --volumes --timeout 5 >/dev/null 2>&1' EXIT
 compose down --volumes >/dev/null 2>&1 || true
 echo "building ..."
 compose build --quiet autopilot station 2>/dev/null || compose build autopilot station
@@ -43,13 +44,12 @@ fly_case_1() {
     cat "$log" >&2
     trouble "case 1 with the compensator $1: exit status $code, not $2"
   fi
-  echo "case 1 with the compensator $1: exit status $code, as it should be"
+  grep -q "the aircraft $3" "$log" || { cat "$log" >&2; trouble "the station does not say $3"; }
+  echo "case 1 with the compensator $1: $3, exit status $code, as it should be"
   compose down --volumes >/dev/null 2>&1
 }
-log=$(mktemp)
-fly_case_1 armed 0
-fly_case_1 off 1
-rm -f "$log"
+fly_case_1 armed 0 SURVIVED
+fly_case_1 off 1 "was LOST"
 
 # What a container has said.
 said() { docker logs "$1" 2>&1; }
