@@ -143,17 +143,38 @@ def refused(c, port, plain, s):
     stranger.link.close()
 
 
+def gets_in(port, component, link, within_s):
+    """A station with the key and a right clock that tries until it is heard, and the seconds that took."""
+    began = time.monotonic()
+    s = call(port, component, KEY, link)
+    while not (heard := answered(s, 0.4)) and time.monotonic() - began < within_s:
+        # pymavlink reads the clock at this moment only.
+        s.link.setup_signing(KEY, sign_outgoing=True, link_id=link)
+    return s, heard, time.monotonic() - began
+
+
 def restarted(c, port, key_file, start, s):
-    """The key and its time outlive the autopilot, however it ends."""
+    """The key and its time outlive the autopilot, however it ends, and so does what was taken once."""
     for kill in (False, True):
         before = max(times(s))
+        # Long enough that something was taken since the last save.
+        for _ in range(8):
+            frame = signed_frame(s, KEY, now(), 8)
+            c.expect("before a restart: answered", answers(s, frame))
+            time.sleep(0.9)
         s.link.close()
         status, said = start.running.end(kill)
         c.expect("killed" if kill else "ended in order", status == (-9 if kill else 0), status)
         c.expect("the log never shows a key", KEY.hex() not in said and str(list(KEY))[1:-1] not in said)
         start()
-        s = call(port, 104, KEY, link=7)
-        c.expect("after a restart: a station with the key is answered", answered(s, 5.0), s.texts())
+        thief = call(port, 108)
+        c.expect("after a restart: a message from before is not answered, and who sends it hears nothing",
+                 not answers(thief, frame, 2.0) and not thief.messages, len(thief.messages))
+        limit_s = 10.0 if kill else 1.0
+        s, heard, took_s = gets_in(port, 104, 7, limit_s)
+        c.expect(f"and a station with a right clock is heard within {limit_s:.0f} s", heard, f"{took_s:.1f} s")
+        c.expect("the message from before is not answered later either", not answers(thief, frame))
+        thief.link.close()
         first = min(times(s))
         c.expect("and time goes on where it was", first > before, f"{(first - before) / 1e5:.1f} s later")
         plain = call(port, 105)

@@ -15,7 +15,7 @@ use std::thread::{self, JoinHandle};
 use nix::unistd::geteuid;
 use tracing::warn;
 
-use super::store::user_data_folder;
+use super::store::{NoPath, path_or_none, user_data_folder};
 use crate::mavlink::signing::{KeyChange, KeyRecord, RecordError};
 
 /// The file inside the user's data folder.
@@ -46,9 +46,9 @@ impl Default for KeyFile {
 }
 
 impl FromStr for KeyFile {
-    type Err = core::convert::Infallible;
+    type Err = NoPath;
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(if text == "none" { Self::None } else { Self::At(PathBuf::from(text)) })
+        Ok(path_or_none(text)?.map_or(Self::None, Self::At))
     }
 }
 

@@ -23,6 +23,23 @@ const GATHER: Duration = Duration::from_millis(500);
 /// The file inside the user's data folder.
 const FILE: &str = "two-step/parameters.toml";
 
+/// An option that has to be a path or `none` is empty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("neither a path nor none")]
+pub struct NoPath;
+
+/// What an option says that is a path or `none`.
+///
+/// # Errors
+/// [`NoPath`] if it is empty: a variable that is not set must not stand for some place.
+pub fn path_or_none(text: &str) -> Result<Option<PathBuf>, NoPath> {
+    match text {
+        "" => Err(NoPath),
+        "none" => Ok(None),
+        path => Ok(Some(PathBuf::from(path))),
+    }
+}
+
 /// Where parameters are kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ParameterFile {
@@ -40,9 +57,9 @@ impl Default for ParameterFile {
 }
 
 impl FromStr for ParameterFile {
-    type Err = core::convert::Infallible;
+    type Err = NoPath;
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(if text == "none" { Self::None } else { Self::At(PathBuf::from(text)) })
+        Ok(path_or_none(text)?.map_or(Self::None, Self::At))
     }
 }
 

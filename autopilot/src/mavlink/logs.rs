@@ -25,8 +25,8 @@ mod ranges;
 
 pub use job::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
 
-/// Ground stations at the same time; one more takes the place of the one that has asked for nothing for
-/// longest.
+/// Ground stations at the same time. One more takes the place of one that fetches nothing, if there is one, and
+/// of several the one that has asked for nothing for longest.
 const CLIENTS_MAX: usize = 16;
 /// Time for one message, to all ground stations together: 0.9 MB/s.
 const MESSAGE_TIME: Duration = Duration::from_micros(100);
@@ -105,7 +105,10 @@ impl LogService {
         let place = known.unwrap_or_else(|| {
             if self.clients.len() >= CLIENTS_MAX {
                 let places = 0..self.clients.len();
-                let oldest = places.min_by_key(|place| self.clients[*place].heard);
+                let oldest = places.min_by_key(|place| {
+                    let client = &self.clients[*place];
+                    (client.is_fetching(), client.heard)
+                });
                 self.clients.swap_remove(oldest.unwrap_or_default());
             }
             self.clients.push(Client::new(peer, now));
@@ -149,7 +152,7 @@ impl LogService {
         };
         let Some(client) = self.clients.iter_mut().find(waits) else { return };
         if let Err(problem) = client.take_done(done) {
-            ctx.texts.refuse(now, format!("Logs: {problem}"));
+            ctx.texts.refuse(now, problem);
         }
     }
 

@@ -22,6 +22,7 @@ mod timestamp;
 
 pub use key::{KEY, Key, Trailer};
 pub use operator::LogLine;
+use record::SAVE_EVERY;
 pub use record::{KeyRecord, RecordError};
 pub use refusals::{Refusal, Refusals};
 pub use streams::{STREAMS_MAX, Stream, Streams};
@@ -31,9 +32,9 @@ pub use timestamp::Timestamp;
 pub const SETUP_SIGNING: u32 = 256;
 /// RADIO_STATUS: radios write it into the stream and have no key.
 const RADIO_STATUS: u32 = 109;
-/// The local time is saved when it has come this far since the last save. Half of what is added after an
-/// end out of order.
-const SAVE_EVERY: Duration = Duration::from_secs(30);
+/// How far ahead of the own time others may be where the computer knows the date. One wrong clock must not
+/// carry the own time to where right clocks count as too old.
+const AHEAD_MAX: Duration = Duration::from_secs(24 * 3600);
 
 /// What becomes of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +69,8 @@ pub enum SetupOutcome {
     StaysOff,
     /// The timestamp is outside what 48 bits can have; nothing has changed.
     TimestampOutside,
+    /// The timestamp is more than a day ahead of the own time; nothing has changed.
+    DayAhead,
 }
 
 /// Key, time and streams of the autopilot.
@@ -86,6 +89,8 @@ pub struct Signing {
     is_unsaved: bool,
     /// Own time when it was saved last.
     saved: Timestamp,
+    /// Newest time that had been taken then.
+    saved_accepted: Timestamp,
     /// Signing was turned on or off, and the log does not say so yet.
     news: Option<&'static str>,
 }
@@ -104,6 +109,7 @@ impl Signing {
         if let Some(record) = record {
             self.key = Some(record.key);
             self.local = self.local.max(record.resume_at());
+            self.streams = Streams::above(record.floor(), record.accepted);
             // The file says from now on that its time is not the last one.
             self.is_unsaved = true;
         }
@@ -159,10 +165,19 @@ impl Signing {
         if !key.is_right(signed, trailer) {
             return Err(Refusal::WrongSignature);
         }
+        if trailer.at() > self.newest_allowed() {
+            return Err(Refusal::DayAhead);
+        }
         let stream = Stream { link: trailer.link(), sender: frame.sender };
         self.streams.take(stream, trailer.at(), self.local)?;
         self.local = self.local.max(trailer.at());
         Ok(())
+    }
+
+    /// Nobody may be later.
+    fn newest_allowed(&self) -> Timestamp {
+        let knows_date = Timestamp::knows_date(self.unix_start_us);
+        if knows_date { self.local.plus(AHEAD_MAX) } else { Timestamp::END }
     }
 
     /// The frame of a message for the own link with this number, signed if signing is on.
@@ -180,6 +195,9 @@ impl Signing {
             return SetupOutcome::TimestampOutside;
         };
         self.poll(now);
+        if initial > self.newest_allowed() {
+            return SetupOutcome::DayAhead;
+        }
         self.local = self.local.max(initial);
         // Streams stay: what was taken once is not taken again, also when the same key comes back.
         let before = core::mem::replace(&mut self.key, setup.key);
@@ -194,8 +212,9 @@ impl Signing {
 
     /// What the key file should have now, if it is time to write it.
     pub fn pop_change(&mut self) -> Option<KeyChange> {
-        let is_due = self.is_on() && self.local >= self.saved.plus(SAVE_EVERY);
-        if !self.has_file || !(self.is_unsaved || is_due) {
+        let has_come_far = self.local >= self.saved.plus(SAVE_EVERY)
+            || self.streams.newest() >= self.saved_accepted.plus(SAVE_EVERY);
+        if !self.has_file || !(self.is_unsaved || self.is_on() && has_come_far) {
             return None;
         }
         Some(self.change(false))
@@ -209,9 +228,12 @@ impl Signing {
     fn change(&mut self, is_final: bool) -> KeyChange {
         self.is_unsaved = false;
         self.saved = self.local;
-        let timestamp = self.saved;
+        // The last word has to cover what may have been taken before a kill, too.
+        self.saved_accepted =
+            if is_final { self.streams.newest_possible() } else { self.streams.newest() };
+        let (timestamp, accepted) = (self.saved, self.saved_accepted);
         self.key.map_or(KeyChange::Forget, |key| {
-            KeyChange::Keep(KeyRecord { key, timestamp, is_final })
+            KeyChange::Keep(KeyRecord { key, timestamp, accepted, is_final })
         })
     }
 }

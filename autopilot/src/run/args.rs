@@ -282,6 +282,16 @@ mod tests {
     }
 
     #[test]
+    fn a_place_to_keep_something_is_a_path_or_none_and_never_empty() {
+        for option in ["--log-dir", "--signing-key", "--parameter-file"] {
+            let empty = parse(&[option, ""]).unwrap_err();
+            assert_eq!(empty.exit_code(), 2, "a usage error");
+            assert!(empty.to_string().contains(option), "{empty}");
+            assert!(parse(&[option, "none"]).is_ok() && parse(&[option, "some/where"]).is_ok());
+        }
+    }
+
+    #[test]
     fn a_missing_file_is_named() {
         for option in ["--scenario", "--belief"] {
             let message = error(&[option, "no.toml"]);

@@ -1,10 +1,9 @@
 //! Options of the flight logs.
 
-use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use crate::io::store::user_data_folder;
+use crate::io::store::{NoPath, path_or_none, user_data_folder};
 
 /// The folder inside the user's data folder.
 const FOLDER: &str = "two-step/logs";
@@ -19,9 +18,9 @@ pub enum LogFolder {
 }
 
 impl FromStr for LogFolder {
-    type Err = Infallible;
+    type Err = NoPath;
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(if text == "none" { Self::None } else { Self::At(PathBuf::from(text)) })
+        Ok(path_or_none(text)?.map_or(Self::None, Self::At))
     }
 }
 

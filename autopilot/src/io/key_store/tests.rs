@@ -5,7 +5,7 @@ use crate::mavlink::signing::{Key, Timestamp};
 
 fn record(units: u64) -> KeyRecord {
     let timestamp = Timestamp::new(units).unwrap();
-    KeyRecord { key: Key::new([7; 32]).unwrap(), timestamp, is_final: true }
+    KeyRecord { key: Key::new([7; 32]).unwrap(), timestamp, accepted: timestamp, is_final: true }
 }
 
 fn mode(path: &Path) -> u32 {

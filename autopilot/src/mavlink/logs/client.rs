@@ -1,5 +1,7 @@
 //! One ground station that lists or fetches logs.
 
+use tracing::debug;
+
 use ::mavlink::dialects::common::{LOG_DATA_DATA, LOG_ENTRY_DATA};
 
 use super::job::{LogDone, LogFile, LogJob, LogOutcome, LogTask};
@@ -121,7 +123,7 @@ impl Client {
             return Some(LogTask::List);
         }
         let part = self.ranges.first()?;
-        let log = part.log.as_ref().filter(|log| part.offset < log.size)?;
+        let log = part.log.as_ref().filter(|log| part.offset < log.size && !part.is_gone)?;
         let is_there = self.block.as_ref();
         if part.is_over() || is_there.is_some_and(|b| !b.rest(&log.name, part.offset).is_empty()) {
             return None;
@@ -144,17 +146,18 @@ impl Client {
                     self.block = Some(Block { name, offset, bytes });
                     return Ok(());
                 }
-                self.drop_parts_of(&name);
-                format!("{name} has become shorter")
+                self.lose(&name, "has become shorter")
             }
             (LogTask::List, result) => {
                 // Whoever asked is told that there are none.
                 self.take_listing(Vec::new());
-                result.err().unwrap_or_default()
+                format!("Logs: {}", result.err().unwrap_or_default())
             }
             (LogTask::Read { name, .. }, result) => {
-                self.drop_parts_of(&name);
-                format!("{name}: {}", result.err().unwrap_or_default())
+                // The reason of the system is for the log: as a text it would come in pieces.
+                let problem = result.err().unwrap_or_default();
+                debug!(log = name, problem, "cannot be read");
+                self.lose(&name, "is gone")
             }
             (LogTask::Erase, _) => return Ok(()),
         };
@@ -167,11 +170,11 @@ impl Client {
         self.listing = Some(logs);
     }
 
-    /// All parts are of one log.
-    fn drop_parts_of(&mut self, name: &str) {
-        let log = self.ranges.first().and_then(|part| part.log.as_ref());
-        if log.is_some_and(|log| log.name == name) {
-            self.ranges.clear();
+    /// Nothing more can be had of a log: whoever waits for it is told its end. Says what has become of it.
+    fn lose(&mut self, name: &str, what: &str) -> String {
+        match self.ranges.lose(name) {
+            Some(id) => format!("Log {id} {what}"),
+            None => format!("Log {name} {what}"),
         }
     }
 
@@ -221,7 +224,7 @@ impl Client {
             self.ranges.drop_first();
             return Some(data(id, offset, &[]));
         };
-        if offset >= log.size || part.is_over() {
+        if offset >= log.size || part.is_over() || part.is_gone {
             // Nothing, which says where the log ends.
             self.ranges.drop_first();
             return Some(data(id, offset, &[]));

@@ -17,6 +17,8 @@ pub(super) struct Part {
     pub id: u16,
     /// The log, once it is known which one that is.
     pub log: Option<LogFile>,
+    /// It turned out to be gone, or shorter than it was.
+    pub is_gone: bool,
     /// Next byte.
     pub offset: u32,
     /// First byte that is not wanted; may be beyond the end of the log.
@@ -28,7 +30,7 @@ pub(super) struct Part {
 impl Part {
     pub fn new(id: u16, offset: u32, count: u32) -> Self {
         let end = u64::from(offset) + u64::from(count);
-        Self { id, log: None, offset, end, is_piece: count <= PIECE }
+        Self { id, log: None, is_gone: false, offset, end, is_piece: count <= PIECE }
     }
 
     /// Nothing more of it is wanted.
@@ -73,6 +75,17 @@ impl Ranges {
 
     pub fn first_mut(&mut self) -> Option<&mut Part> {
         self.parts.first_mut()
+    }
+
+    /// The log is gone: its first part is to say so, and the others are not wanted any more. All parts are of
+    /// one log. Its number, if it was this log that is wanted.
+    pub fn lose(&mut self, name: &str) -> Option<u16> {
+        let part = self.parts.first_mut()?;
+        part.log.as_ref().filter(|log| log.name == name)?;
+        part.is_gone = true;
+        let id = part.id;
+        self.parts.truncate(1);
+        Some(id)
     }
 
     /// The first part is done.

@@ -43,6 +43,10 @@ impl Signing {
             SetupOutcome::TimestampOutside => {
                 return texts.refuse(now, "SETUP_SIGNING refused: initial_timestamp is after 2103");
             }
+            SetupOutcome::DayAhead => {
+                let why = "SETUP_SIGNING refused: initial_timestamp is over a day ahead; is a clock wrong?";
+                return texts.refuse(now, why);
+            }
         };
         texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
         if matches!(outcome, SetupOutcome::On | SetupOutcome::Off) {

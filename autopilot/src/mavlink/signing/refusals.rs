@@ -18,23 +18,29 @@ pub enum Refusal {
     WrongSignature,
     /// Not newer than the last of its stream: doubled, reordered or replayed.
     NotNewer,
+    /// First of its stream, and not newer than what may have been taken before the start of the process.
+    BeforeStart,
     /// First of its stream, and more than a minute behind.
     NewStreamTooOld,
     /// First of its stream, and there are too many already.
     TooManyStreams,
+    /// More than a day ahead of the own time, where the computer knows the date.
+    DayAhead,
     /// In the last year of 48 bits.
     TooFarAhead,
 }
 
 impl Refusal {
     /// All kinds, in the order of their numbers.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Unsigned,
         Self::Version1,
         Self::WrongSignature,
         Self::NotNewer,
+        Self::BeforeStart,
         Self::NewStreamTooOld,
         Self::TooManyStreams,
+        Self::DayAhead,
         Self::TooFarAhead,
     ];
 
@@ -46,8 +52,10 @@ impl Refusal {
             Self::Version1 => "MAVLink 1 messages",
             Self::WrongSignature => "messages with a wrong signature (another key?)",
             Self::NotNewer => "messages not newer than the last of their stream",
+            Self::BeforeStart => "messages from before the restart",
             Self::NewStreamTooOld => "a stream more than a minute behind",
             Self::TooManyStreams => "a new stream: there are too many",
+            Self::DayAhead => "messages more than a day ahead (a wrong clock?)",
             Self::TooFarAhead => "messages from after 2103",
         }
     }

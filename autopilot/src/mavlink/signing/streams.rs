@@ -22,9 +22,34 @@ pub struct Stream {
 
 /// The streams that were heard.
 #[derive(Debug, Default)]
-pub struct Streams(Vec<(Stream, Timestamp)>);
+pub struct Streams {
+    known: Vec<(Stream, Timestamp)>,
+    /// Up to here everything may have been taken before the start of the process.
+    floor: Timestamp,
+    /// The newest that was taken.
+    newest: Timestamp,
+}
 
 impl Streams {
+    /// No streams yet, and nothing up to `floor` is taken any more. `newest` is the newest timestamp known to
+    /// have been taken before, at most `floor`.
+    #[must_use]
+    pub fn above(floor: Timestamp, newest: Timestamp) -> Self {
+        Self { known: Vec::new(), floor, newest }
+    }
+
+    /// The newest timestamp that was taken, also before the start of the process.
+    #[must_use]
+    pub fn newest(&self) -> Timestamp {
+        self.newest
+    }
+
+    /// The newest timestamp that may have been taken, also before the start of the process.
+    #[must_use]
+    pub fn newest_possible(&self) -> Timestamp {
+        self.newest.max(self.floor)
+    }
+
     /// Takes the timestamp of a rightly signed frame, or says what is wrong with it. `local` is the own
     /// time.
     pub(super) fn take(
@@ -36,25 +61,31 @@ impl Streams {
         if at > Timestamp::LATEST {
             return Err(Refusal::TooFarAhead);
         }
-        if let Some((_, latest)) = self.0.iter_mut().find(|(known, _)| *known == stream) {
+        let known = self.known.iter_mut().find(|(known, _)| *known == stream);
+        if let Some((_, latest)) = known {
             if at <= *latest {
                 return Err(Refusal::NotNewer);
             }
             *latest = at;
+            self.newest = self.newest.max(at);
             return Ok(());
+        }
+        if at <= self.floor {
+            return Err(Refusal::BeforeStart);
         }
         if at < local.minus(BEHIND_MAX) {
             return Err(Refusal::NewStreamTooOld);
         }
-        if self.0.len() >= STREAMS_MAX {
+        if self.known.len() >= STREAMS_MAX {
             // As a new stream, what came over such an old one would be refused as well: forgetting it opens
             // nothing.
-            self.0.retain(|(_, latest)| *latest >= local.minus(BEHIND_MAX));
+            self.known.retain(|(_, latest)| *latest >= local.minus(BEHIND_MAX));
         }
-        if self.0.len() >= STREAMS_MAX {
+        if self.known.len() >= STREAMS_MAX {
             return Err(Refusal::TooManyStreams);
         }
-        self.0.push((stream, at));
+        self.known.push((stream, at));
+        self.newest = self.newest.max(at);
         Ok(())
     }
 }
@@ -90,6 +121,19 @@ mod tests {
         let old = streams.take(stream(1, 1), seconds(10), seconds(70).next());
         assert_eq!(old, Err(Refusal::NewStreamTooOld));
         assert_eq!(streams.take(stream(0, 1), seconds(11), seconds(900)), Ok(()));
+    }
+
+    #[test]
+    fn nothing_up_to_the_floor_is_taken_and_the_newest_is_remembered() {
+        let mut streams = Streams::above(seconds(100), seconds(90));
+        assert_eq!(streams.newest(), seconds(90));
+        let early = streams.take(stream(0, 1), seconds(100), seconds(100));
+        assert_eq!(early, Err(Refusal::BeforeStart));
+        assert_eq!(streams.newest(), seconds(90));
+        assert_eq!(streams.take(stream(0, 1), seconds(100).next(), seconds(100)), Ok(()));
+        assert_eq!(streams.take(stream(0, 1), seconds(120), seconds(100)), Ok(()));
+        assert_eq!(streams.take(stream(1, 1), seconds(110), seconds(120)), Ok(()));
+        assert_eq!(streams.newest(), seconds(120));
     }
 
     #[test]

@@ -22,6 +22,9 @@ impl Timestamp {
     /// key cannot push the own time to the end, where it could not grow any more.
     pub const LATEST: Self = Self(END - 366 * 24 * 3600 * 100_000);
 
+    /// What 48 bits hold.
+    pub(super) const END: Self = Self(END);
+
     /// From units of 10 us; `None` beyond 48 bits.
     #[must_use]
     pub fn new(units: u64) -> Option<Self> {
@@ -47,6 +50,12 @@ impl Timestamp {
     pub fn of_calendar(unix_start_us: Option<u64>, now: WallTime) -> Self {
         let unix = unix_start_us.unwrap_or(0).saturating_add(now.as_micros());
         Self(unix.saturating_sub(EPOCH_UNIX_US) / UNIT_US).min(Self::LATEST)
+    }
+
+    /// The computer knows a date after 2015.
+    #[must_use]
+    pub fn knows_date(unix_start_us: Option<u64>) -> bool {
+        unix_start_us.is_some_and(|unix| unix > EPOCH_UNIX_US)
     }
 
     /// Units of 10 us since 2015.

@@ -340,11 +340,19 @@ fn a_log_that_is_gone_or_shorter_is_told_and_nothing_is_made_up() {
     flight.files.insert(name(1), vec![1; 10]);
     flight.ask(0, 0, ALL);
     flight.run_ms(50);
-    assert!(flight.world.said("no such file"));
+    assert_eq!(flight.world.texts(), ["Log 0 is gone"], "one message, without words of the system");
+    let end = |flight: &mut Flight| {
+        let got = flight.data(address(STATION_PORT));
+        flight.world.got.clear();
+        got.iter().map(|m| (m.id, m.ofs, m.count)).collect::<Vec<_>>()
+    };
+    assert_eq!(end(&mut flight), [(0, 0, 0)], "whoever waits learns that nothing comes");
     flight.ask(1, 0, ALL);
     flight.run_ms(50);
-    assert!(flight.world.said("has become shorter"));
-    assert_eq!(flight.data(address(STATION_PORT)), []);
+    assert!(flight.world.said("Log 1 has become shorter"));
+    assert_eq!(end(&mut flight), [(1, 0, 0)]);
+    flight.run_ms(50);
+    assert_eq!(end(&mut flight), []);
 }
 
 #[test]
@@ -444,4 +452,38 @@ fn requests_for_another_system_and_floods_of_clients_do_no_harm() {
     flight.run_ms(200);
     let served = (20_000..20_060).filter(|port| !flight.data(address(*port)).is_empty()).count();
     assert_eq!(served, 16, "the limit of clients");
+}
+
+#[test]
+fn a_log_erased_by_another_ends_a_download_under_way_with_a_message_without_bytes() {
+    let mut flight = Flight::with(&[1_000_000]);
+    flight.ask(0, 0, ALL);
+    flight.run_ms(50);
+    let erase = erase();
+    flight.send_from(14_540, &erase);
+    flight.run_ms(1_000);
+    let got = flight.data(address(STATION_PORT));
+    let last = got.last().unwrap();
+    assert_eq!((last.id, last.count), (0, 0));
+    assert_eq!(joined(0, 0, &got), content(0, 1_000_000)[..last.ofs as usize]);
+    assert!(last.ofs < 1_000_000 && flight.world.said("Log 0 is gone"));
+}
+
+#[test]
+fn whoever_only_looks_at_the_list_takes_no_place_of_a_download() {
+    let mut flight = Flight::with(&[100_000]);
+    let visitor = Identity { system: 7, component: 7 };
+    let ask = |flight: &mut Flight, port, message: &MavMessage| {
+        let bytes = flight.world.encode(visitor, message);
+        flight.world.send_bytes(address(port), &bytes);
+    };
+    // The download is the oldest of the clients, and more come than there are places.
+    ask(&mut flight, 20_000, &data(0, 0, ALL));
+    flight.run_ms(20);
+    for port in 20_001..20_030 {
+        ask(&mut flight, port, &list(0, 0xFFFF));
+        flight.run_ms(4);
+    }
+    flight.run_ms(2_000);
+    assert_eq!(joined(0, 0, &flight.data(address(20_000))), content(0, 100_000));
 }
