@@ -13,7 +13,7 @@ use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
 use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
-use crate::script::Script;
+use crate::script::{Script, ScriptEvent};
 use crate::termination;
 use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
@@ -25,7 +25,7 @@ mod scripts;
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
-/// Events that wait to be fetched; the oldest that is not an outcome is dropped and counted.
+/// Events that wait to be fetched; the oldest of the least important kind is dropped, counted and told.
 const EVENTS_MAX: usize = 256;
 
 /// What the control side is made of at start.
@@ -70,6 +70,8 @@ pub struct Autopilot {
     scripts: Scripts,
     events: VecDeque<Event>,
     dropped_events: u64,
+    /// Of these, the ones that somebody was told of.
+    told_dropped: u64,
 }
 
 impl Autopilot {
@@ -95,8 +97,9 @@ impl Autopilot {
             unanswered: Vec::with_capacity(REQUESTS_MAX),
             restarts: Vec::with_capacity(REQUESTS_MAX),
             scripts: Scripts::new(script.clone(), *fault_injection),
-            events: VecDeque::with_capacity(EVENTS_MAX),
+            events: VecDeque::with_capacity(EVENTS_MAX + 1),
             dropped_events: 0,
+            told_dropped: 0,
         }
     }
 
@@ -404,9 +407,13 @@ impl Autopilot {
         push(&mut self.events, &mut self.dropped_events, Event { time: self.time, kind });
     }
 
-    /// Oldest event not fetched yet.
+    /// Oldest event not fetched yet. After the last one, whether any were lost.
     pub fn pop_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop_front().or_else(|| {
+            let lost = self.dropped_events - self.told_dropped;
+            self.told_dropped = self.dropped_events;
+            (lost > 0).then_some(Event { time: self.time, kind: EventKind::EventsLost(lost) })
+        })
     }
 
     /// Events dropped because nobody fetched them.
@@ -457,17 +464,31 @@ fn reply_time(reply: &FaultReply) -> Option<SimTime> {
     }
 }
 
-/// Outcomes are promises to somebody who waits, so they push out anything else first.
+/// When there is no room, the oldest event of the least important kind is dropped, the new one included.
 fn push(events: &mut VecDeque<Event>, dropped: &mut u64, event: Event) {
-    if events.len() >= EVENTS_MAX {
-        let victim = events
-            .iter()
-            .position(|event| !matches!(event.kind, EventKind::Outcome { .. }))
-            .unwrap_or(0);
+    events.push_back(event);
+    if events.len() > EVENTS_MAX {
+        let ranks = events.iter().map(|event| rank(&event.kind)).enumerate();
+        let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
         events.remove(victim);
         *dropped += 1;
     }
-    events.push_back(event);
+}
+
+/// How important an event is: the lower, the sooner it is dropped.
+fn rank(kind: &EventKind) -> u8 {
+    match kind {
+        EventKind::Script { event: ScriptEvent::Line(_), .. } => 0,
+        EventKind::Script { event: ScriptEvent::LineRefused { .. }, .. } => 1,
+        // What others keep a state by.
+        EventKind::Fault(_)
+        | EventKind::FlightBegan { .. }
+        | EventKind::PlantLost
+        | EventKind::PlantBack => 3,
+        // Promises to somebody who waits.
+        EventKind::Outcome { .. } => 4,
+        _ => 2,
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Files that the autopilot reads at start: its belief about the aircraft, its part of a scenario.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use flight_control::Belief;
@@ -7,7 +8,7 @@ use flight_control::belief::BeliefError;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::script::{Script, ScriptError};
+use crate::script::{Script, ScriptError, TEXT_MAX};
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
 
 /// The shipped belief; written by `sitl linearize`.
@@ -60,6 +61,24 @@ pub enum ConfigError {
 pub fn read(path: &Path) -> Result<String, ConfigError> {
     std::fs::read_to_string(path)
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source })
+}
+
+/// Reads a script; what is too long is not read to its end.
+///
+/// # Errors
+/// [`ConfigError::Read`] or [`ConfigError::Script`] names the file.
+pub fn script_file(path: &Path) -> Result<Script, ConfigError> {
+    let unread = |source| ConfigError::Read { path: path.to_path_buf(), source };
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unread)?;
+    file.take(TEXT_MAX as u64 + 1).read_to_end(&mut bytes).map_err(unread)?;
+    let name = path.display().to_string();
+    if bytes.len() > TEXT_MAX {
+        return Err(Script::too_long(&name, bytes.len()).into());
+    }
+    let no_text = |error| unread(std::io::Error::new(std::io::ErrorKind::InvalidData, error));
+    let text = String::from_utf8(bytes).map_err(no_text)?;
+    Ok(Script::parse(&name, &text)?)
 }
 
 /// Reads a belief; `file` is its name for error messages.

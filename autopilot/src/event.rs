@@ -166,6 +166,8 @@ pub enum EventKind {
     LinkBack(Mode),
     /// Simulation time stands still, runs, or runs at another speed (the plant says).
     Paced(Pace),
+    /// So many events were dropped because nobody fetched them; what they told is not known here.
+    EventsLost(u64),
     /// Something about the script with this [`Script::id`].
     Script {
         /// Which script.

@@ -107,6 +107,8 @@ impl Script {
     /// # Errors
     /// [`ScriptError`] names line and column, what stands there and what is allowed.
     pub fn parse(name: &str, text: &str) -> Result<Self, ScriptError> {
+        // Some editors put a byte order mark before the text.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let sequences = parser::sequences(text).map_err(|error| error.in_file(name))?;
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(name.as_bytes());
@@ -114,6 +116,12 @@ impl Script {
         hasher.update(text.as_bytes());
         let id = hasher.finalize();
         Ok(Self { name: name.to_owned(), text: text.to_owned(), id, sequences })
+    }
+
+    /// What is wrong with a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
+    #[must_use]
+    pub fn too_long(name: &str, length: usize) -> ScriptError {
+        Problem::TextTooLong(length).at(1, 1).in_file(name)
     }
 
     /// What it is called in messages.

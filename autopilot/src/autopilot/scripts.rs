@@ -7,7 +7,7 @@ use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest};
 use icd::{Sensors, SimTime};
 
-use super::{Autopilot, Event, REQUESTS_MAX, push};
+use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
 use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::vehicle::{Reference, VehicleRefusal};
@@ -15,6 +15,10 @@ use crate::vehicle::{Reference, VehicleRefusal};
 /// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
 const ASKED_MAX: usize = 8;
 const _: () = assert!(ASKED_MAX < REQUESTS_MAX);
+/// Lines that are executed in one control step; the rest of what is due follows in the next ones. A line is up to
+/// three events.
+const LINES_PER_STEP: usize = 32;
+const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 
 /// The script of the flight.
 #[derive(Debug, Clone)]
@@ -99,12 +103,12 @@ impl Autopilot {
         true
     }
 
-    /// Executes the lines that are due at this tick.
+    /// Executes the lines that are due at this tick, up to [`LINES_PER_STEP`].
     pub(super) fn step_script(&mut self, time: SimTime, sensors: &Sensors) {
         let Some(mut run) = self.scripts.running.take() else { return };
         let id = run.script().id();
         self.vehicle.see(sensors);
-        loop {
+        for _ in 0..LINES_PER_STEP {
             let has_room = self.scripts.has_room() && self.has_room_for_request();
             let Some(due) = run.next(time, sensors, has_room) else { break };
             self.tell_script(id, ScriptEvent::Line(due.line));
@@ -113,6 +117,8 @@ impl Autopilot {
                 self.tell_script(id, ScriptEvent::LineRefused { line: due.line, why });
             }
         }
+        // The line that is next now has seen this tick, whether or not there was a turn left for it.
+        run.look(time, sensors);
         if run.is_over() {
             self.tell_script(id, ScriptEvent::Done);
         } else {

@@ -502,3 +502,67 @@ fn a_script_ends_with_its_flight() {
     let outcome = Outcome::Refused(VehicleRefusal::NoScript);
     assert_eq!(outcomes(&mut autopilot), [(1, outcome)]);
 }
+
+#[test]
+fn a_script_executes_a_limited_number_of_lines_in_a_tick_and_the_rest_in_the_next_ones() {
+    let mut autopilot = with_script(&"say x\n".repeat(100));
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    script_events(&mut autopilot);
+    let mut time = SimTime::ZERO;
+    let mut all = Vec::new();
+    for lines in [32, 32, 32, 4] {
+        autopilot.step(time, &sensors());
+        let told = script_events(&mut autopilot);
+        let count = told.iter().filter(|event| matches!(event, ScriptEvent::Line(_))).count();
+        assert_eq!(count, lines);
+        all.extend(told);
+        time = time + ControlPeriod::DEFAULT;
+    }
+    let expected: Vec<_> = (1..=100).map(ScriptEvent::Line).chain([ScriptEvent::Done]).collect();
+    assert_eq!(all, expected);
+}
+
+#[test]
+fn what_crosses_while_other_lines_have_their_turn_is_not_missed() {
+    let lines = "say x\n".repeat(100);
+    // The crossing there and back is over before the first sequence is.
+    let mut autopilot =
+        with_script(&format!("{lines}sequence b\nwhen altitude rises above 5500 m: say high\n"));
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    let mut time = SimTime::ZERO;
+    for altitude_m in [5_000.0, 6_000.0, 5_000.0, 5_000.0] {
+        autopilot.step(time, &Sensors { altitude_m, ..sensors() });
+        time = time + ControlPeriod::DEFAULT;
+    }
+    assert!(script_events(&mut autopilot).contains(&ScriptEvent::Line(102)));
+}
+
+#[test]
+fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
+    use icd::fault::{FaultEntry, FaultState, Timing};
+    let mut autopilot = with_script(&"say x\n".repeat(256));
+    autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+    let mut time = SimTime::ZERO;
+    for id in 1..=20 {
+        autopilot.step(time, &sensors());
+        autopilot.handle_report(&PlantReport::Fault(FaultEntry {
+            id,
+            effector: Effector::Rudder,
+            kind: FaultKind::StuckHere,
+            timing: Timing::NOW,
+            state: FaultState::Acting { since: time },
+        }));
+        time = time + ControlPeriod::DEFAULT;
+    }
+    let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
+    let count = |is_it: fn(&EventKind) -> bool| told.iter().filter(|kind| is_it(kind)).count();
+    assert_eq!(count(|kind| matches!(kind, EventKind::Fault(_))), 20);
+    let began = |kind: &EventKind| {
+        matches!(kind, EventKind::Script { event: ScriptEvent::Began | ScriptEvent::Done, .. })
+    };
+    assert_eq!(count(began), 2);
+    assert_eq!(told.len(), EVENTS_MAX + 1);
+    assert!(autopilot.dropped_events() > 0);
+    assert_eq!(told.last(), Some(&EventKind::EventsLost(autopilot.dropped_events())));
+    assert_eq!(autopilot.pop_event(), None, "told once");
+}

@@ -1,8 +1,8 @@
 //! The faults of the aircraft as the plant tells them: what acts, rests or is scheduled.
 //!
 //! The plant has the list; this is its mirror, made of [`EventKind::Fault`]. It is empty when a flight begins.
-//! Where reports can have been missed (the autopilot joins a flight, or the plant comes back after a silence)
-//! the plant is asked for all of it.
+//! Where reports can have been missed (the autopilot joins a flight, the plant comes back after a silence, or
+//! events were lost) the plant is asked for all of it.
 
 use icd::Effector;
 use icd::fault::{FaultEntry, FaultState};
@@ -18,7 +18,7 @@ const FAULTS_MAX: usize = 64 + Effector::COUNT;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultList {
     entries: Vec<FaultEntry>,
-    /// From before a silence of the plant: not confirmed since.
+    /// From before a silence of the plant or a loss of events: not confirmed since.
     doubtful: Vec<FaultEntry>,
 }
 
@@ -27,11 +27,17 @@ impl FaultList {
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
         match kind {
             EventKind::FlightBegan { .. } => *self = Self::default(),
-            EventKind::PlantBack => self.doubtful = std::mem::take(&mut self.entries),
+            EventKind::PlantBack | EventKind::EventsLost(_) => self.doubt(),
             EventKind::Fault(entry) => return self.take(entry),
             _ => {}
         }
         true
+    }
+
+    /// Nothing is known for sure until the plant has told it again.
+    fn doubt(&mut self) {
+        self.doubtful.append(&mut self.entries);
+        self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
     }
 
     fn take(&mut self, entry: &FaultEntry) -> bool {
@@ -97,7 +103,7 @@ impl ListRequest {
     pub fn handle_event(&mut self, kind: &EventKind) {
         match *kind {
             EventKind::FlightBegan { joined_in_flight } => self.is_wanted = joined_in_flight,
-            EventKind::PlantBack => self.is_wanted = true,
+            EventKind::PlantBack | EventKind::EventsLost(_) => self.is_wanted = true,
             EventKind::Outcome { number, outcome } if self.asked == Some(number) => {
                 self.asked = None;
                 // Without a flight there is nothing to list.

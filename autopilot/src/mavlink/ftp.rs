@@ -1,11 +1,11 @@
 //! MAVLink FTP: files that describe the autopilot, for reading only, and a folder of scripts that can be written.
 //!
-//! A script is written in place: an upload that is cut short leaves a part of it. When two write the same file, who
+//! A script is written in place: an upload that is cut short leaves a part of it, which does not start. When two write the same file, who
 //! began later goes on and the other one has no session any more.
 //!
 //! Each ground station has its own sessions. A session has the number that the client asks for, if it is
 //! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
-//! that comes again is answered as it was the first time.
+//! that comes again soon is answered as it was the first time, unless it asks what is there now.
 
 use core::time::Duration;
 
@@ -31,6 +31,8 @@ const SESSIONS_MAX: usize = 4;
 const CLIENTS_OF_A_PEER_MAX: usize = 4;
 /// A client that has been silent for this long is forgotten with its sessions.
 const SILENCE: Duration = Duration::from_secs(60);
+/// A request that comes again within this time is the same one, whose answer was lost.
+const REPEATED_WITHIN: Duration = Duration::from_secs(2);
 /// Messages of a burst that are sent together.
 const BURST: usize = 4;
 /// Time between them: 200 kB/s.
@@ -74,8 +76,8 @@ struct Client {
     heard: WallTime,
     sessions: ArrayVec<Session, SESSIONS_MAX>,
     burst: Option<Burst>,
-    /// The latest request and its answer.
-    latest: Option<([u8; LENGTH], Reply)>,
+    /// The latest request that may come again, its answer, and when it came first.
+    latest: Option<([u8; LENGTH], Reply, WallTime)>,
 }
 
 /// Gives files.
@@ -97,14 +99,19 @@ impl FtpService {
     ) {
         let Some(request) = Request::parse(bytes) else { return };
         let client = self.client(from, now);
-        if let Some((asked, reply)) = &client.latest
+        if let Some((asked, reply, at)) = &client.latest
             && asked == bytes
+            && now.since(*at) < REPEATED_WITHIN
         {
             return send(out, from, reply.clone());
         }
         match client.answer(&request, ctx) {
             Some(reply) => {
-                client.latest = Some((*bytes, reply.clone()));
+                let is_question = matches!(
+                    request.operation(),
+                    Operation::ListDirectory | Operation::CalculateCrc32
+                );
+                client.latest = (!is_question).then(|| (*bytes, reply.clone(), now));
                 send(out, from, reply);
             }
             // A burst, which begins with the next poll; asked for again, it begins again.

@@ -274,6 +274,13 @@ impl Peers {
         }
     }
 
+    /// Whether somebody has room for so many announcements, or nobody is there.
+    #[must_use]
+    pub fn can_announce(&self, count: usize) -> bool {
+        let has_room = |entry: &Entry| entry.outbox.room() >= ANSWERS_RESERVED + count;
+        self.entries.is_empty() || self.entries.iter().any(has_room)
+    }
+
     /// The peers now.
     pub fn all(&self) -> impl Iterator<Item = Peer> + '_ {
         self.entries.iter().map(|entry| entry.peer)

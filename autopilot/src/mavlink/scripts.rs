@@ -38,19 +38,31 @@ pub enum FileProblem {
     Superseded,
 }
 
+/// Whether a file is as its sender wants it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Completeness {
+    /// Its upload has not ended.
+    Open,
+    /// A part of it was refused.
+    Refused,
+    /// Its upload has ended.
+    Whole,
+}
+
 /// One file.
 #[derive(Debug, Clone)]
 struct Kept {
     content: Vec<u8>,
-    /// Which upload writes it.
-    upload: u32,
+    /// Which upload writes it; the largest number was uploaded last.
+    upload: u64,
+    completeness: Completeness,
 }
 
 /// The right to write a file, until somebody else begins to write the same one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Upload {
     name: String,
-    number: u32,
+    number: u64,
 }
 
 impl Upload {
@@ -75,9 +87,8 @@ impl Ground {
 pub struct Scripts {
     scenario: Option<Arc<Script>>,
     files: BTreeMap<String, Kept>,
-    /// Name of the file that was written last.
-    latest: Option<String>,
-    uploads: u32,
+    /// Uploads so far.
+    uploads: u64,
     /// Those that the aircraft was asked to run, the latest one last.
     started: VecDeque<Arc<Script>>,
     running: Option<Running>,
@@ -133,10 +144,11 @@ impl Scripts {
         })
     }
 
-    /// Name of the file that was uploaded last.
+    /// Name of the file that was uploaded last, of those that are here.
     #[must_use]
     pub fn latest(&self) -> Option<&str> {
-        self.latest.as_deref()
+        let latest = self.files.iter().max_by_key(|(_, file)| file.upload);
+        latest.map(|(name, _)| name.as_str())
     }
 
     /// The script that begins with the flight.
@@ -158,15 +170,18 @@ impl Scripts {
         if !self.files.contains_key(name) && self.files.len() >= FILES_MAX {
             return Err(FileProblem::NoSpace);
         }
-        self.uploads = self.uploads.wrapping_add(1);
+        self.uploads += 1;
         let upload = self.uploads;
-        let new = Kept { content: Vec::new(), upload };
+        let new = Kept { content: Vec::new(), upload, completeness: Completeness::Open };
         let file = self.files.entry(name.to_owned()).or_insert(new);
         file.upload = upload;
         if truncate {
             file.content.clear();
         }
-        self.latest = Some(name.to_owned());
+        // What was refused before is still missing in what is written on.
+        if truncate || file.completeness != Completeness::Refused {
+            file.completeness = Completeness::Open;
+        }
         Ok(Upload { name: name.to_owned(), number: upload })
     }
 
@@ -180,13 +195,13 @@ impl Scripts {
         let offset = usize::try_from(offset).unwrap_or(usize::MAX);
         let end = offset.saturating_add(data.len());
         if end > FILE_MAX {
+            file.completeness = Completeness::Refused;
             return Err(FileProblem::NoSpace);
         }
         if file.content.len() < end {
             file.content.resize(end, 0);
         }
         file.content[offset..end].copy_from_slice(data);
-        self.latest = Some(upload.name.clone());
         Ok(())
     }
 
@@ -210,12 +225,19 @@ impl Scripts {
     /// There is none.
     pub fn remove(&mut self, name: &str) -> Result<(), FileProblem> {
         self.files.remove(name).ok_or(FileProblem::NotFound)?;
-        self.latest.take_if(|latest| latest == name);
         Ok(())
     }
 
     /// An upload is over: whether the file is a script, in words for the operator.
-    pub fn finish(&self, upload: &Upload, texts: &mut StatusTexts) {
+    pub fn finish(&mut self, upload: &Upload, texts: &mut StatusTexts) {
+        match self.files.get_mut(&upload.name) {
+            // The other upload goes on.
+            Some(file) if file.upload != upload.number => return,
+            Some(file) if file.completeness == Completeness::Open => {
+                file.completeness = Completeness::Whole;
+            }
+            _ => {}
+        }
         match self.read(&upload.name) {
             Ok(script) => {
                 let lines = script.lines().count();
@@ -231,8 +253,15 @@ impl Scripts {
     }
 
     fn read(&self, name: &str) -> Result<Script, String> {
-        let content = self.content(name).ok_or_else(|| format!("{name}: no such file"))?;
-        let text = core::str::from_utf8(content);
+        let file = self.files.get(name).ok_or_else(|| format!("{name}: no such file"))?;
+        match file.completeness {
+            Completeness::Open => return Err(format!("{name}: its upload has not ended")),
+            Completeness::Refused => {
+                return Err(format!("{name}: a part is missing, {FILE_MAX} bytes are allowed"));
+            }
+            Completeness::Whole => {}
+        }
+        let text = core::str::from_utf8(&file.content);
         let text = text.map_err(|error| {
             format!("{name}: no text, byte {} is not UTF-8", error.valid_up_to() + 1)
         })?;
@@ -240,7 +269,7 @@ impl Scripts {
     }
 
     /// The script with this number in the sorted list, to be asked for with [`crate::event::Wish::Script`]; 0 is
-    /// the one written last, or without one the scenario's.
+    /// the one uploaded last, or without one the scenario's.
     ///
     /// # Errors
     /// There is none, it cannot be read, or it has faults and fault injection is off.
@@ -255,7 +284,7 @@ impl Scripts {
                 })?;
                 Some(name.clone())
             }
-            None => self.latest.clone(),
+            None => self.latest().map(str::to_owned),
         };
         if let Some(name) = name {
             return self.start_by_name(&name, parameters);

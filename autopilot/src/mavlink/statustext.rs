@@ -1,5 +1,6 @@
 //! STATUSTEXT: what happened, in words, once.
 
+use core::cmp::Reverse;
 use core::time::Duration;
 use std::collections::VecDeque;
 
@@ -16,7 +17,7 @@ use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
 use crate::vehicle::LinkLossAction;
 
-/// Texts that may wait; they are sent with the next poll.
+/// Texts that may wait for room at a peer; of more than these the least important ones are not shown.
 const TEXTS_MAX: usize = 32;
 /// Texts in reply to requests, in a burst.
 const REPLIES_BURST: u32 = 20;
@@ -35,6 +36,8 @@ pub struct StatusTexts {
     refilled: WallTime,
     unsaid: u64,
     dropped: u64,
+    /// Of these, the ones that nobody was told of.
+    unshown: u64,
     next_id: u16,
     for_log: VecDeque<LogText>,
 }
@@ -45,11 +48,12 @@ pub type LogText = (u8, String);
 impl Default for StatusTexts {
     fn default() -> Self {
         Self {
-            queue: VecDeque::with_capacity(TEXTS_MAX),
+            queue: VecDeque::with_capacity(TEXTS_MAX + 1),
             replies: REPLIES_BURST,
             refilled: WallTime::ZERO,
             unsaid: 0,
             dropped: 0,
+            unshown: 0,
             next_id: 1,
             for_log: VecDeque::new(),
         }
@@ -79,11 +83,15 @@ impl StatusTexts {
 
     /// What an event says; the flight log has the event, and its words from there.
     pub fn tell(&mut self, severity: MavSeverity, text: impl Into<String>) {
-        if self.queue.len() >= TEXTS_MAX {
-            self.queue.pop_front();
-            self.dropped += 1;
-        }
         self.queue.push_back((severity, text.into()));
+        if self.queue.len() > TEXTS_MAX {
+            let severities = self.queue.iter().map(|(severity, _)| *severity as u8).enumerate();
+            // The larger the number, the less it matters; the oldest of them.
+            let victim = severities.min_by_key(|(_, severity)| Reverse(*severity));
+            self.queue.remove(victim.map_or(0, |(place, _)| place));
+            self.dropped += 1;
+            self.unshown += 1;
+        }
     }
 
     /// Why a request was refused.
@@ -119,13 +127,21 @@ impl StatusTexts {
         }
     }
 
-    /// Sends what waits.
+    /// Sends what waits, as far as any peer has room; then how many texts found no room.
     pub fn poll(&mut self, peers: &mut Peers) {
-        while let Some((severity, text)) = self.queue.pop_front() {
+        while peers.can_announce(CHUNKS_MAX)
+            && let Some((severity, text)) = self.queue.pop_front().or_else(|| self.take_unshown())
+        {
             for message in self.chunks(severity, &text) {
                 peers.announce(&message);
             }
         }
+    }
+
+    fn take_unshown(&mut self) -> Option<(MavSeverity, String)> {
+        let count = core::mem::take(&mut self.unshown);
+        let text = format!("{count} texts were not shown");
+        (count > 0).then_some((MavSeverity::MAV_SEVERITY_WARNING, text))
     }
 
     /// Something waits.
@@ -228,6 +244,10 @@ fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, St
             (S::MAV_SEVERITY_CRITICAL, "Aircraft lost: no packet for a second".into())
         }
         EventKind::PlantBack => (S::MAV_SEVERITY_NOTICE, "Aircraft is back".into()),
+        EventKind::EventsLost(lost) => (
+            S::MAV_SEVERITY_WARNING,
+            format!("{lost} events were lost: the faults are listed anew"),
+        ),
         EventKind::PlanItem(_) | EventKind::ItemReached(_) | EventKind::Home(_) => return None,
         EventKind::PlanComplete => (S::MAV_SEVERITY_INFO, "Mission complete".into()),
         EventKind::Terminated => {
@@ -345,6 +365,21 @@ mod tests {
         assert_eq!(texts.queue.len(), REPLIES_BURST as usize);
         texts.refuse(WallTime::from_micros(1_000_000), "no");
         assert_eq!(texts.queue.back().unwrap().1, "no (980 more were not shown)");
+    }
+
+    #[test]
+    fn what_matters_least_is_not_shown_when_there_are_too_many_texts() {
+        let mut texts = StatusTexts::default();
+        texts.say(MavSeverity::MAV_SEVERITY_EMERGENCY, "ground");
+        for number in 0..100 {
+            texts.say(MavSeverity::MAV_SEVERITY_INFO, number.to_string());
+        }
+        texts.say(MavSeverity::MAV_SEVERITY_WARNING, "fault");
+        let shown: Vec<&str> = texts.queue.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(shown.len(), TEXTS_MAX);
+        assert_eq!((shown[0], shown[1], shown[TEXTS_MAX - 1]), ("ground", "70", "fault"));
+        assert_eq!(texts.take_unshown().map(|(_, text)| text).unwrap(), "70 texts were not shown");
+        assert_eq!(texts.take_unshown(), None, "said once");
     }
 
     #[test]

@@ -20,7 +20,22 @@ impl ScriptArgs {
     /// [`ConfigError`] names file, line and column.
     pub fn read(&self, scenario: Option<Script>) -> Result<Option<Script>, ConfigError> {
         let Some(path) = &self.script else { return Ok(scenario) };
-        let text = config::read(path)?;
-        Ok(Some(Script::parse(&path.display().to_string(), &text)?))
+        config::script_file(path).map(Some)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_without_an_end_is_too_long_and_one_that_cannot_be_read_is_named() {
+        let error = |path: &str| {
+            let args = ScriptArgs { script: Some(path.into()) };
+            args.read(None).unwrap_err().to_string()
+        };
+        let endless = error("/dev/zero");
+        assert!(endless.contains("/dev/zero") && endless.contains("16385 bytes"), "{endless}");
+        assert!(error("/nowhere/x.txt").contains("/nowhere/x.txt"));
     }
 }

@@ -54,7 +54,7 @@ pub enum Problem {
     #[error("there is a sequence {0} already")]
     SameName(String),
     /// The text is too long.
-    #[error("the text has {0} bytes, at most {TEXT_MAX} are allowed")]
+    #[error("the text has {0} bytes or more, at most {TEXT_MAX} are allowed")]
     TextTooLong(usize),
     /// Too many lines.
     #[error("more than {LINES_MAX} lines with an action")]

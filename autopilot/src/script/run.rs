@@ -51,10 +51,29 @@ impl Run {
         &self.script
     }
 
-    /// The first line that is due at this tick and not executed yet; to be called until there is none. The
-    /// sequences come in the order of the text. While `can_ask` is false a line that asks the plant waits, and its
-    /// sequence with it.
+    /// The first line that is due at this tick and not executed yet; to be called until there is none or enough
+    /// were executed. The sequences come in the order of the text. While `can_ask` is false a line that asks the
+    /// plant waits, and its sequence with it.
     pub fn next(&mut self, time: SimTime, sensors: &Sensors, can_ask: bool) -> Option<Due> {
+        self.look(time, sensors);
+        for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
+            let Some(line) = sequence.lines.get(place.next) else { continue };
+            if !place.due || matches!(line.action, Action::Fault(_)) && !can_ask {
+                continue;
+            }
+            *place = Place { next: place.next + 1, since: time, excess: None, due: false };
+            let due = Due { line: line.number, action: line.action };
+            if due.action == Action::End {
+                self.end();
+            }
+            return Some(due);
+        }
+        None
+    }
+
+    /// Looks whether the triggers of the lines that are next have come. What has come at a tick stays so, also when
+    /// the line is executed later; looking again at the same tick changes nothing.
+    pub fn look(&mut self, time: SimTime, sensors: &Sensors) {
         let began = *self.began.get_or_insert_with(|| {
             for place in &mut self.places {
                 place.since = time;
@@ -76,17 +95,7 @@ impl Run {
                     })
                 }
             };
-            if !place.due || matches!(line.action, Action::Fault(_)) && !can_ask {
-                continue;
-            }
-            *place = Place { next: place.next + 1, since: time, excess: None, due: false };
-            let due = Due { line: line.number, action: line.action };
-            if due.action == Action::End {
-                self.end();
-            }
-            return Some(due);
         }
-        None
     }
 
     fn end(&mut self) {

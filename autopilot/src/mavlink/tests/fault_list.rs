@@ -121,3 +121,26 @@ fn a_fault_that_rests_is_told_with_its_next_onset() {
     let text = "Cleared: servo stuck at 7.0 deg, instance 5, again at 22.000000 s";
     assert!(world.said(text), "{:?}", world.texts());
 }
+
+#[test]
+fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
+    let mut world = World::flying();
+    let since = SimTime::from_micros(2_500_000);
+    world.autopilot.handle_report(&rudder(4, FaultState::Acting { since }));
+    world.settle();
+    world.take_wishes();
+    world.got.clear();
+    // Nobody fetches for a while. Number 4 has ended and 5 goes on.
+    world.listed = vec![rudder(5, FaultState::Acting { since })];
+    let at = SimTime::ZERO;
+    for _ in 0..400 {
+        let report = PlantReport::Paced { request: None, pace: icd::pace::Pace::Run, at };
+        world.autopilot.handle_report(&report);
+    }
+    world.run_ms(100);
+    assert!(world.said("144 events were lost"), "{:?}", world.texts());
+    assert!(world.said(" texts were not shown"), "{:?}", world.texts());
+    assert_eq!(world.take_wishes(), [Wish::ListFaults]);
+    let ids: Vec<f32> = requested(&mut world, 2.0).iter().map(|list| list[2]).collect();
+    assert_eq!(ids, [5.0]);
+}

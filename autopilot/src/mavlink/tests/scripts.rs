@@ -249,6 +249,8 @@ fn a_bad_script_is_denied_with_its_line_and_its_reason() {
     assert_eq!(world.take_wishes(), []);
     assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/x")).opcode, ACK);
     assert_eq!(ask(&mut world, &request(2, 0, WRITE, 2, 0, &[0xFF, 0xFE])).opcode, ACK);
+    assert_eq!(ask(&mut world, &request(3, 0, 1, 0, 0, &[])).opcode, ACK);
+    world.got.clear();
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
     assert!(world.said("x: no text, byte 1 is not UTF-8"), "{:?}", world.texts());
@@ -317,4 +319,97 @@ fn the_scenarios_script_is_the_one_to_start_when_none_was_uploaded() {
     world.run_ms(10);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
     assert!(world.said("Script: from the scenario"), "{:?}", world.texts());
+}
+
+#[test]
+fn when_the_latest_file_is_removed_the_one_uploaded_before_it_is_the_latest() {
+    let mut world = World::flying();
+    let script = Arc::new(Script::parse("s", "say from the scenario").unwrap());
+    let mut other = World::flying();
+    core::mem::swap(&mut world.ground, &mut other.ground);
+    world.ground = other.ground.with_script(Some(script));
+    for name in ["b", "c", "a"] {
+        upload(&mut world, &format!("/scripts/{name}"), &format!("say I am {name}"));
+    }
+    let left = [("a", "I am c"), ("c", "I am b"), ("b", "from the scenario")];
+    for (number, (removed, words)) in (1..).zip(left) {
+        let path = format!("/scripts/{removed}");
+        assert_eq!(ask(&mut world, &with_path(number, 0, 8, &path)).opcode, ACK);
+        world.got.clear();
+        world.send_command(USER_3, START);
+        world.run_ms(10);
+        assert!(world.said(words), "without {removed}: {:?}", world.texts());
+    }
+}
+
+#[test]
+fn a_script_does_not_start_before_its_upload_has_ended() {
+    let mut world = World::flying();
+    let mut requests = upload_requests(1, "/scripts/a", b"say one\nsay two\n", 8);
+    let last = requests.pop().unwrap();
+    for message in &requests {
+        assert_eq!(ask(&mut world, message).opcode, ACK);
+        for number in [0.0, 1.0] {
+            world.got.clear();
+            world.send_command(USER_3, [1.0, number, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
+            assert!(world.said("Script refused: a: its upload has not ended"));
+        }
+    }
+    assert_eq!(ask(&mut world, &last).opcode, ACK);
+    world.send_command(USER_3, START);
+    assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
+    // Who falls silent has not ended it.
+    assert_eq!(ask(&mut world, &with_path(50, 0, 11, "/scripts/a")).opcode, ACK);
+    world.now = world.now + core::time::Duration::from_secs(61);
+    world.settle();
+    world.send_command(USER_3, START);
+    assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
+}
+
+#[test]
+fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew() {
+    let mut world = World::flying();
+    let end = u32::try_from(FILE_MAX).unwrap();
+    assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
+    assert_eq!(ask(&mut world, &request(2, 0, WRITE, 8, 0, b"say one\n")).opcode, ACK);
+    assert_eq!(ask(&mut world, &request(3, 0, WRITE, 1, end, b"#")).data, [2, 28]);
+    world.send(&request(4, 0, 1, 0, 0, &[]));
+    assert!(world.said("Script a: a part is missing"), "{:?}", world.texts());
+    world.send_command(USER_3, START);
+    assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
+    // Writing on does not bring it back.
+    let session = ask(&mut world, &with_path(5, 0, 11, "/scripts/a")).session;
+    assert_eq!(ask(&mut world, &request(6, session, 1, 0, 0, &[])).opcode, ACK);
+    world.send_command(USER_3, START);
+    assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
+    upload(&mut world, "/scripts/a", "say one");
+    world.send_command(USER_3, START);
+    assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
+}
+
+#[test]
+fn what_is_there_is_answered_anew_and_a_request_of_some_time_ago_is_a_new_one() {
+    let mut world = World::flying();
+    upload(&mut world, "/scripts/a", "say a");
+    let listing = with_path(1, 0, 3, "/scripts");
+    let checksum = with_path(2, 0, 14, "/scripts/a");
+    let by_other = |world: &mut World, message: &MavMessage| {
+        let bytes = world.encode(STATION, message);
+        world.send_bytes(address(14_540), &bytes);
+    };
+    for (question, text) in [(listing, b"say first"), (checksum, b"say other")] {
+        let before = ask(&mut world, &question);
+        for message in upload_requests(1, "/scripts/a", text, 80) {
+            by_other(&mut world, &message);
+        }
+        let after = ask(&mut world, &question);
+        assert_eq!((before.opcode, after.opcode), (ACK, ACK));
+        assert_ne!(before.data, after.data);
+    }
+    let remove = with_path(7, 0, 8, "/scripts/a");
+    assert_eq!(ask(&mut world, &remove).opcode, ACK);
+    assert_eq!(ask(&mut world, &remove).opcode, ACK, "its answer was lost");
+    world.run_ms(2_100);
+    assert_eq!(problem(&ask(&mut world, &remove)), 10, "no such file");
 }

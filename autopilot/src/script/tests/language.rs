@@ -257,7 +257,7 @@ fn an_error_names_the_place_what_stands_there_and_what_is_allowed() {
 
 #[test]
 fn text_lines_and_sequences_are_limited() {
-    assert!(error(&"#".repeat(TEXT_MAX + 1)).contains("16385 bytes, at most 16384"));
+    assert!(error(&"#".repeat(TEXT_MAX + 1)).contains("16385 bytes or more, at most 16384"));
     let lines = |count: usize| "end\n".repeat(count);
     assert_eq!(script(&lines(LINES_MAX)).lines().count(), LINES_MAX);
     assert!(error(&lines(LINES_MAX + 1)).contains("line 257, column 1: more than 256 lines"));
@@ -310,3 +310,9 @@ const WORDS: [&str; 24] = [
     "fail", "clear", "all", "rudder", "engine", "stuck", "at", "after", "when", "roll", "passes",
     "10", "-0.5", "deg", "s", ":", ",", "%", "left", "\n", "say", "end", "sequence", "for",
 ];
+
+#[test]
+fn a_byte_order_mark_before_the_text_is_skipped() {
+    let marked = Script::parse("s", "\u{feff}say one\n").unwrap();
+    assert_eq!(marked, Script::parse("s", "say one\n").unwrap());
+}
