@@ -328,10 +328,10 @@ fn when_the_latest_file_is_removed_the_one_uploaded_before_it_is_the_latest() {
     let mut other = World::flying();
     core::mem::swap(&mut world.ground, &mut other.ground);
     world.ground = other.ground.with_script(Some(script));
-    for name in ["b", "c", "a"] {
+    for name in ["c", "b", "a"] {
         upload(&mut world, &format!("/scripts/{name}"), &format!("say I am {name}"));
     }
-    let left = [("a", "I am c"), ("c", "I am b"), ("b", "from the scenario")];
+    let left = [("a", "I am b"), ("b", "I am c"), ("c", "from the scenario")];
     for (number, (removed, words)) in (1..).zip(left) {
         let path = format!("/scripts/{removed}");
         assert_eq!(ask(&mut world, &with_path(number, 0, 8, &path)).opcode, ACK);
