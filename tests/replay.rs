@@ -304,6 +304,22 @@ fn a_silence_of_the_plant_is_flown_again() {
 }
 
 #[test]
+fn a_plant_that_died_ends_its_log_and_the_next_one_begins_another() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let mut ground = Ground::new();
+    let text = folder.path().to_str().expect("a readable path");
+    let (autopilot, link) = autopilot(ground.address(), &["--log-dir", text]);
+    let plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+    plant.signal(9);
+    ground.listen_until("a silent plant", |ground| ground.heard("Aircraft lost"));
+    let _next = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("the next flight", |ground| ground.time_s < 0.4);
+    ground.listen_until("some of it", |ground| ground.time_s > 0.6);
+    all_again(folder.path(), autopilot, &["plant lost", "stopped"]);
+}
+
+#[test]
 fn streams_of_setpoints_and_of_sticks_are_flown_again() {
     let mut dice = Dice::new();
     let seed = dice.0;

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ulog::reader::Log;
@@ -35,10 +35,20 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
     let log = Log::open(&args.log).map_err(|error| format!("{name}: {error}"))?;
     let title = args.log.file_name().map_or_else(String::new, |n| n.display().to_string());
     let out = args.out.clone().unwrap_or_else(|| args.log.with_extension("html"));
+    if is_same_file(&args.log, &out) {
+        return Err(
+            format!("--out {}: this is the log, which stays as it is", out.display()).into()
+        );
+    }
     let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
     fs::write(&out, page).map_err(|error| format!("{}: {error}", out.display()))?;
     println!("wrote {}", out.display());
     Ok(())
+}
+
+/// Both paths lead to one file that is there, also over links.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
 }
 
 /// The page of a log; `title` is the name of its file.

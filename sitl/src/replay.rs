@@ -16,13 +16,15 @@ mod fly;
 mod recording;
 
 pub use compare::Difference;
-pub use fly::{Verdict, fly};
+pub use fly::{Outcome, Verdict, fly};
 pub use recording::{CannotFly, Input, Recording, inputs};
 
 use crate::runner::Progress;
 
 /// Exit code of a flight that could not be flown again.
 const CANNOT_FLY: u8 = 2;
+/// Exit code of a damaged log of which all that can be read is the same.
+const DAMAGED: u8 = 3;
 
 /// Options of `sitl replay`.
 #[derive(Debug, Args)]
@@ -32,7 +34,8 @@ pub struct ReplayArgs {
     log: PathBuf,
 }
 
-/// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown.
+/// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
+/// nobody knows; 3: the log is damaged, and the same flight where it can be read.
 ///
 /// # Errors
 /// Nothing yet: what is wrong with a log is told, and is exit code 2.
@@ -53,7 +56,12 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode, Box<dyn Error>> {
     };
     progress.finish();
     println!("{verdict}");
-    Ok(if verdict.is_same() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(match verdict.outcome() {
+        Outcome::Same => ExitCode::SUCCESS,
+        Outcome::SameWhereReadable => ExitCode::from(DAMAGED),
+        Outcome::Different => ExitCode::FAILURE,
+        Outcome::Unknown => ExitCode::from(CANNOT_FLY),
+    })
 }
 
 fn cannot(args: &ReplayArgs, reason: &CannotFly) -> ExitCode {

@@ -105,19 +105,25 @@ impl Log {
         parse::parse(bytes)
     }
 
+    /// Bytes of the file.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.bytes.len()
+    }
+
     /// Time of the start as the file header has it, us.
     #[must_use]
     pub fn start_us(&self) -> u64 {
         self.start_us
     }
 
-    /// The file ends inside a message: its writer was killed or the disk was full.
+    /// The file ends inside a message (its writer was killed or the disk was full), or its end cannot be read.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
 
-    /// Places that could not be read; reading went on at the next sync message.
+    /// Places that could not be read; reading went on at the next sync message, if one followed.
     #[must_use]
     pub fn damages(&self) -> &[Damage] {
         &self.damages

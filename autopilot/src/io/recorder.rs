@@ -189,6 +189,10 @@ impl Recorder {
             fault_injection: settings.fault_injection,
             parameter_hash: String::new(),
         };
+        if self.plant_is_lost {
+            // Another plant came where one had fallen silent: nobody restarted the flight.
+            self.push(Entry::End(End::PlantLost));
+        }
         self.in_flight = true;
         self.plant_is_lost = false;
         self.has_landed = false;

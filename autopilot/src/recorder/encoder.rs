@@ -5,12 +5,13 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use icd::SimTime;
+use icd::fault::FaultReply;
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
 use super::topics::{self, Place};
 use super::{Begin, End, Entry, Moment, Recorded, RunHash, Step, parameter_hash, words};
-use crate::event::{Event, EventKind, Wish};
+use crate::event::{Event, EventKind, Outcome, Wish};
 use crate::mavlink::fault_list::FaultList;
 use crate::mavlink::{scripts, statustext};
 use crate::parameters::{Kind, Parameters, table};
@@ -18,8 +19,12 @@ use crate::script::{Script, ScriptEvent};
 
 /// Longest run header of a plant, bytes; what is longer is left out.
 const PLANT_HEADER_MAX: usize = 60_000;
+/// A damaged place costs no more than about this, bytes.
+const SYNC_EVERY: u64 = 64 * 1024;
 /// Scripts that may still be told of, beside the one that runs.
 const SCRIPTS_MAX: usize = 8;
+/// Inputs whose outcome may still come; the vehicle owes no more than some of them at a time.
+const WISHES_MAX: usize = 64;
 
 /// Writes one flight.
 #[derive(Debug)]
@@ -30,6 +35,16 @@ pub struct Encoder<W> {
     hash: RunHash,
     /// Simulation time of the last entry that has one.
     time: SimTime,
+    /// Time of the last text: the next one is not earlier, so that causes stand before effects.
+    told: SimTime,
+    /// Inputs in words by their number, the latest one last.
+    wishes: VecDeque<(u32, String)>,
+    /// Why the last input was refused.
+    refusal: Option<String>,
+    /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is no news there either.
+    fault_rows: FaultList,
+    /// Size at which a sync message is due, bytes.
+    sync_at: u64,
     parameters: Parameters,
     /// Of the plant's header; empty when it is complete.
     pieces: Vec<Option<Box<[u8]>>>,
@@ -109,6 +124,11 @@ impl<W: Write> Encoder<W> {
             row: Row::default(),
             hash: RunHash::default(),
             time,
+            told: time,
+            wishes: VecDeque::new(),
+            refusal: None,
+            fault_rows: FaultList::default(),
+            sync_at: SYNC_EVERY,
             parameters,
             pieces: Vec::new(),
             plant_header_is_there: false,
@@ -123,19 +143,32 @@ impl<W: Write> Encoder<W> {
     /// # Errors
     /// What the output says.
     pub fn add(&mut self, entry: Entry) -> io::Result<()> {
+        if self.written() >= self.sync_at {
+            self.sync()?;
+        }
         match entry {
             Entry::Begin(_) | Entry::End(_) => Ok(()),
             Entry::Step(step) => self.step(&step),
             Entry::Recorded { time, moment, what } => self.recorded(time, moment, &what),
             Entry::Fault { time, entry } => {
+                self.time = time;
+                if !self.fault_rows.handle_event(&EventKind::Fault(entry)) {
+                    return Ok(());
+                }
                 topics::fault_row(&mut self.row, time, &entry);
                 self.data.row(self.topics.fault, &self.row)
             }
             Entry::Event(event) => self.event(&event),
             Entry::Text { time, severity, text } => {
-                self.data.text(Level::from_number(severity), time.as_micros(), &text)
+                self.time = time;
+                // The refusal of an input stands there already, with the input's words.
+                if self.refusal.take_if(|why| *why == text).is_some() {
+                    return Ok(());
+                }
+                self.text_at(time, Level::from_number(severity), &text)
             }
             Entry::Ground { time, row: truth } => {
+                self.time = time;
                 topics::truth_row(&mut self.row, time, &truth);
                 self.data.row(self.topics.truth, &self.row)
             }
@@ -188,20 +221,25 @@ impl<W: Write> Encoder<W> {
                     Wish::Script(script) => self.knows(script),
                     _ => {}
                 }
-                match words::wish(&intent.wish) {
-                    Some(words) => self.text(Level::Info, &format!("Input: {words}")),
-                    None => Ok(()),
+                let Some(words) = words::wish(&intent.wish) else { return Ok(()) };
+                self.text(Level::Info, &format!("Input: {words}"))?;
+                if self.wishes.len() >= WISHES_MAX {
+                    self.wishes.pop_front();
                 }
+                self.wishes.push_back((intent.number, words));
+                Ok(())
             }
             Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
         }
     }
 
     fn event(&mut self, event: &Event) -> io::Result<()> {
-        if !self.faults.handle_event(&event.kind) {
+        // Nothing doubts what was told before a silence: the list is asked for again, and is told only where it differs.
+        if event.kind != EventKind::PlantBack && !self.faults.handle_event(&event.kind) {
             return Ok(());
         }
         let words = match event.kind {
+            EventKind::Outcome { number, outcome } => self.refused(number, &outcome),
             EventKind::Script { script, event } => {
                 let mut known = self.running.iter().chain(self.scripts.iter().rev());
                 let script = known.find(|known| known.id() == script).cloned();
@@ -214,7 +252,23 @@ impl<W: Write> Encoder<W> {
             ref kind => statustext::words(kind, &self.parameters),
         };
         let Some((severity, text)) = words else { return Ok(()) };
-        self.data.text(Level::from_number(severity), event.time.as_micros(), &text)
+        self.text_at(event.time, Level::from_number(severity), &text)
+    }
+
+    /// The words of a refusal: which input, and why.
+    fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(u8, String)> {
+        let place = self.wishes.iter().position(|(wish, _)| *wish == number)?;
+        let (_, words) = self.wishes.remove(place)?;
+        let why = match outcome {
+            Outcome::Done => return None,
+            Outcome::Refused(refusal) => refusal.to_string(),
+            Outcome::Plant(FaultReply::Refused(refusal)) => refusal.to_string(),
+            Outcome::Plant(_) => return None,
+            Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
+        };
+        let text = format!("Input refused: {words}: {why}");
+        self.refusal = Some(why);
+        Some((Level::Warning as u8, text))
     }
 
     fn knows(&mut self, script: &Arc<Script>) {
@@ -265,7 +319,12 @@ impl<W: Write> Encoder<W> {
     /// # Errors
     /// What the output says.
     pub fn text(&mut self, level: Level, text: &str) -> io::Result<()> {
-        self.data.text(level, self.time.as_micros(), text)
+        self.text_at(self.time, level, text)
+    }
+
+    fn text_at(&mut self, time: SimTime, level: Level, text: &str) -> io::Result<()> {
+        self.told = self.told.max(time);
+        self.data.text(level, self.told.as_micros(), text)
     }
 
     /// A place from which a damaged file can be read on.
@@ -273,6 +332,7 @@ impl<W: Write> Encoder<W> {
     /// # Errors
     /// What the output says.
     pub fn sync(&mut self) -> io::Result<()> {
+        self.sync_at = self.written() + SYNC_EVERY;
         self.data.sync()
     }
 
@@ -312,3 +372,6 @@ fn wire_value(kind: Kind, value: f64) -> Value<'static> {
         Kind::Real => Value::F32(value as f32),
     }
 }
+
+#[cfg(test)]
+mod tests;

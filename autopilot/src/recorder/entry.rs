@@ -103,7 +103,7 @@ pub enum End {
     Restart,
     /// The process was told to end.
     Stopped,
-    /// The same, and the plant had been silent before.
+    /// The plant had fallen silent, and then another plant came or the process was told to end.
     PlantLost,
     /// The log has reached its limit.
     Full,

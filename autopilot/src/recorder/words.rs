@@ -33,7 +33,7 @@ pub fn wish(wish: &Wish) -> Option<String> {
         Wish::Terminate => "terminate the flight".to_owned(),
         Wish::LinkLost(_) => "the ground station is silent".to_owned(),
         Wish::LinkBack => "the ground station is back".to_owned(),
-        Wish::ListFaults => "list of the faults".to_owned(),
+        Wish::ListFaults => "the autopilot asks for the faults".to_owned(),
         Wish::Script(script) => format!("script {}", script.name()),
         Wish::StopScript => "stop the script".to_owned(),
         Wish::FaultInjection(true) => "fault injection allowed".to_owned(),

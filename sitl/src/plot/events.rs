@@ -346,15 +346,26 @@ fn compensator(flight: &Flight) -> Vec<Happened> {
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
     let mut all = Vec::new();
     for (from, to) in spans(&active, 0.0) {
-        all.push(told(
-            from,
-            "the compensator wakes: something acts that the model does not expect",
-        ));
+        let about = waking_axis(flight, from).map(|axis| format!(" about the {axis} axis"));
+        let about = about.unwrap_or_default();
+        let text =
+            format!("the compensator wakes: something acts{about} that the model does not expect");
+        all.push(told(from, &text));
         if to < flight.span.1 {
             all.push(told(to, "the compensator goes back to sleep"));
         }
     }
     all
+}
+
+/// The axis whose estimate was farthest above its level at this time, if the log has levels.
+fn waking_axis(flight: &Flight, t_s: f64) -> Option<&'static str> {
+    let topic = flight.log.topic("control")?;
+    let row = topic.rows().find(|row| row.timestamp_us() as f64 * 1.0e-6 >= t_s)?;
+    let axes = ["roll", "pitch", "yaw"];
+    let levels = axes.map(|axis| row.value(&format!("level_{axis}")));
+    let known = axes.into_iter().zip(levels).filter_map(|(axis, level)| Some((axis, level?)));
+    known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 
 /// Columns of the flags, and what they say.

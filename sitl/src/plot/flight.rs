@@ -109,7 +109,7 @@ impl Flight {
         Some(angles.collect())
     }
 
-    /// The true F of each tick, see Eq. (18): with truth, control rows and the belief in the log.
+    /// The true F of each tick that has a row of truth and one of control, see Eq. (18); it needs the belief.
     pub fn true_fault_acceleration(&self) -> Option<Vec<(f64, Vector3<f64>)>> {
         let model = DesignModel::new(self.control.as_ref()?.belief);
         let (truth, control) = (self.log.topic("truth")?, self.log.topic("control")?);
@@ -121,8 +121,11 @@ impl Flight {
         let modelled: Vec<String> = Effector::ALL.into_iter().map(modelled_column).collect();
         let modelled: Vec<&str> = modelled.iter().map(String::as_str).collect();
         let modelled = columns(&control, &modelled)?;
-        let times = truth.times_us();
-        let ticks = (0..truth.len().min(control.len())).map(|k| {
+        let (times, steps) = (truth.times_us(), control.times_us());
+        // A damaged log has rows of the one without rows of the other.
+        let pairs = (0..times.len())
+            .filter_map(|k| steps.binary_search(&times[k]).ok().map(|step| (k, step)));
+        let ticks = pairs.map(|(k, step)| {
             let s: [f64; 11] = std::array::from_fn(|n| state[n][k]);
             let state = State {
                 rates: Vector3::new(s[0], s[1], s[2]),
@@ -139,7 +142,7 @@ impl Flight {
             };
             let acceleration =
                 Vector3::new(acceleration[0][k], acceleration[1][k], acceleration[2][k]);
-            let modelled = PerEffector::from_fn(|effector| modelled[effector.index()][k]);
+            let modelled = PerEffector::from_fn(|effector| modelled[effector.index()][step]);
             let f = closed_loop::beyond_model(&model, &state, &acceleration, &modelled);
             (times[k] as f64 * 1.0e-6, f)
         });

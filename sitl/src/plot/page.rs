@@ -47,11 +47,13 @@ pub fn page(title: &str, flight: &Flight) -> String {
 /// Complete or cut, and what the log does not have.
 fn verdict(flight: &Flight) -> Markup {
     let log = &flight.log;
-    let complete = log.info_text("run_hash").is_some() && !log.is_cut();
+    let is_damaged = !log.damages().is_empty();
+    let complete = log.info_text("run_hash").is_some() && !log.is_cut() && !is_damaged;
     let missing = missing(flight);
     html! {
         p.verdict.good[complete].bad[!complete] {
             @if complete { "The log is complete." }
+            @else if is_damaged { "The log is damaged. What can be read of it is shown." }
             @else {
                 "The log was cut off: its writer ended without its footer. Everything up to there is shown."
             }

@@ -96,3 +96,56 @@ fn an_empty_log_has_nothing_to_draw() {
     let out = ulog::writer::Definitions::begin(Vec::new(), 0).unwrap().data().finish().unwrap();
     assert_eq!(page("a.ulg", Log::from_bytes(out).unwrap()), Err(NothingToDraw));
 }
+
+#[test]
+fn the_page_does_not_overwrite_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("a.ulg");
+    let bytes = testing::log(&setup(1), &[], Without::default());
+    fs::write(&log, &bytes).unwrap();
+    let out = folder.path().join(".").join("a.ulg");
+    let refused = run(&PlotArgs { log: log.clone(), out: Some(out) }).unwrap_err().to_string();
+    assert!(refused.contains("this is the log"), "{refused}");
+    assert_eq!(fs::read(&log).unwrap(), bytes);
+    // Also where the log itself is called like a page.
+    let page = folder.path().join("a.html");
+    fs::rename(&log, &page).unwrap();
+    assert!(run(&PlotArgs { log: page.clone(), out: None }).is_err());
+    assert_eq!(fs::read(&page).unwrap(), bytes);
+}
+
+#[test]
+fn a_damaged_log_is_not_called_complete_and_pairs_its_rows_by_time() {
+    let bytes = testing::log(&setup(2), &[], Without::default());
+    let whole = Flight::new(Log::from_bytes(bytes.clone()).unwrap()).unwrap();
+    let mut bytes = bytes;
+    // Inside of a row of control, whose truth follows later.
+    let value = whole.log.column("control", "airspeed_m_s").unwrap()[400];
+    let places = bytes.windows(8).enumerate().filter(|(_, w)| *w == value.to_le_bytes());
+    let place = places.map(|(place, _)| place).last().unwrap();
+    bytes[place..place + 3_000].fill(0xFF);
+    let page = page_of(bytes.clone());
+    assert!(page.contains("The log is damaged.") && !page.contains("The log is complete."));
+    let damaged = Flight::new(Log::from_bytes(bytes).unwrap()).unwrap();
+    let (whole, damaged) =
+        (whole.true_fault_acceleration().unwrap(), damaged.true_fault_acceleration().unwrap());
+    assert!(damaged.len() > 500 && damaged.len() < whole.len(), "{}", damaged.len());
+    for tick in damaged {
+        // Damage has no checksum: the row that it begins in may keep its length.
+        let is_beside = (tick.0 - 0.8).abs() < 0.05;
+        assert!(is_beside || whole.contains(&tick), "at {} s", tick.0);
+    }
+}
+
+#[test]
+fn the_table_names_the_axis_that_woke_the_compensator() {
+    let bytes = testing::log(&setup(3), &spoken(), Without::default());
+    let log = Log::from_bytes(bytes.clone()).unwrap();
+    let active = log.column("control", "compensator_active").unwrap();
+    let first = active.iter().position(|active| *active > 0.0).unwrap();
+    let level = |axis: &str| log.column("control", &format!("level_{axis}")).unwrap()[first];
+    let axes = ["roll", "pitch", "yaw"].map(|axis| (level(axis), axis));
+    let strongest = axes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().1;
+    let expected = format!("something acts about the {strongest} axis that the model");
+    assert!(page_of(bytes).contains(&expected), "{expected}: {axes:?}");
+}

@@ -38,12 +38,13 @@ pub struct Rows<'a> {
     name: &'static str,
     topic: Option<Topic<'a>>,
     next: usize,
+    is_damaged: bool,
 }
 
 impl<'a> Rows<'a> {
     /// Of a topic of this name.
     pub fn new(log: &'a Log, name: &'static str) -> Self {
-        Self { name, topic: log.topic(name), next: 0 }
+        Self { name, topic: log.topic(name), next: 0, is_damaged: !log.damages().is_empty() }
     }
 
     /// The log has a row of this time, or an older one that was not compared.
@@ -68,6 +69,10 @@ impl<'a> Rows<'a> {
             let signal = format!("{}.{name}", self.name);
             Err(Box::new(Difference { step, time, signal, logged, flown }))
         };
+        if self.is_damaged && row.timestamp_us() > time.as_micros() {
+            // The row of this tick is lost.
+            return Ok(());
+        }
         if row.timestamp_us() != time.as_micros() {
             let at = |us: u64| format!("{us} us");
             return differ("timestamp", at(row.timestamp_us()), at(time.as_micros()));
@@ -92,5 +97,22 @@ fn is_same(row: &Row<'_>, name: &str, logged: f64, flown: f64) -> bool {
 
 /// A value so that two different ones look different.
 fn written(value: f64) -> String {
-    format!("{value} ({:016x})", value.to_bits())
+    let bits = value.to_bits();
+    // In full a subnormal number has hundreds of zeros.
+    if value.is_subnormal() {
+        format!("{value:e} ({bits:016x})")
+    } else {
+        format!("{value} ({bits:016x})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_near_zero_are_written_short() {
+        assert_eq!(written(5.0e-324), "5e-324 (0000000000000001)");
+        assert_eq!(written(0.5), "0.5 (3fe0000000000000)");
+    }
 }

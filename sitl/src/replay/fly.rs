@@ -1,7 +1,7 @@
 //! The flight itself: the closed loop in one process, with the inputs of a log at their places.
 
 use core::fmt;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use autopilot::autopilot::Autopilot;
 use autopilot::recorder::{
@@ -28,19 +28,80 @@ pub struct Verdict {
     pub logged_hash: Option<String>,
     /// The first signal that differs.
     pub difference: Option<Difference>,
+    /// Control steps that a damaged log does not have.
+    pub missing: u64,
+    /// The first of them.
+    first_missing: Option<SimTime>,
+}
+
+/// What a [`Verdict`] comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// The same flight, as far as the log goes.
+    Same,
+    /// All that can be read of a damaged log is the same.
+    SameWhereReadable,
+    /// Another flight.
+    Different,
+    /// It differs behind a damage, which may have taken an input: nobody knows.
+    Unknown,
 }
 
 impl Verdict {
-    /// The same flight, as far as the log goes.
+    /// The same flight, as far as the log goes, and no step of it is missing.
     #[must_use]
     pub fn is_same(&self) -> bool {
-        self.difference.is_none() && self.logged_hash.as_ref().is_none_or(|h| *h == self.run_hash)
+        self.outcome() == Outcome::Same
+    }
+
+    /// What it comes to.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        let is_hash_other = self.logged_hash.as_ref().is_some_and(|h| *h != self.run_hash);
+        match (&self.difference, self.first_missing) {
+            (None, None) if is_hash_other => Outcome::Different,
+            (None, None) => Outcome::Same,
+            (None, Some(_)) if is_hash_other => Outcome::Unknown,
+            (None, Some(_)) => Outcome::SameWhereReadable,
+            (Some(difference), Some(first)) if difference.time >= first => Outcome::Unknown,
+            (Some(_), _) => Outcome::Different,
+        }
+    }
+
+    fn of_damaged(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { steps, missing, difference, run_hash, logged_hash, .. } = self;
+        match (self.outcome(), difference) {
+            (Outcome::SameWhereReadable, _) => {
+                let readable = steps.saturating_sub(*missing);
+                write!(
+                    f,
+                    "damaged; all {readable} readable control steps are the same, {missing} are missing"
+                )?;
+                match logged_hash {
+                    Some(_) => write!(f, "; same run hash {run_hash}"),
+                    None => write!(f, ", and so is the run hash"),
+                }
+            }
+            (_, Some(difference)) => write!(
+                f,
+                "damaged; whether it is the same flight cannot be told, since an input may be missing where \
+                 {missing} control steps are: {difference}"
+            ),
+            (_, None) => write!(
+                f,
+                "damaged; all readable control steps are the same, but the run hash is not: an input may be \
+                 missing where {missing} control steps are"
+            ),
+        }
     }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { steps, run_hash, logged_hash, difference } = self;
+        if matches!(self.outcome(), Outcome::SameWhereReadable | Outcome::Unknown) {
+            return self.of_damaged(f);
+        }
+        let Self { steps, run_hash, logged_hash, difference, .. } = self;
         match (difference, logged_hash) {
             (Some(difference), _) => write!(f, "not the same flight: {difference}"),
             (None, Some(logged)) if logged == run_hash => {
@@ -75,6 +136,8 @@ pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, 
         run_hash: flight.hash.hex(),
         logged_hash: recording.run_hash().map(str::to_owned),
         difference,
+        missing: recording.missing().len() as u64,
+        first_missing: recording.missing().first().copied().map(SimTime::from_micros),
     })
 }
 
@@ -94,6 +157,8 @@ struct Flight<'a> {
     /// Control steps of the log.
     steps: u64,
     is_cut: bool,
+    missing: &'a BTreeSet<u64>,
+    period_us: u64,
     over: bool,
 }
 
@@ -119,6 +184,8 @@ impl<'a> Flight<'a> {
             step: 0,
             steps: recording.steps(),
             is_cut: recording.run_hash().is_none(),
+            missing: recording.missing(),
+            period_us: setup.period.as_micros().into(),
             over: false,
         })
     }
@@ -247,7 +314,8 @@ impl<'a> Flight<'a> {
         if logged.is_none() && self.may_be_cut_off() {
             return Ok(());
         }
-        if flown != logged {
+        let is_lost = logged.is_none() && self.is_damaged_at(self.plant.time());
+        if !is_lost && flown != logged {
             let [logged, flown] = [logged, flown].map(|request| match request {
                 Some(request) => format!("{request:?}"),
                 None => "none".to_owned(),
@@ -276,6 +344,17 @@ impl<'a> Flight<'a> {
         self.is_cut && self.inputs.is_empty() && self.step + 1 >= self.steps
     }
 
+    /// The log lacks rows of this tick, or of the next one: a damage may begin inside the row before.
+    fn is_damaged_at(&self, time: SimTime) -> bool {
+        let us = time.as_micros();
+        self.missing.contains(&us) || self.missing.contains(&us.saturating_add(self.period_us))
+    }
+
+    /// A difference where the log is damaged is none of the flight.
+    fn unless_damaged(&self, time: SimTime, checked: Checked) -> Checked {
+        if self.is_damaged_at(time) { Ok(()) } else { checked }
+    }
+
     /// Reports of the plant to the autopilot, as many as an exchange carries.
     fn tell_reports(&mut self, count: usize) {
         for _ in 0..count {
@@ -292,16 +371,21 @@ impl<'a> Flight<'a> {
             return Ok(());
         }
         let truth = self.plant.truth().to_row(self.plant.on_ground(), self.plant.is_broken());
-        self.truth.check(self.step, time, TRUTH_FIELDS.into_iter().zip(truth))
+        let checked = self.truth.check(self.step, time, TRUTH_FIELDS.into_iter().zip(truth));
+        self.unless_damaged(time, checked)
     }
 
     fn check_rows(&mut self, time: SimTime, sensors: &Sensors, output: &StepOutput) -> Checked {
         let step = self.step;
         self.check_truth(time)?;
-        self.sensors.check(step, time, Sensors::NAMES.into_iter().zip(sensors.to_array()))?;
+        let signals = Sensors::NAMES.into_iter().zip(sensors.to_array());
+        let checked = self.sensors.check(step, time, signals);
+        self.unless_damaged(time, checked)?;
         let commands = *output.actuators.commands.as_array();
-        self.commands.check(step, time, COMMAND_NAMES.into_iter().zip(commands))?;
+        let checked = self.commands.check(step, time, COMMAND_NAMES.into_iter().zip(commands));
+        self.unless_damaged(time, checked)?;
         let control = control_values(&output.log);
-        self.control.check(step, time, CONTROL_NAMES.into_iter().zip(control))
+        let checked = self.control.check(step, time, CONTROL_NAMES.into_iter().zip(control));
+        self.unless_damaged(time, checked)
     }
 }

@@ -1,6 +1,6 @@
 //! What a replay needs of a log: headers, inputs in order, and the rows to compare with.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
 use autopilot::autopilot::Settings;
@@ -8,7 +8,10 @@ use autopilot::recorder::{ControlHeader, Moment, Recorded};
 use icd::wire;
 use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
-use ulog::reader::{Log, ReadError, Row};
+use ulog::reader::{Log, ReadError, Row, Topic};
+
+/// Topics with a row for each control step.
+const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
 
 /// Why a log cannot be flown again.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +83,7 @@ pub struct Recording {
     pub(super) plant: PlantHeader,
     inputs: Vec<Input>,
     steps: u64,
+    missing: BTreeSet<u64>,
 }
 
 impl Recording {
@@ -107,15 +111,37 @@ impl Recording {
         let when = "; it comes over the link with the first ticks, and the log may end before";
         let plant: PlantHeader = header(&log, "plant_header", when)?;
         let inputs = inputs(&log)?;
-        let steps = ["sensors", "commands", "control", "truth"]
-            .map(|topic| log.topic(topic).map_or(0, |topic| topic.len()))
-            .into_iter()
-            .max()
-            .unwrap_or(0);
-        if steps == 0 {
-            return Err(CannotFly::Empty);
-        }
-        Ok(Self { log, control, plant, inputs, steps: steps as u64 })
+        let topics: Vec<Topic<'_>> =
+            COMPARED.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
+        let rows = topics.iter().map(Topic::len).max().ok_or(CannotFly::Empty)? as u64;
+        let (steps, missing) = if log.damages().is_empty() {
+            (rows, BTreeSet::new())
+        } else {
+            let times: Vec<Vec<u64>> = topics.iter().map(Topic::times_us).collect();
+            let last_us = times.iter().filter_map(|times| times.last()).copied().max().unwrap_or(0);
+            let period_us = u64::from(plant.setup.period.as_micros()).max(1);
+            let start_us = log.start_us();
+            let seen = last_us.saturating_sub(start_us) / period_us + 1;
+            // A damaged time leads nowhere: no log has more steps than bytes.
+            let steps = log.info_u64("control_steps").unwrap_or(seen).min(log.size() as u64);
+            let is_there = |us: &u64| times.iter().all(|times| times.binary_search(us).is_ok());
+            let all =
+                (0..steps).map(|step| start_us.saturating_add(step.saturating_mul(period_us)));
+            (steps, all.filter(|us| !is_there(us)).collect())
+        };
+        Ok(Self { log, control, plant, inputs, steps, missing })
+    }
+
+    /// Times of control steps of which a damaged log does not have every row, us.
+    #[must_use]
+    pub(super) fn missing(&self) -> &BTreeSet<u64> {
+        &self.missing
+    }
+
+    /// Places of the log cannot be read.
+    #[must_use]
+    pub fn is_damaged(&self) -> bool {
+        !self.log.damages().is_empty()
     }
 
     /// Control steps that the log has.
@@ -219,12 +245,13 @@ fn header<T: DeserializeOwned>(
 /// Puts the pieces of the topic `recorded` together.
 ///
 /// # Errors
-/// [`CannotFly::Input`] for the first entry that cannot be read.
+/// [`CannotFly::Input`] for the first entry that cannot be read. In a damaged log such entries are left out.
 pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
     let Some(topic) = log.topic("recorded") else { return Ok(Vec::new()) };
     let mut inputs = Vec::new();
     let mut text: Vec<u8> = Vec::new();
     let mut next_part = 0;
+    let is_damaged = !log.damages().is_empty();
     for row in topic.rows() {
         let number = inputs.len() + 1;
         let time_s = row.timestamp_us() as f64 * 1.0e-6;
@@ -232,6 +259,12 @@ pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
         let field =
             |name| row.unsigned(name).ok_or_else(|| failed(format!("there is no column {name}")));
         let (part, parts) = (field("part")?, field("parts")?);
+        if is_damaged && part != next_part {
+            next_part = 0;
+            if part > 0 {
+                continue;
+            }
+        }
         if part != next_part || parts == 0 {
             return Err(failed(format!("part {part} where part {next_part} was due")));
         }
@@ -244,7 +277,12 @@ pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
             continue;
         }
         next_part = 0;
-        let what = serde_json::from_slice(&text).map_err(|error| failed(error.to_string()))?;
+        let what = match serde_json::from_slice(&text) {
+            Ok(what) => what,
+            // Pieces of two entries, with the damage between them.
+            Err(_) if is_damaged => continue,
+            Err(error) => return Err(failed(error.to_string())),
+        };
         let phase = field("phase")?;
         let moment = u8::try_from(phase).ok().and_then(Moment::from_code);
         let moment = moment.ok_or_else(|| failed(format!("phase {phase} is not known")))?;

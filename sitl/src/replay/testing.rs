@@ -59,6 +59,9 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
         if plant.on_ground() || time > setup.duration {
             break;
         }
+        if hash.steps().is_multiple_of(20) {
+            writer.data.sync().unwrap();
+        }
         let mut exchange = |moment: Moment,
                             autopilot: &mut Autopilot,
                             plant: &mut Plant,

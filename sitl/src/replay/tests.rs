@@ -165,3 +165,59 @@ fn what_cannot_be_flown_says_why() {
     let version = patch("\"version\":\"0.1.0\"", "\"version\":\"0.0.9\"").unwrap();
     assert!(!version.remarks().is_empty());
 }
+
+/// A log with sync messages that lost some bytes in its middle.
+fn damaged(spoken: &[Spoken], without: Without) -> Vec<u8> {
+    let mut bytes = testing::log(&setup(2), spoken, without);
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 3_000].fill(0xFF);
+    bytes
+}
+
+#[test]
+fn a_damaged_log_is_the_same_flight_where_it_can_be_read() {
+    let bytes = damaged(&spoken(), Without::default());
+    let recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
+    assert!(recording.remarks().concat().contains("damaged: byte"), "{:?}", recording.remarks());
+    let verdict = fly(&recording, &mut |_| {}).unwrap();
+    assert_eq!(verdict.outcome(), Outcome::SameWhereReadable, "{verdict}");
+    assert_eq!(verdict.steps, 1_001);
+    assert!((1..100).contains(&verdict.missing), "{verdict}");
+    let readable = 1_001 - verdict.missing;
+    let said = verdict.to_string();
+    let expected = format!("damaged; all {readable} readable control steps are the same");
+    assert!(said.starts_with(&expected) && said.contains("same run hash"), "{said}");
+    // Also without a footer.
+    let verdict =
+        replay(damaged(&spoken(), Without { footer: true, ..Without::default() })).unwrap();
+    assert_eq!(verdict.outcome(), Outcome::SameWhereReadable, "{verdict}");
+}
+
+#[test]
+fn a_difference_before_the_damage_is_another_flight_and_one_behind_it_may_be_a_lost_input() {
+    let bytes = damaged(&[], Without::default());
+    let changed = |row: usize| {
+        let mut bytes = bytes.clone();
+        let log = Log::from_bytes(bytes.clone()).unwrap();
+        let logged = log.column("sensors", "airspeed_m_s").unwrap()[row];
+        let place = bytes.windows(8).position(|window| window == logged.to_le_bytes()).unwrap();
+        bytes[place] ^= 1;
+        replay(bytes).unwrap()
+    };
+    let before = changed(100);
+    assert_eq!(before.outcome(), Outcome::Different, "{before}");
+    assert_eq!(before.difference.unwrap().step, 100);
+    let behind = changed(900);
+    assert_eq!(behind.outcome(), Outcome::Unknown, "{behind}");
+    assert!(behind.to_string().contains("cannot be told"), "{behind}");
+}
+
+#[test]
+fn zeros_behind_a_log_cost_nothing() {
+    let mut bytes = testing::log(&setup(1), &spoken(), Without::default());
+    bytes.extend_from_slice(&[0; 4096]);
+    let recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
+    assert!(recording.is_damaged());
+    let verdict = fly(&recording, &mut |_| {}).unwrap();
+    assert!(verdict.is_same(), "{verdict}");
+}

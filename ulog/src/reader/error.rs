@@ -2,13 +2,13 @@
 
 use core::fmt;
 
-/// A place that could not be read; what follows it could.
+/// A place that could not be read; what stands before it could.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
     /// Where it begins, bytes from the start of the file.
     pub offset: usize,
-    /// Where reading went on.
-    pub resumed: usize,
+    /// Where reading went on; `None` if no sync message followed, so that the rest of the file is lost.
+    pub resumed: Option<usize>,
     /// What was wrong.
     pub wrong: Wrong,
 }
@@ -16,7 +16,12 @@ pub struct Damage {
 impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { offset, resumed, wrong } = self;
-        write!(f, "byte {offset}: {wrong}; read on at byte {resumed}")
+        match resumed {
+            Some(resumed) => write!(f, "byte {offset}: {wrong}; read on at byte {resumed}"),
+            None => {
+                write!(f, "byte {offset}: {wrong}; no sync message follows, so the rest is lost")
+            }
+        }
     }
 }
 
@@ -41,14 +46,6 @@ pub enum ReadError {
         index: usize,
         /// Its unknown bits.
         flags: u8,
-    },
-    /// Damaged, and no sync message follows from which to read on.
-    #[error("byte {offset}: {wrong}, and no sync message follows")]
-    Damaged {
-        /// Bytes from the start of the file.
-        offset: usize,
-        /// What is wrong.
-        wrong: Wrong,
     },
 }
 

@@ -96,7 +96,16 @@ impl Parser<'_> {
             match self.take(kind, body) {
                 Ok(()) => self.at = body.end,
                 Err(Stop::Flags(error)) => return Err(error),
-                Err(Stop::Wrong(wrong)) => self.resume(wrong)?,
+                Err(Stop::Wrong(wrong)) => {
+                    if !self.resume(wrong.clone()) {
+                        let damage = Damage { offset: self.at, resumed: None, wrong };
+                        self.log.damages.push(damage);
+                        if !self.jump() {
+                            self.log.is_cut = true;
+                            return Ok(());
+                        }
+                    }
+                }
             }
         }
         Ok(())
@@ -249,14 +258,12 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reads on at the next sync message.
-    fn resume(&mut self, wrong: Wrong) -> Result<(), ReadError> {
-        let offset = self.at;
-        let resumed =
-            self.next_sync().ok_or_else(|| ReadError::Damaged { offset, wrong: wrong.clone() })?;
-        self.log.damages.push(Damage { offset, resumed, wrong });
+    /// Reads on at the next sync message; false if none follows.
+    fn resume(&mut self, wrong: Wrong) -> bool {
+        let Some(resumed) = self.next_sync() else { return false };
+        self.log.damages.push(Damage { offset: self.at, resumed: Some(resumed), wrong });
         self.at = resumed;
-        Ok(())
+        true
     }
 
     /// A message that goes beyond the end may have a damaged length; a sync message behind it tells.
@@ -268,7 +275,7 @@ impl Parser<'_> {
             }
             _ => return false,
         };
-        self.resume(wrong).is_ok()
+        self.resume(wrong)
     }
 
     /// Where the next sync message begins.

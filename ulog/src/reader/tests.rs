@@ -172,21 +172,29 @@ fn a_file_cut_off_anywhere_is_read_up_to_its_last_whole_message() {
 }
 
 #[test]
-fn damaged_bytes_are_refused_with_their_offset() {
+fn a_damaged_end_keeps_everything_before_it_and_is_told_with_its_offset() {
     let good = Bytes::defined().truth(4, 2_000, 1.0, [0, 0]);
     let offset = good.0.len();
-    let unknown_row = good.clone().row(5, 0, &[]).truth(4, 3_000, 2.0, [0, 0]);
-    let message = unknown_row.error().to_string();
-    assert!(
-        message.starts_with(&format!("byte {offset}: a row of the topic number 5")),
-        "{message}"
-    );
-    let short = good.clone().row(4, 0, &[1, 2, 3]).error().to_string();
+    let told = |damaged: Bytes| {
+        let log = damaged.read();
+        assert_eq!(log.column("truth", "altitude_m"), Some(vec![1.0]));
+        assert!(log.is_cut());
+        let [damage] = log.damages() else { panic!("{:?}", log.damages()) };
+        assert_eq!((damage.offset, damage.resumed), (offset, None));
+        damage.to_string()
+    };
+    let message = told(good.clone().row(5, 0, &[]).truth(4, 3_000, 2.0, [0, 0]));
+    let expected = format!("byte {offset}: a row of the topic number 5");
+    assert!(message.starts_with(&expected) && message.contains("the rest is lost"), "{message}");
+    let short = told(good.clone().row(4, 0, &[1, 2, 3]));
     assert!(short.contains("a row of 11 bytes; \"truth\" has 23"), "{short}");
-    let kind = good.clone().message(0x07, &[b"x"]).error().to_string();
+    let kind = told(good.clone().message(0x07, &[b"x"]));
     assert!(kind.contains("type 0x07 with 1 bytes"), "{kind}");
-    let nested = good.message(b'F', &[b"a:truth inner;"]).error().to_string();
+    let nested = told(good.clone().message(b'F', &[b"a:truth inner;"]));
     assert!(nested.contains("\"a:truth inner;\"") && nested.contains("nested"), "{nested}");
+    let mut zeros = good;
+    zeros.0.extend_from_slice(&[0; 4096]);
+    assert!(told(zeros).contains("type 0x00 with 0 bytes"));
 }
 
 #[test]
@@ -198,7 +206,7 @@ fn reading_goes_on_at_a_sync_message_and_says_so() {
     let log = damaged.sync().truth(4, 4_000, 3.0, [0, 0]).read();
     assert_eq!(log.column("truth", "altitude_m"), Some(vec![1.0, 3.0]));
     let wrong = Wrong::Message { kind: 0xFE, size: 30 };
-    assert_eq!(log.damages(), [Damage { offset, resumed, wrong }]);
+    assert_eq!(log.damages(), [Damage { offset, resumed: Some(resumed), wrong }]);
 }
 
 #[test]
@@ -244,10 +252,10 @@ fn data_appended_to_a_cut_file_are_read() {
 
 #[test]
 fn a_topic_without_timestamp_or_format_is_damage() {
-    let message = Bytes::new().subscribe(0, 0, "x").error().to_string();
+    let message = Bytes::new().subscribe(0, 0, "x").read().damages()[0].to_string();
     assert!(message.contains("\"x\" has no format"), "{message}");
-    let message = Bytes::new().message(b'F', &[b"x:double v;"]).subscribe(0, 0, "x").error();
-    assert!(message.to_string().contains("no uint64_t timestamp"), "{message}");
+    let message = Bytes::new().message(b'F', &[b"x:double v;"]).subscribe(0, 0, "x").read();
+    assert!(message.damages()[0].to_string().contains("no uint64_t timestamp"), "{message:?}");
 }
 
 #[test]
