@@ -122,7 +122,7 @@ fn a_damaged_log_is_not_called_complete_and_pairs_its_rows_by_time() {
     // Inside of a row of control, whose truth follows later.
     let value = whole.log.column("control", "airspeed_m_s").unwrap()[400];
     let places = bytes.windows(8).enumerate().filter(|(_, w)| *w == value.to_le_bytes());
-    let place = places.map(|(place, _)| place).last().unwrap();
+    let place = places.map(|(place, _)| place).next_back().unwrap();
     bytes[place..place + 3_000].fill(0xFF);
     let page = page_of(bytes.clone());
     assert!(page.contains("The log is damaged.") && !page.contains("The log is complete."));
