@@ -110,6 +110,16 @@ fn every_fault_on_every_effector_is_what_the_truth_in_the_log_says() {
 }
 
 #[test]
+fn a_flight_with_commands_at_random_moments_is_flown_again_to_the_same_hash() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().to_str().expect("a path in UTF-8");
+    let sitl = program("sitl");
+    let options = ["--log-dir", folder, "--speed", "4"];
+    let sitl = sitl.to_str().expect("a path in UTF-8");
+    holds(run("clients/replayed.py", "udpin:", &options, &["--log-dir", folder, "--sitl", sitl]));
+}
+
+#[test]
 fn mavproxy_connects_commands_and_loads_a_mission() {
     holds(run("clients/mavproxy_session.py", "udpin:", &[], &[]));
 }
