@@ -42,6 +42,7 @@ use crate::mavlink::peers::{
 };
 use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
+use crate::mavlink::traffic::is_bulk;
 use crate::parameters::Parameters;
 use crate::script::Script;
 use logs::{next_done, open_tlog};
@@ -482,7 +483,9 @@ impl Link {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
             let Some((to, frame)) = frame else { break };
-            if let Some(tlog) = &mut self.tlog {
+            if let Some(tlog) = &mut self.tlog
+                && !is_bulk(&frame)
+            {
                 tlog.record(now, &frame);
             }
             self.sockets.send(to, frame, now);

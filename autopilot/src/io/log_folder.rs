@@ -4,10 +4,11 @@
 //! writes a log holds the lock of its file, so that nobody removes it meanwhile, also not another process
 //! with the same folder. Only regular files with names of flight logs are touched.
 
+use core::time::Duration;
 use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use tokio::sync::mpsc;
@@ -23,6 +24,10 @@ pub const LISTED_MAX: usize = 1000;
 const ENTRIES_MAX: usize = 100_000;
 /// Bytes that are read at once.
 const READ_MAX: usize = 256 * 1024;
+/// Logs that are protected from being removed to make room since they were read last.
+const HELD_MAX: usize = 4;
+/// Where nothing was asked for this long, no log is protected any more.
+const HOLD: Duration = Duration::from_secs(60);
 /// Jobs and outcomes on their way: there is one at a time.
 const JOBS_MAX: usize = 1;
 
@@ -45,7 +50,9 @@ impl LogFolder {
         let (outcomes, done) = mpsc::channel(JOBS_MAX);
         let folder = folder.to_path_buf();
         let read = move || {
-            for LogJob { number, task } in theirs {
+            let mut held = Held::default();
+            while let Some(LogJob { number, task }) = held.next_job(&theirs, HOLD) {
+                held.prepare(&folder, &task);
                 let result = work(&folder, &task).map_err(|error| error.to_string());
                 if outcomes.blocking_send(LogDone { number, result }).is_err() {
                     return;
@@ -90,6 +97,48 @@ impl Drop for LogFolder {
             && reader.join().is_err()
         {
             warn!("the reader of the log folder has broken down");
+        }
+    }
+}
+
+/// Logs that are being fetched, the latest last. Their locks keep them from being removed to make room.
+#[derive(Debug, Default)]
+struct Held(Vec<(String, File)>);
+
+impl Held {
+    /// The next job; `None` when there will be none. Lets go of all logs when nothing is asked for `hold`.
+    fn next_job(&mut self, jobs: &Receiver<LogJob>, hold: Duration) -> Option<LogJob> {
+        loop {
+            match jobs.recv_timeout(hold) {
+                Ok(job) => return Some(job),
+                Err(RecvTimeoutError::Timeout) => self.0.clear(),
+                Err(RecvTimeoutError::Disconnected) => return None,
+            }
+        }
+    }
+
+    /// Holds the log that is going to be read; lets go of all before they are erased.
+    fn prepare(&mut self, folder: &Path, task: &LogTask) {
+        match task {
+            LogTask::Read { name, .. } => self.hold(folder, name),
+            LogTask::Erase => self.0.clear(),
+            LogTask::List => {}
+        }
+    }
+
+    fn hold(&mut self, folder: &Path, name: &str) {
+        if let Some(at) = self.0.iter().position(|(held, _)| held == name) {
+            let log = self.0.remove(at);
+            self.0.push(log);
+            return;
+        }
+        // Whoever writes the log has it locked already; one that cannot be opened cannot be read either.
+        let Ok(file) = log_path(folder, name).and_then(File::open) else { return };
+        if file.try_lock_shared().is_ok() {
+            if self.0.len() >= HELD_MAX {
+                self.0.remove(0);
+            }
+            self.0.push((name.to_owned(), file));
         }
     }
 }

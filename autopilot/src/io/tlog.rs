@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use tracing::{info, warn};
+use tracing::warn;
 
 use super::recorder::folder::stamp;
 use crate::clock::WallTime;
@@ -19,8 +19,16 @@ use crate::clock::WallTime;
 const FRAMES_MAX: usize = 8192;
 /// What was written is in the file after this.
 const FLUSH: Duration = Duration::from_millis(500);
+/// Part of the limit of all logs that the traffic of one process may have.
+const SHARE: u64 = 8;
 /// Names that are tried: somebody else may have begun in the same second.
 const NAMES_MAX: u64 = 60;
+
+/// What the log of traffic may have where all logs together may have `limit_bytes`.
+#[must_use]
+pub const fn share(limit_bytes: u64) -> u64 {
+    limit_bytes / SHARE
+}
 
 /// A frame and when it came or went.
 #[derive(Debug)]
@@ -128,7 +136,8 @@ impl Writer {
                 Ok(entry) => {
                     let at = entry.at;
                     if !self.write(&entry)? {
-                        info!(file = %self.path.display(), "the traffic log is full and ends");
+                        let file = self.path.display();
+                        warn!(%file, "the traffic log has its eighth of --log-limit-mb and ends");
                         return self.out.flush();
                     }
                     if at.since(flushed) < FLUSH {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use ::mavlink::MessageData;
-use ::mavlink::dialects::common::SETUP_SIGNING_DATA;
+use ::mavlink::dialects::common::{LOG_DATA_DATA, SETUP_SIGNING_DATA};
 
 use super::codec::Frame;
 
@@ -24,9 +24,9 @@ impl Traffic {
         self.is_wanted = true;
     }
 
-    /// A good frame has come. A key for signing is nobody's business.
+    /// A good frame has come. A key for signing is nobody's business, and neither is what [`is_bulk`].
     pub(super) fn hear(&mut self, frame: &Frame<'_>) {
-        if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID {
+        if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID {
             return;
         }
         if self.heard.len() >= HEARD_MAX {
@@ -47,6 +47,14 @@ impl Traffic {
     }
 }
 
+/// Whether a frame of MAVLink 2 is a piece of a flight log (LOG_DATA): who writes traffic down leaves it out, or a
+/// log would be written once more each time it is fetched.
+#[must_use]
+pub fn is_bulk(frame: &[u8]) -> bool {
+    let id = LOG_DATA_DATA::ID.to_le_bytes();
+    frame.first() == Some(&::mavlink::MAV_STX_V2) && frame.get(7..10) == Some(&id[..3])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +67,7 @@ mod tests {
         traffic.hear(&frame(0, b"early"));
         traffic.want();
         traffic.hear(&frame(256, b"secret"));
+        traffic.hear(&frame(120, b"bulk"));
         traffic.hear(&frame(0, b"heard"));
         assert_eq!(traffic.pop(), Some(b"heard".to_vec()));
         assert_eq!(traffic.pop(), None);
@@ -66,5 +75,15 @@ mod tests {
             traffic.hear(&frame(0, b"x"));
         }
         assert_eq!((traffic.take_dropped(), traffic.take_dropped()), (3, 0));
+    }
+
+    #[test]
+    fn pieces_of_a_log_are_bulk_and_nothing_else_is() {
+        use crate::mavlink::codec::Encoded;
+        use ::mavlink::dialects::common::{HEARTBEAT_DATA, LOG_ENTRY_DATA};
+        assert!(is_bulk(&Encoded::new(&LOG_DATA_DATA::DEFAULT).frame(5)));
+        assert!(!is_bulk(&Encoded::new(&LOG_ENTRY_DATA::DEFAULT).frame(5)));
+        assert!(!is_bulk(&Encoded::new(&HEARTBEAT_DATA::DEFAULT).frame(5)));
+        assert!(!is_bulk(&[]));
     }
 }

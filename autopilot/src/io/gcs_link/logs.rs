@@ -8,7 +8,7 @@ use super::Link;
 use crate::clock::WallTime;
 use crate::io::log_folder::LogFolder;
 use crate::io::recorder::folder::make_room;
-use crate::io::tlog::Tlog;
+use crate::io::tlog::{Tlog, share};
 use crate::mavlink::logs::LogDone;
 
 /// Where logs are written, and offered to ground stations.
@@ -24,7 +24,7 @@ pub struct Logs {
 pub(super) fn open_tlog(logs: &Logs, unix_start_us: Option<u64>) -> Option<Tlog> {
     let Logs { folder, limit_bytes } = logs;
     make_room(folder, *limit_bytes);
-    let tlog = Tlog::open(folder, unix_start_us.unwrap_or_default(), *limit_bytes);
+    let tlog = Tlog::open(folder, unix_start_us.unwrap_or_default(), share(*limit_bytes));
     tlog.inspect_err(|error| {
         warn!(folder = %folder.display(), %error, "there is no log of the MAVLink traffic");
     })

@@ -94,3 +94,43 @@ fn jobs_are_done_by_the_thread_and_their_outcomes_have_their_numbers() {
     assert_eq!(ask(9, LogTask::Erase).result, Ok(LogOutcome::Erased(erased)));
     assert_eq!(ask(10, LogTask::List).result, Ok(LogOutcome::Listed(Vec::new())));
 }
+
+#[test]
+fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_nobody_asks_any_more() {
+    use crate::io::recorder::folder::make_room;
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (put(folder.path(), FIRST, 100), put(folder.path(), SECOND, 100));
+    let mut held = Held::default();
+    let read = LogTask::Read { name: FIRST.to_owned(), offset: 0, length: 10 };
+    held.prepare(folder.path(), &read);
+    held.prepare(folder.path(), &read);
+    make_room(folder.path(), 100);
+    assert!(first.exists() && !second.exists(), "the oldest is being fetched");
+    let (jobs, theirs) = sync_channel(1);
+    jobs.send(LogJob { number: 1, task: LogTask::List }).unwrap();
+    assert!(held.next_job(&theirs, Duration::from_millis(1)).is_some());
+    make_room(folder.path(), 0);
+    assert!(first.exists(), "somebody still asks");
+    let late =
+        thread::spawn(move || held.next_job(&theirs, Duration::from_millis(1)).map(|_| held));
+    while first.exists() {
+        make_room(folder.path(), 0);
+        thread::yield_now();
+    }
+    drop(jobs);
+    assert!(late.join().unwrap().is_none());
+}
+
+#[test]
+fn logs_that_are_held_are_few_and_may_be_erased() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut held = Held::default();
+    for second in 10..30 {
+        let name = format!("20261121-0800{second}-00000000000000aa.ulg");
+        put(folder.path(), &name, 1);
+        held.prepare(folder.path(), &LogTask::Read { name, offset: 0, length: 1 });
+    }
+    assert_eq!(held.0.len(), HELD_MAX);
+    held.prepare(folder.path(), &LogTask::Erase);
+    assert_eq!(erase(folder.path()).unwrap(), Erased { removed: 20, in_use: 0, failed: 0 });
+}

@@ -11,6 +11,7 @@ use ulog::writer::Level;
 
 use super::file::LogFile;
 use super::{FLUSH_EVERY, RecorderConfig, folder};
+use crate::io::tlog;
 use crate::parameters::Parameters;
 use crate::recorder::{Begin, Encoder, End, Entry};
 
@@ -117,7 +118,8 @@ impl LogThread {
         let limit = self.config.limit_bytes;
         let Some(log) = self.log.as_mut() else { return };
         let written = log.encoder.written();
-        if written >= limit {
+        // The log of traffic has its share beside it.
+        if written >= limit - tlog::share(limit) {
             let path = log.path.display();
             warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
             self.end(End::Full);
