@@ -42,7 +42,6 @@ use crate::mavlink::peers::{
 };
 use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
-use crate::mavlink::traffic::is_bulk;
 use crate::parameters::Parameters;
 use crate::script::Script;
 use logs::{next_done, open_tlog};
@@ -483,9 +482,7 @@ impl Link {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
             let Some((to, frame)) = frame else { break };
-            if let Some(tlog) = &mut self.tlog
-                && !is_bulk(&frame)
-            {
+            if let Some(tlog) = &mut self.tlog {
                 tlog.record(now, &frame);
             }
             self.sockets.send(to, frame, now);

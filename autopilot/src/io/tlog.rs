@@ -14,6 +14,7 @@ use tracing::warn;
 
 use super::recorder::folder::stamp;
 use crate::clock::WallTime;
+use crate::mavlink::traffic::is_bulk;
 
 /// Frames that may wait for the disk: more than half a second of a download.
 const FRAMES_MAX: usize = 8192;
@@ -60,9 +61,9 @@ impl Tlog {
         Ok(Self { entries: Some(entries), writer: Some(writer), dropped: 0 })
     }
 
-    /// Writes one frame. Never waits.
+    /// Writes one frame, unless it is bulk. Never waits.
     pub fn record(&mut self, at: WallTime, frame: &[u8]) {
-        let Some(entries) = &self.entries else { return };
+        let Some(entries) = self.entries.as_ref().filter(|_| !is_bulk(frame)) else { return };
         match entries.try_send(Entry { at, frame: frame.to_vec() }) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => self.left_out(1),
@@ -179,6 +180,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut tlog = Tlog::open(folder.path(), START_US, 1000).unwrap();
         tlog.record(at(5), b"in");
+        tlog.record(at(1_000_000), &[0xFD, 2, 0, 0, 0, 1, 1, 120, 0, 0, 7, 7, 7, 7]);
         tlog.record(at(1_000_000), b"out");
         drop(tlog);
         let mut expected = (START_US + 5).to_be_bytes().to_vec();

@@ -60,3 +60,22 @@ pub(super) async fn next_done(logs: &mut Option<LogFolder>) -> LogDone {
         None => core::future::pending().await,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_of_traffic_has_an_eighth_of_the_limit_of_all_logs() {
+        let folder = tempfile::tempdir().unwrap();
+        let logs = Logs { folder: folder.path().to_path_buf(), limit_bytes: 800 };
+        let mut tlog = open_tlog(&logs, None).unwrap();
+        for _ in 0..100 {
+            tlog.record(WallTime::ZERO, b"frame");
+        }
+        drop(tlog);
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let bytes: u64 = entries.map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+        assert_eq!(bytes, 7 * 13, "whole frames in 100 bytes");
+    }
+}
