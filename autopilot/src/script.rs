@@ -11,7 +11,8 @@
 //! each time, to the bit. The language is in `docs/scripts.md`.
 
 use core::fmt;
-use icd::FaultRequest;
+use icd::fault::Refusal;
+use icd::{Effector, FaultRequest};
 use serde::{Deserialize, Serialize};
 
 use crate::vehicle::{Mode, Reference};
@@ -254,7 +255,12 @@ pub enum LineRefusal {
     /// The vehicle says so.
     Vehicle(crate::vehicle::VehicleRefusal),
     /// The plant says so.
-    Plant(icd::fault::Refusal),
+    Plant {
+        /// What it is about; `None` for all effectors.
+        effector: Option<Effector>,
+        /// Why.
+        refusal: Refusal,
+    },
     /// The plant has gone away before it answered.
     NoAnswer,
 }
@@ -263,7 +269,9 @@ impl fmt::Display for LineRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Vehicle(refusal) => write!(f, "{refusal}"),
-            Self::Plant(refusal) => write!(f, "{refusal}"),
+            Self::Plant { effector, refusal } => {
+                refusal.described(effector.is_none_or(Effector::is_angle)).fmt(f)
+            }
             Self::NoAnswer => f.write_str("the aircraft does not answer"),
         }
     }

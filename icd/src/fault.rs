@@ -11,10 +11,12 @@ use crate::effector::Effector;
 use crate::pace::Pace;
 use crate::time::SimTime;
 
+mod allowed;
 mod kind;
 mod refusal;
 mod timing;
 
+pub use allowed::{FREQUENCY_HZ, PERIOD_S, RAMP_MAX_S, Reach, check, check_timing};
 pub use kind::{FaultKind, Side, Travel};
 pub use refusal::{Quantity, Refusal};
 pub use timing::{Onset, Repeat, Timing};

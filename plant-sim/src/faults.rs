@@ -39,17 +39,15 @@
 use icd::fault::{
     FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Timing,
 };
-use icd::{Effector, PerEffector, SimTime};
+use icd::{Effector, PerEffector, SimTime, fault};
 use serde::{Deserialize, Serialize};
 
 mod acting;
-mod allowed;
 mod delay;
 mod effects;
 mod entry;
 mod plan;
 
-pub(crate) use allowed::{FREQUENCY_HZ, PERIOD_S, check_timing};
 pub use delay::COMMANDS_MAX;
 pub use effects::Effects;
 
@@ -195,7 +193,7 @@ impl Faults {
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
         let ScheduledFault { effector, kind, timing } = *fault;
-        allowed::check(effector, &kind, &timing, &self.servos[effector])?;
+        fault::check(effector, &kind, &timing, &self.servos[effector].reach())?;
         let fault = self.number(effector, kind, timing, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
@@ -235,7 +233,7 @@ impl Faults {
         timing: Timing,
         scene: &mut Scene<'_>,
     ) -> Result<FaultReply, Refusal> {
-        allowed::check(effector, &kind, &timing, &self.servos[effector])?;
+        fault::check(effector, &kind, &timing, &self.servos[effector].reach())?;
         let now = scene.now;
         if let Onset::At(at) = timing.onset
             && at > now

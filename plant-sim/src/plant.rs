@@ -254,9 +254,14 @@ impl Plant {
     fn schedule(&mut self, setup: &PlantSetup) -> Result<(), SetupError> {
         let Self { faults, reports, reports_dropped, .. } = self;
         for (index, fault) in setup.faults.iter().enumerate() {
-            faults
-                .schedule(fault, &mut |report| push(reports, reports_dropped, report))
-                .map_err(|refusal| SetupError::Fault { number: index + 1, refusal })?;
+            faults.schedule(fault, &mut |report| push(reports, reports_dropped, report)).map_err(
+                |refusal| SetupError::Fault {
+                    number: index + 1,
+                    effector: fault.effector,
+                    kind: fault.kind,
+                    refusal,
+                },
+            )?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Command to position: lag, rate limit, travel. The healthy actuator; what breaks it is in [`crate::faults`].
 
 use icd::PerEffector;
+use icd::fault::Reach;
 use serde::{Deserialize, Serialize};
 
 /// One actuator: angles in rad, the engine in newton.
@@ -24,6 +25,18 @@ impl Servo {
     pub fn limited(&self, command: f64) -> f64 {
         // max and min instead of clamp: total, also if someone swapped the ends.
         command.max(self.min).min(self.max)
+    }
+
+    /// Fastest speed, rad/s or N/s. Without a rate limit it is fastest at the begin of its whole way.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        self.rate_limit.min((self.max - self.min) / self.lag_s)
+    }
+
+    /// How far and how fast it goes.
+    #[must_use]
+    pub fn reach(&self) -> Reach {
+        Reach { min: self.min, max: self.max, fastest: Some(self.fastest()) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Everything that defines a flight, as plain data, and what can be wrong with it.
 
-use icd::ControlPeriod;
-use icd::fault::Refusal;
+use icd::fault::{FaultKind, Refusal};
+use icd::{ControlPeriod, Effector};
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
@@ -108,10 +108,17 @@ pub enum SetupError {
         period_us: u32,
     },
     /// A fault that the aircraft cannot have.
-    #[error("fault number {number}: {refusal}")]
+    #[error(
+        "fault {number} ({}, {}): {}",
+        effector.name(), kind.described(effector.is_angle()), refusal.described(effector.is_angle())
+    )]
     Fault {
         /// Which one, counted from 1 in the order of the setup.
         number: usize,
+        /// What it breaks.
+        effector: Effector,
+        /// How.
+        kind: FaultKind,
         /// Why not.
         refusal: Refusal,
     },
@@ -184,6 +191,21 @@ impl PlantSetup {
         let period_us = self.period.as_micros();
         if self.step_us == 0 || !period_us.is_multiple_of(self.step_us) {
             return Err(SetupError::Step { step_us: self.step_us, period_us });
+        }
+        Ok(())
+    }
+
+    /// Checks that the aircraft's effectors can have the faults.
+    ///
+    /// # Errors
+    /// [`SetupError::Fault`], the first one found.
+    pub fn check_faults(&self) -> Result<(), SetupError> {
+        for (index, fault) in self.faults.iter().enumerate() {
+            let ScheduledFault { effector, kind, timing } = *fault;
+            let reach = self.airframe.servos[effector].reach();
+            icd::fault::check(effector, &kind, &timing, &reach).map_err(|refusal| {
+                SetupError::Fault { number: index + 1, effector, kind, refusal }
+            })?;
         }
         Ok(())
     }

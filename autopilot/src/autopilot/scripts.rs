@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest};
-use icd::{Sensors, SimTime};
+use icd::{Effector, Sensors, SimTime};
 
 use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
 use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
@@ -28,11 +28,20 @@ pub(super) struct Scripts {
     /// Faults may be asked for (`SYS_FAILURE_EN`).
     pub(super) may_fail: bool,
     running: Option<Run>,
-    /// Number and line of each request that the plant has not answered.
-    asked: ArrayVec<(u32, u16), ASKED_MAX>,
+    /// What the plant has not answered.
+    asked: ArrayVec<Asked, ASKED_MAX>,
     last_number: u32,
     /// The script that these requests belong to.
     asker: u32,
+}
+
+/// A request on its way.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    number: u32,
+    line: u16,
+    /// `None` for all of them.
+    effector: Option<Effector>,
 }
 
 impl Scripts {
@@ -57,10 +66,10 @@ impl Scripts {
         !self.asked.is_full()
     }
 
-    /// A number for a request of this line.
-    fn number(&mut self, line: u16) -> u32 {
+    /// A number for a request of this line, about this effector.
+    fn number(&mut self, line: u16, effector: Option<Effector>) -> u32 {
         self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
-        self.asked.push((self.last_number, line));
+        self.asked.push(Asked { number: self.last_number, line, effector });
         self.last_number
     }
 }
@@ -146,7 +155,7 @@ impl Autopilot {
         if !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
-        let number = self.scripts.number(line);
+        let number = self.scripts.number(line, request.effector());
         self.requests.push_back(PlantRequest { number, action: PlantAction::Fault(request) });
         Ok(())
     }
@@ -157,12 +166,14 @@ impl Autopilot {
             return false;
         }
         let asked = &mut self.scripts.asked;
-        let place = asked.iter().position(|(other, _)| *other == number);
+        let place = asked.iter().position(|asked| asked.number == number);
         let Some(place) = place else { return true };
-        let (_, line) = asked.swap_remove(place);
+        let Asked { line, effector, .. } = asked.swap_remove(place);
         let why = match reply {
             None => LineRefusal::NoAnswer,
-            Some(FaultReply::Refused(refusal)) => LineRefusal::Plant(*refusal),
+            Some(FaultReply::Refused(refusal)) => {
+                LineRefusal::Plant { effector, refusal: *refusal }
+            }
             Some(
                 FaultReply::Applied { .. }
                 | FaultReply::Unchanged { .. }

@@ -416,7 +416,7 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
         autopilot.handle_report(&PlantReport::FaultReply { request, reply });
     }
     let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
-    let why = LineRefusal::Plant(refusal);
+    let why = LineRefusal::Plant { effector: Some(Effector::Rudder), refusal };
     let [EventKind::Script { event, .. }] = told[..] else { panic!("{told:?}") };
     assert_eq!(event, ScriptEvent::LineRefused { line: 1, why });
 }

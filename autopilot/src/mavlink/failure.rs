@@ -33,11 +33,12 @@
 //! Of the engine, deg means percent of the largest thrust. Servo instances are 1 left aileron, 2 right
 //! aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch, 7 nozzle yaw; motor 1 is the engine.
 //! What 420 has no room for comes from the parameters FLT_*, read when the command arrives. An order that
-//! one of its effectors cannot take is refused as a whole; else the requests go to the plant, which has the
-//! last word.
+//! one of its effectors cannot take is refused as a whole; else the requests go to the plant, one for each
+//! effector, which has the last word.
 
 use flight_control::Belief;
 use icd::Effector;
+use icd::fault::Refusal;
 
 use super::codec::Command;
 use super::refused::Refused;
@@ -61,6 +62,12 @@ pub fn unit_and_instance(effector: Effector) -> (&'static str, usize) {
     let unit = order::Unit::of(effector);
     let place = unit.effectors().iter().position(|other| *other == effector);
     (unit.name().unwrap_or("effector"), place.map_or(1, |place| place + 1))
+}
+
+/// A refusal of the plant in the units of the effector that it is about.
+#[must_use]
+pub fn refused(refusal: &Refusal, effector: Option<Effector>) -> String {
+    refusal.described(effector.is_none_or(Effector::is_angle)).to_string()
 }
 
 /// Unit and instances of effectors of one kind.

@@ -72,6 +72,17 @@ impl FaultList {
         })
     }
 
+    /// The first of the faults of an effector: the one that acts, else the one that does so next.
+    #[must_use]
+    pub fn foremost(&self, effector: Effector) -> Option<&FaultEntry> {
+        let of_effector = self.entries.iter().filter(|entry| entry.effector == effector);
+        of_effector.min_by_key(|entry| match entry.state {
+            FaultState::Resting { next, .. } => (true, next),
+            FaultState::Scheduled { at } => (true, at),
+            state => (false, state.time()),
+        })
+    }
+
     /// Something acts, rests or is scheduled for an effector.
     #[must_use]
     pub fn names(&self, effector: Effector) -> bool {

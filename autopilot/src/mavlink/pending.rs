@@ -79,8 +79,12 @@ struct Verdict {
     refused: bool,
     /// Of these the plant did what was asked.
     done: Vec<Effector>,
-    /// Mended, and no event tells so: at most something was scheduled.
+    /// Taken off the list, and no event tells so: these faults were scheduled or rested.
     quietly_cleared: Vec<Effector>,
+    /// There was nothing on the list to mend.
+    healthy: Vec<Effector>,
+    /// Something was mended, and an event tells so.
+    mended: bool,
 }
 
 /// The table of open commands.
@@ -227,6 +231,8 @@ impl Default for Verdict {
             refused: false,
             done: Vec::new(),
             quietly_cleared: Vec::new(),
+            healthy: Vec::new(),
+            mended: false,
         }
     }
 }
@@ -258,9 +264,9 @@ impl Verdict {
                 self.refused = true;
                 match refusal {
                     Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
-                        self.not_now(effector, refusal);
+                        self.not_now(effector, failure::refused(refusal, effector));
                     }
-                    _ => self.never(effector, refusal),
+                    _ => self.never(effector, failure::refused(refusal, effector)),
                 }
                 return;
             }
@@ -275,9 +281,12 @@ impl Verdict {
             }
             FaultReply::Cleared { .. } => {
                 // The end of a fault that acts is an event, and comes behind this answer.
-                let quiet =
-                    effector.filter(|effector| ctx.aircraft.faults().acting(*effector).is_none());
-                self.quietly_cleared.extend(quiet);
+                let faults = ctx.aircraft.faults();
+                match effector {
+                    Some(effector) if faults.acting(effector).is_some() => self.mended = true,
+                    Some(effector) if faults.names(effector) => self.quietly_cleared.push(effector),
+                    effector => self.healthy.extend(effector),
+                }
             }
             FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}
         }
@@ -301,6 +310,11 @@ impl Verdict {
             let (unit, instances) = failure::unit_and_instances(&self.quietly_cleared);
             let text = format!("Nothing scheduled: {unit} {instances}");
             texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        } else if !self.healthy.is_empty() && !self.mended {
+            // Beside something that was mended, it is no news.
+            let (unit, instances) = failure::unit_and_instances(&self.healthy);
+            let text = format!("Nothing to mend: {unit} {instances}");
+            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         }
         if self.reasons.is_empty() {
             return;

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use icd::Effector;
+use icd::fault::Refusal;
 
 use super::failure;
 
@@ -17,6 +18,11 @@ impl Reasons {
             Some((_, effectors)) => effectors.extend(effector),
             None => self.0.push((reason, effector.into_iter().collect())),
         }
+    }
+
+    /// One more, in the units of its effector.
+    pub fn refuse(&mut self, refusal: &Refusal, effector: Option<Effector>) {
+        self.add(failure::refused(refusal, effector), effector);
     }
 
     /// They are about effectors.

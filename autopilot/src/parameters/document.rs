@@ -25,7 +25,8 @@ const FAULTS_OPENING: &str = "
 ## Break an effector
 
 A ground station that sets one of these orders a fault as MAV_CMD_INJECT_FAILURE does, with the sizes and times of
-`FLT_*` above, and 0 mends. The value is what acts now, whoever ordered it, and every change is announced. They are
+`FLT_*` above, and 0 mends. The value is what acts, else what acts next (a fault that rests or is scheduled),
+whoever ordered it, and every change is announced. They are
 INT32, begin each flight with 0, are kept in no file and cannot be set on the command line. With `SYS_FAILURE_EN` 0 they
 are refused.
 

@@ -6,7 +6,10 @@ use super::Mode;
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum VehicleRefusal {
     /// Outside the reference limits.
-    #[error("{what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
+    #[error(
+        "{what} {} {unit} is outside {} to {} {unit}",
+        digits(*value), digits(*min), digits(*max)
+    )]
     OutOfRange {
         /// Which reference.
         what: &'static str,
@@ -93,6 +96,13 @@ pub enum VehicleRefusal {
     /// There is nothing to stop.
     #[error("no script runs")]
     NoScript,
+}
+
+/// One decimal, or two where one would tell another number: a limit of 0.01 is not 0.0.
+fn digits(value: f64) -> String {
+    let one = format!("{value:.1}");
+    let two = format!("{value:.2}");
+    if value.abs() < 1.0 && !two.ends_with('0') { two } else { one }
 }
 
 impl VehicleRefusal {

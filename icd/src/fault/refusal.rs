@@ -121,42 +121,74 @@ impl Quantity {
         }
     }
 
-    /// Factor and unit for people: percent, and SI units for the rest. An effector's own quantity is in rad
-    /// or N.
-    const fn scale(self) -> (f64, &'static str) {
+    /// Factor and unit for people, for an effector whose values are angles (deg) or thrusts (kN).
+    const fn scale(self, is_angle: bool) -> (f64, &'static str) {
         match self {
             Self::Remaining | Self::Present => (100.0, "%"),
-            Self::Rate => (1.0, "rad/s (engine N/s)"),
+            Self::Rate if is_angle => (1.0_f64.to_degrees(), "deg/s"),
+            Self::Rate => (1.0e-3, "kN/s"),
             Self::Delay | Self::Period | Self::Ramp | Self::Duration | Self::Every => (1.0, "s"),
-            Self::Amplitude | Self::Bias | Self::Limit => (1.0, "rad (engine N)"),
+            Self::Amplitude | Self::Bias | Self::Limit if is_angle => (1.0_f64.to_degrees(), "deg"),
+            Self::Amplitude | Self::Bias | Self::Limit => (1.0e-3, "kN"),
             Self::Frequency => (1.0, "Hz"),
             Self::Times => (1.0, "times"),
         }
     }
 }
 
-impl fmt::Display for Refusal {
+impl Refusal {
+    /// In words, for an effector whose values are angles (deg) or thrusts (kN).
+    #[must_use]
+    pub const fn described(&self, is_angle: bool) -> DescribedRefusal {
+        DescribedRefusal { refusal: *self, is_angle }
+    }
+}
+
+/// A refusal in words, with the units of its effector.
+#[derive(Debug, Clone, Copy)]
+pub struct DescribedRefusal {
+    refusal: Refusal,
+    is_angle: bool,
+}
+
+/// A number with the digits that somebody could have typed: up to four decimals, no zeros behind.
+struct Tidy(f64);
+
+impl fmt::Display for Tidy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::AngleOutOfTravel { angle_rad, limit_rad } => write!(
+        // Adding 0.0 makes -0 a 0.
+        let rounded = libm::round(self.0 * 1.0e4) / 1.0e4 + 0.0;
+        // What would vanish, and what is no number, is told as it is.
+        if self.0 != 0.0 && rounded == 0.0 { write!(f, "{:e}", self.0) } else { rounded.fmt(f) }
+    }
+}
+
+impl fmt::Display for DescribedRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        use Refusal as R;
+        match self.refusal {
+            R::AngleOutOfTravel { angle_rad, limit_rad } => write!(
                 f,
                 "angle {:.1} deg is outside -{limit:.1} to {limit:.1} deg",
                 angle_rad.to_degrees(),
                 limit = limit_rad.to_degrees()
             ),
-            Self::OutOfRange { what, value, min, max } => {
-                let (scale, unit) = what.scale();
-                let (value, min, max) = (value * scale, min * scale, max * scale);
-                write!(f, "{} {value:.4} is outside {min:.4} to {max:.4} {unit}", what.name())
+            R::OutOfRange { what: Quantity::Ramp, max: 0.0, .. } => {
+                f.write_str("this kind of fault has no ramp")
             }
-            Self::NotForThisEffector => f.write_str("this effector has no such fault"),
-            Self::OnsetInThePast { onset, now } => {
+            R::OutOfRange { what, value, min, max } => {
+                let (scale, unit) = what.scale(self.is_angle);
+                let [value, min, max] = [value, min, max].map(|number| Tidy(number * scale));
+                write!(f, "{} {value} {unit} is outside {min} to {max} {unit}", what.name())
+            }
+            R::NotForThisEffector => f.write_str("this effector has no such fault"),
+            R::OnsetInThePast { onset, now } => {
                 write!(f, "onset {onset} is in the past, it is {now}")
             }
-            Self::ScheduleFull { capacity } => {
+            R::ScheduleFull { capacity } => {
                 write!(f, "{capacity} faults are scheduled already, no more fit")
             }
-            Self::FlightOver => f.write_str("the flight is over"),
+            R::FlightOver => f.write_str("the flight is over"),
         }
     }
 }

@@ -3,7 +3,6 @@
 use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
 
-use super::allowed::fastest;
 use super::effects::Share;
 use super::plan::micros;
 use crate::servos::Servo;
@@ -68,7 +67,7 @@ impl Acting {
             since: now,
             ramp_us,
             ends: [servo.min.min(*position), servo.max],
-            fastest: fastest(servo),
+            fastest: servo.fastest(),
             way,
         };
         acting.arrive(now, position);

@@ -114,6 +114,8 @@ impl PlantArgs {
         }
         setup.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(setup.wind.turbulence_m_s);
         setup.check()?;
+        let file = || self.scenario.clone();
+        setup.check_faults().map_err(|source| RunError::Fault { file: file(), source })?;
         Ok(setup)
     }
 }
@@ -182,6 +184,30 @@ mod tests {
         assert_eq!((setup.earth, setup.seed), (EarthModel::Flat, 7));
         assert_eq!(setup.period.as_micros(), 4_000);
         assert_eq!(setup.faults.len(), 1);
+    }
+
+    #[test]
+    fn a_fault_that_the_aircraft_cannot_have_names_file_fault_and_effector() {
+        let folder = std::env::temp_dir().join(format!("plant-sim-args-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("case.toml");
+        let file = path.to_str().unwrap();
+        for (table, words) in [
+            (
+                "effector = \"engine\"\nkind = \"hard_over\"\nside = \"positive\"",
+                "case.toml: fault 1 (engine, hard over, positive): this effector has no such fault",
+            ),
+            (
+                "effector = \"nozzle_pitch\"\nkind = \"biased\"\nbias_deg = 20",
+                "case.toml: fault 1 (nozzle pitch, biased by 20.0 deg): bias 20 deg is outside -15 to 15 deg",
+            ),
+        ] {
+            let text = format!("{NOMINAL}\n[[plant.fault]]\n{table}\nonset_s = 3\n");
+            fs::write(&path, text).unwrap();
+            let error = parse(&["--scenario", file]).unwrap().plant_setup().unwrap_err();
+            assert!(error.to_string().ends_with(words), "{error}");
+        }
+        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -48,6 +48,14 @@ pub enum RunError {
     /// A configuration file is wrong.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A fault of a scenario that the aircraft cannot have.
+    #[error("{file}: {source}")]
+    Fault {
+        /// The scenario.
+        file: String,
+        /// Which fault and why.
+        source: SetupError,
+    },
     /// The flight cannot start.
     #[error(transparent)]
     Start(#[from] SetupError),

@@ -455,7 +455,7 @@ fn a_setup_that_cannot_be_is_refused_with_the_reason() {
     );
     assert_eq!(
         refusal(|s| s.faults = vec![stuck(Effector::Engine, 0.1, 0)]),
-        "fault number 1: this effector has no such fault"
+        "fault 1 (engine, stuck at 5.7 deg): this effector has no such fault"
     );
     assert_eq!(
         refusal(|s| {

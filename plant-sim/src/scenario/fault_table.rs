@@ -5,11 +5,11 @@
 //! key; whether the aircraft's effector can have the fault is found out by [`crate::Plant::new`].
 
 use icd::fault::{FaultKind, Onset, Quantity, Refusal, Repeat, Side, Timing, Travel};
-use icd::{Effector, SimTime};
+use icd::{Effector, SimTime, fault};
 use serde::Deserialize;
 
 use crate::config::{self, ConfigError, RangeError, check_range};
-use crate::faults::{self, ScheduledFault};
+use crate::faults::ScheduledFault;
 
 const SECTION: &str = "plant.fault";
 const NEWTON_PER_KN: f64 = 1_000.0;
@@ -105,7 +105,7 @@ impl FaultTable {
             numbers.absent("side", self.side.is_some())?;
         }
         let timing = self.timing(&numbers)?;
-        faults::check_timing(&kind, &timing).map_err(|refusal| numbers.timing_error(&refusal))?;
+        fault::check_timing(&kind, &timing).map_err(|refusal| numbers.timing_error(&refusal))?;
         Ok(ScheduledFault { effector: self.effector, kind, timing })
     }
 
@@ -116,11 +116,11 @@ impl FaultTable {
             ("rate_deg_s", self.rate_deg_s, [-1_000.0, 1_000.0]),
             ("rate_kn_s", self.rate_kn_s, [-1_000.0, 1_000.0]),
             ("delay_ms", self.delay_ms, [0.0, FaultKind::DELAY_MAX_S / SECOND_PER_MS]),
-            ("period_s", self.period_s, faults::PERIOD_S),
+            ("period_s", self.period_s, fault::PERIOD_S),
             ("present_percent", self.present_percent, [0.0, 100.0]),
             ("amplitude_deg", self.amplitude_deg, [0.0, 90.0]),
             ("amplitude_kn", self.amplitude_kn, [0.0, 1_000.0]),
-            ("frequency_hz", self.frequency_hz, faults::FREQUENCY_HZ),
+            ("frequency_hz", self.frequency_hz, fault::FREQUENCY_HZ),
             ("bias_deg", self.bias_deg, [-90.0, 90.0]),
             ("bias_kn", self.bias_kn, [-1_000.0, 1_000.0]),
             ("limit_deg", self.limit_deg, [0.0, 90.0]),

@@ -87,7 +87,7 @@ fn fault(row: &FaultParameter) -> Value {
         "shortDesc": format!("What acts on the {}", row.what),
         "longDesc": format!(
             "Setting it breaks the {} as the command INJECT_FAILURE does, with the sizes and times of FLT_*; 0 mends \
-             it. The value is what acts now, whoever ordered it. Each flight begins with 0.",
+             it. The value is what acts, else what acts next, whoever ordered it. Each flight begins with 0.",
             row.what
         ),
         "min": 0,

@@ -2,12 +2,13 @@
 //! they are the same.
 //!
 //! What the order leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
-//! checked without the plant is checked for all effectors before any request is made.
+//! checked without the plant is checked for all effectors before any request is made, in the same ranges as in the
+//! plant: of the values of an order the plant refuses none that passes here, if the belief fits the aircraft.
 
 use arrayvec::ArrayVec;
 use flight_control::Belief;
-use icd::fault::{FaultKind, Onset, Refusal, Repeat, Side, Timing, Travel};
-use icd::{Effector, FaultRequest};
+use icd::fault::{FaultKind, Onset, Reach, Refusal, Repeat, Side, Timing, Travel};
+use icd::{Effector, FaultRequest, SimTime, fault};
 
 pub use super::value::{Value, ValueError};
 pub use super::words::{FailureType, Unit};
@@ -18,10 +19,9 @@ use crate::mavlink::reasons::Reasons;
 use crate::mavlink::refused::Refused;
 use crate::parameters::{FailureParameters, Parameters, WrongMode};
 
-/// Beliefs come from files with nine digits: an angle this close to the limit is left to the plant.
-const TRAVEL_ROUNDING_RAD: f64 = 1.0e-6;
-/// Longest ramp, period, duration and repetition, s.
-const TIME_MAX_S: f64 = 1.0e6;
+/// Beliefs come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
+/// as a fraction of it, is left to the plant.
+const ROUNDING: f64 = 1.0e-6;
 
 /// One request for each effector that an order names.
 pub type Requests = ArrayVec<FaultRequest, { Effector::COUNT }>;
@@ -119,13 +119,13 @@ pub fn requests(
     for effector in effectors {
         match kind(order, effector, parameters, belief)? {
             Some(kind) => {
-                if let Some(refusal) = beyond_travel(effector, &kind, belief) {
-                    reasons.add(refusal.to_string(), Some(effector));
-                }
                 let timing = timing(order, &kind, parameters)?;
+                if let Err(refusal) = check(effector, &kind, &timing, belief) {
+                    reasons.refuse(&refusal, Some(effector));
+                }
                 requests.push(FaultRequest::Inject { effector, kind, timing });
             }
-            None => reasons.add(Refusal::NotForThisEffector.to_string(), Some(effector)),
+            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector)),
         }
     }
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons)) }
@@ -163,13 +163,13 @@ fn check_numbers(order: &FaultOrder) -> Result<(), Refused> {
         value.check().map_err(denied)?;
     }
     let numbers = [
-        ("frequency", "Hz", order.frequency_hz, 1.0e-3, FaultKind::FREQUENCY_MAX_HZ),
-        ("period", "s", order.period_s, 1.0e-3, TIME_MAX_S),
-        ("ramp", "s", order.ramp_s, 0.0, TIME_MAX_S),
-        ("duration", "s", order.duration_s, 0.0, TIME_MAX_S),
-        ("repetition", "s", order.every_s, 0.0, TIME_MAX_S),
+        ("frequency", "Hz", order.frequency_hz, fault::FREQUENCY_HZ),
+        ("period", "s", order.period_s, fault::PERIOD_S),
+        ("ramp", "s", order.ramp_s, [0.0, fault::RAMP_MAX_S]),
+        ("duration", "s", order.duration_s, [0.0, SimTime::MAX_SECONDS]),
+        ("repetition", "s", order.every_s, [0.0, SimTime::MAX_SECONDS]),
     ];
-    for (what, unit, value, min, max) in numbers {
+    for (what, unit, value, [min, max]) in numbers {
         if let Some(value) = value {
             within(what, unit, value, min, max).map_err(denied)?;
         }
@@ -279,19 +279,32 @@ fn check_engine(kind: &FaultKind, value: Option<Value>) -> Result<(), Refused> {
     Ok(())
 }
 
-/// An angle that the effector cannot take.
-fn beyond_travel(effector: Effector, kind: &FaultKind, belief: &Belief) -> Option<Refusal> {
-    let FaultKind::StuckAt { angle_rad, .. } = *kind else { return None };
-    let effectors = &belief.effectors;
-    let limit_rad = match effector {
-        Effector::LeftAileron | Effector::RightAileron => effectors.aileron.travel_rad,
-        Effector::LeftElevator | Effector::RightElevator => effectors.elevator.travel_rad,
-        Effector::Rudder => effectors.rudder.travel_rad,
-        Effector::NozzlePitch | Effector::NozzleYaw => effectors.nozzle.travel_rad,
-        Effector::Engine => return None,
+/// Checks a fault as the plant does, with the belief's effectors. Beliefs are rounded: what is only a hair out of
+/// reach is left to the plant.
+fn check(
+    effector: Effector,
+    kind: &FaultKind,
+    timing: &Timing,
+    belief: &Belief,
+) -> Result<(), Refusal> {
+    let check = |factor| fault::check(effector, kind, timing, &reach(effector, belief, factor));
+    check(1.0).or_else(|refusal| {
+        check(1.0 + ROUNDING).or_else(|_| check(1.0 - ROUNDING)).map_err(|_| refusal)
+    })
+}
+
+/// How far and how fast an effector goes, as the belief has it, times a factor. How fast thrust changes is not in
+/// the belief.
+fn reach(effector: Effector, belief: &Belief, factor: f64) -> Reach {
+    let (min, max, fastest) = match belief.servo(effector) {
+        Some(servo) => {
+            let travel_rad = servo.travel_rad;
+            let fastest = servo.rate_limit_rad_s.min(2.0 * travel_rad / servo.lag_s);
+            (-travel_rad, travel_rad, Some(factor * fastest))
+        }
+        None => (belief.effectors.thrust_min_n, belief.effectors.thrust_max_n, None),
     };
-    let is_beyond = angle_rad.abs() > limit_rad + TRAVEL_ROUNDING_RAD;
-    is_beyond.then_some(Refusal::AngleOutOfTravel { angle_rad, limit_rad })
+    Reach { min: factor * min, max: factor * max, fastest }
 }
 
 /// When a kind of fault acts.

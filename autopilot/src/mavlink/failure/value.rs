@@ -46,6 +46,12 @@ pub enum ValueError {
         /// What was given.
         text: String,
     },
+    /// An end of the travel is a sign.
+    #[error("type hardover takes +, -, 1 or -1, not \"{text}\"")]
+    NoSide {
+        /// What was given.
+        text: String,
+    },
     /// No number.
     #[error("\"{text}\" is no number with deg, deg/s, %, %/s, s or ms, and none of +, -, here")]
     NotANumber {
@@ -58,7 +64,7 @@ impl Value {
     /// The number of [`Value::Side`] in USER_1.
     pub(super) const SIDE: i32 = 10;
 
-    /// What a bare number means for a type of failure; `None` if the type has no size.
+    /// What a bare number means for a type of failure; `None` if the type has no size, or not this one.
     #[must_use]
     pub fn of_type(failure_type: FailureType, number: f64) -> Option<Self> {
         use FailureType as T;
@@ -71,8 +77,9 @@ impl Value {
             T::Delayed => Self::Delay(number),
             T::Intermittent => Self::Present(number),
             T::Drift => Self::Drift(number),
-            T::HardOver if number < 0.0 => Self::Side(Side::Negative),
-            T::HardOver => Self::Side(Side::Positive),
+            T::HardOver if number == 1.0 => Self::Side(Side::Positive),
+            T::HardOver if number == -1.0 => Self::Side(Side::Negative),
+            T::HardOver => return None,
             T::Bias => Self::Bias(number),
             T::Limit => Self::Limit(number),
         })
@@ -86,8 +93,11 @@ impl Value {
     pub fn parse(failure_type: FailureType, text: &str) -> Result<Self, ValueError> {
         use FailureType as T;
         let no_value = || {
-            let (failure_type, text) = (failure_type.name(), text.to_owned());
-            ValueError::NoValue { failure_type, text }
+            let text = text.to_owned();
+            match failure_type {
+                T::HardOver => ValueError::NoSide { text },
+                _ => ValueError::NoValue { failure_type: failure_type.name(), text },
+            }
         };
         match (failure_type, text) {
             (T::HardOver | T::Wrong, "+") => return Ok(Self::Side(Side::Positive)),
@@ -204,6 +214,7 @@ mod tests {
             (T::Wrong, "-", Value::Side(Side::Negative)),
             (T::HardOver, "+", Value::Side(Side::Positive)),
             (T::HardOver, "-1", Value::Side(Side::Negative)),
+            (T::HardOver, "1", Value::Side(Side::Positive)),
             (T::Slow, "10deg/s", Value::Rate(10.0)),
             (T::Slow, "10%/s", Value::Rate(10.0)),
             (T::Delayed, "200ms", Value::Delay(0.2)),
@@ -232,6 +243,10 @@ mod tests {
             (T::Stuck, "1.2.3"),
             (T::Stuck, "nan"),
             (T::HardOver, "3deg"),
+            (T::HardOver, "5"),
+            (T::HardOver, "-0"),
+            (T::HardOver, "0"),
+            (T::HardOver, "-1deg"),
         ] {
             assert!(Value::parse(failure_type, text).is_err(), "{text}");
         }

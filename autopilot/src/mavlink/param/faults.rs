@@ -5,7 +5,8 @@
 //!                 └refused─────────┴refused, silent──> PARAM_VALUE as it is, and a text that says why
 //! ```
 //!
-//! The value is what acts, whoever ordered it. It is announced whenever it changes.
+//! The value is what is on the list, whoever ordered it: what acts, else what acts next. So 0 always mends it. It
+//! is announced whenever it changes.
 
 use core::time::Duration;
 
@@ -18,7 +19,7 @@ use crate::mavlink::failure;
 use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit};
 use crate::mavlink::fault_list::FaultList;
 use crate::parameters::FAULTS;
-use icd::fault::FaultReply;
+use icd::fault::{FaultEntry, FaultReply};
 
 /// Orders that may be open.
 const OPEN_MAX: usize = 32;
@@ -55,9 +56,21 @@ pub(super) struct FaultOrders {
     told: [u8; FAULTS.len()],
 }
 
-/// FAILURE_TYPE of what acts on an effector, 0 for nothing.
+/// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
 pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
-    faults.acting(effector).and_then(|entry| FailureType::of(&entry.kind).code()).unwrap_or(0)
+    faults.foremost(effector).and_then(|entry| FailureType::of(&entry.kind).code()).unwrap_or(0)
+}
+
+/// The plant has done what was ordered, and all the same another fault is there, or none.
+fn not_as_wanted(effector: Effector, faults: &FaultList) -> String {
+    let (unit, instance) = failure::unit_and_instance(effector);
+    match faults.foremost(effector) {
+        Some(FaultEntry { kind, state, .. }) => {
+            let kind = kind.described(effector.is_angle());
+            format!("Not as set: {unit} {instance}: there is another fault, {kind}, {state}")
+        }
+        None => format!("Not as set: {unit} {instance}: the fault is over already"),
+    }
 }
 
 impl FaultOrders {
@@ -104,7 +117,9 @@ impl FaultOrders {
         let place = self.open.iter().position(|open| open.number == number)?;
         let open = self.open.get_mut(place)?;
         let refused = match outcome {
-            Outcome::Plant(FaultReply::Refused(refusal)) => refusal.to_string(),
+            Outcome::Plant(FaultReply::Refused(refusal)) => {
+                failure::refused(refusal, Some(open.effector))
+            }
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
             Outcome::Done | Outcome::Plant(_) => {
@@ -125,10 +140,13 @@ impl FaultOrders {
             is_there || now.since(open.since) >= PATIENCE
         };
         let over = self.open.extract_if(.., is_over);
-        over.map(|Open { from, effector, is_done, .. }| {
-            let (unit, instance) = failure::unit_and_instance(effector);
-            let refused = (!is_done)
-                .then(|| format!("Not confirmed: {unit} {instance}: the aircraft does not answer"));
+        over.map(|Open { from, effector, is_done, wanted, .. }| {
+            let refused = if is_done {
+                (value(effector, faults) != wanted).then(|| not_as_wanted(effector, faults))
+            } else {
+                let (unit, instance) = failure::unit_and_instance(effector);
+                Some(format!("Not confirmed: {unit} {instance}: the aircraft does not answer"))
+            };
             Answer { from, effector, refused }
         })
         .collect()

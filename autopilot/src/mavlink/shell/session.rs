@@ -41,6 +41,10 @@ struct Running {
     /// What is said when every part is done.
     done: String,
     has_failed: bool,
+    /// A fault was taken off the list.
+    has_mended: bool,
+    /// There was none to take off, of one part at least.
+    nothing_to_mend: bool,
     steers: bool,
     mode: Option<Mode>,
 }
@@ -125,8 +129,16 @@ impl Session {
             ctx.intents.push(wish).map(|number| Part { number, effector })
         });
         let parts = parts.collect();
-        self.running =
-            Some(Running { since: now, parts, done: said, has_failed: false, steers, mode });
+        self.running = Some(Running {
+            since: now,
+            parts,
+            done: said,
+            has_failed: false,
+            has_mended: false,
+            nothing_to_mend: false,
+            steers,
+            mode,
+        });
     }
 
     /// It waits for this mode.
@@ -141,6 +153,19 @@ impl Session {
             return;
         };
         let part = running.parts.remove(place);
+        if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
+            // What was on the list goes off it behind this answer.
+            let faults = ctx.aircraft.faults();
+            let is_news = match part.effector {
+                Some(effector) => faults.names(effector),
+                None => !faults.entries().is_empty(),
+            };
+            if !is_news {
+                running.nothing_to_mend = true;
+                return self.close_if_done(ctx);
+            }
+            running.has_mended = true;
+        }
         let (line, has_failed) = line_of(part.effector, outcome);
         running.has_failed |= has_failed;
         if has_failed {
@@ -169,6 +194,9 @@ impl Session {
         let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
             return;
         };
+        if running.nothing_to_mend && !running.has_mended {
+            self.print("nothing to mend\n");
+        }
         if running.has_failed {
             return self.finish("");
         }
@@ -229,7 +257,9 @@ fn line_of(effector: Option<Effector>, outcome: &Outcome) -> (String, bool) {
         Outcome::Done => (String::new(), false),
         Outcome::Refused(refusal) => failed(refusal),
         Outcome::NoAnswer => failed(&NO_ANSWER),
-        Outcome::Plant(FaultReply::Refused(refusal)) => failed(refusal),
+        Outcome::Plant(FaultReply::Refused(refusal)) => {
+            failed(&failure::refused(refusal, effector))
+        }
         Outcome::Plant(FaultReply::Applied { at }) => (format!("{whose}acts since {at}\n"), false),
         Outcome::Plant(FaultReply::Scheduled { at }) => (format!("{whose}acts at {at}\n"), false),
         Outcome::Plant(FaultReply::Unchanged { at }) => {

@@ -159,3 +159,71 @@ fn they_are_never_kept() {
     assert_eq!(world.ground.pop_save(), None);
     assert_eq!(failure::unit_and_instance(FAULTS[0].effector), ("servo", 1));
 }
+
+/// The plant's report of a fault of the first servo.
+fn report(world: &mut World, id: u32, kind: FaultKind, state: FaultState) {
+    let effector = FAULTS[0].effector;
+    let timing = Timing::at(world.sim);
+    let entry = FaultEntry { id, effector, kind, timing, state };
+    world.autopilot.handle_report(&PlantReport::Fault(entry));
+    world.settle();
+}
+
+#[test]
+fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
+    for state in [
+        FaultState::Resting { since: SimTime::ZERO, next: SimTime::from_micros(123_900_000) },
+        FaultState::Scheduled { at: SimTime::from_micros(123_900_000) },
+    ] {
+        let mut world = World::flying();
+        report(&mut world, 1, FaultKind::StuckHere, state);
+        assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
+        let at = world.sim;
+        // The same again is there already.
+        world.plant = PlantManner::Says(FaultReply::Unchanged { at });
+        world.send(&set_int("FLT_SERVO1", 2));
+        assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
+        world.plant = PlantManner::Says(FaultReply::Cleared { at });
+        world.take_wishes();
+        world.send(&set_int("FLT_SERVO1", 0));
+        let wishes = world.take_wishes();
+        assert!(matches!(wishes[..], [Wish::Fault(FaultRequest::Clear { .. })]), "{wishes:?}");
+        report(&mut world, 1, FaultKind::StuckHere, FaultState::Cancelled { at });
+        assert_eq!(values(&mut world), one("FLT_SERVO1", 0), "{state:?}");
+    }
+}
+
+#[test]
+fn what_acts_counts_more_than_what_will() {
+    let mut world = World::flying();
+    let at = SimTime::from_micros(99_000_000);
+    report(&mut world, 1, FaultKind::StuckHere, FaultState::Scheduled { at });
+    report(&mut world, 2, FaultKind::Float, FaultState::Acting { since: SimTime::ZERO });
+    assert_eq!(values(&mut world).last(), one("FLT_SERVO1", 1).last());
+    let next = SimTime::from_micros(123_900_000);
+    let resting = FaultState::Resting { since: SimTime::ZERO, next };
+    report(&mut world, 2, FaultKind::Float, resting);
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "the next one");
+}
+
+#[test]
+fn a_value_that_is_another_than_the_one_that_was_set_comes_with_the_reason() {
+    let mut world = World::flying();
+    let at = world.sim;
+    world.plant = PlantManner::Says(FaultReply::Applied { at });
+    world.send(&set_int("FLT_SERVO1", 2));
+    report(&mut world, 1, FaultKind::StuckHere, FaultState::Acting { since: at });
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
+    // It is over before its parameter is told.
+    world.send(&set_int("FLT_SERVO1", 3));
+    world.run_ms(800);
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
+    let words = "Not as set: servo 1: there is another fault, stuck, since";
+    assert!(world.said(words), "{:?}", world.texts());
+    report(&mut world, 1, FaultKind::StuckHere, FaultState::Ended { at });
+    values(&mut world);
+    world.send(&set_int("FLT_SERVO1", 3));
+    world.run_ms(800);
+    assert_eq!(values(&mut world), one("FLT_SERVO1", 0));
+    assert!(world.said("Not as set: servo 1: the fault is over already"), "{:?}", world.texts());
+}

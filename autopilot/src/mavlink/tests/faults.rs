@@ -257,11 +257,88 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     world.send_command(420, clear);
     assert_eq!(world.texts(), ["Cleared: servo stuck, instance 1"]);
     world.got.clear();
-    // A real plant has no end to tell of when nothing acts.
+    // A plant has no end to tell of when nothing acts.
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
-    world.send_command(420, clear);
-    assert_eq!(world.texts(), ["Nothing scheduled: servo 1"]);
-    world.got.clear();
+    for effector in [Effector::LeftAileron, Effector::LeftElevator] {
+        schedule(&mut world, effector);
+    }
     world.send_command(420, [102.0, 0.0, f32::NAN, 5.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.texts(), ["Nothing scheduled: servo 1, 3"]);
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
+}
+
+fn schedule(world: &mut World, effector: Effector) {
+    let at = SimTime::from_micros(99_000_000);
+    world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
+        id: 100 + u32::from(effector as u8),
+        effector,
+        kind: FaultKind::StuckHere,
+        timing: Timing::at(at),
+        state: FaultState::Scheduled { at },
+    }));
+    world.settle();
+}
+
+#[test]
+fn a_repair_of_what_is_healthy_is_accepted_and_says_that_there_was_nothing() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
+    world.send_command(420, [102.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
+    assert_eq!(world.texts(), ["Nothing to mend: servo 5"]);
+    world.got.clear();
+    world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.texts(), ["Nothing to mend: servo 1, 2, 3, 4, 5, 6, 7"]);
+    world.got.clear();
+    // Beside something that was mended, what is healthy is no news.
+    schedule(&mut world, Effector::Rudder);
+    world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(world.texts(), ["Nothing scheduled: servo 5"]);
+}
+
+#[test]
+fn a_size_that_one_instance_cannot_take_is_denied_for_all_in_its_own_units() {
+    for (params, expected) in [
+        // A bias of 20 deg: more than half the travel of the nozzle.
+        ([102.0, 4.0, 0.0, 3.0, 20.0], "servo 6, 7: bias 20 deg is outside -15 to 15 deg"),
+        ([102.0, 5.0, 0.0, 4.0, 70.0], "servo 6, 7: rate 70 deg/s is outside 0.06 to 60 deg/s"),
+        ([102.0, 3.0, 0.0, 6.0, 28.0], "servo 6, 7: amplitude 28 deg is outside 0 to 15 deg"),
+        ([102.0, 4.0, 0.0, 9.0, 20.0], "servo 6, 7: travel limit 20 deg is outside 0 to 15 deg"),
+        ([102.0, 8.0, 0.0, 8.0, 70.0], "servo 6, 7: rate 70 deg/s is outside -60 to 60 deg/s"),
+    ] {
+        let mut world = World::flying();
+        let [p1, p2, p3, p4, p5] = params;
+        world.send_command(31_010, [p1, p2, p3, p4, p5, 0.0, 0.0]);
+        assert_eq!(world.take_acks(), [ack(31_010, DENIED)], "{expected}");
+        assert!(world.take_wishes().is_empty(), "nothing goes to the plant: {expected}");
+        assert!(world.said(expected), "{expected}: {:?}", world.texts());
+    }
+}
+
+#[test]
+fn numbers_of_a_refusal_are_in_the_units_of_the_effector() {
+    let bias = Refusal::OutOfRange {
+        what: icd::fault::Quantity::Bias,
+        value: 20.0_f64.to_radians(),
+        min: -0.5,
+        max: 15.0_f64.to_radians(),
+    };
+    let thrust = Refusal::OutOfRange {
+        what: icd::fault::Quantity::Rate,
+        value: 70_000.0,
+        min: -30_000.0,
+        max: 30_000.0,
+    };
+    let ramp =
+        Refusal::OutOfRange { what: icd::fault::Quantity::Ramp, value: 1.0, min: 0.0, max: 0.0 };
+    for (unit, refusal, words) in [
+        (102.0, bias, "servo 1: bias 20 deg is outside -28.6479 to 15 deg"),
+        (101.0, thrust, "motor 1: rate 70 kN/s is outside -30 to 30 kN/s"),
+        (102.0, ramp, "servo 1: this kind of fault has no ramp"),
+    ] {
+        let mut world = World::flying();
+        world.plant = PlantManner::Says(FaultReply::Refused(refusal));
+        world.send_command(420, [unit, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!(world.said(words), "{words}: {:?}", world.texts());
+    }
 }

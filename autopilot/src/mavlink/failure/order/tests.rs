@@ -207,3 +207,73 @@ fn with_fault_injection_off_nothing_is_asked() {
     let refused = fault(&order(Unit::SERVO, FailureType::Stuck), &[("SYS_FAILURE_EN", 0.0)]);
     assert!(refused.unwrap_err().contains("SYS_FAILURE_EN 0"));
 }
+
+/// Kinds at, just inside and just outside every limit of the plant's aircraft.
+fn kinds_near_the_limits(effector: Effector, reach: &Reach) -> Vec<FaultKind> {
+    let half = 0.5 * (reach.max - reach.min);
+    let fastest = reach.fastest.unwrap();
+    let near = |limit: f64| [0.9 * limit, limit, 1.1 * limit, -0.9 * limit, -1.1 * limit];
+    let mut kinds = Vec::new();
+    for size in near(half).into_iter().chain(near(reach.max)) {
+        kinds.push(FaultKind::Oscillating { amplitude: size, frequency_hz: 1.0 });
+        kinds.push(FaultKind::Biased { bias: size });
+        kinds.push(FaultKind::LimitedTravel { limit: size });
+        if effector.is_angle() {
+            kinds.push(FaultKind::StuckAt { angle_rad: size, travel: Travel::Jump });
+        }
+    }
+    for rate in near(fastest).into_iter().chain(near(1.0e-3 * fastest)) {
+        kinds.push(FaultKind::Slow { rate });
+        kinds.push(FaultKind::Drifting { rate });
+    }
+    kinds
+}
+
+#[test]
+fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
+    let belief = belief();
+    let mut refused = 0;
+    // The aircraft's own numbers, before they are rounded for the belief.
+    for (effector, travel_deg, rate_deg_s) in [
+        (Effector::LeftAileron, 25.0_f64, 80.0_f64),
+        (Effector::RightElevator, 30.0, 80.0),
+        (Effector::Rudder, 30.0, 80.0),
+        (Effector::NozzleYaw, 15.0, 60.0),
+    ] {
+        let max = travel_deg.to_radians();
+        let plant = Reach { min: -max, max, fastest: Some(rate_deg_s.to_radians()) };
+        for kind in kinds_near_the_limits(effector, &plant) {
+            let there = fault::check(effector, &kind, &Timing::NOW, &plant);
+            let here = check(effector, &kind, &Timing::NOW, &belief);
+            assert_eq!(here.is_ok(), there.is_ok(), "{effector:?} {kind:?}: {here:?} {there:?}");
+            refused += usize::from(there.is_err());
+        }
+    }
+    assert!(refused > 100, "{refused}");
+}
+
+#[test]
+fn times_that_the_plant_refuses_are_refused_for_all() {
+    let loss = FaultOrder { instances: Instances::All, ..order(Unit::SERVO, FailureType::Loss) };
+    for (order, words) in [
+        (FaultOrder { ramp_s: Some(3_601.0), ..loss }, "ramp 3601 is outside 0 to 3600 s"),
+        (
+            FaultOrder { ramp_s: Some(5.0), duration_s: Some(2.0), ..loss },
+            "duration 2 s is outside 5 to",
+        ),
+        (
+            FaultOrder { duration_s: Some(0.02), every_s: Some(0.05), ..loss },
+            "repetition 0.05 s is outside 0.1 to",
+        ),
+        (
+            FaultOrder { duration_s: Some(1.0), every_s: Some(2.0), times: Some(1_001), ..loss },
+            "number of repetitions 1001 times is outside 2 to 1000 times",
+        ),
+    ] {
+        let refused = fault(&order, &[]).unwrap_err();
+        assert!(refused.contains(words), "{refused}");
+    }
+    let period =
+        FaultOrder { period_s: Some(61.0), ..order(Unit::SERVO, FailureType::Intermittent) };
+    assert!(fault(&period, &[]).unwrap_err().contains("period 61 is outside 0.02 to 60 s"));
+}

@@ -159,6 +159,8 @@ fn time_is_paused_stepped_and_sped_up() {
         let text = said(&mut world, line);
         assert!(text.starts_with("ERROR: "), "{line}: {text}");
     }
+    let text = said(&mut world, "speed 0");
+    assert!(text.contains("0.0 x real time is outside 0.01 to 1000.0 x real time"), "{text}");
 }
 
 #[test]
@@ -180,6 +182,19 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
     );
     assert!(said(&mut world, "failure servo ok -i 5").starts_with("servo 5: healthy since"));
     assert!(said(&mut world, "failure clear").starts_with("healthy since"));
+}
+
+#[test]
+fn what_was_never_broken_is_not_said_to_be_healthy_since_now() {
+    let mut world = World::flying();
+    assert_eq!(said(&mut world, "failure clear"), "nothing to mend\n");
+    assert_eq!(said(&mut world, "failure servo ok"), "nothing to mend\n");
+    said(&mut world, "failure servo stuck -i 5");
+    let text = said(&mut world, "failure servo ok");
+    assert!(text.starts_with("servo 5: healthy since") && text.lines().count() == 1, "{text}");
+    said(&mut world, "failure servo stuck -i 5 -t 99s");
+    let text = said(&mut world, "failure servo ok");
+    assert!(text.starts_with("servo 5: healthy since") && text.lines().count() == 1, "{text}");
 }
 
 #[test]
@@ -248,6 +263,8 @@ fn failures_that_cannot_be_are_refused_with_the_reason() {
         ("failure servo ok -i 5 -v 3deg", "ok"),
         ("failure servo limit -v 20kN", "20kN"),
         ("failure servo stuck -i 5 -m 1", "twice"),
+        ("failure servo hardover -v 5", "takes +, -, 1 or -1, not \"5\""),
+        ("failure servo hardover -v -0", "takes +, -, 1 or -1, not \"-0\""),
         ("failure servo stuck -i 9", "instance 9"),
         ("failure servo stuck -i x", "-i \"x\""),
         ("failure servo stuck -i", "option -i has no value"),

@@ -1,21 +1,21 @@
 //! Which faults an effector can have, and in which ranges their numbers and times must lie.
 //!
-//! The ranges of an effector's own numbers come from its servo: speeds up to its fastest, deviations up to half
-//! its travel. A number that is none is outside every range.
+//! The ranges of an effector's own numbers come from its reach: speeds up to its fastest, deviations up to half
+//! its travel. A number that is none is outside every range. The plant checks what it is asked with the servos that
+//! it has; who asks it can check before with those that it believes in.
 
-use icd::fault::{FaultKind, Quantity, Refusal, Timing};
-use icd::{Effector, SimTime};
-
-use crate::servos::Servo;
+use super::{FaultKind, Quantity, Refusal, Timing};
+use crate::effector::Effector;
+use crate::time::SimTime;
 
 /// Slowest speed that a slow effector can be given, as a fraction of its fastest.
 const SLOWEST: f64 = 1.0e-3;
 /// Frequency of an oscillation, Hz.
-pub(crate) const FREQUENCY_HZ: [f64; 2] = [0.001, FaultKind::FREQUENCY_MAX_HZ];
+pub const FREQUENCY_HZ: [f64; 2] = [0.001, FaultKind::FREQUENCY_MAX_HZ];
 /// Period of an intermittent fault, s.
-pub(crate) const PERIOD_S: [f64; 2] = [0.02, 60.0];
+pub const PERIOD_S: [f64; 2] = [0.02, 60.0];
 /// Longest ramp, s.
-const RAMP_MAX_S: f64 = 3_600.0;
+pub const RAMP_MAX_S: f64 = 3_600.0;
 /// Shortest duration, s.
 const DURATION_MIN_S: f64 = 1.0e-4;
 /// Shortest time from onset to onset, s: each repetition is two reports to the ground stations.
@@ -25,28 +25,37 @@ const MICROSECOND_S: f64 = 1.0e-6;
 /// How often a fault can act in all, if the number is limited.
 const TIMES: [f64; 2] = [2.0, 1_000.0];
 
-/// Fastest speed of a servo, rad/s or N/s. One without a rate limit is fastest at the begin of its whole way.
-pub(super) fn fastest(servo: &Servo) -> f64 {
-    servo.rate_limit.min((servo.max - servo.min) / servo.lag_s)
+/// How far and how fast a healthy effector goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Lower end of its travel, rad or N.
+    pub min: f64,
+    /// Upper end of its travel, rad or N.
+    pub max: f64,
+    /// Fastest speed, rad/s or N/s; `None` if it is not known, and then no speed is refused for it.
+    pub fastest: Option<f64>,
 }
 
 /// Checks that a fault can be.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
-pub(super) fn check(
+pub fn check(
     effector: Effector,
     kind: &FaultKind,
     timing: &Timing,
-    servo: &Servo,
+    reach: &Reach,
 ) -> Result<(), Refusal> {
-    of_kind(effector, kind, servo)?;
+    of_kind(effector, kind, reach)?;
     check_timing(kind, timing)
 }
 
-fn of_kind(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Refusal> {
-    let half = 0.5 * (servo.max - servo.min);
-    let fastest = fastest(servo);
+fn of_kind(effector: Effector, kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
+    let half = 0.5 * (reach.max - reach.min);
+    let (slowest, fastest) = match reach.fastest {
+        Some(fastest) => (SLOWEST * fastest, fastest),
+        None => (f64::MIN_POSITIVE, f64::MAX),
+    };
     match *kind {
         FaultKind::StuckAt { .. } | FaultKind::HardOver { .. } | FaultKind::Float
             if !effector.is_angle() =>
@@ -59,14 +68,14 @@ fn of_kind(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Re
         | FaultKind::Float
         | FaultKind::FlameOut => Ok(()),
         FaultKind::StuckAt { angle_rad, .. } => {
-            if (servo.min..=servo.max).contains(&angle_rad) {
+            if (reach.min..=reach.max).contains(&angle_rad) {
                 Ok(())
             } else {
-                Err(Refusal::AngleOutOfTravel { angle_rad, limit_rad: servo.max })
+                Err(Refusal::AngleOutOfTravel { angle_rad, limit_rad: reach.max })
             }
         }
         FaultKind::PartialLoss { remaining } => range(Quantity::Remaining, remaining, [0.0, 1.0]),
-        FaultKind::Slow { rate } => range(Quantity::Rate, rate, [SLOWEST * fastest, fastest]),
+        FaultKind::Slow { rate } => range(Quantity::Rate, rate, [slowest, fastest]),
         FaultKind::Delayed { delay_s } => {
             range(Quantity::Delay, delay_s, [0.0, FaultKind::DELAY_MAX_S])
         }
@@ -81,8 +90,8 @@ fn of_kind(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Re
         FaultKind::Drifting { rate } => range(Quantity::Rate, rate, [-fastest, fastest]),
         FaultKind::Biased { bias } => range(Quantity::Bias, bias, [-half, half]),
         FaultKind::LimitedTravel { limit } => {
-            let least = if effector.is_angle() { 0.0 } else { servo.min };
-            range(Quantity::Limit, limit, [least, servo.max])
+            let least = if effector.is_angle() { 0.0 } else { reach.min };
+            range(Quantity::Limit, limit, [least, reach.max])
         }
     }
 }
@@ -91,10 +100,9 @@ fn of_kind(effector: Effector, kind: &FaultKind, servo: &Servo) -> Result<(), Re
 ///
 /// # Errors
 /// [`Refusal::OutOfRange`] for the first one that cannot be.
-pub(crate) fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
-    let has_size =
-        !matches!(kind, FaultKind::StuckHere | FaultKind::HardOver { .. } | FaultKind::FlameOut);
-    range(Quantity::Ramp, timing.ramp_s, [0.0, if has_size { RAMP_MAX_S } else { 0.0 }])?;
+pub fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
+    let longest_ramp = if kind.has_size() { RAMP_MAX_S } else { 0.0 };
+    range(Quantity::Ramp, timing.ramp_s, [0.0, longest_ramp])?;
     let durations = [DURATION_MIN_S.max(timing.ramp_s), SimTime::MAX_SECONDS];
     if let Some(duration_s) = timing.duration_s {
         range(Quantity::Duration, duration_s, durations)?;
