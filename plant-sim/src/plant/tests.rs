@@ -462,7 +462,7 @@ fn a_setup_that_cannot_be_is_refused_with_the_reason() {
             let timing = Timing { duration_s: Some(0.0), ..Timing::NOW };
             s.faults = vec![ScheduledFault { timing, ..stuck(Effector::Rudder, 0.1, 5) }];
         }),
-        "fault number 1: duration 0.0000 is outside 0.0001 to 2592000.0000 s"
+        "fault 1 (rudder, stuck at 5.7 deg): duration 0 s is outside 0.0001 to 2592000 s"
     );
     assert!(refusal(|s| s.start.airspeed_m_s = 40.0).contains("level flight"));
 }
