@@ -36,6 +36,8 @@
 //! change of an intermittent fault, each delayed command. What changes smoothly in between (a ramp, a swing, a
 //! drift) is held during each integration step at its value at the begin of the step.
 
+use std::fmt;
+
 use icd::fault::{
     FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Timing,
 };
@@ -77,6 +79,13 @@ impl ScheduledFault {
     #[must_use]
     pub fn onset(&self) -> SimTime {
         Plan::new(&self.timing, SimTime::ZERO).onset(0)
+    }
+}
+
+/// `rudder, stuck at 7.0 deg`.
+impl fmt::Display for ScheduledFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.effector.name(), self.kind.described(self.effector.is_angle()))
     }
 }
 

@@ -255,12 +255,7 @@ impl Plant {
         let Self { faults, reports, reports_dropped, .. } = self;
         for (index, fault) in setup.faults.iter().enumerate() {
             faults.schedule(fault, &mut |report| push(reports, reports_dropped, report)).map_err(
-                |refusal| SetupError::Fault {
-                    number: index + 1,
-                    effector: fault.effector,
-                    kind: fault.kind,
-                    refusal,
-                },
+                |refusal| SetupError::Fault { number: index + 1, fault: Box::new(*fault), refusal },
             )?;
         }
         Ok(())

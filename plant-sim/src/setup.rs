@@ -1,7 +1,7 @@
 //! Everything that defines a flight, as plain data, and what can be wrong with it.
 
-use icd::fault::{FaultKind, Refusal};
-use icd::{ControlPeriod, Effector};
+use icd::ControlPeriod;
+use icd::fault::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
@@ -108,17 +108,12 @@ pub enum SetupError {
         period_us: u32,
     },
     /// A fault that the aircraft cannot have.
-    #[error(
-        "fault {number} ({}, {}): {}",
-        effector.name(), kind.described(effector.is_angle()), refusal.described(effector.is_angle())
-    )]
+    #[error("fault {number} ({fault}): {}", refusal.described(fault.effector.is_angle()))]
     Fault {
         /// Which one, counted from 1 in the order of the setup.
         number: usize,
-        /// What it breaks.
-        effector: Effector,
-        /// How.
-        kind: FaultKind,
+        /// It.
+        fault: Box<ScheduledFault>,
         /// Why not.
         refusal: Refusal,
     },
@@ -201,10 +196,10 @@ impl PlantSetup {
     /// [`SetupError::Fault`], the first one found.
     pub fn check_faults(&self) -> Result<(), SetupError> {
         for (index, fault) in self.faults.iter().enumerate() {
-            let ScheduledFault { effector, kind, timing } = *fault;
-            let reach = self.airframe.servos[effector].reach();
-            icd::fault::check(effector, &kind, &timing, &reach).map_err(|refusal| {
-                SetupError::Fault { number: index + 1, effector, kind, refusal }
+            let ScheduledFault { effector, kind, timing } = fault;
+            let reach = self.airframe.servos[*effector].reach();
+            icd::fault::check(*effector, kind, timing, &reach).map_err(|refusal| {
+                SetupError::Fault { number: index + 1, fault: Box::new(*fault), refusal }
             })?;
         }
         Ok(())
