@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use icd::SimTime;
 use icd::fault::FaultReply;
+use icd::{Effector, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
@@ -38,7 +38,7 @@ pub struct Encoder<W> {
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
     told: SimTime,
     /// Inputs in words by their number, the latest one last.
-    wishes: VecDeque<(u32, String)>,
+    wishes: VecDeque<(u32, String, Option<Effector>)>,
     /// Why the last input was refused.
     refusal: Option<String>,
     /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is no news there either.
@@ -226,7 +226,11 @@ impl<W: Write> Encoder<W> {
                 if self.wishes.len() >= WISHES_MAX {
                     self.wishes.pop_front();
                 }
-                self.wishes.push_back((intent.number, words));
+                let effector = match &intent.wish {
+                    Wish::Fault(fault) => fault.effector(),
+                    _ => None,
+                };
+                self.wishes.push_back((intent.number, words, effector));
                 Ok(())
             }
             Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
@@ -257,12 +261,15 @@ impl<W: Write> Encoder<W> {
 
     /// The words of a refusal: which input, and why.
     fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(u8, String)> {
-        let place = self.wishes.iter().position(|(wish, _)| *wish == number)?;
-        let (_, words) = self.wishes.remove(place)?;
+        let place = self.wishes.iter().position(|(wish, ..)| *wish == number)?;
+        let (_, words, effector) = self.wishes.remove(place)?;
         let why = match outcome {
             Outcome::Done => return None,
             Outcome::Refused(refusal) => refusal.to_string(),
-            Outcome::Plant(FaultReply::Refused(refusal)) => refusal.to_string(),
+            Outcome::Plant(FaultReply::Refused(refusal)) => {
+                let is_angle = effector.is_none_or(Effector::is_angle);
+                refusal.described(is_angle).to_string()
+            }
             Outcome::Plant(_) => return None,
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
         };
