@@ -108,11 +108,15 @@ def does(name, truth, rows, size, thrust_max):
         fastest = np.max(np.abs(step))
         return 0.0 < fastest <= size_si * (1 + 1e-6), fastest / scale
     if name == "delayed":
-        ago = np.interp(truth.t - size, truth.t, truth.command)
-        held = np.where(truth.t < t[0] + size, truth.command[rows.start], ago)
+        # Nothing is told twice: until the first command of the delay is due the one before it holds. The fault
+        # came with the answer to the tick before its first row.
+        onset, ticks = rows.start - 1, round(size / (truth.t[1] - truth.t[0]))
+        held = truth.command.copy()
+        held[onset:onset + ticks] = truth.command[onset - 1]
+        held[onset + ticks:] = truth.command[onset:-ticks]
         off = np.abs(p - truth.healthy(rows, held)).max()
         undelayed = np.abs(p - truth.healthy(rows)).max()
-        return off < 0.1 * undelayed, (off / scale, undelayed / scale)
+        return off < 0.03 * undelayed, (off / scale, undelayed / scale)
     if name == "intermittent":
         still = float(np.mean(step == 0.0))
         return 0.35 < still < 0.65, still
