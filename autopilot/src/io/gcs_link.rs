@@ -37,16 +37,16 @@ use crate::event::{Event, Intent, Snapshot};
 use crate::mavlink::Ground;
 use crate::mavlink::heartbeat::HeartbeatIdentity;
 use crate::mavlink::logs::LogDone;
-use crate::mavlink::peers::{
-    Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, is_this_computer,
-};
+use crate::mavlink::peers::{Address, CONFIGURED_MAX, Connection, is_this_computer};
 use crate::mavlink::signing::{LogLine, Signing};
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
 use crate::script::Script;
+use crowd::Crowd;
 use logs::{next_done, open_tlog};
 use sockets::{Arrival, READ_MAX, Sockets};
 
+mod crowd;
 mod logs;
 mod sockets;
 mod tcp;
@@ -266,8 +266,7 @@ impl GcsLink {
             logs,
             tlog,
             held_back: None,
-            refused: 0,
-            turned_away: 0,
+            crowd: Crowd::default(),
         };
         let result = tokio::select! {
             // An error means that the sender is gone, which ends the link as well.
@@ -292,10 +291,7 @@ struct Link {
     tlog: Option<Tlog>,
     /// An intent that found no room in the channel.
     held_back: Option<Intent>,
-    /// Connections closed again since there were too many.
-    refused: u64,
-    /// Ground stations turned away when this was last told.
-    turned_away: u64,
+    crowd: Crowd,
 }
 
 enum Input {
@@ -377,7 +373,7 @@ impl Link {
         match *arrival {
             Arrival::Datagram { from, length } => {
                 self.ground.handle_datagram(from, bytes(length), now);
-                self.tell_turned_away();
+                self.crowd.follow(self.ground.crowding());
             }
             Arrival::Bytes { connection, length } => {
                 self.ground.handle_stream(connection, bytes(length), now);
@@ -386,25 +382,12 @@ impl Link {
                 if self.ground.open(connection, is_this_computer(from), now) {
                     info!(%from, "ground-station connection opened");
                 } else {
-                    self.refuse(connection, from);
+                    self.sockets.close(connection);
+                    self.crowd.refuse(from);
                 }
             }
             Arrival::Closed(connection) => self.close(connection, "by the ground station"),
             Arrival::Writable => {}
-        }
-    }
-
-    fn refuse(&mut self, connection: Connection, from: SocketAddr) {
-        self.sockets.close(connection);
-        self.refused += 1;
-        // The first of each doubling: whoever is refused may try again without end.
-        if self.refused.is_power_of_two() {
-            warn!(
-                %from,
-                limit = CONNECTIONS_MAX,
-                refused = self.refused,
-                "a ground-station connection was refused: there are too many"
-            );
         }
     }
 
@@ -413,15 +396,6 @@ impl Link {
         if let Some(from) = self.sockets.close(connection) {
             info!(%from, why, "ground-station connection closed");
         }
-    }
-
-    fn tell_turned_away(&mut self) {
-        let turned_away = self.ground.turned_away();
-        // The first of each doubling.
-        if turned_away != self.turned_away && turned_away.is_power_of_two() {
-            warn!(turned_away, "messages of a ground station were ignored: there are too many");
-        }
-        self.turned_away = turned_away;
     }
 
     /// Hands changed parameters to their file, and takes what became of it.

@@ -4,7 +4,7 @@ use super::Ground;
 use super::codec::Skipped;
 use super::logs::{LogDone, LogJob};
 use super::param::{Save, Saved};
-use super::peers::Address;
+use super::peers::{Address, Crowding};
 use super::signing::{KeyChange, LogLine};
 use super::statustext::LogText;
 use super::traffic::Traffic;
@@ -114,10 +114,10 @@ impl Ground {
         self.peers.dropped()
     }
 
-    /// Messages from visitors that nobody looked at, since there were too many visitors.
+    /// What came of too many visitors so far.
     #[must_use]
-    pub fn turned_away(&self) -> u64 {
-        self.peers.turned_away()
+    pub fn crowding(&self) -> Crowding {
+        self.peers.crowding()
     }
 
     /// What was skipped in the input so far.

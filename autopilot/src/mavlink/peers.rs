@@ -1,5 +1,9 @@
 //! Who listens: the configured addresses, always; whoever sends a datagram, until it falls silent; whoever
 //! opens a connection, until it is closed.
+//!
+//! The places of those who send datagrams by themselves are limited. Where all are taken, a newcomer gets the
+//! place of a quiet one, and otherwise the newest place: a crowd that arrives later displaces none of those
+//! who were there before it and still talk.
 
 use core::time::Duration;
 use std::net::SocketAddr;
@@ -18,6 +22,12 @@ pub const VISITORS_MAX: usize = 24;
 pub const CONNECTIONS_MAX: usize = 16;
 /// A peer that came by itself over UDP and has been silent for this long is forgotten.
 const SILENCE: Duration = Duration::from_secs(10);
+/// Where all places are taken, a visitor that was not heard for this long gives its place to a newcomer: five
+/// heartbeats of a ground station, at 1 Hz.
+const QUIET: Duration = Duration::from_secs(5);
+/// The newest visitor has its place at least this long, so that two who compete for it each get through a
+/// parameter list.
+const STAY_MIN: Duration = Duration::from_secs(10);
 
 /// Number of a connection, never used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -73,6 +83,7 @@ struct Entry {
     /// On this computer.
     is_local: bool,
     configured: bool,
+    since: WallTime,
     heard: WallTime,
     /// Used by connections only.
     inbox: Inbox,
@@ -90,14 +101,23 @@ impl Entry {
 pub struct Peers {
     entries: Vec<Entry>,
     next: u32,
-    turned_away: u64,
+    crowding: Crowding,
+}
+
+/// What came of more visitors than there are places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Crowding {
+    /// Visitors that lost their place to a newcomer.
+    pub displaced: u64,
+    /// Messages of newcomers that got no place.
+    pub turned_away: u64,
 }
 
 impl Peers {
     /// The configured addresses, at most [`CONFIGURED_MAX`]; those beyond are left out.
     #[must_use]
     pub fn new(configured: &[Address]) -> Self {
-        let mut peers = Self { entries: Vec::new(), next: 0, turned_away: 0 };
+        let mut peers = Self { entries: Vec::new(), next: 0, crowding: Crowding::default() };
         for &address in configured.iter().take(CONFIGURED_MAX) {
             peers.add(address, address.is_loopback(), true, WallTime::ZERO);
         }
@@ -116,6 +136,7 @@ impl Peers {
             link,
             is_local,
             configured,
+            since: heard,
             heard,
             inbox: Inbox::default(),
             outbox: Outbox::default(),
@@ -123,7 +144,7 @@ impl Peers {
         peer
     }
 
-    /// A good frame came from `address`. `None` if there is no room for one more peer, or if it is a
+    /// A good frame came from `address`. `None` if no other peer gives its place to it, or if it is a
     /// connection that is not open.
     pub fn hear(&mut self, address: Address, now: WallTime) -> Option<Peer> {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
@@ -133,9 +154,27 @@ impl Peers {
         if address.is_connection() {
             return None;
         }
-        let peer = self.admit(address, address.is_loopback(), VISITORS_MAX, now);
-        self.turned_away += u64::from(peer.is_none());
+        let is_local = address.is_loopback();
+        let peer = self.admit(address, is_local, VISITORS_MAX, now).or_else(|| {
+            self.displace(now)?;
+            self.admit(address, is_local, VISITORS_MAX, now)
+        });
+        self.crowding.turned_away += u64::from(peer.is_none());
         peer
+    }
+
+    /// Takes the place of one visitor away: of the one that has been quiet for the longest, or else of the
+    /// newest. `None` if all talk and the newest has not had its place for long.
+    fn displace(&mut self, now: WallTime) -> Option<()> {
+        let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
+        let quietest = visitors().min_by_key(|entry| entry.heard);
+        let quiet = quietest.filter(|entry| now.since(entry.heard) >= QUIET);
+        let newest = || visitors().max_by_key(|entry| entry.since);
+        let stayed = || newest().filter(|entry| now.since(entry.since) >= STAY_MIN);
+        let leaves = quiet.or_else(stayed)?.peer;
+        self.entries.retain(|entry| entry.peer != leaves);
+        self.crowding.displaced += 1;
+        Some(())
     }
 
     /// A connection was opened, from this computer or another one. `None` if there are too many.
@@ -321,10 +360,10 @@ impl Peers {
         Some((entry.address, signing.seal(&message, sequence, entry.link)))
     }
 
-    /// Messages from visitors that nobody looked at, since there were too many visitors.
+    /// What came of too many visitors so far.
     #[must_use]
-    pub fn turned_away(&self) -> u64 {
-        self.turned_away
+    pub fn crowding(&self) -> Crowding {
+        self.crowding
     }
 
     /// Messages to the present peers dropped so far: telemetry, announcements, answers.
@@ -342,95 +381,4 @@ impl Peers {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn place(port: u16) -> SocketAddr {
-        SocketAddr::from(([127, 0, 0, 1], port))
-    }
-
-    fn address(port: u16) -> Address {
-        Address::UdpClient(place(port))
-    }
-
-    fn seconds(s: u64) -> WallTime {
-        WallTime::from_micros(s * 1_000_000)
-    }
-
-    #[test]
-    fn configured_peers_stay_and_silent_visitors_are_forgotten() {
-        let mut peers = Peers::new(&[address(14_550)]);
-        let known = peers.hear(address(14_550), seconds(0)).unwrap();
-        let visitor = peers.hear(address(9_000), seconds(0)).unwrap();
-        peers.hear(address(9_000), seconds(5)).unwrap();
-        peers.poll(seconds(14));
-        assert!(peers.knows(visitor));
-        assert_eq!(peers.next_deadline(), Some(seconds(15)));
-        peers.poll(seconds(15));
-        assert!(!peers.knows(visitor));
-        assert!(peers.knows(known));
-        assert_ne!(peers.hear(address(9_000), seconds(16)), Some(visitor), "a new peer");
-    }
-
-    #[test]
-    fn visitors_and_connections_are_bounded_apart_and_configured_peers_always_have_a_place() {
-        let configured: Vec<Address> = (1..=8).map(address).collect();
-        let mut peers = Peers::new(&configured);
-        let come = |peers: &mut Peers, port| peers.hear(address(port), seconds(0)).is_some();
-        assert_eq!((100..200).filter(|port| come(&mut peers, *port)).count(), VISITORS_MAX);
-        let open = |peers: &mut Peers, n| peers.open(Connection(n), true, seconds(0)).is_some();
-        assert_eq!((0..100).filter(|n| open(&mut peers, *n)).count(), CONNECTIONS_MAX);
-        assert_eq!(peers.turned_away(), 100 - VISITORS_MAX as u64);
-        assert!((1..=8).all(|port| come(&mut peers, port)));
-    }
-
-    #[test]
-    fn the_same_place_by_two_sockets_is_two_peers() {
-        let mut peers = Peers::new(&[]);
-        let one = peers.hear(Address::UdpClient(place(9_000)), seconds(0)).unwrap();
-        let other = peers.hear(Address::UdpServer(place(9_000)), seconds(0)).unwrap();
-        assert_ne!(one, other);
-        assert_eq!(peers.hear(Address::UdpServer(place(9_000)), seconds(1)), Some(other));
-    }
-
-    #[test]
-    fn each_link_has_a_number_of_its_own_for_as_long_as_its_peer_is_known() {
-        let mut peers = Peers::new(&[address(14_550), address(14_540)]);
-        let links = |peers: &Peers| peers.entries.iter().map(|e| e.link).collect::<Vec<_>>();
-        peers.open(Connection(0), true, seconds(0)).unwrap();
-        peers.hear(address(9_000), seconds(0)).unwrap();
-        assert_eq!(links(&peers), [0, 1, 2, 3]);
-        peers.close(Connection(0));
-        assert_eq!(links(&peers), [0, 1, 3]);
-        peers.open(Connection(1), true, seconds(0)).unwrap();
-        assert_eq!(links(&peers), [0, 1, 3, 2]);
-    }
-
-    #[test]
-    fn a_peer_is_local_by_its_address_or_by_what_opened_the_connection() {
-        let mut peers = Peers::new(&[address(14_550)]);
-        let mut hears = |text: &str| {
-            let at = Address::UdpServer(text.parse().unwrap());
-            let peer = peers.hear(at, seconds(0)).unwrap();
-            peers.is_local(peer)
-        };
-        assert!(hears("127.8.9.1:1") && hears("[::1]:1") && hears("[::ffff:127.0.0.1]:1"));
-        assert!(!hears("192.168.1.2:1") && !hears("[::ffff:10.0.0.1]:1") && !hears("[fe80::1]:1"));
-        for is_local in [true, false] {
-            let peer = peers.open(Connection(u32::from(is_local)), is_local, seconds(0)).unwrap();
-            assert_eq!(peers.is_local(peer), is_local);
-        }
-    }
-
-    #[test]
-    fn a_connection_may_be_silent_and_is_gone_when_it_is_closed() {
-        let mut peers = Peers::new(&[]);
-        let peer = peers.open(Connection(0), true, seconds(0)).unwrap();
-        peers.poll(seconds(3_600));
-        assert!(peers.knows(peer));
-        assert_eq!(peers.next_deadline(), None);
-        peers.close(Connection(0));
-        assert!(!peers.knows(peer));
-        assert_eq!(peers.hear(Address::Tcp(Connection(0)), seconds(3_601)), None, "it is closed");
-    }
-}
+mod tests;

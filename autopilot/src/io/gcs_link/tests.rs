@@ -9,6 +9,7 @@ use super::tcp::TcpServer;
 use super::*;
 use crate::config::{self, DEFAULT_BELIEF};
 use crate::io::channels::{ControlChannels, channels};
+use crate::mavlink::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 
 const PATIENCE: Duration = Duration::from_secs(10);

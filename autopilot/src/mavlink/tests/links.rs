@@ -184,6 +184,34 @@ fn many_ground_stations_are_served_at_once_and_each_gets_its_own_answers() {
     }
 }
 
+#[test]
+fn a_newcomer_to_a_full_port_is_served_in_the_end_and_those_before_it_without_a_gap() {
+    let mut world = World::flying();
+    let visitor =
+        |n: u16| Address::UdpServer(std::net::SocketAddr::from(([127, 0, 0, 1], 9_000 + n)));
+    let newcomer = visitor(24);
+    let mut served_since = None;
+    for second in 0..14 {
+        for n in 0..25 {
+            // 24 fill the table before the newcomer begins to call.
+            if n < 24 || second > 0 {
+                world.send_bytes(visitor(n), &ping(u32::from(n)));
+            }
+        }
+        world.got.clear();
+        world.run_ms(1_000);
+        let heartbeats =
+            |to: Address| world.got.iter().filter(|got| got.to == to && got.id == 0).count();
+        for n in 0..23 {
+            assert!(heartbeats(visitor(n)) > 0, "no heartbeat to {n} in second {second}");
+        }
+        if served_since.is_none() && heartbeats(newcomer) > 0 {
+            served_since = Some(second);
+        }
+    }
+    assert_eq!(served_since, Some(10), "the newest keeps its place for ten seconds");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, cases: 64, ..ProptestConfig::default() })]
 

@@ -2,7 +2,7 @@
 
 use super::world::*;
 use crate::mavlink::codec::{OWN, SIGNATURE};
-use crate::mavlink::peers::{Address, Connection};
+use crate::mavlink::peers::{Address, Connection, Crowding};
 use crate::mavlink::signing::{Key, KeyChange, LogLine, Signing, Timestamp, Trailer};
 use ::mavlink::dialects::common::{
     HEARTBEAT_DATA, MavMessage, MavResult, PARAM_REQUEST_READ_DATA, SETUP_SIGNING_DATA,
@@ -181,7 +181,7 @@ fn a_stranger_without_the_key_gets_nothing_and_takes_no_place() {
         world.send_bytes(stranger, &frame(9, 109, &[0; 9]));
     }
     world.run_ms(1_500);
-    assert_eq!(world.ground.turned_away(), 0);
+    assert_eq!(world.ground.crowding(), Crowding::default());
     let strangers = |got: &&Got| matches!(got.to, Address::UdpServer(at) if at.port() < 200);
     assert_eq!(world.got.iter().filter(strangers).count(), 0);
     world.send_bytes(visitor("10.0.0.1:500"), &signed(&beat, key(), 9_000));
