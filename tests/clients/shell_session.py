@@ -12,6 +12,7 @@ from station import Station
 SHELL = 10
 REPLY, RESPOND, EXCLUSIVE, MULTI = 1, 2, 4, 16
 PROMPT = "two-step> "
+LINE_MAX = 240
 
 
 class Console:
@@ -21,15 +22,20 @@ class Console:
         self.station = station
 
     def ask(self, line, timeout_s=5.0):
-        """Sends one line; what came back before the prompt."""
+        """Sends one line; what came back between its echo and the prompt. The first prompt stands before the echo."""
         mark = len(self.station.messages)
         data = (line + "\n").encode()
         for start in range(0, len(data), 70):
             chunk = data[start:start + 70]
             self.station.mav.serial_control_send(
                 SHELL, EXCLUSIVE | RESPOND | MULTI, 0, 0, len(chunk), list(chunk.ljust(70, b"\0")))
-        self.station.wait(lambda: self.text(mark).endswith(PROMPT), timeout_s)
-        return self.text(mark).removesuffix(PROMPT) if self.text(mark).endswith(PROMPT) else None
+        is_answered = lambda text: "\n" in text and text.endswith(PROMPT)
+        self.station.wait(lambda: is_answered(self.text(mark)), timeout_s)
+        text = self.text(mark).removeprefix(PROMPT)
+        if not is_answered(text):
+            return None
+        _, echo, answer = text.partition((line if len(line) <= LINE_MAX else "") + "\n")
+        return answer.removesuffix(PROMPT) if echo else None
 
     def text(self, mark):
         """Everything that came since message number `mark`."""
@@ -43,7 +49,9 @@ def qgroundcontrol(c, connect):
     c.expect("pymavlink: the aircraft is there", station.wait(lambda: "ATTITUDE" in station.latest, 10.0))
     console = Console(station)
     ask = console.ask
+    mark = len(station.messages)
     c.expect("an empty line is the prompt", ask("") == "")
+    c.expect("the page opens with a prompt", console.text(mark) == f"{PROMPT}\n{PROMPT}", console.text(mark))
     c.expect("help lists the commands", "failure" in (ask("help") or ""))
     status = ask("status") or ""
     c.expect("status shows the flight", "in the air" in status and "nozzle yaw" in status, status)
@@ -86,8 +94,11 @@ def mavsdk(c, connect):
     time.sleep(0.5)
     shell.send("param get FTC_MODE", Device.SHELL)
     shell.send("\n", Device.SHELL)
-    came = wait_until(lambda: "FTC_MODE" in "".join(got) and PROMPT in "".join(got), 5.0)
-    c.expect("MAVSDK: a line is answered", came, "".join(got))
+    # MAVSDK ends a line itself, so the line feed is an empty line behind it.
+    came = wait_until(lambda: "".join(got).count(PROMPT) == 3, 5.0)
+    answer = "".join(got).removeprefix(PROMPT).removeprefix("param get FTC_MODE\n")
+    c.expect("MAVSDK: a line is echoed behind the prompt and answered",
+             came and answer.startswith("FTC_MODE "), "".join(got))
     got.clear()
     shell.send("param show\n", Device.SHELL)
     came = wait_until(lambda: "".join(got).rstrip("\n").endswith(PROMPT), 5.0)

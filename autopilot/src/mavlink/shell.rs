@@ -68,7 +68,7 @@ impl ShellService {
         }
         let session = self.session(from);
         session.heard = now;
-        session.wants_answers = wants_answers;
+        session.listens(wants_answers);
         session.take(typed);
     }
 

@@ -55,7 +55,9 @@ pub(super) struct Session {
     pub(super) from: From,
     pub(super) heard: WallTime,
     /// The other side listens.
-    pub(super) wants_answers: bool,
+    wants_answers: bool,
+    /// The other side has got its first prompt.
+    is_prompted: bool,
     buffer: LineBuffer,
     lines: VecDeque<String>,
     refused_lines: usize,
@@ -68,12 +70,23 @@ impl Session {
         Self {
             from,
             heard: WallTime::ZERO,
-            wants_answers: true,
+            wants_answers: false,
+            is_prompted: false,
             buffer: LineBuffer::default(),
             lines: VecDeque::new(),
             refused_lines: 0,
             running: None,
             output: VecDeque::new(),
+        }
+    }
+
+    /// Whether the other side listens. The first time that it does, it gets a prompt: its page has just opened, or
+    /// this is the first that it sends.
+    pub(super) fn listens(&mut self, wants_answers: bool) {
+        self.wants_answers = wants_answers;
+        if wants_answers && !self.is_prompted {
+            self.is_prompted = true;
+            self.print(PROMPT);
         }
     }
 
@@ -96,10 +109,15 @@ impl Session {
         has_line && self.running.is_none() && self.output.len() < OUTPUT_FULL
     }
 
-    /// The next line to run; one that is an error already is answered here.
+    /// The next line to run, after its echo: a line that waited stands behind the prompt of the line before it. One
+    /// that is an error already is answered here.
     pub(super) fn next_line(&mut self) -> Option<String> {
         let line = self.lines.pop_front()?;
-        if let Some(error) = line.strip_prefix(ERROR_LINE) {
+        let error = line.strip_prefix(ERROR_LINE);
+        // Consoles clear the line that was typed when they send it, and expect it back.
+        self.print(if error.is_some() { "" } else { &line });
+        self.print("\n");
+        if let Some(error) = error {
             self.finish(&format!("ERROR: {error}\n"));
             return None;
         }

@@ -59,11 +59,16 @@ fn take(world: &mut World, to: Address, sender: Identity) -> String {
     String::from_utf8(text).unwrap()
 }
 
-/// Types a line at the station at 14550 and gives what it got within 200 ms.
+/// Types a line at the station at 14550 and gives what it got within 200 ms, without the prompt of a new session
+/// and without the echo. A line that is no line (too long) has an empty echo.
 fn ask(world: &mut World, line: &str) -> String {
     type_at(world, address(14_550), STATION, &format!("{line}\n"), QGC);
     world.run_ms(200);
-    take(world, address(14_550), STATION)
+    let text = take(world, address(14_550), STATION);
+    let (first, _) = line.split_once('\n').unwrap_or((line, ""));
+    let text = text.strip_prefix(PROMPT).unwrap_or(&text);
+    let answer = text.strip_prefix(first).unwrap_or(text).strip_prefix('\n');
+    answer.unwrap_or_else(|| panic!("no echo: {text:?}")).to_owned()
 }
 
 /// The same without the prompt, which must be there.

@@ -291,6 +291,7 @@ fn a_plant_that_is_silent_is_told_after_three_seconds_and_lines_wait_meanwhile()
     assert_eq!(take(&mut world, address(14_550), STATION), "");
     world.run_ms(300);
     let text = take(&mut world, address(14_550), STATION);
-    let expected = format!("ERROR: servo 5: the aircraft does not answer\n{PROMPT}run for");
+    let expected =
+        format!("ERROR: servo 5: the aircraft does not answer\n{PROMPT}help step\nrun for");
     assert!(text.starts_with(&expected), "{text}");
 }

@@ -8,25 +8,55 @@ fn an_empty_line_is_answered_with_the_prompt_in_both_forms() {
     assert_eq!(ask(&mut world, ""), PROMPT);
     type_at(&mut world, address(14_550), STATION, "\r\n", MAVSDK);
     world.run_ms(50);
-    assert_eq!(take(&mut world, address(14_550), STATION), PROMPT);
+    assert_eq!(take(&mut world, address(14_550), STATION), format!("\n{PROMPT}"));
+}
+
+#[test]
+fn the_first_message_of_a_console_brings_a_prompt_also_when_nothing_was_typed() {
+    let mut world = World::flying();
+    // MAVProxy's module nsh polls like this from its start on.
+    for _ in 0..5 {
+        world.send(&typed(b"", QGC, SerialControlDev::SERIAL_CONTROL_DEV_SHELL));
+        world.run_ms(50);
+    }
+    assert_eq!(take(&mut world, address(14_550), STATION), PROMPT, "once");
+}
+
+#[test]
+fn what_was_typed_is_echoed_behind_the_prompt_before_it_is_answered() {
+    let mut world = World::flying();
+    let type_line = |world: &mut World, line: &str| {
+        type_at(world, address(14_550), STATION, line, QGC);
+        world.run_ms(200);
+        take(world, address(14_550), STATION)
+    };
+    let first = type_line(&mut world, "mode hold\n");
+    assert_eq!(first, "two-step> mode hold\nMode Hold\ntwo-step> ");
+    let lines = type_line(&mut world, "list\nreference altitude 5100\n\n");
+    let expected = "list\nNo faults\ntwo-step> reference altitude 5100\nReference altitude: 5100 m\n\
+                    two-step> \ntwo-step> ";
+    assert_eq!(lines, expected, "each line stands behind the prompt of the one before it");
 }
 
 #[test]
 fn a_line_may_come_in_pieces_and_several_lines_in_one_message() {
     let mut world = World::flying();
-    for piece in ["he", "l", "p st", "ep\r"] {
+    for (piece, prompt) in [("he", PROMPT), ("l", ""), ("p st", ""), ("ep\r", "")] {
         type_at(&mut world, address(14_550), STATION, piece, QGC);
         world.run_ms(50);
-        assert_eq!(take(&mut world, address(14_550), STATION), "", "the line is not whole");
+        assert_eq!(take(&mut world, address(14_550), STATION), prompt, "the line is not whole");
     }
-    let whole = ask(&mut world, "");
-    assert!(whole.starts_with("run for so many"), "{whole}");
+    type_at(&mut world, address(14_550), STATION, "\n", QGC);
+    world.run_ms(50);
+    let whole = take(&mut world, address(14_550), STATION);
+    assert!(whole.starts_with("help step\nrun for so many"), "{whole}");
     let three = ask(&mut world, "mode\n\nnonsense");
     let parts: Vec<&str> = three.split(PROMPT).collect();
     let [mode, empty, nonsense, rest] = parts[..] else { panic!("not three prompts: {three}") };
     assert!(mode.contains("* Reference"));
-    assert_eq!((empty, rest), ("", ""));
-    assert!(nonsense.starts_with("ERROR: there is no command \"nonsense\""), "{nonsense}");
+    assert_eq!((empty, rest), ("\n", ""));
+    let error = "nonsense\nERROR: there is no command \"nonsense\"";
+    assert!(nonsense.starts_with(error), "{nonsense}");
 }
 
 #[test]
@@ -123,7 +153,7 @@ fn a_long_output_waits_for_a_slow_peer_and_nothing_of_it_is_lost() {
         world.run_ms(20);
         text.push_str(&take(&mut world, address(14_550), STATION));
     }
-    assert_eq!(text, format!("{quick}{PROMPT}").repeat(10));
+    assert_eq!(text, format!("param show\n{quick}{PROMPT}").repeat(10));
 }
 
 #[test]
@@ -138,7 +168,8 @@ fn too_many_lines_at_once_are_refused_in_words() {
     let shown = text.matches(PROMPT).count();
     let line = text.lines().find(|line| line.contains("lines were not taken")).unwrap();
     let refused: usize = line.split_whitespace().nth(1).unwrap().parse().unwrap();
-    assert_eq!(shown + refused, 60, "{line}");
+    // The first prompt stands before the first line.
+    assert_eq!(shown - 1 + refused, 60, "{line}");
 }
 
 #[test]
