@@ -228,6 +228,26 @@ impl Parameters {
         Ok(warning)
     }
 
+    /// Checks every value and the whole set, where they do not come from [`Parameters::set_all`].
+    ///
+    /// # Errors
+    /// [`ParameterError`] names the first that cannot be flown.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        /// Angles are kept in another unit, so a value at its limit comes back with this relative error at most.
+        const ROUNDING: f64 = 1.0e-9;
+        for row in table() {
+            let Parameter { name, unit, min, max, .. } = *row;
+            let value = row.value(self);
+            let room = ROUNDING * min.abs().max(max.abs());
+            if !(min - room..=max + room).contains(&value) {
+                return Err(ParameterError::OutOfRange { name, value, min, max, unit });
+            }
+        }
+        self.limits.check_order()?;
+        self.gains.validate()?;
+        Ok(())
+    }
+
     /// Sets one parameter that is inside its range; says nothing about the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let Some(row) = table().iter().find(|row| row.name == name) else {

@@ -12,6 +12,7 @@ mod flight;
 mod page;
 mod panels;
 mod svg;
+mod times;
 
 use flight::Flight;
 
@@ -41,8 +42,11 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
         );
     }
     let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
-    fs::write(&out, page).map_err(|error| format!("{}: {error}", out.display()))?;
+    fs::write(&out, page.html).map_err(|error| format!("{}: {error}", out.display()))?;
     println!("wrote {}", out.display());
+    for remark in page.not_drawn {
+        println!("note: {remark}");
+    }
     Ok(())
 }
 
@@ -51,13 +55,30 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
 }
 
+/// A page of figures.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// The page.
+    pub html: String,
+    /// What the log has and the page does not, and why; the page says it, too.
+    pub not_drawn: Vec<String>,
+}
+
 /// The page of a log; `title` is the name of its file.
 ///
 /// # Errors
 /// [`NothingToDraw`] if the log has no row with a time.
-pub fn page(title: &str, log: Log) -> Result<String, NothingToDraw> {
+pub fn page(title: &str, log: Log) -> Result<Page, NothingToDraw> {
     let flight = Flight::new(log)?;
-    Ok(page::page(title, &flight))
+    Ok(Page { html: page::page(title, &flight), not_drawn: flight.not_drawn() })
+}
+
+/// The page of the bytes of a file, whatever they are. It ends, and needs memory as the bytes are long.
+///
+/// # Errors
+/// What cannot be read, or [`NothingToDraw`].
+pub fn of_bytes(bytes: Vec<u8>) -> Result<Page, Box<dyn Error>> {
+    Ok(page("log", Log::from_bytes(bytes)?)?)
 }
 
 /// A log without a tick.
@@ -65,5 +86,7 @@ pub fn page(title: &str, log: Log) -> Result<String, NothingToDraw> {
 #[error("there is nothing to draw: the log has no row of sensors, control or truth")]
 pub struct NothingToDraw;
 
+#[cfg(test)]
+mod hostile;
 #[cfg(test)]
 mod tests;

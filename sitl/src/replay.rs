@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use ulog::reader::Log;
 
 mod compare;
 mod fly;
@@ -62,6 +63,15 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode, Box<dyn Error>> {
         Outcome::Different => ExitCode::FAILURE,
         Outcome::Unknown => ExitCode::from(CANNOT_FLY),
     })
+}
+
+/// Flies the bytes of a file again, whatever they are, for `steps_max` control steps at most.
+///
+/// # Errors
+/// [`CannotFly`] says why there is no flight in them.
+pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, CannotFly> {
+    let recording = Recording::of(Log::from_bytes(bytes)?)?.up_to(steps_max);
+    fly(&recording, &mut |_| {})
 }
 
 fn cannot(args: &ReplayArgs, reason: &CannotFly) -> ExitCode {

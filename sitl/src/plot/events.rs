@@ -1,5 +1,7 @@
 //! What happened in a flight, in the order of time, from rows and inputs of its log.
 
+use std::collections::HashMap;
+
 use autopilot::event::Wish;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
@@ -171,6 +173,11 @@ fn of_truth(flight: &Flight, effector: Effector) -> Vec<FaultSpan> {
     faults
 }
 
+/// The code of a fault in a column of the truth.
+fn kind_of(code: f64) -> Option<u8> {
+    (0..=u8::MAX).find(|kind| f64::from(*kind) == code)
+}
+
 /// One row of the topic `fault`.
 struct Report {
     told_s: f64,
@@ -197,7 +204,13 @@ impl Report {
 
 /// What the plant told of its faults.
 #[derive(Default)]
-struct Reports(Vec<Report>);
+struct Reports {
+    all: Vec<Report>,
+    /// Of each effector and kind: when they were told, s, and which they are, in the order of that time.
+    told: HashMap<(usize, u8), Vec<(f64, usize)>>,
+    /// Of each effector: when something changed, s, in order.
+    changes: [Vec<f64>; Effector::ALL.len()],
+}
 
 impl Reports {
     fn of(topic: &Topic<'_>) -> Self {
@@ -214,25 +227,33 @@ impl Reports {
                 state: row.unsigned("state")?,
             })
         });
-        Self(rows.collect())
+        let mut reports = Self { all: rows.collect(), ..Self::default() };
+        for (index, report) in reports.all.iter().enumerate() {
+            let Some(effector) = report.effector else { continue };
+            let told = reports.told.entry((effector.index(), report.code)).or_default();
+            told.push((report.told_s, index));
+            reports.changes[effector.index()].push(report.at_s);
+        }
+        reports.told.values_mut().for_each(|told| told.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        reports.changes.iter_mut().for_each(|at_s| at_s.sort_by(f64::total_cmp));
+        reports
     }
 
     /// A fault in words: with the numbers of the plant's last report about it.
     fn describe(&self, effector: Effector, code: f64, until_s: f64) -> String {
-        let is_it = |report: &&Report| {
-            report.effector == Some(effector)
-                && f64::from(report.code) == code
-                && report.told_s <= until_s + REPORT_LATE_S
-        };
-        let report = self.0.iter().rev().find(is_it);
+        let report = kind_of(code).and_then(|kind| {
+            let told = self.told.get(&(effector.index(), kind))?;
+            let count = told.partition_point(|(told_s, _)| *told_s <= until_s + REPORT_LATE_S);
+            self.all.get(told.get(count.checked_sub(1)?)?.1)
+        });
         report.map_or_else(|| format!("fault of kind {code}"), Report::text)
     }
 
     /// The time of a change that the truth shows at this tick: a fault begins and ends between ticks, too.
     fn exactly(&self, effector: Effector, tick_s: f64) -> f64 {
-        let of_it = self.0.iter().filter(|report| report.effector == Some(effector));
-        let times = of_it.map(|report| report.at_s).filter(|at_s| *at_s <= tick_s);
-        let at_s = times.fold(f64::NEG_INFINITY, f64::max);
+        let changes = &self.changes[effector.index()];
+        let count = changes.partition_point(|at_s| *at_s <= tick_s);
+        let at_s = count.checked_sub(1).map_or(f64::NEG_INFINITY, |last| changes[last]);
         if tick_s - at_s <= PERIOD_MAX_S { at_s } else { tick_s }
     }
 }
@@ -240,19 +261,18 @@ impl Reports {
 /// Without truth: from what the plant told.
 fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
     let Some(topic) = flight.log.topic("fault") else { return Vec::new() };
-    let Reports(reports) = Reports::of(&topic);
-    let begun = reports.iter().enumerate().filter(|(_, report)| report.state == ACTING);
-    begun
-        .filter_map(|(index, report)| {
-            let next = reports[index + 1..].iter().find(|later| later.id == report.id);
-            Some(FaultSpan {
-                effector: report.effector?,
-                span: (report.at_s, next.map_or(flight.span.1, |next| next.at_s)),
-                lasts: next.is_none(),
-                text: report.text(),
-            })
-        })
-        .collect()
+    let reports = Reports::of(&topic).all;
+    // The next report about the same fault, looked for from the end.
+    let mut next: HashMap<u64, f64> = HashMap::new();
+    let mut faults = Vec::new();
+    for report in reports.iter().rev() {
+        let later = next.insert(report.id, report.at_s);
+        let Some(effector) = report.effector.filter(|_| report.state == ACTING) else { continue };
+        let span = (report.at_s, later.unwrap_or(flight.span.1));
+        faults.push(FaultSpan { effector, span, lasts: later.is_none(), text: report.text() });
+    }
+    faults.reverse();
+    faults
 }
 
 /// Everything that happened.
@@ -344,9 +364,11 @@ const fn stream_name(wish: &Wish) -> &'static str {
 fn compensator(flight: &Flight) -> Vec<Happened> {
     let told = |t_s, text: &str| Happened { t_s, kind: Kind::Compensator, text: text.to_owned() };
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
+    let levels = AXES.map(|axis| flight.signal("control", &format!("level_{axis}"), 1.0));
     let mut all = Vec::new();
     for (from, to) in spans(&active, 0.0) {
-        let about = waking_axis(flight, from).map(|axis| format!(" about the {axis} axis"));
+        let row = active.partition_point(|(t_s, _)| *t_s < from);
+        let about = farthest(&levels, row).map(|axis| format!(" about the {axis} axis"));
         let about = about.unwrap_or_default();
         let text =
             format!("the compensator wakes: something acts{about} that the model does not expect");
@@ -358,13 +380,13 @@ fn compensator(flight: &Flight) -> Vec<Happened> {
     all
 }
 
-/// The axis whose estimate was farthest above its level at this time, if the log has levels.
-fn waking_axis(flight: &Flight, t_s: f64) -> Option<&'static str> {
-    let topic = flight.log.topic("control")?;
-    let row = topic.rows().find(|row| row.timestamp_us() as f64 * 1.0e-6 >= t_s)?;
-    let axes = ["roll", "pitch", "yaw"];
-    let levels = axes.map(|axis| row.value(&format!("level_{axis}")));
-    let known = axes.into_iter().zip(levels).filter_map(|(axis, level)| Some((axis, level?)));
+/// Axes in the order of the columns of levels.
+const AXES: [&str; 3] = ["roll", "pitch", "yaw"];
+
+/// The axis whose estimate was farthest above its level in this row, if the log has levels.
+fn farthest(levels: &[Option<Vec<Point>>; 3], row: usize) -> Option<&'static str> {
+    let level = |points: &Option<Vec<Point>>| points.as_ref()?.get(row).map(|point| point.1);
+    let known = AXES.into_iter().zip(levels).filter_map(|(axis, l)| Some((axis, level(l)?)));
     known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 

@@ -10,12 +10,16 @@ use ulog::reader::{Log, Topic};
 
 use super::NothingToDraw;
 use super::events::{self, FaultSpan, Happened};
+use super::times::Times;
 use crate::closed_loop;
 use crate::figures::curve::{Point, thin};
 use crate::replay;
 
 /// Topics that have a row in each control step.
 const TICKING: [&str; 4] = ["sensors", "control", "commands", "truth"];
+
+/// What happened this long before the first row or after the last one is of the flight, s.
+const STRAY_S: f64 = 60.0;
 
 /// A flight as its log tells it.
 #[derive(Debug)]
@@ -38,6 +42,10 @@ pub struct Flight {
     pub faults: Vec<FaultSpan>,
     /// What happened, in the order of time.
     pub happened: Vec<Happened>,
+    /// Which rows can be drawn.
+    times: Times,
+    /// Entries that happened at a time that the flight does not have.
+    strays: usize,
 }
 
 impl Flight {
@@ -48,16 +56,12 @@ impl Flight {
     pub fn new(log: Log) -> Result<Self, NothingToDraw> {
         let ticking: Vec<Topic<'_>> =
             TICKING.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
-        let seconds =
-            |row: Option<ulog::reader::Row<'_>>| row.map(|row| row.timestamp_us() as f64 * 1.0e-6);
-        let first = ticking.iter().filter_map(|t| seconds(t.row(0))).fold(f64::INFINITY, f64::min);
-        let last = ticking
-            .iter()
-            .filter_map(|t| seconds(t.row(t.len() - 1)))
-            .fold(f64::NEG_INFINITY, f64::max);
-        let steps = ticking.iter().map(Topic::len).max().ok_or(NothingToDraw)?;
-        // A frame needs a width, also of a flight of a single tick.
-        let span = (first, last.max(first + 1.0e-3));
+        let rows = ticking.iter().map(Topic::len).max().ok_or(NothingToDraw)?;
+        let times = Times::of(&log, &TICKING);
+        let (first, last) = times.span_us.ok_or(NothingToDraw)?;
+        let (first, last) = (first as f64 * 1.0e-6, last as f64 * 1.0e-6);
+        // A frame needs a width, also of a flight of a single tick; far from zero numbers lie farther apart.
+        let span = (first, last.max(first + 1.0e-3).max(first * (1.0 + 1.0e-9)));
         let (inputs, unread) = match replay::inputs(&log) {
             Ok(inputs) => (inputs.into_iter().map(|input| (input.t_s, input.what)).collect(), None),
             Err(error) => (Vec::new(), Some(error.to_string())),
@@ -67,15 +71,34 @@ impl Flight {
             plant: header(&log, "plant_header"),
             log,
             span,
-            steps,
+            steps: rows,
             inputs,
             unread,
             faults: Vec::new(),
             happened: Vec::new(),
+            times,
+            strays: 0,
         };
         flight.faults = events::faults(&flight);
         flight.happened = events::happened(&flight);
+        let all = flight.happened.len();
+        let near = (span.0 - STRAY_S, span.1 + STRAY_S);
+        flight.happened.retain(|what| (near.0..=near.1).contains(&what.t_s));
+        flight.strays = all - flight.happened.len();
         Ok(flight)
+    }
+
+    /// What is not drawn, and why.
+    pub fn not_drawn(&self) -> Vec<String> {
+        let entries = (self.strays > 0).then(|| {
+            let (from, to) = self.span;
+            format!(
+                "{} of what happened is not shown, because its time is not in the flight ({from:.3} to {to:.3} s); \
+                 the log is damaged there",
+                self.strays
+            )
+        });
+        self.times.remark().into_iter().chain(entries).collect()
     }
 
     /// The log has a topic with rows.
@@ -86,9 +109,19 @@ impl Flight {
     /// A signal over time, multiplied by `scale`; `None` if the log does not have it.
     pub fn signal(&self, topic: &str, column: &str, scale: f64) -> Option<Vec<Point>> {
         let topic = self.log.topic(topic).filter(|topic| !topic.is_empty())?;
-        let values = topic.column(column)?;
-        let times = topic.times_us().into_iter().map(|us| us as f64 * 1.0e-6);
+        let values = self.column(&topic, column)?;
+        let times = self.times_us(&topic).into_iter().map(|us| us as f64 * 1.0e-6);
         Some(times.zip(values.into_iter().map(|value| value * scale)).collect())
+    }
+
+    /// A column of the rows that can be drawn.
+    fn column(&self, topic: &Topic<'_>, column: &str) -> Option<Vec<f64>> {
+        Some(self.times.keep(topic.name(), topic.column(column)?))
+    }
+
+    /// Timestamps of the rows that can be drawn, us.
+    fn times_us(&self, topic: &Topic<'_>) -> Vec<u64> {
+        self.times.keep(topic.name(), topic.times_us())
     }
 
     /// The same, thinned to what can be seen; no peak is lost.
@@ -99,10 +132,10 @@ impl Flight {
     /// Roll, pitch and yaw from a quaternion of the log, rad.
     pub fn angles(&self, topic: &str, columns: [&str; 4]) -> Option<Vec<(f64, EulerAngles)>> {
         let topic = self.log.topic(topic).filter(|topic| !topic.is_empty())?;
-        let [w, x, y, z] = columns.map(|column| topic.column(column));
+        let [w, x, y, z] = columns.map(|column| self.column(&topic, column));
         let (w, x, y, z) = (w?, x?, y?, z?);
-        let times = topic.times_us();
-        let angles = (0..topic.len()).map(|k| {
+        let times = self.times_us(&topic);
+        let angles = (0..times.len()).map(|k| {
             let attitude = icd::Attitude::from_unit_wxyz([w[k], x[k], y[k], z[k]]);
             (times[k] as f64 * 1.0e-6, attitude.euler())
         });
@@ -114,14 +147,15 @@ impl Flight {
         let model = DesignModel::new(self.control.as_ref()?.belief);
         let (truth, control) = (self.log.topic("truth")?, self.log.topic("control")?);
         let columns = |topic: &Topic<'_>, names: &[&str]| -> Option<Vec<Vec<f64>>> {
-            names.iter().map(|name| topic.column(name)).collect()
+            names.iter().map(|name| self.column(topic, name)).collect()
         };
         let state = columns(&truth, &STATE)?;
         let acceleration = columns(&truth, &["p_dot_rad_s2", "q_dot_rad_s2", "r_dot_rad_s2"])?;
+        let thrust = self.column(&truth, "effect_engine_n");
         let modelled: Vec<String> = Effector::ALL.into_iter().map(modelled_column).collect();
         let modelled: Vec<&str> = modelled.iter().map(String::as_str).collect();
         let modelled = columns(&control, &modelled)?;
-        let (times, steps) = (truth.times_us(), control.times_us());
+        let (times, steps) = (self.times_us(&truth), self.times_us(&control));
         // A damaged log has rows of the one without rows of the other.
         let pairs = (0..times.len())
             .filter_map(|k| steps.binary_search(&times[k]).ok().map(|step| (k, step)));
@@ -135,10 +169,7 @@ impl Flight {
                 beta: s[8],
                 altitude_m: s[9],
                 climb_rate_m_s: -s[10],
-                thrust_n: truth
-                    .row(k)
-                    .and_then(|row| row.value("effect_engine_n"))
-                    .unwrap_or(f64::NAN),
+                thrust_n: thrust.as_ref().map_or(f64::NAN, |thrust| thrust[k]),
             };
             let acceleration =
                 Vector3::new(acceleration[0][k], acceleration[1][k], acceleration[2][k]);

@@ -14,6 +14,14 @@ const STYLE: &str = concat!(include_str!("../report/style.css"), include_str!("s
 const ROWS_MAX: usize = 500;
 /// Places on the track with a time.
 const CLOCKS: f64 = 8.0;
+/// At most; a rounded step may give one more than wanted.
+const CLOCKS_MAX: usize = 10;
+/// Damaged places that are named; a log with more says how many there are.
+const DAMAGES_MAX: usize = 20;
+/// Rows of the table of parameters.
+const PARAMETERS_MAX: usize = 5_000;
+/// Letters of a text from the log; longer ones are cut.
+const TEXT_MAX: usize = 2_000;
 
 /// The page of a flight.
 pub fn page(title: &str, flight: &Flight) -> String {
@@ -58,10 +66,19 @@ fn verdict(flight: &Flight) -> Markup {
                 "The log was cut off: its writer ended without its footer. Everything up to there is shown."
             }
         }
-        @for damage in log.damages() { p.bad { "Damaged: " (damage) } }
-        @if let Some(why) = &flight.unread { p.bad { "The inputs cannot be read: " (why) } }
+        @for damage in log.damages().iter().take(DAMAGES_MAX) { p.bad { "Damaged: " (short(&damage.to_string())) } }
+        @if log.damages().len() > DAMAGES_MAX {
+            p.bad { (log.damages().len() - DAMAGES_MAX) " more damaged places are not named." }
+        }
+        @for remark in flight.not_drawn() { p.bad { "Not drawn: " (remark) "." } }
+        @if let Some(why) = &flight.unread { p.bad { "The inputs cannot be read: " (short(why)) } }
         @if !missing.is_empty() { p { "Not in this log: " (missing.join("; ")) "." } }
     }
+}
+
+/// A text from the log, cut where no writer would have gone on.
+fn short(text: &str) -> &str {
+    text.char_indices().nth(TEXT_MAX).map_or(text, |(end, _)| &text[..end])
 }
 
 fn missing(flight: &Flight) -> Vec<&'static str> {
@@ -87,6 +104,7 @@ fn header(flight: &Flight) -> Markup {
             @if let Some(value) = value { tr { th { (name) } td { (value) } } }
         }
     };
+    let info = |key| log.info_text(key).map(short);
     let setup = flight.plant.as_ref().map(|plant| &plant.setup);
     let seconds = format!("{:.3} s of simulation time ({} control steps)", to - from, flight.steps);
     html! {
@@ -96,12 +114,12 @@ fn header(flight: &Flight) -> Markup {
             (fact("Duration", Some(seconds)))
             (fact("Control period", setup.map(|s| format!("{} ms", 1.0e3 * s.period.as_seconds()))))
             (fact("Turbulence", setup.map(|s| format!("{} m/s rms", s.wind.turbulence_m_s))))
-            (fact("Autopilot", log.info_text("ver_sw").map(|v| format!("version {v}"))))
+            (fact("Autopilot", info("ver_sw").map(|v| format!("version {v}"))))
             (fact("Plant", flight.plant.as_ref().map(|plant| format!("version {}", plant.version))))
             (fact("Plant link", log.info_u64("ver_wire").map(|v| format!("version {v}"))))
-            (fact("Session", log.info_text("session").map(str::to_owned)))
-            (fact("Run hash", log.info_text("run_hash").map(str::to_owned)))
-            (fact("End", log.info_text("end").map(str::to_owned)))
+            (fact("Session", info("session").map(str::to_owned)))
+            (fact("Run hash", info("run_hash").map(str::to_owned)))
+            (fact("End", info("end").map(str::to_owned)))
         }
     }
 }
@@ -117,7 +135,7 @@ fn table(happened: &[Happened]) -> Markup {
                     td.number { (number) }
                     td.number { (format!("{:.3}", what.t_s)) }
                     td style=(format!("color: {}", what.kind.colour())) { (what.kind.name()) }
-                    td { (what.text) }
+                    td { (short(&what.text)) }
                 }
             } }
         }
@@ -153,6 +171,7 @@ fn spots(flight: &Flight, track: &[(f64, crate::figures::curve::Point)]) -> Vec<
     let step_s = clock_step((to - from) / CLOCKS);
     let clocks = (1..)
         .map(|k| from + f64::from(k) * step_s)
+        .take(CLOCKS_MAX)
         .take_while(|t_s| *t_s < to - 0.3 * step_s)
         .map(|t_s| spot(t_s, "#777777", format!("{t_s:.0} s")));
     let faults =
@@ -165,9 +184,11 @@ fn spots(flight: &Flight, track: &[(f64, crate::figures::curve::Point)]) -> Vec<
 
 /// A round number of seconds, at least this long.
 fn clock_step(least_s: f64) -> f64 {
-    const STEPS: [f64; 12] =
-        [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0];
-    STEPS.into_iter().find(|step| *step >= least_s).unwrap_or(7_200.0)
+    const STEPS: [f64; 13] =
+        [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0, 7_200.0];
+    const DAY: f64 = 86_400.0;
+    let days = || DAY * libm::ceil(least_s / DAY);
+    STEPS.into_iter().find(|step| *step >= least_s).unwrap_or_else(days)
 }
 
 fn figures(group: &Group, flight: &Flight, marks: &[Mark]) -> Markup {
@@ -189,7 +210,7 @@ fn texts(log: &Log) -> Markup {
             table.wide { @for text in log.texts().iter().take(ROWS_MAX) {
                 tr.first {
                     td.number { (format!("{:.3}", text.timestamp_us as f64 * 1.0e-6)) }
-                    td { (text.text) }
+                    td { (short(&text.text)) }
                 }
             } }
             @if log.texts().len() > ROWS_MAX { p { "The rest is not shown." } }
@@ -202,9 +223,9 @@ fn parameters(log: &Log) -> Markup {
         h2 { "Parameters" }
         details {
             summary { (log.parameters().len()) " values and changes" }
-            table { @for parameter in log.parameters() {
+            table { @for parameter in log.parameters().iter().take(PARAMETERS_MAX) {
                 tr {
-                    th { (parameter.name) }
+                    th { (short(&parameter.name)) }
                     td.number { @match parameter.value {
                         ParameterValue::Integer(value) => (value),
                         ParameterValue::Real(value) => (value),
@@ -214,6 +235,7 @@ fn parameters(log: &Log) -> Markup {
                     } }
                 }
             } }
+            @if log.parameters().len() > PARAMETERS_MAX { p { "The rest is not shown." } }
         }
     }
 }

@@ -233,7 +233,7 @@ impl Drawing {
                 continue;
             }
             drawn = x;
-            let (bottom, label) = (frame.bottom(), escape(&mark.label));
+            let (bottom, label) = (frame.bottom(), escape(&short(&mark.label)));
             let _ = write!(
                 self.svg,
                 r#"<line x1="{x:.1}" y1="{:.1}" x2="{x:.1}" y2="{bottom:.1}" stroke="{}" stroke-dasharray="3 3"><title>{label}</title></line>"#,
@@ -291,7 +291,16 @@ pub fn panel(panel: &Panel, x: (f64, f64), marks: &[Mark]) -> String {
     drawing.finish()
 }
 
-/// Shades with the same name and less than `gap_s` between them become one.
+/// Letters of what the mouse shows; a longer text of a damaged log would stand in every drawing.
+const LABEL_MAX: usize = 200;
+
+/// A label that is not too long.
+fn short(label: &str) -> String {
+    label.chars().take(LABEL_MAX).collect()
+}
+
+/// Shades with the same name and less than `gap_s` between them become one. Of other shades that would be narrower
+/// than `gap_s` and closer than that to the one before, only the first is left.
 fn joined(bands: &[Band], gap_s: f64) -> Vec<Band> {
     let mut joined: Vec<Band> = Vec::new();
     for band in bands {
@@ -299,6 +308,8 @@ fn joined(bands: &[Band], gap_s: f64) -> Vec<Band> {
             Some(last) if last.label == band.label && band.span.0 - last.span.1 < gap_s => {
                 last.span.1 = last.span.1.max(band.span.1);
             }
+            Some(last)
+                if band.span.1 - band.span.0 < gap_s && band.span.0 - last.span.0 < gap_s => {}
             _ => joined.push(band.clone()),
         }
     }

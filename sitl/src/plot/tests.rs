@@ -3,7 +3,7 @@ use crate::replay::testing::{self, Without};
 use crate::replay::tests::{setup, spoken};
 
 fn page_of(bytes: Vec<u8>) -> String {
-    page("a.ulg", Log::from_bytes(bytes).unwrap()).unwrap()
+    page("a.ulg", Log::from_bytes(bytes).unwrap()).unwrap().html
 }
 
 #[test]

@@ -4,7 +4,10 @@ use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
 use autopilot::autopilot::Settings;
+use autopilot::event::Wish;
+use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, Moment, Recorded};
+use flight_control::belief::BeliefError;
 use icd::wire;
 use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
@@ -38,6 +41,17 @@ pub enum CannotFly {
         theirs: String,
         /// Versions of this program.
         ours: String,
+    },
+    /// The belief of the header cannot be flown.
+    #[error("the belief in its control_header cannot be flown: {0}")]
+    Belief(#[from] BeliefError),
+    /// Parameters of the header, or of an input, cannot be flown.
+    #[error("the parameters in its {place} cannot be flown: {why}")]
+    Parameters {
+        /// Where they are.
+        place: String,
+        /// Which, and their range.
+        why: ParameterError,
     },
     /// The autopilot came in while the aircraft was flying: nobody knows what it was then.
     #[error(
@@ -108,9 +122,25 @@ impl Recording {
         if control.joined_in_flight {
             return Err(CannotFly::Joined);
         }
+        control.belief.validate()?;
+        let ControlHeader { gains, limits, navigation, .. } = control;
+        let parameters = Parameters { gains, limits, navigation, ..Parameters::default() };
+        let refused = |place: String, why| CannotFly::Parameters { place, why };
+        parameters.check().map_err(|why| refused("control_header".to_owned(), why))?;
         let when = "; it comes over the link with the first ticks, and the log may end before";
         let plant: PlantHeader = header(&log, "plant_header", when)?;
         let inputs = inputs(&log)?;
+        for (input, number) in inputs.iter().zip(1..) {
+            let mut changed = parameters;
+            let Recorded::Intent(intent) = &input.what else { continue };
+            match &intent.wish {
+                Wish::Gains(gains) => changed.gains = **gains,
+                Wish::Limits(limits) => changed.limits = *limits,
+                Wish::Navigation(navigation) => changed.navigation = *navigation,
+                _ => continue,
+            }
+            changed.check().map_err(|why| refused(format!("input {number}"), why))?;
+        }
         let topics: Vec<Topic<'_>> =
             COMPARED.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
         let rows = topics.iter().map(Topic::len).max().ok_or(CannotFly::Empty)? as u64;
@@ -130,6 +160,13 @@ impl Recording {
             (steps, all.filter(|us| !is_there(us)).collect())
         };
         Ok(Self { log, control, plant, inputs, steps, missing })
+    }
+
+    /// The same recording, of which no more than this many control steps are flown.
+    #[must_use]
+    pub fn up_to(mut self, steps_max: u64) -> Self {
+        self.steps = self.steps.min(steps_max);
+        self
     }
 
     /// Times of control steps of which a damaged log does not have every row, us.

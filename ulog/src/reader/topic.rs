@@ -1,6 +1,7 @@
 //! Rows of a topic, and values in them.
 
 use core::ops::Range;
+use std::collections::HashMap;
 
 use crate::format::{Field, FieldType, Format};
 
@@ -8,6 +9,8 @@ use crate::format::{Field, FieldType, Format};
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) format: Format,
+    /// Numbers of the fields by their names, of the first where there are several.
+    by_name: HashMap<String, usize>,
     /// Where each field begins.
     pub(super) starts: Vec<usize>,
     /// Bytes of a whole row.
@@ -22,7 +25,9 @@ impl Layout {
     pub(super) fn new(format: Format) -> Self {
         let mut starts = Vec::with_capacity(format.fields.len());
         let (mut size, mut size_min, mut timestamp) = (0_usize, 0, None);
-        for field in &format.fields {
+        let mut by_name = HashMap::with_capacity(format.fields.len());
+        for (index, field) in format.fields.iter().enumerate() {
+            by_name.entry(field.name.clone()).or_insert(index);
             starts.push(size);
             if field.name == "timestamp" && field.kind == FieldType::U64 && field.array.is_none() {
                 timestamp = timestamp.or(Some(size));
@@ -32,7 +37,13 @@ impl Layout {
                 size_min = size;
             }
         }
-        Self { format, starts, size, size_min, timestamp }
+        Self { format, by_name, starts, size, size_min, timestamp }
+    }
+
+    /// A field and where it begins.
+    fn field(&self, name: &str) -> Option<(&Field, usize)> {
+        let index = *self.by_name.get(name)?;
+        Some((self.format.fields.get(index)?, *self.starts.get(index)?))
     }
 
     /// Type and place of `name` or `name[3]`.
@@ -41,11 +52,10 @@ impl Layout {
             Some((plain, element)) => (plain, Some(element.parse::<usize>().ok()?)),
             None => (name, None),
         };
-        let mut fields = self.format.fields.iter().zip(&self.starts);
-        let (field, start) = fields.find(|(field, _)| field.name == plain)?;
+        let (field, start) = self.field(plain)?;
         let step = field.kind.size();
         let start = match (field.array, element) {
-            (None, None) => *start,
+            (None, None) => start,
             (Some(length), Some(index)) if index < length => {
                 start.checked_add(step.checked_mul(index)?)?
             }
@@ -165,9 +175,8 @@ impl<'a> Row<'a> {
     /// Bytes of a field, of all elements if it is an array. `None` if there is no such field.
     #[must_use]
     pub fn bytes(&self, name: &str) -> Option<&'a [u8]> {
-        let mut fields = self.layout.format.fields.iter().zip(&self.layout.starts);
-        let (field, start) = fields.find(|(field, _)| field.name == name)?;
-        self.bytes.get(*start..start.checked_add(field.size())?)
+        let (field, start) = self.layout.field(name)?;
+        self.bytes.get(start..start.checked_add(field.size())?)
     }
 
     /// Bytes of a place; none where padding was left out.
