@@ -138,3 +138,48 @@ fn without_the_compensator_the_detector_still_speaks() {
     assert!(records.iter().any(|record| record.log.compensator_active));
     assert!(records.iter().all(|record| record.log.fade == 0.0));
 }
+
+/// Largest level of the estimate in the first two seconds of a flight that starts trimmed here, with and without
+/// the plant's report of the start.
+fn level_after_start(
+    earth: EarthModel,
+    airspeed_m_s: f64,
+    altitude_m: f64,
+    with_report: bool,
+) -> f64 {
+    let mut setup = healthy(earth);
+    setup.plant.start.airspeed_m_s = airspeed_m_s;
+    setup.plant.start.altitude_m = altitude_m;
+    let text = format!(
+        "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = {altitude_m}\nairspeed_m_s = {airspeed_m_s}\n"
+    );
+    setup.references = autopilot::config::references("start", &text).expect("written here");
+    let mut plant = plant_sim::Plant::new(&setup.plant).expect("there is a trim");
+    let mut autopilot = autopilot::autopilot::Autopilot::new(&sitl::closed_loop::settings(&setup));
+    autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    while let Some(report) = plant.pop_report().filter(|_| with_report) {
+        autopilot.handle_report(&report);
+    }
+    let mut worst = 0.0_f64;
+    for _ in 0..1_000 {
+        let sensors = plant.sense();
+        let output = autopilot.step(plant.time(), &sensors);
+        worst = worst.max(output.log.level);
+        plant.advance(&output.actuators);
+    }
+    worst
+}
+
+#[test]
+fn off_the_design_point_the_estimate_begins_near_zero_and_not_at_half_its_level() {
+    for (airspeed_m_s, altitude_m) in [(180.0, 10_000.0), (180.0, 5_000.0), (320.0, 2_000.0)] {
+        for earth in [EarthModel::Flat, EarthModel::Wgs84] {
+            let [with, without] = [true, false]
+                .map(|report| level_after_start(earth, airspeed_m_s, altitude_m, report));
+            println!("{earth:?}, {airspeed_m_s} m/s, {altitude_m} m: {with} instead of {without}");
+            // What the estimate has of a turn of 30 deg at the design point is 0.003 rad/s2, 0.015 of a level.
+            assert!(with < 0.02, "{earth:?}, {airspeed_m_s} m/s, {altitude_m} m: {with}");
+            assert!(without > 5.0 * with, "without the report {without}");
+        }
+    }
+}

@@ -213,6 +213,12 @@ impl Autopilot {
                     EventKind::Outcome { number: request, outcome },
                 )
             }
+            PlantReport::Started { positions } => {
+                if self.latest.is_none() {
+                    self.flight.start_at(&positions);
+                }
+                return;
+            }
             PlantReport::Fault(entry) => (self.time, EventKind::Fault(entry)),
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;

@@ -7,7 +7,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effector::Effector;
+use crate::effector::{Effector, PerEffector};
 use crate::pace::Pace;
 use crate::time::SimTime;
 
@@ -159,6 +159,12 @@ impl fmt::Display for FaultState {
 /// Something that happened in the plant, told once.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum PlantReport {
+    /// The flight starts: the first report of the first packet, and of no other.
+    Started {
+        /// Where the effectors of the healthy aircraft stand in the steady flight of the start, rad; engine N.
+        /// A fault that acts from time zero on is not in it.
+        positions: PerEffector<f64>,
+    },
     /// Answer to the request with this number.
     FaultReply {
         /// Number of the request.

@@ -41,7 +41,7 @@ pub use encode::{encode_actuators, encode_refusal, encode_sensors};
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1400;

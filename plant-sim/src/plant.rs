@@ -100,6 +100,8 @@ impl Plant {
             held,
             turbulence,
         };
+        let positions = plant.trim.positions();
+        push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
         plant.schedule(setup)?;
         plant.let_events_happen();
         plant.observe();

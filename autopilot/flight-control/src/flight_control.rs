@@ -1,6 +1,6 @@
 //! One control step: the pipeline of the block diagram, nothing else.
 
-use icd::{Actuators, ControlPeriod, Sensors};
+use icd::{Actuators, ControlPeriod, PerEffector, Sensors};
 
 use crate::activation::Activation;
 use crate::authority::authority;
@@ -70,6 +70,13 @@ impl FlightControl {
         self.applied.reset();
         self.main_only.reset();
         self.saturation = Saturation::default();
+    }
+
+    /// Before the first sample: the healthy effectors stand at `positions`, rad, and not at the trim of the
+    /// design point. [`FlightControl::reset`] comes back to them.
+    pub fn start_at(&mut self, positions: &PerEffector<f64>) {
+        self.applied.start_at(positions);
+        self.main_only.start_at(positions);
     }
 
     /// Gains in use.

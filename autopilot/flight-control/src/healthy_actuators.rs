@@ -21,11 +21,12 @@ struct Servo {
 pub struct HealthyActuators {
     servos: PerEffector<Servo>,
     positions: PerEffector<f64>,
-    trim: PerEffector<f64>,
+    start: PerEffector<f64>,
+    travel: PerEffector<f64>,
 }
 
 impl HealthyActuators {
-    /// At trim.
+    /// At the trim of the design point.
     #[must_use]
     pub fn new(belief: &Belief, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
@@ -35,13 +36,29 @@ impl HealthyActuators {
                 way_max: servo.rate_limit_rad_s * h,
             })
         });
-        let trim = belief.trim_positions();
-        Self { servos, positions: trim, trim }
+        let travel = PerEffector::from_fn(|effector| {
+            belief.servo(effector).map_or(0.0, |servo| servo.travel_rad)
+        });
+        let start = belief.trim_positions();
+        Self { servos, positions: start, start, travel }
     }
 
-    /// Back to trim.
+    /// At the positions of the flight's start instead, rad: an aircraft that is trimmed for another flight
+    /// condition than the design point would look faulty until the modelled servos have caught up. A position
+    /// that is not finite is left as it is, one beyond the travel counts as the end of the travel.
+    pub fn start_at(&mut self, positions: &PerEffector<f64>) {
+        for effector in Effector::ALL {
+            let (position, travel) = (positions[effector], self.travel[effector]);
+            if effector.is_angle() && position.is_finite() {
+                self.start[effector] = position.clamp(-travel, travel);
+            }
+        }
+        self.positions = self.start;
+    }
+
+    /// Back to the start.
     pub fn reset(&mut self) {
-        self.positions = self.trim;
+        self.positions = self.start;
     }
 
     /// Positions now, rad; the engine's entry is the measured thrust given to [`Self::measure_thrust`].
@@ -94,5 +111,24 @@ mod tests {
         model.advance(&commands);
         let expected = belief.effectors.rudder.rate_limit_rad_s * 0.002;
         assert!((model.positions()[Effector::Rudder] - expected).abs() < 1.0e-15);
+    }
+
+    #[test]
+    fn a_start_off_the_design_point_is_kept_inside_the_travel_and_survives_a_reset() {
+        let belief = testing::belief();
+        let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
+        let mut start = PerEffector::from_fn(|_| 0.02);
+        start[Effector::LeftElevator] = -9.0;
+        start[Effector::Rudder] = f64::NAN;
+        start[Effector::Engine] = 1.0;
+        model.start_at(&start);
+        let expected = *model.positions();
+        assert_eq!(expected[Effector::RightElevator], 0.02);
+        assert_eq!(expected[Effector::LeftElevator], -belief.effectors.elevator.travel_rad);
+        assert_eq!(expected[Effector::Rudder], 0.0, "not a number: as before");
+        assert_eq!(expected[Effector::Engine], belief.trim.thrust_n, "the engine is measured");
+        model.advance(&PerEffector::default());
+        model.reset();
+        assert_eq!(*model.positions(), expected);
     }
 }

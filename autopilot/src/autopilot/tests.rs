@@ -5,7 +5,7 @@ use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{FaultRequest, Refusal};
-use icd::{Effector, FaultKind};
+use icd::{Effector, FaultKind, PerEffector};
 
 mod scripts;
 
@@ -353,4 +353,27 @@ fn a_new_home_is_told_before_its_outcome() {
         std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
     assert_eq!(kinds, [EventKind::Home(home), done]);
+}
+
+#[test]
+fn the_positions_of_the_start_count_before_the_first_control_step_and_never_after() {
+    let modelled = |before: bool, after: bool| {
+        let positions = PerEffector::from_fn(|_| -0.1);
+        let mut autopilot = autopilot();
+        autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
+        if before {
+            autopilot.handle_report(&PlantReport::Started { positions });
+        }
+        let first = autopilot.step(SimTime::ZERO, &sensors()).log.modelled;
+        if after {
+            autopilot.handle_report(&PlantReport::Started { positions });
+        }
+        let second = autopilot.step(SimTime::from_micros(2_000), &sensors()).log.modelled;
+        while let Some(event) = autopilot.pop_event() {
+            assert!(matches!(event.kind, EventKind::FlightBegan { .. }), "{event:?}");
+        }
+        [first, second]
+    };
+    assert_eq!(modelled(true, false)[0][Effector::LeftElevator], -0.1);
+    assert_eq!(modelled(false, true), modelled(false, false));
 }

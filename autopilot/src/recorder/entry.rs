@@ -127,6 +127,7 @@ impl Entry {
         match report {
             PlantReport::Fault(entry) => Some(Self::Fault { time, entry: *entry }),
             PlantReport::FaultReply { .. }
+            | PlantReport::Started { .. }
             | PlantReport::GroundContact { .. }
             | PlantReport::Paced { .. } => None,
         }

@@ -196,6 +196,12 @@ fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, Wire
             let at = SimTime::from_micros(r.u64()?);
             Ok(PlantReport::Paced { request: given.then_some(number), pace, at })
         }
+        // Whoever joins later must not learn from a start what has become of the aircraft since.
+        4 if context.sequence == 0 => {
+            let values = r.f64s::<{ Effector::COUNT }>()?;
+            let values = context.all_finite(values, |index| Effector::ALL[index].key())?;
+            Ok(PlantReport::Started { positions: PerEffector::new(values) })
+        }
         value => Err(WireError::Code { field: "report", value }),
     }
 }

@@ -126,5 +126,11 @@ fn write_report(w: &mut Writer<'_>, report: &PlantReport) {
             write_pace(w, *pace);
             w.u64(at.as_micros());
         }
+        PlantReport::Started { positions } => {
+            w.u8(4);
+            for v in positions.as_array() {
+                w.f64(*v);
+            }
+        }
     }
 }

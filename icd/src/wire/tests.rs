@@ -268,3 +268,24 @@ proptest! {
         let _ = decode(&bytes);
     }
 }
+
+#[test]
+fn the_start_comes_back_bit_for_bit_and_only_in_the_first_packet_of_a_flight() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    let positions = PerEffector::new([0.1, -0.1, 1.0 / 3.0, -0.2, 0.3, 0.0, -0.0, 2.7e4]);
+    packet.reports[0] = PlantReport::Started { positions };
+    packet.sequence = 0;
+    encode_sensors(&packet, &[7; ENVELOPE_MAX], &mut bytes);
+    assert!(bytes.len() < PACKET_MAX, "{} bytes", bytes.len());
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet.clone())));
+    packet.sequence = 1;
+    encode_sensors(&packet, &[], &mut bytes);
+    assert_eq!(decode(&bytes), Err(WireError::Code { field: "report", value: 4 }));
+    packet.sequence = 0;
+    let mut positions = positions;
+    positions[Effector::Rudder] = f64::NAN;
+    packet.reports[0] = PlantReport::Started { positions };
+    encode_sensors(&packet, &[], &mut bytes);
+    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "rudder", .. })));
+}

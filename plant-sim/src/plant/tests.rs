@@ -12,8 +12,11 @@ fn flat() -> PlantSetup {
     setup(EarthModel::Flat)
 }
 
+/// In flight: the report of the start is fetched.
 fn plant(setup: &PlantSetup) -> Plant {
-    Plant::new(setup).unwrap()
+    let mut plant = Plant::new(setup).unwrap();
+    assert!(matches!(plant.pop_report(), Some(PlantReport::Started { .. })));
+    plant
 }
 
 /// Flies `ticks` periods with the trim commands plus `extra`.
@@ -488,4 +491,27 @@ fn body_rates_of_level_flight_on_the_round_earth_are_those_of_the_earth_and_the_
     // Northbound: the nose follows the curvature, about the axis to the east.
     assert!((rate.y / expected - 1.0).abs() < 1e-9, "{} rad/s instead of {expected}", rate.y);
     assert_ne!(truth.body_rates, Body::zero());
+}
+
+#[test]
+fn the_first_report_is_where_the_healthy_effectors_stand_whatever_is_broken_at_time_zero() {
+    let mut healthy = flat();
+    healthy.start.altitude_m = 10_000.0;
+    healthy.start.airspeed_m_s = 180.0;
+    let mut broken = healthy.clone();
+    let flame_out = ScheduledFault {
+        effector: Effector::Engine,
+        kind: FaultKind::FlameOut,
+        timing: Timing::at(SimTime::ZERO),
+    };
+    broken.faults = vec![stuck(Effector::LeftElevator, 0.1, 0), flame_out];
+    let [mut healthy, mut broken] = [healthy, broken].map(|setup| Plant::new(&setup).unwrap());
+    assert_ne!(healthy.truth().deflections, broken.truth().deflections, "the faults act");
+    let started = healthy.pop_report();
+    assert_eq!(broken.pop_report(), started);
+    let Some(PlantReport::Started { positions }) = started else { panic!("{started:?}") };
+    assert_eq!(positions, healthy.truth().deflections);
+    coast(&mut broken, 3);
+    let later = std::iter::from_fn(|| broken.pop_report());
+    assert!(later.into_iter().all(|report| matches!(report, PlantReport::Fault(_))));
 }
