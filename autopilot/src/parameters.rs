@@ -13,11 +13,16 @@ mod groups;
 mod saved;
 mod table;
 
-pub use compatibility::{COMPATIBILITY, CompatibilityParameter, compatibility};
+pub use compatibility::{
+    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, compatibility,
+};
 pub use document::document;
 pub use failure::{FailureParameters, WrongMode};
 pub use faults::{FAULT_CHOICES, FAULTS, FaultParameter, fault};
-pub use groups::{LinkParameters, NavigationParameters, ReferenceLimits, StreamParameters};
+pub use groups::{
+    LinkParameters, MODE_SLOTS, ModeSwitchParameters, NavigationParameters, ReferenceLimits,
+    SticksLossAction, StreamParameters, SwitchChannel, SwitchMode,
+};
 pub use saved::{SavedError, SavedProblem, from_text, to_text};
 pub use table::table;
 
@@ -34,6 +39,8 @@ pub struct Parameters {
     pub navigation: NavigationParameters,
     /// Silence of ground stations.
     pub link: LinkParameters,
+    /// The switch that selects flight modes.
+    pub mode_switch: ModeSwitchParameters,
     /// Rates of the streams.
     pub streams: StreamParameters,
 }
@@ -64,6 +71,19 @@ impl Default for Parameters {
                 loss_s: 10.0,
                 offboard_loss_s: 0.5,
                 sticks_loss_s: 0.5,
+                sticks_loss_action: SticksLossAction::Hold,
+                system_id: 1,
+            },
+            mode_switch: ModeSwitchParameters {
+                channel: SwitchChannel::None,
+                slots: [
+                    SwitchMode::Position,
+                    SwitchMode::Altitude,
+                    SwitchMode::Hold,
+                    SwitchMode::Mission,
+                    SwitchMode::Return,
+                    SwitchMode::Unassigned,
+                ],
             },
             streams: StreamParameters {
                 attitude_hz: 25.0,
@@ -112,6 +132,8 @@ pub struct Parameter {
     pub meaning: &'static str,
     /// What each value means; empty for a number.
     pub choices: &'static [Choice],
+    /// A change acts when the program starts again, not at once.
+    pub at_restart: bool,
     get: Get,
     set: Set,
 }
@@ -138,7 +160,7 @@ pub enum ParameterError {
         name: String,
     },
     /// A compatibility parameter.
-    #[error("{name} is read-only: it is there for ground stations and means nothing here")]
+    #[error("{name} is read-only: it is there for ground stations and has no effect here")]
     ReadOnly {
         /// Parameter.
         name: &'static str,
@@ -165,6 +187,16 @@ pub enum ParameterError {
         /// Unit of the numbers.
         unit: &'static str,
     },
+    /// Inside the range, and none of the values of a choice.
+    #[error("{name} = {value} is none of {}", values(choices))]
+    NotAChoice {
+        /// Parameter.
+        name: &'static str,
+        /// Refused value.
+        value: f64,
+        /// The values that there are.
+        choices: &'static [Choice],
+    },
     /// A lower limit above its upper limit.
     #[error("{lower} = {low} {unit} is above {upper} = {high} {unit}")]
     Order {
@@ -182,6 +214,12 @@ pub enum ParameterError {
     /// The set as a whole cannot be flown.
     #[error("{0}")]
     Gains(#[from] GainError),
+}
+
+/// The numbers of choices, for people.
+fn values(choices: &[Choice]) -> String {
+    let values: Vec<String> = choices.iter().map(|choice| choice.value.to_string()).collect();
+    values.join(", ")
 }
 
 impl Parameter {
@@ -264,6 +302,10 @@ impl Parameters {
         let Parameter { name, unit, min, max, .. } = *row;
         if !(min..=max).contains(&value) {
             return Err(ParameterError::OutOfRange { name, value, min, max, unit });
+        }
+        let is_it = |choice: &Choice| f64::from(choice.value) == value;
+        if !row.choices.is_empty() && !row.choices.iter().any(is_it) {
+            return Err(ParameterError::NotAChoice { name, value, choices: row.choices });
         }
         match row.set {
             Set::Gain(set) => set(&mut self.gains, value),

@@ -10,6 +10,7 @@ import json
 import struct
 import time
 import zlib
+from pathlib import Path
 
 from checks import Checks
 from station import ACCEPTED, NAN, UNSUPPORTED, Station
@@ -37,20 +38,31 @@ CAPABILITIES = {
 }
 FENCE, RALLY = 16384, 32768
 
-# Parameters without which QGroundControl asks for a setup, and the values that satisfy it.
+# Parameters of 5.0's setup pages, and the values with which no page asks for a setup.
 SETUP = {
     "SYS_AUTOSTART": lambda v: v != 0,
     "CAL_GYRO0_ID": lambda v: v != 0,
     "CAL_ACC0_ID": lambda v: v != 0,
     "SYS_HAS_MAG": lambda v: v == 0,
     "SYS_HAS_NUM_ASPD": lambda v: v == 0,
+    "CBRK_AIRSPD_CHK": lambda v: v == 162128,
     "COM_RC_IN_MODE": lambda v: v == 1,
+    "BAT1_N_CELLS": lambda v: v != 0,
+    "BAT1_V_CHARGED": lambda v: v != 0,
+    "BAT1_V_EMPTY": lambda v: v != 0,
+    "MAV_SYS_ID": lambda v: v == 1,
     "FW_AIRSPD_MIN": lambda v: v > 0,
     "FW_AIRSPD_MAX": lambda v: v > 0,
-    "NAV_DLL_ACT": lambda v: True,
-    "COM_DL_LOSS_T": lambda v: True,
-    "RTL_RETURN_ALT": lambda v: True,
 }
+# What each version asks for, from its source text.
+ASKED = Path(__file__).with_name("qgroundcontrol_parameters.csv")
+PX4_TYPES = {"INT32": 6, "FLOAT": 9}
+
+
+def asked_for():
+    """Name, PX4's type and versions of every parameter that a version asks for."""
+    lines = [line for line in ASKED.read_text().splitlines() if not line.startswith("#")]
+    return [line.split(",")[:3] for line in lines]
 
 
 class Connect:
@@ -216,6 +228,13 @@ class Connect:
                 f"parameter {name} asks for no setup", name in by_name and fits(by_name[name]),
                 by_name.get(name),
             )
+        types = {m.param_id: m.param_type for m in values.values()}
+        asked = asked_for()
+        for version in sorted({v for _, _, versions in asked for v in versions.split()}):
+            wrong = {name for name, kind, versions in asked
+                     if version in versions.split() and types.get(name) != PX4_TYPES[kind]}
+            self.checks.expect(f"version {version} misses no parameter and no type", not wrong,
+                               ", ".join(sorted(wrong)))
         described = getattr(self, "described", {})
         lacking = [name for name in by_name if name not in described]
         self.checks.expect("every parameter is described", not lacking, ", ".join(lacking))

@@ -15,7 +15,7 @@ pub use message::{
     PositionTarget, SerialControl, SetupSigning, StreamRequest, decode,
 };
 
-/// System and component id of this autopilot.
+/// System and component id of an autopilot whose MAV_SYS_ID was not set.
 pub const OWN: Identity = Identity { system: 1, component: 1 };
 
 /// Longest payload of a frame.
@@ -43,10 +43,16 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// A message with this target is for the autopilot.
+    /// The autopilot of the vehicle with this system id.
     #[must_use]
-    pub fn reaches_us(self) -> bool {
-        [0, OWN.system].contains(&self.system) && [0, OWN.component].contains(&self.component)
+    pub const fn autopilot(system: u8) -> Self {
+        Self { system, component: OWN.component }
+    }
+
+    /// A message with this target is for `own`.
+    #[must_use]
+    pub fn reaches(self, own: Self) -> bool {
+        [0, own.system].contains(&self.system) && [0, own.component].contains(&self.component)
     }
 }
 
@@ -248,29 +254,30 @@ impl Encoded {
         Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload }
     }
 
-    /// The frame with this sequence number, MAVLink 2, not signed.
+    /// The frame of this sender with this sequence number, MAVLink 2, not signed.
     #[must_use]
-    pub fn frame(&self, sequence: u8) -> Vec<u8> {
-        self.frame_with(0, sequence)
+    pub fn frame(&self, sender: Identity, sequence: u8) -> Vec<u8> {
+        self.frame_with(0, sender, sequence)
     }
 
-    /// The frame with this sequence number and what `sign` makes of it behind it.
+    /// The same, and what `sign` makes of it behind it.
     pub fn signed_frame(
         &self,
+        sender: Identity,
         sequence: u8,
         sign: impl FnOnce(&[u8]) -> [u8; SIGNATURE],
     ) -> Vec<u8> {
-        let mut frame = self.frame_with(SIGNED, sequence);
+        let mut frame = self.frame_with(SIGNED, sender, sequence);
         let signature = sign(&frame);
         frame.extend_from_slice(&signature);
         frame
     }
 
-    fn frame_with(&self, flags: u8, sequence: u8) -> Vec<u8> {
+    fn frame_with(&self, flags: u8, sender: Identity, sequence: u8) -> Vec<u8> {
         let mut frame = Vec::with_capacity(HEADER_V2 + self.payload.len() + CRC + SIGNATURE);
         let length = u8::try_from(self.payload.len()).expect("a payload has at most 255 bytes");
         let [id0, id1, id2, _] = self.id.to_le_bytes();
-        let Identity { system, component } = OWN;
+        let Identity { system, component } = sender;
         frame.extend_from_slice(&[MAV_STX_V2, length, flags, 0, sequence, system, component]);
         frame.extend_from_slice(&[id0, id1, id2]);
         frame.extend_from_slice(&self.payload);

@@ -128,6 +128,19 @@ impl CommandService {
         let [_, _, main, sub] = data.custom_mode.to_le_bytes();
         let has_custom_flag =
             data.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED);
+        self.ask_for_mode(from, has_custom_flag, (main, sub), now, ctx, out);
+    }
+
+    /// Asks for PX4's main and sub mode without an acknowledgement: SET_MODE, and the mode switch.
+    pub fn ask_for_mode(
+        &mut self,
+        from: From,
+        has_custom_flag: bool,
+        (main, sub): (u8, u8),
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) {
         let begun = modes::requested(has_custom_flag, main, sub, ctx.streams()).and_then(|mode| {
             self.begin(from, None, Decision::ask(Wish::Mode(mode)), now, ctx, out)
         });

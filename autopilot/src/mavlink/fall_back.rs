@@ -1,4 +1,4 @@
-//! Back to Hold when the stream that a mode follows has ended: said once, wished for until the mode changes.
+//! Another mode when the stream that a mode follows has ended: said once, asked for until the mode changes.
 
 use core::time::Duration;
 
@@ -9,10 +9,10 @@ use crate::clock::WallTime;
 use crate::event::Wish;
 use crate::vehicle::Mode;
 
-/// The wish to go back to Hold is repeated after this time if the mode has not changed.
+/// The request for the other mode is repeated after this time if the mode has not changed.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// Whether Hold has been wished for, and when.
+/// Whether the other mode has been asked for, and when.
 #[derive(Debug, Default)]
 pub struct FallBack {
     wished: Option<WallTime>,
@@ -24,15 +24,15 @@ impl FallBack {
         self.wished = None;
     }
 
-    /// Hold was wished for a moment ago.
+    /// The other mode was asked for a moment ago.
     #[must_use]
     pub fn is_under_way(&self, now: WallTime) -> bool {
         self.wished.is_some_and(|at| now.since(at) < REPEAT)
     }
 
-    /// Wishes for Hold, and the first time says why. A full queue of wishes is tried again.
-    pub fn to_hold(&mut self, text: &str, now: WallTime, ctx: &mut Context) {
-        if ctx.intents.push(Wish::Mode(Mode::Hold)).is_some() {
+    /// Asks for `mode`, and the first time says why. A full queue of intents is tried again.
+    pub fn to(&mut self, mode: Mode, text: &str, now: WallTime, ctx: &mut Context) {
+        if ctx.intents.push(Wish::Mode(mode)).is_some() {
             if self.wished.is_none() {
                 ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
             }
@@ -40,7 +40,7 @@ impl FallBack {
         }
     }
 
-    /// When the wish is repeated; `None` if there is none.
+    /// When the request is repeated; `None` if there is none.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         self.wished.map(|at| at + REPEAT)

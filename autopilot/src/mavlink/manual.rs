@@ -10,24 +10,26 @@
 //! An axis that is not there (`i16::MAX`, 65535 for a channel that was never given, 0 for a channel that is
 //! released) stands in the middle; a throttle that is not there leaves the airspeed as it is. The sticks of
 //! the station that has control count ([`super::control`]); they must not pause for longer than
-//! `COM_RC_LOSS_T` of wall time.
+//! `COM_RC_LOSS_T` of wall time; `NAV_RCL_ACT` says what follows.
 
 use core::time::Duration;
 
 use super::aircraft::{Aircraft, Phase};
-use super::codec::{ManualControl, Message, OWN};
+use super::codec::{ManualControl, Message};
 use super::context::{Context, From};
 use super::control::Control;
 use super::fall_back::FallBack;
 use crate::clock::WallTime;
 use crate::event::Wish;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, SticksLossAction};
 use crate::vehicle::{Mode, Sticks};
 
 /// The vehicle gets at most one position in this time, however fast they come.
 const INTERVAL: Duration = Duration::from_millis(10);
 /// Systems whose sticks are followed; the one that was silent for the longest makes room.
 const PILOTS_MAX: usize = 4;
+/// Target system that means every vehicle.
+const ALL: u8 = 0;
 /// Full deflection in MANUAL_CONTROL.
 const FULL: f64 = 1000.0;
 /// Middle and half width of a channel, us.
@@ -68,7 +70,7 @@ impl Manual {
         let system = from.sender.system;
         match message {
             // A joystick moves one aircraft, so "all" is not enough.
-            Message::ManualControl(control) if control.target == OWN.system => {
+            Message::ManualControl(control) if control.target != ALL => {
                 let Some(sticks) = of_joystick(control) else { return };
                 self.take(system, sticks, [None; CHANNELS], now);
             }
@@ -155,7 +157,7 @@ impl Manual {
         }
     }
 
-    /// Passes on what came too fast, and goes back to Hold when nothing comes.
+    /// Passes on what came too fast, and leaves the mode as NAV_RCL_ACT says when nothing comes.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
         if !flies_by_sticks(ctx.aircraft) {
             return;
@@ -168,7 +170,11 @@ impl Manual {
         if is_fresh || is_waiting {
             return;
         }
-        self.fall_back.to_hold("Sticks stopped: back to Hold", now, ctx);
+        let (mode, text) = match ctx.parameters.link.sticks_loss_action {
+            SticksLossAction::Hold => (Mode::Hold, "Sticks stopped: back to Hold"),
+            SticksLossAction::Return => (Mode::Return, "Sticks stopped: Return"),
+        };
+        self.fall_back.to(mode, text, now, ctx);
     }
 
     /// When there is something to do.

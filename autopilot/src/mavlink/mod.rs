@@ -36,7 +36,8 @@ pub mod link_loss;
 pub mod logs;
 pub mod manual;
 pub mod mission;
-pub mod modes;
+pub mod mode_switch;
+mod modes;
 pub mod offboard;
 pub mod outbox;
 mod outside;
@@ -54,7 +55,7 @@ pub mod telemetry;
 pub mod traffic;
 
 use aircraft::Aircraft;
-use codec::{Frame, Identity, Message, OWN, Skipped};
+use codec::{Frame, Identity, Message, Skipped};
 use command::CommandService;
 use context::{Context, From};
 use control::Control;
@@ -66,6 +67,7 @@ use link_loss::LinkLoss;
 use logs::LogService;
 use manual::Manual;
 use mission::MissionService;
+use mode_switch::ModeSwitch;
 use offboard::Offboard;
 use param::ParamService;
 use peers::{Address, Connection, Peer, Peers};
@@ -79,6 +81,8 @@ use traffic::Traffic;
 /// The ground-station side without its sockets.
 #[derive(Debug)]
 pub struct Ground {
+    /// MAV_SYS_ID as it was at the start.
+    own: Identity,
     parameters: Parameters,
     belief: Belief,
     aircraft: Aircraft,
@@ -91,6 +95,7 @@ pub struct Ground {
     param: ParamService,
     offboard: Offboard,
     manual: Manual,
+    mode_switch: ModeSwitch,
     mission: MissionService,
     fault_list: ListRequest,
     ftp: FtpService,
@@ -110,6 +115,7 @@ impl Ground {
     #[must_use]
     pub fn new(parameters: &Parameters, belief: &Belief, configured: &[Address]) -> Self {
         Self {
+            own: Identity::autopilot(parameters.link.system_id),
             parameters: *parameters,
             belief: *belief,
             aircraft: Aircraft::default(),
@@ -122,6 +128,7 @@ impl Ground {
             param: ParamService::default(),
             offboard: Offboard::default(),
             manual: Manual::default(),
+            mode_switch: ModeSwitch::default(),
             mission: MissionService::default(),
             fault_list: ListRequest::default(),
             ftp: FtpService::default(),
@@ -155,7 +162,7 @@ impl Ground {
     pub fn handle_datagram(&mut self, address: Address, datagram: &[u8], now: WallTime) {
         let mut rest = datagram;
         while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
-            if frame.sender == OWN {
+            if frame.sender == self.own {
                 // Our own words, sent back by somebody.
                 continue;
             }
@@ -195,7 +202,7 @@ impl Ground {
             let Some(frame) = codec::next_frame_of_stream(&mut rest, &mut self.skipped) else {
                 break false;
             };
-            if frame.sender != OWN && self.signing.admit(&frame, now) == Admission::Accepted {
+            if frame.sender != self.own && self.signing.admit(&frame, now) == Admission::Accepted {
                 self.take(peer, &frame, now);
             }
         };
@@ -241,7 +248,7 @@ impl Ground {
         if let Message::Ping(data) = message {
             return ping::handle_ping(from, data, &mut self.peers);
         }
-        if !target.reaches_us() {
+        if !target.reaches(self.own) {
             return;
         }
         if let Message::SetupSigning(setup) = message {
@@ -269,8 +276,13 @@ impl Ground {
             | Message::SetPositionLocal(_) => {
                 services.offboard.handle(from, message, now, &mut ctx);
             }
-            Message::ManualControl(_) | Message::RcOverride(_) => {
+            Message::ManualControl(_) => services.manual.handle(from, message, now, &mut ctx),
+            Message::RcOverride(channels) => {
                 services.manual.handle(from, message, now, &mut ctx);
+                let (system, parameters) = (from.sender.system, &ctx.parameters.mode_switch);
+                if let Some(mode) = services.mode_switch.handle(system, channels, parameters) {
+                    services.command.ask_for_mode(from, true, mode, now, &mut ctx, out);
+                }
             }
             Message::Ftp(request) => services.ftp.handle(from, request, now, &mut ctx, out),
             Message::RequestDataStream(request) => {
@@ -313,6 +325,7 @@ impl Ground {
             param: &mut self.param,
             offboard: &mut self.offboard,
             manual: &mut self.manual,
+            mode_switch: &mut self.mode_switch,
             mission: &mut self.mission,
             ftp: &mut self.ftp,
             shell: &mut self.shell,
@@ -444,6 +457,7 @@ struct Services<'a> {
     param: &'a mut ParamService,
     offboard: &'a mut Offboard,
     manual: &'a mut Manual,
+    mode_switch: &'a mut ModeSwitch,
     mission: &'a mut MissionService,
     ftp: &'a mut FtpService,
     shell: &'a mut ShellService,

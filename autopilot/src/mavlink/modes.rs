@@ -11,12 +11,16 @@ use super::codec::Encoded;
 use super::refused::Refused;
 use crate::vehicle::Mode;
 
-const MAIN_ALTCTL: u8 = 2;
-const MAIN_AUTO: u8 = 4;
-const MAIN_OFFBOARD: u8 = 6;
-const SUB_LOITER: u8 = 3;
-const SUB_MISSION: u8 = 4;
-const SUB_RTL: u8 = 5;
+pub(super) const MAIN_MANUAL: u8 = 1;
+pub(super) const MAIN_ALTCTL: u8 = 2;
+pub(super) const MAIN_POSCTL: u8 = 3;
+pub(super) const MAIN_AUTO: u8 = 4;
+pub(super) const MAIN_ACRO: u8 = 5;
+pub(super) const MAIN_OFFBOARD: u8 = 6;
+pub(super) const MAIN_STABILIZED: u8 = 7;
+pub(super) const SUB_LOITER: u8 = 3;
+pub(super) const SUB_MISSION: u8 = 4;
+pub(super) const SUB_RTL: u8 = 5;
 /// First of PX4's external modes: the own mode Reference.
 const SUB_EXTERNAL1: u8 = 11;
 

@@ -18,7 +18,7 @@ use super::fall_back::FallBack;
 use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
 use crate::parameters::Parameters;
-use crate::vehicle::Setpoint;
+use crate::vehicle::{Mode, Setpoint};
 
 pub mod setpoints;
 
@@ -219,7 +219,7 @@ impl Offboard {
         if is_waiting || stream.is_some_and(|stream| stream.is_fresh(now, ctx.parameters)) {
             return;
         }
-        self.fall_back.to_hold("Offboard setpoints stopped: back to Hold", now, ctx);
+        self.fall_back.to(Mode::Hold, "Offboard setpoints stopped: back to Hold", now, ctx);
     }
 
     /// When there is something to do.

@@ -32,7 +32,7 @@ impl Ground {
 
     /// Next frame to send and its destination, of those to whom something can be sent now.
     pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
-        self.peers.pop(&mut self.signing, can_send)
+        self.peers.pop(self.own, &mut self.signing, can_send)
     }
 
     /// Next text for the flight log that is not the words of an event.

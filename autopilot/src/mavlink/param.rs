@@ -421,6 +421,7 @@ fn refusal(error: ParameterError) -> (MavParamError, String) {
             MavParamError::MAV_PARAM_ERROR_READ_ONLY
         }
         ParameterError::OutOfRange { .. }
+        | ParameterError::NotAChoice { .. }
         | ParameterError::Order { .. }
         | ParameterError::Gains(_) => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
     };

@@ -8,7 +8,7 @@
 use core::time::Duration;
 use std::net::SocketAddr;
 
-use super::codec::Encoded;
+use super::codec::{Encoded, Identity};
 use super::inbox::Inbox;
 use super::outbox::{ANSWERS_RESERVED, Outbox};
 use super::signing::Signing;
@@ -343,6 +343,7 @@ impl Peers {
     /// before telemetry of any. `signing` signs it, if it is on.
     pub fn pop(
         &mut self,
+        sender: Identity,
         signing: &mut Signing,
         can_send: impl Fn(Address) -> bool,
     ) -> Option<(Address, Vec<u8>)> {
@@ -357,7 +358,7 @@ impl Peers {
             }
         };
         let (message, sequence) = entry.outbox.pop()?;
-        Some((entry.address, signing.seal(&message, sequence, entry.link)))
+        Some((entry.address, signing.seal(&message, sender, sequence, entry.link)))
     }
 
     /// What came of too many visitors so far.

@@ -10,7 +10,7 @@
 
 use core::time::Duration;
 
-use super::codec::{Encoded, Frame, SetupSigning};
+use super::codec::{Encoded, Frame, Identity, SetupSigning};
 use crate::clock::WallTime;
 
 mod key;
@@ -180,12 +180,12 @@ impl Signing {
         if knows_date { self.local.plus(AHEAD_MAX) } else { Timestamp::END }
     }
 
-    /// The frame of a message for the own link with this number, signed if signing is on.
-    pub fn seal(&mut self, message: &Encoded, sequence: u8, link: u8) -> Vec<u8> {
-        let Some(key) = self.key else { return message.frame(sequence) };
+    /// The frame of a message of `sender` for the own link with this number, signed if signing is on.
+    pub fn seal(&mut self, message: &Encoded, sender: Identity, sequence: u8, link: u8) -> Vec<u8> {
+        let Some(key) = self.key else { return message.frame(sender, sequence) };
         // One time for all links: whoever is reached by two of them never sees it run backwards.
         self.local = self.local.next();
-        message.signed_frame(sequence, |frame| key.sign(frame, link, self.local))
+        message.signed_frame(sender, sequence, |frame| key.sign(frame, link, self.local))
     }
 
     /// Does what SETUP_SIGNING says. Whether it may say so was decided before.

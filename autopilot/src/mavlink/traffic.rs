@@ -81,9 +81,9 @@ mod tests {
     fn pieces_of_a_log_are_bulk_and_nothing_else_is() {
         use crate::mavlink::codec::Encoded;
         use ::mavlink::dialects::common::{HEARTBEAT_DATA, LOG_ENTRY_DATA};
-        assert!(is_bulk(&Encoded::new(&LOG_DATA_DATA::DEFAULT).frame(5)));
-        assert!(!is_bulk(&Encoded::new(&LOG_ENTRY_DATA::DEFAULT).frame(5)));
-        assert!(!is_bulk(&Encoded::new(&HEARTBEAT_DATA::DEFAULT).frame(5)));
+        assert!(is_bulk(&Encoded::new(&LOG_DATA_DATA::DEFAULT).frame(OWN, 5)));
+        assert!(!is_bulk(&Encoded::new(&LOG_ENTRY_DATA::DEFAULT).frame(OWN, 5)));
+        assert!(!is_bulk(&Encoded::new(&HEARTBEAT_DATA::DEFAULT).frame(OWN, 5)));
         assert!(!is_bulk(&[]));
     }
 }

@@ -10,7 +10,7 @@ const OPENING: &str = "\
 <!-- Written by `sitl parameters`; do not edit. -->
 
 Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets
-one for a flight. A change acts at once, without a restart. A value outside its range is refused; the answer
+one for a flight. A change acts at once, without a restart, but for `MAV_SYS_ID`. A value outside its range is refused; the answer
 says why and repeats the value that stays.
 
 What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
@@ -35,12 +35,12 @@ are refused.
 ";
 
 const COMPATIBILITY_OPENING: &str = "
-## Compatibility
+## Ground station compatibility
 
-These only satisfy a ground station: the heartbeat says PX4, so QGroundControl and MAVSDK look for some
-parameters of PX4 and warn where one is missing or zero. They mean nothing here and are read-only.
+The values are there for the station and have no effect: the heartbeat says PX4, so QGroundControl (4.3 to 5.0, by its source
+text) and MAVSDK look for these parameters of PX4 and warn where one is missing or zero. They are read-only.
 
-| name | type | value | who wants it |
+| name | type | value | who asks for it, and what the value says |
 |---|---|---|---|
 ";
 
@@ -68,9 +68,10 @@ pub fn document() -> String {
         page += &format!("| {} | {} |\n", choice.value, choice.label);
     }
     page += COMPATIBILITY_OPENING;
-    for row in &COMPATIBILITY {
+    for row in COMPATIBILITY {
         let kind = type_name(row.kind);
-        page += &format!("| `{}` | {kind} | {} | {} |\n", row.name, row.value, row.reason);
+        let label = if row.label.is_empty() { String::new() } else { format!(" {}", row.label) };
+        page += &format!("| `{}` | {kind} | {}{label} | {} |\n", row.name, row.value, row.reason);
     }
     page
 }

@@ -4,7 +4,9 @@ use std::sync::LazyLock;
 
 use flight_control::gains::TUNABLES;
 
-use super::{Choice, CompensatorMode, Get, Kind, MainLaw, ObserverMode, Parameter, Set};
+use super::{
+    Choice, CompensatorMode, Get, Kind, MainLaw, ObserverMode, Parameter, Set, SticksLossAction,
+};
 use crate::vehicle::LinkLossAction;
 
 /// All parameters, in the order of their index on the wire.
@@ -20,12 +22,30 @@ pub fn table() -> &'static [Parameter] {
             max: tunable.max,
             meaning: tunable.meaning,
             choices: &[],
+            at_restart: false,
             get: Get::Gain(tunable.get),
             set: Set::Gain(tunable.set),
         });
         let [choices, numbers, times] = failure::ROWS;
-        let own = [LAWS, REFERENCES, choices, numbers, times, GUIDANCE, LINK_LOSS, LINK_TIMES];
-        own.concat().into_iter().chain(STREAMS.iter().copied()).chain(gains).collect()
+        let own = [
+            LAWS,
+            REFERENCES,
+            choices,
+            numbers,
+            times,
+            GUIDANCE,
+            LINK_LOSS,
+            LINK_SILENCE,
+            LINK_TIMES,
+        ];
+        let [channel, slots] = mode_switch::ROWS;
+        let stations = [station::ROWS, channel, slots];
+        own.concat()
+            .into_iter()
+            .chain(stations.concat())
+            .chain(STREAMS.iter().copied())
+            .chain(gains)
+            .collect()
     });
     &TABLE
 }
@@ -57,17 +77,18 @@ macro_rules! numbers {
             max: $max,
             meaning: $meaning,
             choices: &[],
+            at_restart: false,
             get: Get::Own(|p| p.$($field).+),
             set: Set::Own(|p, value| p.$($field).+ = value),
         }),*]
     };
 }
 
-/// Rows of choices: name, field of `Parameters`, meaning, then number, variant and meaning of each value.
-/// Numbers count from 0.
+/// Rows of choices: name, field of `Parameters`, meaning, then number, variant and meaning of each value, by
+/// rising numbers.
 macro_rules! choices {
     ($group:literal; $(
-        $name:literal, $($field:ident).+, $meaning:literal:
+        $name:literal, $($field:ident).+ $([$place:literal])?, $meaning:literal:
         $($value:literal $($variant:tt)::+ $label:literal),+;
     )*) => {
         &[$(Parameter {
@@ -75,18 +96,19 @@ macro_rules! choices {
             group: $group,
             kind: Kind::Int,
             unit: "-",
-            min: 0.0,
-            max: [$($value),+].len() as f64 - 1.0,
+            min: [$($value),+][0] as f64,
+            max: [$($value),+][[$($value),+].len() - 1] as f64,
             meaning: $meaning,
             choices: &[$(Choice { value: $value, label: $label }),+],
-            get: Get::Own(|p| match p.$($field).+ {
+            at_restart: false,
+            get: Get::Own(|p| match p.$($field).+ $([$place])? {
                 $($($variant)::+ => f64::from($value)),+
             }),
             set: Set::Own(|p, value| {
                 let choices = [$(($value, $($variant)::+)),+];
                 let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
                 if let Some((_, variant)) = chosen {
-                    p.$($field).+ = variant;
+                    p.$($field).+ $([$place])? = variant;
                 }
             }),
         }),*]
@@ -94,6 +116,8 @@ macro_rules! choices {
 }
 
 mod failure;
+mod mode_switch;
+mod station;
 
 const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_MODE", gains.selection.compensator, "When the compensator acts":
@@ -143,11 +167,18 @@ const LINK_LOSS: &[Parameter] = choices! { "Link loss";
         0 LinkLossAction::Continue "the flight goes on",
         1 LinkLossAction::Hold "circle where the aircraft is",
         2 LinkLossAction::Return "fly home";
+    "NAV_RCL_ACT", link.sticks_loss_action, "What happens when a pilot's sticks fall silent in a mode that needs them":
+        1 SticksLossAction::Hold "circle where the aircraft is",
+        2 SticksLossAction::Return "fly home";
+};
+
+/// In whole seconds, as PX4 has it.
+const LINK_SILENCE: &[Parameter] = numbers! { Int, "Link loss";
+    "COM_DL_LOSS_T", "s", 2.0 to 300.0, link.loss_s,
+        "Silence of the controlling ground station until NAV_DLL_ACT, whole seconds of wall time";
 };
 
 const LINK_TIMES: &[Parameter] = numbers! { Real, "Link loss";
-    "COM_DL_LOSS_T", "s", 2.0 to 300.0, link.loss_s,
-        "Silence of the controlling ground station until NAV_DLL_ACT, wall time";
     "COM_OF_LOSS_T", "s", 0.1 to 60.0, link.offboard_loss_s,
         "Silence of an offboard stream until Offboard ends, wall time";
     "COM_RC_LOSS_T", "s", 0.1 to 35.0, link.sticks_loss_s,

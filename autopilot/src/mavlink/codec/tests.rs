@@ -51,7 +51,7 @@ fn our_frames_are_those_of_the_crate() {
     let header = MavHeader { system_id: 1, component_id: 1, sequence: 9 };
     let mut raw = MAVLinkV2MessageRaw::new();
     raw.serialize_message_data(header, &data);
-    assert_eq!(Encoded::new(&data).frame(9), raw.raw_bytes());
+    assert_eq!(Encoded::new(&data).frame(OWN, 9), raw.raw_bytes());
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn an_acknowledgement_is_that_of_the_crate_and_carries_any_command() {
         target_component: 190,
     };
     assert_eq!(Encoded::command_ack(420, data.result, to), Encoded::new(&data));
-    let ack = Encoded::command_ack(54_321, MavResult::MAV_RESULT_UNSUPPORTED, to).frame(0);
+    let ack = Encoded::command_ack(54_321, MavResult::MAV_RESULT_UNSUPPORTED, to).frame(OWN, 0);
     assert_eq!(ack[10..13], [0x31, 0xD4, 3]);
     let (ids, skipped) = ids(&ack);
     assert_eq!((ids, skipped), (vec![77], Skipped::default()));

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use crate::parameters::{
-    COMPATIBILITY, CompatibilityParameter, FAULT_CHOICES, FAULTS, FaultParameter, Kind, Parameter,
-    table,
+    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FAULTS,
+    FaultParameter, Kind, Parameter, table,
 };
 
 /// Figures that a value should show, its default and its smallest value included.
@@ -33,7 +33,7 @@ fn tunable(row: &Parameter) -> Value {
     put("max", row.max.into());
     put("default", row.default_value().into());
     put("decimalPlaces", decimal_places(row).into());
-    put("rebootRequired", false.into());
+    put("rebootRequired", row.at_restart.into());
     if row.unit != "-" {
         put("units", row.unit.into());
     }
@@ -55,24 +55,33 @@ fn long_text(row: &Parameter) -> String {
         let labels = row.choices.iter().map(|choice| format!("{} {}", choice.value, choice.label));
         labels.collect::<Vec<_>>().join("; ")
     };
-    format!("{meaning}. {range}. A change acts at once.")
+    let when = if row.at_restart { "when the vehicle starts again" } else { "at once" };
+    format!("{meaning}. {range}. A change acts {when}.")
 }
 
 fn compatibility(row: &CompatibilityParameter) -> Value {
-    json!({
+    let mut entry = json!({
         "name": row.name,
         "type": type_name(row.kind),
-        "group": "Compatibility",
+        "group": COMPATIBILITY_GROUP,
         "category": "System",
         "shortDesc": "Only for ground stations, read-only",
         "longDesc": format!(
-            "A parameter of PX4 that ground stations look for. It means nothing here. {}.",
+            "A parameter of PX4 that ground stations look for. Its value is there for the station and has no effect. \
+             {}.",
             row.reason
         ),
         "default": row.value,
         "decimalPlaces": if row.kind == Kind::Int { 0 } else { 2 },
         "readOnly": true,
-    })
+    });
+    if !row.label.is_empty()
+        && let Some(entry) = entry.as_object_mut()
+    {
+        let only = json!([{ "value": row.value, "description": row.label }]);
+        entry.insert("values".to_owned(), only);
+    }
+    entry
 }
 
 fn fault(row: &FaultParameter) -> Value {

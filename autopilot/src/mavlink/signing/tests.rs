@@ -1,5 +1,5 @@
 use super::*;
-use crate::mavlink::codec::{Skipped, next_frame};
+use crate::mavlink::codec::{OWN, Skipped, next_frame};
 use ::mavlink::dialects::common::NAMED_VALUE_FLOAT_DATA;
 
 /// `hashlib.sha256(b"two-step").hexdigest()` of Python.
@@ -57,8 +57,9 @@ fn val_our_signature_is_that_of_pymavlink_both_ways() {
     assert_eq!(Key::from_hex(KEY_HEX).unwrap().to_hex(), KEY_HEX);
     let mut signing = signing();
     assert_eq!(admit(&mut signing, &bytes(HEARTBEAT_HEX)), Admission::Accepted);
-    let frame = value()
-        .signed_frame(9, |frame| key().sign(frame, 3, Timestamp::new(0x01_0203_0405).unwrap()));
+    let frame = value().signed_frame(OWN, 9, |frame| {
+        key().sign(frame, 3, Timestamp::new(0x01_0203_0405).unwrap())
+    });
     assert_eq!(frame, bytes(VALUE_HEX));
 }
 
@@ -129,7 +130,7 @@ fn while_off_everything_counts_and_nothing_is_signed() {
     let mut wrong = bytes(HEARTBEAT_HEX);
     *wrong.last_mut().unwrap() ^= 1;
     assert_eq!(admit(&mut signing, &wrong), Admission::Accepted);
-    assert_eq!(signing.seal(&value(), 9, 3), value().frame(9));
+    assert_eq!(signing.seal(&value(), OWN, 9, 3), value().frame(OWN, 9));
     assert_eq!(Refusal::ALL.map(|kind| signing.refusals().count(kind)), [0; 9]);
 }
 
@@ -138,7 +139,7 @@ fn times_of_what_is_sent_only_grow_over_all_links_and_follow_calendar_and_the_ne
     let mut signing = signing();
     let mut last = Timestamp::ZERO;
     let mut send = |signing: &mut Signing, link| {
-        let frame = signing.seal(&value(), 0, link);
+        let frame = signing.seal(&value(), OWN, 0, link);
         let (signed, trailer) = frame.split_last_chunk().unwrap();
         let trailer = Trailer(*trailer);
         assert!(key().is_right(signed, trailer));
@@ -205,7 +206,7 @@ fn the_file_gets_a_key_at_once_its_time_each_five_seconds_and_the_last_one_at_th
     let jump = start + 9_000_000;
     assert_eq!(admit(&mut signing, &signed_at(0, jump)), Admission::Accepted);
     assert_eq!(kept(signing.pop_change()), (jump, false));
-    signing.seal(&value(), 0, 0);
+    signing.seal(&value(), OWN, 0, 0);
     assert_eq!(kept(signing.last_change()), (jump + 1, true));
     signing.set_up(&SetupSigning { key: None, initial_timestamp: 0 }, now());
     assert_eq!(signing.pop_change(), Some(KeyChange::Forget));

@@ -1,5 +1,6 @@
 //! A pilot's sticks: joystick and overridden channels.
 
+use super::params::set_int;
 use super::world::*;
 use crate::event::Wish;
 use crate::mavlink::codec::Identity;
@@ -216,6 +217,20 @@ fn whoever_commands_altitude_flies_it() {
     let passed_on = sticks(&mut world);
     assert!(!passed_on.is_empty());
     assert!(passed_on.iter().all(|sticks| sticks.roll == 0.7), "{passed_on:?}");
+}
+
+#[test]
+fn sticks_that_stop_lead_home_where_nav_rcl_act_says_so() {
+    let mut world = by_joystick();
+    world.send(&set_int("NAV_RCL_ACT", 2));
+    world.send(&joystick([0, 100, 500, 0]));
+    world.run_ms(520);
+    assert_eq!(mode(&world), Mode::Return);
+    assert!(world.said("Sticks stopped: Return"), "{:?}", world.texts());
+    for number in [0, 3] {
+        world.send(&set_int("NAV_RCL_ACT", number));
+    }
+    assert!(world.said("NAV_RCL_ACT = 3 is outside 1 to 2"), "{:?}", world.texts());
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use super::world::*;
 use crate::event::Wish;
-use crate::mavlink::codec::{self, Encoded, Skipped};
+use crate::mavlink::codec::{self, Encoded, OWN, Skipped};
 use crate::mavlink::modes;
 use crate::vehicle::Mode;
 use ::mavlink::MavlinkVersion;
@@ -30,7 +30,7 @@ fn wished_modes(world: &mut World) -> Vec<Mode> {
 }
 
 fn read<D: MessageData>(message: &Encoded) -> D {
-    let (bytes, mut skipped) = (message.frame(0), Skipped::default());
+    let (bytes, mut skipped) = (message.frame(OWN, 0), Skipped::default());
     let frame = codec::next_frame(&mut &bytes[..], &mut skipped).unwrap();
     assert_eq!(frame.id, D::ID);
     D::deser(MavlinkVersion::V2, frame.payload).unwrap()

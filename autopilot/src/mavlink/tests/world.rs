@@ -109,11 +109,15 @@ pub fn level_flight() -> Sensors {
 impl World {
     /// No aircraft yet.
     pub fn waiting() -> Self {
+        Self::waiting_with(&Parameters::default())
+    }
+
+    /// The same, with these parameters at the start of the program.
+    pub fn waiting_with(parameters: &Parameters) -> Self {
         let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-        let parameters = Parameters::default();
         let endpoints = [address(14_550), address(14_540)];
         Self {
-            ground: Ground::new(&parameters, &belief, &endpoints),
+            ground: Ground::new(parameters, &belief, &endpoints),
             autopilot: Autopilot::new(&Settings {
                 belief,
                 gains: Gains::REFERENCE,
@@ -137,7 +141,12 @@ impl World {
 
     /// In level flight for a while, what was said so far forgotten.
     pub fn flying() -> Self {
-        let mut world = Self::waiting();
+        Self::flying_with(&Parameters::default())
+    }
+
+    /// The same, with these parameters at the start of the program.
+    pub fn flying_with(parameters: &Parameters) -> Self {
+        let mut world = Self::waiting_with(parameters);
         world.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
         world.run_ms(200);
         world.got.clear();

@@ -69,6 +69,7 @@ const TIMES: &[Parameter] = &[Parameter {
     max: TIMES_MAX,
     meaning: "How often a fault acts in all with FLT_RPT_S; 0 without end",
     choices: &[],
+    at_restart: false,
     get: Get::Own(|p| f64::from(p.failure.times)),
     set: Set::Own(|p, value| {
         #[expect(

@@ -74,6 +74,10 @@ pub fn local_position_ned(state: &Snapshot) -> Encoded {
     })
 }
 
+/// Satellites that GPS_RAW_INT reports. None is simulated: the navigation unit is ideal, and a station that shows a 3D fix
+/// with none, or with an unknown number (which QGroundControl shows as 0), would warn of it.
+const SATELLITES: u8 = 16;
+
 pub fn gps_raw_int(state: &Snapshot) -> Encoded {
     let sensors = &state.sensors;
     let velocity = sensors.velocity.0;
@@ -85,10 +89,10 @@ pub fn gps_raw_int(state: &Snapshot) -> Encoded {
         lon: convert::degrees_e7(sensors.longitude_rad),
         alt: altitude,
         alt_ellipsoid: altitude,
-        // No satellites are simulated: their number and geometry are "unknown".
+        // No satellites are simulated: their geometry is "unknown".
         eph: u16::MAX,
         epv: u16::MAX,
-        satellites_visible: u8::MAX,
+        satellites_visible: SATELLITES,
         vel: convert::centimetres_per_second_unsigned(libm::hypot(velocity.x, velocity.y)),
         cog: convert::heading_centidegrees(course_rad(&sensors.velocity)),
         // The navigation unit is ideal: no uncertainty.

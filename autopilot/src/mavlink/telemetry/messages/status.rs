@@ -56,10 +56,9 @@ pub fn sys_status(view: &View) -> Option<Encoded> {
         onboard_control_sensors_enabled: present,
         onboard_control_sensors_health: health,
         load: 0,
-        // No battery: voltage, current and charge are "not sent".
-        voltage_battery: u16::MAX,
+        voltage_battery: SUPPLY_MV,
         current_battery: -1,
-        battery_remaining: -1,
+        battery_remaining: SUPPLY_LEFT_PCT,
         drop_rate_comm: 0,
         errors_comm: 0,
         errors_count1: 0,
@@ -87,20 +86,25 @@ pub fn extended_sys_state(aircraft: &Aircraft) -> Encoded {
     })
 }
 
-/// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, so there is no charge to tell, and none
-/// that could run low: every number is "unknown" and the state is "ok".
+/// Voltage of the supply, mV: seven cells of 4.05 V, as BAT1_N_CELLS and BAT1_V_CHARGED have it.
+pub(in crate::mavlink) const SUPPLY_MV: u16 = 28_350;
+/// What is left of the supply, percent.
+const SUPPLY_LEFT_PCT: i8 = 100;
+
+/// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
+/// full, so that a ground station has a number to show. What is drawn from it is "unknown".
 pub fn battery_status(_: &View) -> Option<Encoded> {
     Some(Encoded::new(&BATTERY_STATUS_DATA {
         id: 0,
         battery_function: MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
-        mavtype: MavBatteryType::MAV_BATTERY_TYPE_UNKNOWN,
+        mavtype: MavBatteryType::MAV_BATTERY_TYPE_LION,
         temperature: i16::MAX,
-        voltages: [u16::MAX; 10],
+        voltages: core::array::from_fn(|place| if place == 0 { SUPPLY_MV } else { u16::MAX }),
         voltages_ext: [0; 4],
         current_battery: -1,
         current_consumed: -1,
         energy_consumed: -1,
-        battery_remaining: -1,
+        battery_remaining: SUPPLY_LEFT_PCT,
         time_remaining: 0,
         charge_state: MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK,
         mode: MavBatteryMode::MAV_BATTERY_MODE_UNKNOWN,
