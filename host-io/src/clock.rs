@@ -21,14 +21,3 @@ pub fn sleep(duration: Duration) {
 pub fn utc_seconds() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
 }
-
-/// A number that no earlier call on this machine gave: names a flight, enters no result.
-#[must_use]
-#[expect(clippy::disallowed_methods, reason = "only to be different each time")]
-pub fn unique_number() -> u64 {
-    // A clock before 1970 still leaves the process number to tell two flights apart.
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    let nanos =
-        since_1970.as_secs().wrapping_mul(1_000_000_000) + u64::from(since_1970.subsec_nanos());
-    nanos ^ (u64::from(std::process::id()) << 40)
-}

@@ -13,6 +13,7 @@
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | what does the operator read? | [`console`] |
 //! | how does somebody outside see that all is well? | [`health`] |
+//! | which number has a flight on the link? | [`session`] |
 //! | who reads a clock? | [`clock`] |
 
 pub mod clock;
@@ -20,6 +21,7 @@ pub mod console;
 pub mod cpu;
 pub mod health;
 pub mod parent;
+pub mod session;
 pub mod socket;
 pub mod stop;
 pub mod tick_log;

@@ -7,6 +7,14 @@
 //!
 //! Neither side has a socket or a clock here: datagrams come in as arguments and go out as return values,
 //! and the caller decides when a packet counts as lost.
+//!
+//! A flight has a session, a number that nobody can guess, and the address of its plant. While that plant is
+//! heard, a packet from another address is refused before anybody looks at its session, so the answer does not
+//! show whether the sender has guessed it. When the plant has fallen silent, the next plant that asks is flown,
+//! also one that was flown earlier and superseded. The plant listens only to the address of the autopilot that
+//! it asks; its socket sees to that.
+
+use core::net::SocketAddr;
 
 use arrayvec::ArrayVec;
 
@@ -19,7 +27,7 @@ use crate::wire::{
     SensorPacket, WireError,
 };
 
-/// Sessions that the flight side remembers after they ended, so that their late packets start nothing.
+/// Earlier sessions of the plant in flight, which began new ones; their late packets start nothing.
 const RETIRED_MAX: usize = 8;
 
 /// Why a datagram changed nothing.
@@ -27,6 +35,8 @@ const RETIRED_MAX: usize = 8;
 pub enum Ignored {
     /// Belongs to an exchange that is over, or to another flight.
     Late,
+    /// Comes from another address than the flight's.
+    Foreign,
     /// Meant for the other side.
     WrongWay,
     /// No packet of this link at all.
@@ -57,7 +67,7 @@ pub enum PlantEvent<'a> {
 }
 
 impl PlantSide {
-    /// A new flight. `session` must differ from those of earlier flights.
+    /// A new flight. `session` must differ from those of earlier flights, and nobody may be able to guess it.
     #[must_use]
     pub fn new(session: u64) -> Self {
         Self {
@@ -149,6 +159,7 @@ pub struct FlightSide {
 
 #[derive(Debug, Clone, Copy)]
 struct Exchange {
+    plant: SocketAddr,
     session: u64,
     sequence: u64,
     time: SimTime,
@@ -179,11 +190,8 @@ pub enum FlightEvent<'a> {
 pub enum Refused {
     /// The packet cannot be used.
     Packet(WireError),
-    /// Another plant while the one in flight is alive.
-    Busy {
-        /// Session of the plant that was turned away.
-        session: u64,
-    },
+    /// A packet from another address while the plant in flight is heard.
+    Busy,
 }
 
 impl FlightSide {
@@ -193,18 +201,26 @@ impl FlightSide {
         Self::default()
     }
 
-    /// Session of the flight, once there is one.
+    /// Address of the plant in flight, once there is one.
     #[must_use]
-    pub fn session(&self) -> Option<u64> {
-        self.current.map(|exchange| exchange.session)
+    pub fn plant(&self) -> Option<SocketAddr> {
+        self.current.map(|exchange| exchange.plant)
     }
 
-    /// Takes one datagram. A new session is let in only if `may_change_flight`: the caller knows whether
-    /// it comes from the plant in flight or whether that one has gone silent.
-    pub fn handle(&mut self, datagram: &[u8], may_change_flight: bool) -> FlightEvent<'_> {
+    /// Takes one datagram that came from the address `from`. The caller knows whether the plant in flight has
+    /// fallen silent; for packets of that plant it does not matter.
+    pub fn handle(
+        &mut self,
+        datagram: &[u8],
+        from: SocketAddr,
+        plant_is_silent: bool,
+    ) -> FlightEvent<'_> {
         let packet = match wire::decode(datagram) {
             Ok(Packet::Sensors(packet)) => packet,
-            Ok(Packet::Refusal(refusal)) => return FlightEvent::Refused(refusal),
+            Ok(Packet::Refusal(refusal)) if self.plant().is_none_or(|plant| plant == from) => {
+                return FlightEvent::Refused(refusal);
+            }
+            Ok(Packet::Refusal(_)) => return FlightEvent::Ignored(Ignored::Foreign),
             Ok(Packet::Actuators(_)) => return FlightEvent::Ignored(Ignored::WrongWay),
             Err(error) => {
                 return match refuse(&error, &mut self.scratch) {
@@ -214,9 +230,8 @@ impl FlightSide {
             }
         };
         match self.current {
-            Some(current) if current.session == packet.session => self.same_flight(current, packet),
-            _ if self.retired.contains(&packet.session) => FlightEvent::Ignored(Ignored::Late),
-            Some(_) if !may_change_flight => {
+            Some(current) if current.plant == from => self.same_plant(current, packet),
+            Some(_) if !plant_is_silent => {
                 let refusal = RefusalPacket {
                     version: wire::VERSION,
                     session: packet.session,
@@ -224,24 +239,29 @@ impl FlightSide {
                     reason: RefusalReason::Busy,
                 };
                 wire::encode_refusal(&refusal, &mut self.scratch);
-                FlightEvent::Refuse(&self.scratch, Refused::Busy { session: packet.session })
+                FlightEvent::Refuse(&self.scratch, Refused::Busy)
             }
-            old => {
-                if let Some(old) = old {
-                    if self.retired.is_full() {
-                        self.retired.remove(0);
-                    }
-                    self.retired.push(old.session);
-                }
-                self.open(&packet);
+            _ => {
+                self.retired.clear();
+                self.open(&packet, from);
                 FlightEvent::NewFlight(packet)
             }
         }
     }
 
-    fn same_flight(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
-        if packet.sequence == current.sequence.saturating_add(1) && current.answered {
-            self.open(&packet);
+    fn same_plant(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
+        if packet.session != current.session {
+            if self.retired.contains(&packet.session) {
+                return FlightEvent::Ignored(Ignored::Late);
+            }
+            if self.retired.is_full() {
+                self.retired.remove(0);
+            }
+            self.retired.push(current.session);
+            self.open(&packet, current.plant);
+            FlightEvent::NewFlight(packet)
+        } else if packet.sequence == current.sequence.saturating_add(1) && current.answered {
+            self.open(&packet, current.plant);
             FlightEvent::Next(packet)
         } else if packet.sequence == current.sequence && current.answered {
             FlightEvent::Repeat(&self.answer)
@@ -250,8 +270,9 @@ impl FlightSide {
         }
     }
 
-    fn open(&mut self, packet: &SensorPacket) {
+    fn open(&mut self, packet: &SensorPacket, plant: SocketAddr) {
         self.current = Some(Exchange {
+            plant,
             session: packet.session,
             sequence: packet.sequence,
             time: packet.time,
@@ -299,7 +320,12 @@ fn refuse(error: &WireError, out: &mut PacketBytes) -> bool {
 mod tests {
     use super::*;
     use crate::frames::{Attitude, Body, Ned};
+    use core::net::Ipv4Addr;
     use std::vec::Vec;
+
+    /// Two plants at two addresses.
+    const HERE: SocketAddr = SocketAddr::V4(core::net::SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1));
+    const THERE: SocketAddr = SocketAddr::V4(core::net::SocketAddrV4::new(Ipv4Addr::LOCALHOST, 2));
 
     fn sensors() -> Sensors {
         let mut values = [0.0; Sensors::COUNT];
@@ -323,19 +349,19 @@ mod tests {
     fn each_question_is_answered_once_and_repeats_come_from_memory() {
         let (mut plant, mut flight) = (PlantSide::new(1), FlightSide::new());
         let question = ask(&mut plant, 0);
-        assert!(matches!(flight.handle(&question, true), FlightEvent::NewFlight(_)));
+        assert!(matches!(flight.handle(&question, HERE, false), FlightEvent::NewFlight(_)));
         let first = answer(&mut flight);
         assert_eq!(
             flight.answer(&Actuators::default(), None, false),
             None,
             "one answer a question"
         );
-        assert_eq!(flight.handle(&question, true), FlightEvent::Repeat(&first));
+        assert_eq!(flight.handle(&question, HERE, false), FlightEvent::Repeat(&first));
         assert!(matches!(plant.handle(&first), PlantEvent::Answer(_)));
         assert_eq!(plant.handle(&first), PlantEvent::Ignored(Ignored::Late));
         let second = ask(&mut plant, 1);
-        assert!(matches!(flight.handle(&second, true), FlightEvent::Next(_)));
-        assert_eq!(flight.handle(&question, true), FlightEvent::Ignored(Ignored::Late));
+        assert!(matches!(flight.handle(&second, HERE, false), FlightEvent::Next(_)));
+        assert_eq!(flight.handle(&question, HERE, false), FlightEvent::Ignored(Ignored::Late));
     }
 
     #[test]
@@ -343,12 +369,12 @@ mod tests {
         let mut plant = PlantSide::new(1);
         let mut first = FlightSide::new();
         let question = ask(&mut plant, 0);
-        first.handle(&question, true);
+        first.handle(&question, HERE, false);
         let reply = answer(&mut first);
         plant.handle(&reply);
         let question = ask(&mut plant, 1);
         let mut second = FlightSide::new();
-        match second.handle(&question, true) {
+        match second.handle(&question, HERE, false) {
             FlightEvent::NewFlight(packet) => assert_eq!(packet.sequence, 1),
             other => panic!("{other:?}"),
         }
@@ -361,23 +387,23 @@ mod tests {
         let mut flight = FlightSide::new();
         let old = ask(&mut PlantSide::new(1), 0);
         let new = ask(&mut PlantSide::new(2), 0);
-        flight.handle(&old, true);
+        flight.handle(&old, HERE, false);
         answer(&mut flight);
-        assert!(matches!(flight.handle(&new, true), FlightEvent::NewFlight(_)));
+        assert!(matches!(flight.handle(&new, HERE, false), FlightEvent::NewFlight(_)));
         answer(&mut flight);
-        assert_eq!(flight.handle(&old, true), FlightEvent::Ignored(Ignored::Late));
-        assert_eq!(flight.session(), Some(2));
+        assert_eq!(flight.handle(&old, HERE, false), FlightEvent::Ignored(Ignored::Late));
+        assert!(matches!(flight.handle(&new, HERE, false), FlightEvent::Repeat(_)));
     }
 
     #[test]
     fn a_second_plant_is_turned_away_while_the_first_is_alive() {
         let mut flight = FlightSide::new();
-        flight.handle(&ask(&mut PlantSide::new(1), 0), true);
+        flight.handle(&ask(&mut PlantSide::new(1), 0), HERE, false);
         answer(&mut flight);
         let mut intruder = PlantSide::new(2);
         let question = ask(&mut intruder, 0);
-        let refusal = match flight.handle(&question, false) {
-            FlightEvent::Refuse(bytes, Refused::Busy { session: 2 }) => bytes.to_vec(),
+        let refusal = match flight.handle(&question, THERE, false) {
+            FlightEvent::Refuse(bytes, Refused::Busy) => bytes.to_vec(),
             other => panic!("{other:?}"),
         };
         match intruder.handle(&refusal) {
@@ -387,12 +413,79 @@ mod tests {
     }
 
     #[test]
+    fn a_stranger_gets_one_answer_whether_it_knows_the_session_or_not() {
+        let mut flight = FlightSide::new();
+        let mut plant = PlantSide::new(1);
+        for tick in 0..3 {
+            let question = ask(&mut plant, tick);
+            flight.handle(&question, HERE, false);
+            plant.handle(&answer(&mut flight));
+        }
+        let next = ask(&mut plant, 3);
+        // The session with every sequence number around the present one, and a wrong session.
+        for (session, sequence) in [(1, 0), (1, 1), (1, 2), (1, 3), (1, 4), (7, 0), (7, 3)] {
+            let mut stranger = PlantSide::new(session);
+            stranger.sequence = sequence;
+            let question = ask(&mut stranger, 3);
+            match flight.handle(&question, THERE, false) {
+                FlightEvent::Refuse(bytes, Refused::Busy) => {
+                    let refusal = Packet::Refusal(RefusalPacket {
+                        version: wire::VERSION,
+                        session,
+                        sequence,
+                        reason: RefusalReason::Busy,
+                    });
+                    assert_eq!(wire::decode(bytes), Ok(refusal));
+                }
+                other => panic!("session {session}, sequence {sequence}: {other:?}"),
+            }
+            assert_eq!(flight.answer(&Actuators::default(), None, false), None);
+        }
+        let refusal = {
+            let mut bytes = PacketBytes::new();
+            let reason = RefusalReason::Version;
+            wire::encode_refusal(
+                &RefusalPacket { version: 1, session: 1, sequence: 3, reason },
+                &mut bytes,
+            );
+            bytes
+        };
+        let foreign = FlightEvent::Ignored(Ignored::Foreign);
+        assert_eq!(flight.handle(&refusal, THERE, false), foreign);
+        assert!(matches!(flight.handle(&refusal, HERE, false), FlightEvent::Refused(_)));
+        assert!(matches!(flight.handle(&next, HERE, false), FlightEvent::Next(_)));
+    }
+
+    #[test]
+    fn a_superseded_plant_is_taken_back_when_the_other_one_is_silent() {
+        let mut flight = FlightSide::new();
+        let (mut first, mut second) = (PlantSide::new(1), PlantSide::new(2));
+        flight.handle(&ask(&mut first, 0), HERE, false);
+        first.handle(&answer(&mut flight));
+        let pending = ask(&mut first, 1);
+        let event = flight.handle(&ask(&mut second, 0), THERE, true);
+        assert!(matches!(event, FlightEvent::NewFlight(_)), "the first one was silent: {event:?}");
+        second.handle(&answer(&mut flight));
+        let event = flight.handle(&pending, HERE, false);
+        assert!(matches!(event, FlightEvent::Refuse(_, Refused::Busy)), "{event:?}");
+        match flight.handle(&pending, HERE, true) {
+            FlightEvent::NewFlight(packet) => assert_eq!((packet.session, packet.sequence), (1, 1)),
+            other => panic!("{other:?}"),
+        }
+        assert!(matches!(first.handle(&answer(&mut flight)), PlantEvent::Answer(_)));
+        assert_eq!(flight.plant(), Some(HERE));
+        // A plant that was silent for long and is still the flight's goes on as if nothing had been.
+        let event = flight.handle(&ask(&mut first, 2), HERE, true);
+        assert!(matches!(event, FlightEvent::Next(_)), "{event:?}");
+    }
+
+    #[test]
     fn another_version_is_told_so_on_both_sides() {
         let mut plant = PlantSide::new(1);
         let mut question = ask(&mut plant, 0);
         question[4] = 77;
         let mut flight = FlightSide::new();
-        let refusal = match flight.handle(&question, true) {
+        let refusal = match flight.handle(&question, HERE, false) {
             FlightEvent::Refuse(bytes, Refused::Packet(WireError::Version { theirs: 77, .. })) => {
                 bytes.to_vec()
             }
@@ -402,6 +495,6 @@ mod tests {
             PlantEvent::Refused(RefusalPacket { version: wire::VERSION, .. }) => {}
             other => panic!("{other:?}"),
         }
-        assert_eq!(flight.session(), None);
+        assert_eq!(flight.plant(), None);
     }
 }

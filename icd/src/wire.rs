@@ -6,7 +6,7 @@
 //!  4      2     version
 //!  6      1     kind: 1 sensors, 2 actuators, 3 refusal
 //!  7      1     phase (sensors), reason (refusal), 0 (actuators)
-//!  8      8     session: one flight; a new number is a new flight
+//!  8      8     session: one flight; a new number, which nobody can guess, is a new flight
 //! 16      8     sequence number inside the session, from 0
 //! 24      8     simulation time, us
 //! 32      ..    body, by kind

@@ -73,6 +73,7 @@ fn link(c: &mut Criterion) {
     let setup = setup(1_000);
     let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
     let sensors = plant.sense();
+    let plant_address = std::net::SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 1));
     let mut plant_side = PlantSide::new(1);
     let mut flight_side = FlightSide::new();
     let mut autopilot = Autopilot::new(&settings(&setup));
@@ -82,7 +83,7 @@ fn link(c: &mut Criterion) {
             let period = setup.plant.period;
             let question =
                 plant_side.ask(plant.time(), Phase::Flying, period, &sensors, Reports::new(), &[]);
-            let event = flight_side.handle(question, true);
+            let event = flight_side.handle(question, plant_address, false);
             assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)));
             let answer = flight_side.answer(&actuators, None, false).expect("there is a question");
             assert!(matches!(plant_side.handle(answer), PlantEvent::Answer(_)));

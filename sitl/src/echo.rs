@@ -115,7 +115,8 @@ fn packets() -> (Vec<u8>, Vec<u8>) {
     let mut flight = FlightSide::new();
     let period = ControlPeriod::DEFAULT;
     let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new(), &[]);
-    flight.handle(question, true);
+    let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
+    flight.handle(question, anywhere, false);
     let answer = flight.answer(&Actuators::default(), None, false).unwrap_or_default();
     (question.to_vec(), answer.to_vec())
 }

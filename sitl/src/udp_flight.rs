@@ -17,7 +17,7 @@ use std::time::Duration;
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::io::status::StatusLine;
 use autopilot::run::ControlSetup;
-use host_io::clock;
+use host_io::session;
 use host_io::tick_log::{Kind, LogError, TickLogReader};
 use icd::SimTime;
 use nix::sys::signal::{Signal, kill};
@@ -226,9 +226,9 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn create() -> Result<Self, UdpFlightError> {
-        let name = format!("sitl-{}-{:x}", std::process::id(), clock::unique_number());
-        let path = std::env::temp_dir().join(name);
         let failed = |source| UdpFlightError::System { what: "cannot create a folder", source };
+        let unique = session::shown(session::draw().map_err(failed)?);
+        let path = std::env::temp_dir().join(format!("sitl-{}-{unique}", std::process::id()));
         fs::create_dir(&path).map_err(failed)?;
         Ok(Self(path))
     }

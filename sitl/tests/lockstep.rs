@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use std::collections::BTreeMap;
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 
 use autopilot::autopilot::Autopilot;
 use autopilot::event::{EventKind, Intent, Outcome, Wish};
@@ -23,6 +24,8 @@ const RESEND_US: u64 = 20_000;
 const TRANSIT_US: u64 = 100;
 /// A late packet needs this: it was asked for twice more in the meantime, us.
 const LATE_US: u64 = 45_000;
+/// Where the plant's packets come from.
+const PLANT: SocketAddr = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1));
 /// The operator breaks something at this tick.
 const BREAK_AT: SimTime = SimTime::from_micros(1_500_000);
 
@@ -139,7 +142,7 @@ impl Loop {
 
     /// The autopilot takes a packet.
     fn take_question(&mut self, now_us: u64, packet: &[u8]) {
-        let packet = match self.flight_side.handle(packet, true) {
+        let packet = match self.flight_side.handle(packet, PLANT, false) {
             FlightEvent::NewFlight(packet) => {
                 self.autopilot.begin_flight(packet.period, packet.time, packet.sequence > 0);
                 packet

@@ -13,6 +13,9 @@ const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 4] = [
     ("host-io/src/socket.rs", "the one socket of the plant link"),
 ];
 
+/// The one place that draws from the system's random source (invariant 9): the session of a flight.
+const DRAWS_FROM_THE_SYSTEM: &str = "host-io/src/session.rs";
+
 fn starts(path: &str, places: &[&str]) -> bool {
     places.iter().any(|place| path.starts_with(place))
 }
@@ -71,6 +74,37 @@ fn clocks_sockets_and_sleeps_are_only_where_they_are_allowed() {
     for (place, used) in allowed.iter().zip(used) {
         assert!(used, "{place} is allowed and does not need it: take it from the list");
     }
+}
+
+#[test]
+fn only_the_session_of_a_flight_comes_from_the_random_source_of_the_system() {
+    let words = [
+        "getrandom",
+        "OsRng",
+        "SysRng",
+        "ThreadRng",
+        "from_os_rng",
+        "try_from_os_rng",
+        "RandomState",
+    ];
+    let sources = shipped();
+    let (inside, outside): (Vec<&Source>, _) =
+        sources.iter().partition(|source| source.path == DRAWS_FROM_THE_SYSTEM);
+    let offences: Vec<String> = outside.iter().flat_map(|source| source.uses(&words)).collect();
+    assert_none("random numbers come from a named stream", &offences);
+    assert!(
+        inside.iter().any(|source| !source.uses(&words).is_empty()),
+        "{DRAWS_FROM_THE_SYSTEM} is allowed and does not need it"
+    );
+    // A flight's number may name the flight, in logs and on the link, and nothing else.
+    let drawn = ["session::draw"];
+    let may_draw = ["plant-sim/src/io/link.rs", "sitl/src/udp_flight.rs"];
+    let offences: Vec<String> = sources
+        .iter()
+        .filter(|source| !starts(&source.path, &may_draw))
+        .flat_map(|source| source.uses(&drawn))
+        .collect();
+    assert_none("sessions are drawn for flights only", &offences);
 }
 
 #[test]

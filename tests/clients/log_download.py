@@ -13,7 +13,7 @@ from pymavlink import mavutil
 from station import Station
 
 # Older than any log of the flight itself: the first numbers.
-SMALL, FULL, LARGE = (f"2025010{n}-120000-00000000000000{n:02x}.ulg" for n in (1, 2, 3))
+SMALL, FULL, LARGE = (f"2025010{n}-120000-000000{n:02x}.ulg" for n in (1, 2, 3))
 ALL = 0xFFFFFFFF
 
 

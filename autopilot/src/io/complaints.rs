@@ -24,8 +24,8 @@ impl Complaints {
     /// A packet was refused.
     pub fn refused(&mut self, why: Refused, from: SocketAddr, now: WallTime) {
         match why {
-            Refused::Busy { .. } if self.is_due(0, now) => {
-                warn!(%from, "refused a second plant; the first one was heard less than a second ago");
+            Refused::Busy if self.is_due(0, now) => {
+                warn!(%from, "refused a packet from another address than the plant's, which was heard less than a second ago");
             }
             Refused::Packet(WireError::Version { theirs, .. }) if self.is_due(1, now) => {
                 error!(%from, theirs, ours = VERSION, "refused a plant of another link version");
@@ -33,7 +33,7 @@ impl Complaints {
             Refused::Packet(WireError::Value { field, value, .. }) if self.is_due(2, now) => {
                 error!(%from, field, value, "refused a packet with a value that cannot be");
             }
-            Refused::Busy { .. } | Refused::Packet(_) => {}
+            Refused::Busy | Refused::Packet(_) => {}
         }
     }
 

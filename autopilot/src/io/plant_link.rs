@@ -9,7 +9,7 @@ use std::time::Duration;
 use flight_control::StepLog;
 use host_io::health::HealthFile;
 use host_io::tick_log::{LogError, TickLogWriter};
-use host_io::{LinkSocket, Stop};
+use host_io::{LinkSocket, Stop, session};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide};
 use icd::wire::{self, PACKET_MAX, Phase, SensorPacket};
@@ -41,7 +41,6 @@ pub struct PlantLink {
     step_log: Option<TickLogWriter>,
     stop: Stop,
     side: FlightSide,
-    plant: Option<SocketAddr>,
     presence: Presence,
     complaints: Complaints,
     health: Option<HealthFile>,
@@ -67,7 +66,6 @@ impl PlantLink {
             step_log,
             stop,
             side: FlightSide::new(),
-            plant: None,
             presence: Presence::default(),
             complaints: Complaints::default(),
             health: None,
@@ -110,26 +108,21 @@ impl PlantLink {
 
     /// One datagram.
     fn take(&mut self, datagram: &[u8], from: SocketAddr) {
-        let may_change_flight = match self.plant {
-            None => true,
-            Some(plant) if plant == from => true,
-            Some(_) => {
-                self.look_at_clock();
-                self.presence.is_lost()
-            }
-        };
-        match self.side.handle(datagram, may_change_flight) {
+        let foreign = self.side.plant().is_some_and(|plant| plant != from);
+        if foreign {
+            self.look_at_clock();
+        }
+        match self.side.handle(datagram, from, foreign && self.presence.is_lost()) {
             FlightEvent::Next(packet) => {
                 self.hear_plant();
-                self.plant = Some(from);
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::NewFlight(packet) => {
                 self.presence.hear();
-                self.plant = Some(from);
                 let joined_in_flight = packet.sequence > 0;
                 let t_s = packet.time.as_seconds();
-                info!(plant = %from, t_s, joined_in_flight, "a flight begins");
+                let session = session::shown(packet.session);
+                info!(plant = %from, %session, t_s, joined_in_flight, "a flight begins");
                 self.autopilot.begin_flight(packet.period, packet.time, joined_in_flight);
                 if let Some(recorder) = self.recorder.as_mut() {
                     recorder.begin_flight(&packet, &self.autopilot);
@@ -247,7 +240,7 @@ impl PlantLink {
     }
 
     fn look_at_clock(&mut self) {
-        if self.plant.is_some() && self.presence.look(clock::now()) {
+        if self.side.plant().is_some() && self.presence.look(clock::now()) {
             warn!("the plant does not answer any more; waiting for it or for another one");
             self.autopilot.plant_lost();
             if let Some(recorder) = self.recorder.as_mut() {

@@ -19,7 +19,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use host_io::clock;
+use host_io::{clock, session};
 use icd::wire::{self, SensorPacket};
 use icd::{Actuators, SimTime};
 use tracing::warn;
@@ -177,7 +177,7 @@ impl Recorder {
         let header = ControlHeader {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire_version: wire::VERSION,
-            session: packet.session,
+            session: session::shown(packet.session),
             period_us: packet.period.as_micros(),
             joined_in_flight: packet.sequence > 0,
             belief: settings.belief,

@@ -89,7 +89,7 @@ impl<W: Write> Encoder<W> {
         log.info("sys_name", Value::Text("Two-Step"))?;
         log.info("ver_sw", Value::Text(&header.version))?;
         log.info("ver_wire", Value::U64(header.wire_version.into()))?;
-        log.info("session", Value::Text(&format!("{:016x}", header.session)))?;
+        log.info("session", Value::Text(&header.session))?;
         log.info("control_header", Value::Text(&json))?;
         let formats = [
             topics::sensors(),

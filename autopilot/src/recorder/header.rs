@@ -18,8 +18,8 @@ pub struct ControlHeader {
     pub version: String,
     /// Version of the plant link's packets.
     pub wire_version: u16,
-    /// The flight's number.
-    pub session: u64,
+    /// What people see of the flight's number: the beginning of its hash.
+    pub session: String,
     /// Control period, us.
     pub period_us: u32,
     /// The first packet was not the flight's first: such a log cannot be flown again.

@@ -87,7 +87,7 @@ impl Flight<'_> {
             };
             self.ticks += 1;
             let began = *began.get_or_insert_with(|| {
-                info!(session = %format_args!("{:016x}", self.link.session()), "the flight begins");
+                info!(session = %self.link.session(), "the flight begins");
                 clock::now()
             });
             let next = self.plant.time() + self.period;

@@ -4,7 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use host_io::health::HealthFile;
-use host_io::{LinkSocket, Stop, clock};
+use host_io::{LinkSocket, Stop, clock, session};
 use icd::lockstep::{PlantEvent, PlantSide};
 use icd::wire::{
     self, ActuatorPacket, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports, VERSION,
@@ -57,21 +57,31 @@ struct Trouble {
 }
 
 impl Link {
-    pub(super) fn new(socket: LinkSocket, stop: Stop, health: Option<HealthFile>) -> Self {
-        let side = PlantSide::new(clock::unique_number());
-        Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None, health }
+    /// A link whose first exchange belongs to a new flight.
+    ///
+    /// # Errors
+    /// If the system gives no random number for the session.
+    pub(super) fn new(
+        socket: LinkSocket,
+        stop: Stop,
+        health: Option<HealthFile>,
+    ) -> io::Result<Self> {
+        let side = PlantSide::new(session::draw()?);
+        Ok(Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None, health })
     }
 
     /// The next exchange belongs to a new flight.
-    pub(super) fn begin_session(&mut self) {
-        let old = self.side.session();
-        let new = clock::unique_number();
-        self.side = PlantSide::new(if new == old { old.wrapping_add(1) } else { new });
+    ///
+    /// # Errors
+    /// As [`Link::new`].
+    pub(super) fn begin_session(&mut self) -> io::Result<()> {
+        self.side = PlantSide::new(session::draw()?);
+        Ok(())
     }
 
-    /// The flight's number.
-    pub(super) fn session(&self) -> u64 {
-        self.side.session()
+    /// What people see of the flight's number.
+    pub(super) fn session(&self) -> String {
+        session::shown(self.side.session())
     }
 
     /// Sends a question; `envelope` goes to the recorder.
@@ -213,7 +223,7 @@ mod tests {
         fn answer(&mut self, copies: usize) {
             let mut buffer = [0; PACKET_MAX];
             let (bytes, from) = self.socket.receive_from(&mut buffer).unwrap().unwrap();
-            let event = self.side.handle(&buffer[..bytes], true);
+            let event = self.side.handle(&buffer[..bytes], from, false);
             assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)), "{event:?}");
             let answer = self.side.answer(&Actuators::default(), None, false).unwrap();
             for _ in 0..copies {
@@ -238,7 +248,7 @@ mod tests {
         let mut peer = Peer { socket: open(anywhere).unwrap(), side: FlightSide::new() };
         let address = peer.socket.local_address().unwrap();
         let socket = LinkSocket::connect("test", "link", address, Wait::Block, RESEND_AFTER);
-        let mut link = Link::new(socket.unwrap(), Stop::new(), None);
+        let mut link = Link::new(socket.unwrap(), Stop::new(), None).unwrap();
         ask(&mut link, 0);
         peer.answer(2);
         assert_eq!(link.answer().unwrap().unwrap().sequence, 0);

@@ -105,7 +105,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
     let health = args.health_file.clone().map(HealthFile::new).transpose()?;
-    let link = Link::new(socket, stop.clone(), health);
+    let link = Link::new(socket, stop.clone(), health)?;
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {
         log.finish()?;
@@ -154,7 +154,7 @@ fn fly(
             FlightEnd::Restart => {
                 info!("the autopilot asks for a new flight");
                 plant = Plant::new(setup)?;
-                link.begin_session();
+                link.begin_session()?;
             }
         }
     }

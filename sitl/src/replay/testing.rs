@@ -30,7 +30,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
     let control = ControlHeader {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         wire_version: wire::VERSION,
-        session: 7,
+        session: "00000007".to_owned(),
         period_us: setup.plant.period.as_micros(),
         joined_in_flight: false,
         belief: settings.belief,

@@ -5,6 +5,7 @@
 
 #![no_std]
 
+use core::net::SocketAddr;
 use core::panic::PanicInfo;
 
 use flight_control::{Belief, Demand, FlightControl, Gains, StepOutput};
@@ -17,7 +18,8 @@ static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepOutput
 
 /// The link, from datagram to event.
 #[used]
-static HANDLE: for<'a> fn(&'a mut FlightSide, &[u8], bool) -> FlightEvent<'a> = FlightSide::handle;
+static HANDLE: for<'a> fn(&'a mut FlightSide, &[u8], SocketAddr, bool) -> FlightEvent<'a> =
+    FlightSide::handle;
 
 fn step(
     period: ControlPeriod,

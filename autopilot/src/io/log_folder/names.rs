@@ -7,13 +7,13 @@ const STAMP: usize = 15;
 const DAY_S: u64 = 86_400;
 
 /// When a log with this name was begun, seconds since 1970, UTC; `None` if it is not the name of a flight
-/// log: `yyyymmdd-hhmmss-<session, 16 hex digits>.ulg`.
+/// log: `yyyymmdd-hhmmss-<hash of the session, 8 hex digits>.ulg`.
 #[must_use]
 pub fn flight_log_begun(name: &str) -> Option<u64> {
     let (stamp, rest) = name.split_at_checked(STAMP)?;
     let session = rest.strip_prefix('-')?.strip_suffix(FLIGHT)?;
     let is_hex = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
-    let is_session = session.len() == 16 && session.bytes().all(is_hex);
+    let is_session = session.len() == 8 && session.bytes().all(is_hex);
     if is_session { begun(stamp) } else { None }
 }
 
@@ -63,26 +63,26 @@ mod tests {
     #[test]
     fn a_name_leads_back_to_its_second() {
         for utc_s in (0..4_102_444_800).step_by(86_400 * 3 + 4321) {
-            assert_eq!(flight_log_begun(&name(utc_s, 7)), Some(utc_s));
+            assert_eq!(flight_log_begun(&name(utc_s, "0000000a")), Some(utc_s));
         }
     }
 
     #[test]
     fn only_names_that_the_program_gives_are_names_of_logs() {
-        let good = "20261121-081257-0123456789abcdef.ulg";
+        let good = "20261121-081257-0123abcf.ulg";
         assert_eq!(flight_log_begun(good), Some(1_795_248_777));
         for bad in [
             "",
             "notes.ulg",
             "20261121-081257.ulg",
-            "20261121-081257-0123456789abcdeg.ulg",
-            "20261121-081257-0123456789abcdef.ulg.bak",
-            "20261321-081257-0123456789abcdef.ulg",
-            "20260229-081257-0123456789abcdef.ulg",
-            "20261121-246057-0123456789abcdef.ulg",
-            "+0261121-081257-0123456789abcdef.ulg",
-            "../261121-081257-0123456789abcdef.ulg",
-            "ä0261121-08125-0123456789abcdef.ulg",
+            "20261121-081257-0123abcg.ulg",
+            "20261121-081257-0123abcf.ulg.bak",
+            "20261321-081257-0123abcf.ulg",
+            "20260229-081257-0123abcf.ulg",
+            "20261121-246057-0123abcf.ulg",
+            "+0261121-081257-0123abcf.ulg",
+            "../261121-081257-0123abcf.ulg",
+            "ä0261121-08125-0123abcf.ulg",
             "20261121-081257.tlog",
         ] {
             assert_eq!(flight_log_begun(bad), None, "{bad}");

@@ -1,8 +1,8 @@
 use super::*;
 use std::os::unix::fs::symlink;
 
-const FIRST: &str = "20261121-080000-00000000000000aa.ulg";
-const SECOND: &str = "20261121-090000-00000000000000bb.ulg";
+const FIRST: &str = "20261121-080000-000000aa.ulg";
+const SECOND: &str = "20261121-090000-000000bb.ulg";
 
 fn put(folder: &Path, name: &str, size: usize) -> PathBuf {
     let path = folder.join(name);
@@ -20,9 +20,9 @@ fn logs_are_listed_by_age_and_everything_else_is_passed_over() {
     put(&folder, FIRST, 10);
     put(&folder, "20261121-080000.tlog", 5);
     put(&folder, "notes.ulg", 5);
-    fs::create_dir(folder.join("20261121-100000-00000000000000cc.ulg")).unwrap();
+    fs::create_dir(folder.join("20261121-100000-000000cc.ulg")).unwrap();
     fs::write(&outside, "precious").unwrap();
-    symlink(&outside, folder.join("20261121-110000-00000000000000dd.ulg")).unwrap();
+    symlink(&outside, folder.join("20261121-110000-000000dd.ulg")).unwrap();
     let logs = list(&folder).unwrap();
     let of = |log: &LogFile| (log.name.clone(), log.size, log.utc_s);
     let logs: Vec<_> = logs.iter().map(of).collect();
@@ -41,10 +41,10 @@ fn only_logs_of_the_folder_are_read_and_a_read_ends_with_the_file() {
     assert_eq!(read(&folder, FIRST, 100, 100).unwrap(), b"");
     put(outer.path(), SECOND, 10);
     symlink(outer.path().join(SECOND), folder.join(SECOND)).unwrap();
-    for name in [SECOND, "../logs", "none.ulg", "20261121-100000-00000000000000cc.ulg"] {
+    for name in [SECOND, "../logs", "none.ulg", "20261121-100000-000000cc.ulg"] {
         assert!(read(&folder, name, 0, 10).is_err(), "{name}");
     }
-    let big = put(&folder, "20261121-100000-00000000000000cc.ulg", READ_MAX + 10);
+    let big = put(&folder, "20261121-100000-000000cc.ulg", READ_MAX + 10);
     let name = big.file_name().unwrap().to_str().unwrap();
     assert_eq!(read(&folder, name, 0, usize::MAX).unwrap().len(), READ_MAX, "bounded");
 }
@@ -57,7 +57,7 @@ fn erasing_leaves_what_is_written_and_what_is_no_flight_log() {
     put(outer.path(), SECOND, 10);
     let open = File::create(folder.join(FIRST)).unwrap();
     open.lock().unwrap();
-    put(&folder, "20261121-100000-00000000000000cc.ulg", 10);
+    put(&folder, "20261121-100000-000000cc.ulg", 10);
     put(&folder, "20261121-100000.tlog", 10);
     put(&folder, "notes.txt", 10);
     symlink(outer.path().join(SECOND), folder.join(SECOND)).unwrap();
@@ -65,10 +65,7 @@ fn erasing_leaves_what_is_written_and_what_is_no_flight_log() {
     let mut left: Vec<_> =
         fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     left.sort();
-    assert_eq!(
-        left,
-        [FIRST, "20261121-090000-00000000000000bb.ulg", "20261121-100000.tlog", "notes.txt"]
-    );
+    assert_eq!(left, [FIRST, "20261121-090000-000000bb.ulg", "20261121-100000.tlog", "notes.txt"]);
     assert!(outer.path().join(SECOND).exists());
     drop(open);
     assert_eq!(erase(&folder).unwrap().removed, 1, "once nobody writes it any more");
@@ -126,7 +123,7 @@ fn logs_that_are_held_are_few_and_may_be_erased() {
     let folder = tempfile::tempdir().unwrap();
     let mut held = Held::default();
     for second in 10..30 {
-        let name = format!("20261121-0800{second}-00000000000000aa.ulg");
+        let name = format!("20261121-0800{second}-000000aa.ulg");
         put(folder.path(), &name, 1);
         held.prepare(folder.path(), &LogTask::Read { name, offset: 0, length: 1 });
     }

@@ -18,9 +18,9 @@ pub fn prepare(folder: &Path) -> io::Result<()> {
     fs::remove_file(probe)
 }
 
-/// Name of a log: UTC time of its beginning and the flight's number.
-pub fn name(utc_s: u64, session: u64) -> String {
-    format!("{}-{session:016x}.ulg", stamp(utc_s))
+/// Name of a log: UTC time of its beginning and what people see of the flight's number.
+pub fn name(utc_s: u64, session: &str) -> String {
+    format!("{}-{session}.ulg", stamp(utc_s))
 }
 
 /// `yyyymmdd-hhmmss`, UTC, of a time in seconds since 1970.
@@ -107,15 +107,15 @@ mod tests {
         assert_eq!(stamp(951_782_400), "20000229-000000");
         assert_eq!(stamp(1_735_689_599), "20241231-235959");
         assert_eq!(stamp(4_107_542_400), "21000301-000000");
-        assert_eq!(name(0, 0xab), "19700101-000000-00000000000000ab.ulg");
-        assert!(is_log(&name(0, 1)) && is_log("19700101-000000.tlog"));
+        assert_eq!(name(0, "000000ab"), "19700101-000000-000000ab.ulg");
+        assert!(is_log(&name(0, "00000001")) && is_log("19700101-000000.tlog"));
     }
 
     #[test]
     fn the_oldest_logs_go_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let names = ["notes.txt", "diary.ulg", "19700101-000000.tlog"];
-        let flights = [name(1, 1), name(2, 2), name(3, 3), name(4, 4)];
+        let flights = [1, 2, 3, 4].map(|utc_s| name(utc_s, "0000000a"));
         for name in names.iter().copied().chain(flights.iter().map(String::as_str)) {
             fs::write(folder.path().join(name), [0; 100]).unwrap();
         }

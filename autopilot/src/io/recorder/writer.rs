@@ -79,7 +79,7 @@ impl LogThread {
     fn begin(&mut self, begin: Begin) {
         let RecorderConfig { folder, limit_bytes, parameters, .. } = &self.config;
         folder::make_room(folder, *limit_bytes);
-        let path = folder.join(folder::name(clock::utc_seconds(), begin.header.session));
+        let path = folder.join(folder::name(clock::utc_seconds(), &begin.header.session));
         let encoder = LogFile::create(&path)
             .and_then(|file| Encoder::begin(file, begin, parameters))
             .and_then(|mut encoder| encoder.flush().map(|()| encoder));

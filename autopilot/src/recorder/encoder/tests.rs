@@ -19,7 +19,7 @@ fn encoder() -> Encoder<Vec<u8>> {
     let header = ControlHeader {
         version: String::new(),
         wire_version: 0,
-        session: 1,
+        session: "00000001".to_owned(),
         period_us: 2_000,
         joined_in_flight: false,
         belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),

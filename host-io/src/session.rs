@@ -1,0 +1,49 @@
+//! The number of a flight on the plant link: drawn so that nobody can guess it, shown only as a hash.
+//!
+//! Who knows the number of a flight and its next sequence number could make packets of that flight. So it comes
+//! from the random source of the operating system, the only use of that source in the programs, and logs, file
+//! names and the screen have [`shown`] instead. No result of a flight depends on it.
+
+use std::io;
+
+use sha2::{Digest, Sha256};
+
+/// Bytes of the hash that are shown: enough to tell two flights of one evening apart.
+const SHOWN_BYTES: usize = 4;
+
+/// A new number, from the random source of the operating system.
+///
+/// # Errors
+/// What the system says if it has none: there is no flight without it, rather than one that can be guessed.
+pub fn draw() -> io::Result<u64> {
+    getrandom::u64()
+        .map_err(|error| io::Error::other(format!("the system gives no random number: {error}")))
+}
+
+/// What people see of a session: the first eight hexadecimal digits of the SHA-256 of its eight bytes, little endian.
+#[must_use]
+pub fn shown(session: u64) -> String {
+    let hash = Sha256::digest(session.to_le_bytes());
+    hash.iter().take(SHOWN_BYTES).map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_what_is_shown_is_the_beginning_of_the_sha_256() {
+        // printf '\1\0\0\0\0\0\0\0' | sha256sum
+        assert_eq!(shown(1), "7c9fa136");
+    }
+
+    #[test]
+    fn numbers_differ_in_all_their_bytes() {
+        // The chance that eight draws agree in a byte is 2^-56.
+        let drawn: Vec<[u8; 8]> = (0..8).map(|_| draw().unwrap().to_le_bytes()).collect();
+        for byte in 0..8 {
+            let differs = drawn.iter().any(|number| number[byte] != drawn[0][byte]);
+            assert!(differs, "byte {byte}: {drawn:?}");
+        }
+    }
+}

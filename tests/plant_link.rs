@@ -1,0 +1,144 @@
+//! Several plants and strangers at one autopilot: whose packets count, with the real programs.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
+)]
+
+#[path = "programs/ground.rs"]
+mod ground;
+mod programs;
+
+use std::net::UdpSocket;
+use std::time::{Duration, Instant};
+
+use ground::Ground;
+use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
+use icd::wire::{self, PACKET_MAX, Packet, Phase, RefusalReason, Reports};
+use icd::{Actuators, ControlPeriod, Sensors, SimTime};
+use programs::{PATIENCE, Program, autopilot, autopilot_with};
+
+/// Signal numbers.
+const KILL: u32 = 9;
+const STOP: u32 = 19;
+const CONTINUE: u32 = 18;
+
+#[test]
+fn a_plant_that_was_superseded_is_taken_back_when_it_is_alone() {
+    let mut ground = Ground::new();
+    let (autopilot, link) = autopilot(ground.address(), &[]);
+    let first = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("the first flight", |ground| ground.time_s > 3.0);
+    let second = Program::start("plant-sim", &["--autopilot", &link]);
+    second.wait_for("is flying another plant");
+    first.signal(STOP);
+    ground.listen_until("the second flight", |ground| ground.time_s < 1.0);
+    first.signal(CONTINUE);
+    first.wait_for("is flying another plant");
+    let before_s = ground.time_s;
+    ground.listen_until("the second flight undisturbed", |ground| ground.time_s > before_s + 0.5);
+    second.signal(KILL);
+    autopilot.wait_for("does not answer");
+    // It goes on where it was suspended, after the second one.
+    ground.listen_until("the first flight again", |ground| ground.time_s > 3.0);
+    let resumed_s = ground.time_s;
+    ground.listen_until("the first flight goes on", |ground| ground.time_s > resumed_s + 0.5);
+}
+
+/// A socket on loopback that does not wait for ever.
+fn socket() -> UdpSocket {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
+    socket.set_read_timeout(Some(Duration::from_millis(200))).expect("a timeout");
+    socket
+}
+
+fn question(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
+    let mut values = [0.0; Sensors::COUNT];
+    // The attitude must be one.
+    values[6] = 1.0;
+    let (time, period) = (SimTime::from_micros(2_000 * tick), ControlPeriod::DEFAULT);
+    let sensors = Sensors::from_array(&values);
+    plant.ask(time, Phase::Flying, period, &sensors, Reports::new(), &[]).to_vec()
+}
+
+/// Sends a packet and returns what comes back, if anything does.
+fn ask(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
+    socket.send_to(packet, to).expect("loopback takes it");
+    let mut buffer = [0; PACKET_MAX];
+    let bytes = socket.recv(&mut buffer).ok()?;
+    Some(buffer[..bytes].to_vec())
+}
+
+#[test]
+fn a_neighbour_who_knows_the_session_cannot_speak_for_the_plant() {
+    let (_autopilot, link) = autopilot_with(&["--no-gcs"]);
+    let (ours, strange) = (socket(), socket());
+    let mut plant = PlantSide::new(0x0123_4567_89ab_cdef);
+    for tick in 0..100 {
+        let asked = question(&mut plant, tick);
+        // As the neighbour sees it: the right session, the right sequence number; before the plant and after it.
+        for is_known in [true, false] {
+            let mut packet = asked.clone();
+            if !is_known {
+                packet[8] ^= 1;
+                let end = packet.len() - 4;
+                let sum = crc32(&packet[..end]).to_le_bytes();
+                packet[end..].copy_from_slice(&sum);
+            }
+            if tick > 0 {
+                let answer = ask(&strange, &packet, &link).expect("strangers are answered");
+                match wire::decode(&answer).expect("a packet") {
+                    Packet::Refusal(refusal) => assert_eq!(refusal.reason, RefusalReason::Busy),
+                    other => panic!("known {is_known}: {other:?}"),
+                }
+            }
+        }
+        let answer = ask(&ours, &asked, &link).expect("the plant is answered");
+        assert!(matches!(plant.handle(&answer), PlantEvent::Answer(_)), "tick {tick}");
+        let event = ask(&strange, &asked, &link).expect("strangers are answered");
+        assert!(matches!(wire::decode(&event), Ok(Packet::Refusal(_))), "tick {tick}");
+    }
+}
+
+/// CRC-32 (IEEE), bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for byte in bytes {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+        }
+    }
+    !crc
+}
+
+#[test]
+fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
+    let (ours, strange) = (socket(), socket());
+    let link = ours.local_addr().expect("it has one").to_string();
+    let plant = Program::start("plant-sim", &["--autopilot", &link]);
+    let mut flight = FlightSide::new();
+    let mut buffer = [0; PACKET_MAX];
+    let until = Instant::now() + PATIENCE;
+    let mut ticks = 0;
+    while ticks < 50 {
+        assert!(Instant::now() < until, "{ticks} ticks; heard:\n{}", plant.said());
+        let Ok((bytes, from)) = ours.recv_from(&mut buffer) else { continue };
+        if !matches!(
+            flight.handle(&buffer[..bytes], from, false),
+            FlightEvent::NewFlight(_) | FlightEvent::Next(_)
+        ) {
+            continue;
+        }
+        let answer =
+            flight.answer(&Actuators::default(), None, false).expect("there is a question");
+        // The right answer from the wrong address: the plant keeps asking.
+        strange.send_to(answer, from).expect("loopback takes it");
+        let again = ours.recv_from(&mut buffer).expect("the plant asks again");
+        let event = flight.handle(&buffer[..again.0], from, false);
+        let FlightEvent::Repeat(answer) = event else {
+            panic!("tick {ticks}: the plant took the answer of a stranger: {event:?}")
+        };
+        ours.send_to(answer, from).expect("loopback takes it");
+        ticks += 1;
+    }
+}
