@@ -1,10 +1,10 @@
 //! Files that the autopilot reads at start: its belief about the aircraft, its part of a scenario.
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use flight_control::Belief;
 use flight_control::belief::BeliefError;
+use host_io::file::{self, FileProblem};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -22,8 +22,8 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
+        /// What is wrong with it.
+        source: FileProblem,
     },
     /// The text is not what it should be; the message has line, column and key.
     #[error("{file}: {source}")]
@@ -59,26 +59,23 @@ pub enum ConfigError {
 /// # Errors
 /// [`ConfigError::Read`] names the file.
 pub fn read(path: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(path)
+    file::read_text(path, file::TEXT_MAX)
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source })
 }
 
-/// Reads a script; what is too long is not read to its end.
+/// Reads a script; of what is too long nothing is read.
 ///
 /// # Errors
 /// [`ConfigError::Read`] or [`ConfigError::Script`] names the file.
 pub fn script_file(path: &Path) -> Result<Script, ConfigError> {
-    let unread = |source| ConfigError::Read { path: path.to_path_buf(), source };
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(unread)?;
-    file.take(TEXT_MAX as u64 + 1).read_to_end(&mut bytes).map_err(unread)?;
     let name = path.display().to_string();
-    if bytes.len() > TEXT_MAX {
-        return Err(Script::too_long(&name, bytes.len()).into());
+    match file::read_text(path, TEXT_MAX as u64) {
+        Ok(text) => Ok(Script::parse(&name, &text)?),
+        Err(FileProblem::TooLong { bytes, .. }) => {
+            Err(Script::too_long(&name, usize::try_from(bytes).unwrap_or(usize::MAX)).into())
+        }
+        Err(source) => Err(ConfigError::Read { path: path.to_path_buf(), source }),
     }
-    let no_text = |error| unread(std::io::Error::new(std::io::ErrorKind::InvalidData, error));
-    let text = String::from_utf8(bytes).map_err(no_text)?;
-    Ok(Script::parse(&name, &text)?)
 }
 
 /// Reads a belief; `file` is its name for error messages.

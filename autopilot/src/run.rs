@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
-use host_io::health::HealthFile;
+use host_io::health::{HealthFile, HealthFileError};
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
 use host_io::{BindError, LinkSocket, Stop, cpu};
 use tokio::sync::watch;
@@ -76,6 +76,9 @@ pub enum RunError {
     /// The step log cannot be written.
     #[error("step log: {0}")]
     Log(#[from] LogError),
+    /// The health file cannot be written.
+    #[error(transparent)]
+    Health(#[from] HealthFileError),
     /// The system refuses signals, threads or output.
     #[error("autopilot: {0}")]
     System(#[from] io::Error),
@@ -146,7 +149,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     }
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
-    let health = args.health_file.clone().map(HealthFile::new).transpose()?;
+    let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
     let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
         .with_health_file(health)
         .with_recorder(recorder);

@@ -3,18 +3,29 @@
 //!
 //! A process that hangs, or waits for its other half, does not touch the file, so its age tells.
 
-use std::fs;
-use std::io;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::{Duration, Instant};
+
+use crate::file::{FileProblem, OwnFile};
 
 /// The file is touched this often while all is well.
 pub const EVERY: Duration = Duration::from_secs(1);
 
+/// What is in the file.
+const CONTENT: &[u8] = b"well\n";
+
+/// A health file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("--health-file {path}: {problem}")]
+pub struct HealthFileError {
+    path: String,
+    problem: FileProblem,
+}
+
 /// The file.
 #[derive(Debug)]
 pub struct HealthFile {
-    path: PathBuf,
+    file: OwnFile,
     touched: Option<Instant>,
 }
 
@@ -22,30 +33,33 @@ impl HealthFile {
     /// Touched when all is well for the first time; what an earlier process left is taken away.
     ///
     /// # Errors
-    /// What the system says about the path.
-    pub fn new(path: PathBuf) -> io::Result<Self> {
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-        Ok(Self { path, touched: None })
+    /// [`HealthFileError`] if there is something that is no health file, or what the system says about the path.
+    pub fn new(path: &Path) -> Result<Self, HealthFileError> {
+        let is_own = |content: &[u8]| content == CONTENT;
+        // The control loop does not wait for a disk.
+        let file = OwnFile::new(path, CONTENT.len() as u64, is_own).without_sync();
+        file.remove()
+            .map_err(|problem| HealthFileError { path: path.display().to_string(), problem })?;
+        Ok(Self { file, touched: None })
     }
 
     /// All is well at `now`; the file is written when [`EVERY`] has passed since the last time.
     ///
     /// # Errors
-    /// What the system says; the next call after [`EVERY`] tries again.
-    pub fn all_is_well(&mut self, now: Instant) -> io::Result<()> {
+    /// [`FileProblem`]; the next call after [`EVERY`] tries again.
+    pub fn all_is_well(&mut self, now: Instant) -> Result<(), FileProblem> {
         if self.touched.is_some_and(|touched| now.saturating_duration_since(touched) < EVERY) {
             return Ok(());
         }
         self.touched = Some(now);
-        fs::write(&self.path, "well\n")
+        self.file.replace(CONTENT)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::clock;
 
@@ -53,8 +67,8 @@ mod tests {
     fn the_file_is_written_once_a_second_and_taken_away_at_the_start() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("health");
-        fs::write(&path, "old").unwrap();
-        let mut file = HealthFile::new(path.clone()).unwrap();
+        fs::write(&path, CONTENT).unwrap();
+        let mut file = HealthFile::new(&path).unwrap();
         assert!(!path.exists(), "an old process is not this one");
         let start = clock::now();
         file.all_is_well(start).unwrap();
@@ -67,8 +81,16 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_not_there_is_an_error_and_no_end() {
-        let mut file = HealthFile::new(PathBuf::from("/nowhere/health")).unwrap();
-        assert!(file.all_is_well(clock::now()).is_err());
+    fn what_another_program_wrote_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("diary");
+        fs::write(&path, "well, well\n").unwrap();
+        let error = HealthFile::new(&path).unwrap_err().to_string();
+        assert!(error.contains("--health-file") && error.contains("is not replaced"), "{error}");
+        fs::remove_file(&path).unwrap();
+        let mut file = HealthFile::new(&path).unwrap();
+        fs::write(&path, "well, well\n").unwrap();
+        assert!(matches!(file.all_is_well(clock::now()), Err(FileProblem::Foreign)));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "well, well\n");
     }
 }

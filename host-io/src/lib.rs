@@ -10,6 +10,7 @@
 //! | on which core does a thread run? | [`cpu`] |
 //! | who tells a process to end? | [`stop`] |
 //! | what does the parent process say? | [`parent`] |
+//! | which files are read, and which are replaced? | [`file`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | what does the operator read? | [`console`] |
 //! | how does somebody outside see that all is well? | [`health`] |
@@ -19,6 +20,7 @@
 pub mod clock;
 pub mod console;
 pub mod cpu;
+pub mod file;
 pub mod health;
 pub mod parent;
 pub mod session;

@@ -17,6 +17,8 @@ use std::thread::{self, JoinHandle};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::file::{self, FileProblem};
+
 const MAGIC: [u8; 8] = *b"2STPTICK";
 const VERSION: u16 = 1;
 const HEADER_BYTES: usize = 12;
@@ -48,6 +50,14 @@ pub enum LogError {
         /// What the system says.
         source: io::Error,
     },
+    /// Not a file that may be read, or written over.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileProblem,
+    },
     /// Not a log of this kind and version.
     #[error("{}: not a version {VERSION} log of {kind:?}", path.display())]
     Header {
@@ -76,13 +86,18 @@ pub struct TickLogWriter {
 }
 
 impl TickLogWriter {
-    /// Creates the file, or empties it.
+    /// Creates the file, or empties an earlier log.
     ///
     /// # Errors
-    /// [`LogError::Io`] names the file.
+    /// [`LogError::File`] or [`LogError::Io`] names the file.
     pub fn create(path: &Path, kind: Kind) -> Result<Self, LogError> {
+        let file = file::create(path, |beginning| beginning.starts_with(&MAGIC))
+            .map_err(|source| LogError::File { path: path.to_path_buf(), source })?;
+        Self::begin(path, file, kind)
+    }
+
+    fn begin(path: &Path, mut file: File, kind: Kind) -> Result<Self, LogError> {
         let failed = |source| LogError::Io { path: path.to_path_buf(), source };
-        let mut file = File::create(path).map_err(failed)?;
         let (full, queue) = sync_channel(QUEUE_MAX);
         let mut buffer = Vec::with_capacity(BUFFER_BYTES);
         buffer.extend_from_slice(&MAGIC);
@@ -175,8 +190,9 @@ impl TickLogReader {
     /// [`LogError`] if it cannot be read, or is something else.
     pub fn open(path: &Path, kind: Kind) -> Result<Self, LogError> {
         let failed = |source| LogError::Io { path: path.to_path_buf(), source };
-        let mut file =
-            io::BufReader::with_capacity(BUFFER_BYTES, File::open(path).map_err(failed)?);
+        let file = file::open(path)
+            .map_err(|source| LogError::File { path: path.to_path_buf(), source })?;
+        let mut file = io::BufReader::with_capacity(BUFFER_BYTES, file);
         let mut header = [0; HEADER_BYTES];
         file.read_exact(&mut header).map_err(failed)?;
         let word = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
@@ -263,7 +279,8 @@ mod tests {
         assert!(error.to_string().starts_with("/nowhere/log: "), "{error}");
         // Always full: every write fails.
         let full = Path::new("/dev/full");
-        let mut log = TickLogWriter::create(full, Kind::Truth).unwrap();
+        let file = File::options().write(true).open(full).unwrap();
+        let mut log = TickLogWriter::begin(full, file, Kind::Truth).unwrap();
         log.write(&1_u8).unwrap();
         assert!(log.finish().unwrap_err().to_string().starts_with("/dev/full: "));
     }

@@ -1,12 +1,12 @@
 //! The command line: what a user meets first.
 
 use std::error::Error;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use host_io::file;
 use icd::ControlPeriod;
 use plant_sim::io::{PlantArgs, parse_earth, parse_period};
 use plant_sim::setup::default_step_us;
@@ -211,14 +211,16 @@ fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         None => Airframe::paper(),
         Some(path) => {
             let name = path.display().to_string();
-            let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+            let text = file::read_text(path, file::TEXT_MAX)
+                .map_err(|problem| format!("{name}: {problem}"))?;
             Airframe::from_toml(&name, &text)?
         }
     };
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
     let setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
     let text = linearize::to_toml(&linearize::linearize(&setup)?)?;
-    fs::write(&args.out, text).map_err(|error| format!("{}: {error}", args.out.display()))?;
+    file::write(&args.out, text.as_bytes(), linearize::MARK.as_bytes())
+        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     println!("wrote {}", args.out.display());
     Ok(())
 }

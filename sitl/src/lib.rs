@@ -7,6 +7,7 @@ pub mod closed_loop;
 pub mod dispersion;
 pub mod echo;
 pub mod figures;
+pub mod flight_log;
 pub mod guided;
 pub mod launch;
 pub mod linearize;

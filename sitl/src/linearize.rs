@@ -12,6 +12,9 @@ use icd::{Body, Effector, PerEffector};
 use plant_sim::aerodynamics::{self, AirState, Coefficients};
 use plant_sim::{Airframe, Plant, PlantSetup, SetupError, Trim};
 
+/// By this line a model is recognised as one of this program, which it may write over.
+pub const MARK: &str = "# Written by `sitl linearize`";
+
 /// Half width of the differences in angles, rad.
 const ANGLE_STEP_RAD: f64 = 1.0e-3;
 /// Half width of the differences in body rates, rad/s.
@@ -181,7 +184,7 @@ pub fn to_toml(belief: &Belief) -> Result<String, toml::ser::Error> {
     let body = toml::to_string_pretty(belief)?;
     Ok(format!(
         "# What the controller believes about the aircraft: the plant's airframe linearised at its design trim.\n\
-         # Written by `sitl linearize`; do not edit. Angles in rad, coefficients per rad.\n\n{body}"
+         {MARK}; do not edit. Angles in rad, coefficients per rad.\n\n{body}"
     ))
 }
 

@@ -12,6 +12,7 @@ use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
 use flight_control::Gains;
 use flight_control::guidance::Horizontal;
+use host_io::file;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, EarthModel, Scenario, SetupError, scenario};
@@ -216,7 +217,8 @@ pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&options.out)?;
     for (extension, bytes) in [("svg", figure.svg.clone().into_bytes()), ("png", figure.png()?)] {
         let path = options.out.join(figure.name).with_extension(extension);
-        fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        file::write(&path, &bytes, file::beginning(&bytes))
+            .map_err(|problem| format!("{}: {problem}", path.display()))?;
         println!("wrote {}", path.display());
     }
     Ok(())

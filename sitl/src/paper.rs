@@ -11,6 +11,7 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use host_io::file::{self, FileProblem};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
 
@@ -135,8 +136,8 @@ pub enum PaperError {
     Write {
         /// Which one.
         path: PathBuf,
-        /// What the system says.
-        source: io::Error,
+        /// What is wrong with it.
+        source: FileProblem,
     },
     /// A figure cannot be drawn.
     #[error(transparent)]
@@ -302,7 +303,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
     let sensitivity = sensitivity::study(&options.conditions())?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
-    write(&out.join("report.html"), page.as_bytes())?;
+    write_over(&out.join("report.html"), page.as_bytes(), report::GENERATOR.as_bytes())?;
 
     let table = report::text_table(&evaluation.results);
     io::stdout()
@@ -316,8 +317,7 @@ fn write_tables(out: &Path, flown: &Flown) -> Result<(), PaperError> {
         [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
     for (name, trace) in runs {
         let path = out.join(format!("case{}_{name}.csv", flown.case.number));
-        table::write_csv(&path, trace.table_rows())
-            .map_err(|source| cannot_write(&path, source))?;
+        write(&path, table::to_csv(trace.table_rows()).as_bytes())?;
     }
     Ok(())
 }
@@ -331,9 +331,13 @@ fn write_figures(out: &Path, figures: &[Figure]) -> Result<(), PaperError> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), PaperError> {
-    fs::write(path, bytes).map_err(|source| cannot_write(path, source))
+    write_over(path, bytes, file::beginning(bytes))
 }
 
-fn cannot_write(path: &Path, source: io::Error) -> PaperError {
-    PaperError::Write { path: path.to_path_buf(), source }
+fn write_over(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), PaperError> {
+    file::write(path, bytes, mark).map_err(|source| cannot_write(path, source))
+}
+
+fn cannot_write(path: &Path, source: impl Into<FileProblem>) -> PaperError {
+    PaperError::Write { path: path.to_path_buf(), source: source.into() }
 }

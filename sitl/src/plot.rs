@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use host_io::file;
 use ulog::reader::Log;
 
 mod events;
@@ -15,6 +16,8 @@ mod svg;
 mod times;
 
 use flight::Flight;
+
+use crate::{flight_log, report};
 
 /// Options of `sitl plot`.
 #[derive(Debug, Args)]
@@ -33,7 +36,7 @@ pub struct PlotArgs {
 /// In words for the operator: a log that cannot be read, or a page that cannot be written.
 pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
     let name = args.log.display();
-    let log = Log::open(&args.log).map_err(|error| format!("{name}: {error}"))?;
+    let log = flight_log::open(&args.log).map_err(|error| format!("{name}: {error}"))?;
     let title = args.log.file_name().map_or_else(String::new, |n| n.display().to_string());
     let out = args.out.clone().unwrap_or_else(|| args.log.with_extension("html"));
     if is_same_file(&args.log, &out) {
@@ -42,7 +45,8 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
         );
     }
     let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
-    fs::write(&out, page.html).map_err(|error| format!("{}: {error}", out.display()))?;
+    file::write(&out, page.html.as_bytes(), report::GENERATOR.as_bytes())
+        .map_err(|problem| format!("--out {}: {problem}", out.display()))?;
     println!("wrote {}", out.display());
     for remark in page.not_drawn {
         println!("note: {remark}");

@@ -15,6 +15,9 @@ use crate::paper::{Evaluation, Link, Options};
 mod comparisons;
 mod honesty;
 
+/// By this a page is recognised as one of this program, which it may write over.
+pub(crate) const GENERATOR: &str = r#"<meta name="generator" content="Two-Step sitl">"#;
+
 /// Style of the page: dark on white, tables that line up, figures as wide as the text.
 const STYLE: &str = include_str!("report/style.css");
 
@@ -52,6 +55,7 @@ pub fn page(
         html lang="en" {
             head {
                 meta charset="utf-8";
+                (PreEscaped(GENERATOR))
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { "Two-step fault-tolerant control: the paper, flown" }
                 style { (PreEscaped(STYLE)) }

@@ -1,9 +1,6 @@
 //! Flights as tables: one row a sampled control tick, one column a signal.
 
 use std::fmt::Write as _;
-use std::fs;
-use std::io;
-use std::path::Path;
 
 use icd::ControlPeriod;
 
@@ -143,14 +140,6 @@ pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
         text.push('\n');
     }
     text
-}
-
-/// Writes [`to_csv`] to a file.
-///
-/// # Errors
-/// What the operating system says; the caller names the path.
-pub fn write_csv<'a>(path: &Path, rows: impl IntoIterator<Item = &'a Row>) -> io::Result<()> {
-    fs::write(path, to_csv(rows))
 }
 
 /// The shortest digits that read back as `value`, with an exponent where plain digits would be many.

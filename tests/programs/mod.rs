@@ -64,9 +64,11 @@ impl Program {
     fn start_with(name: &str, arguments: &[&str], input: Stdio) -> Self {
         let mut command = Command::new(program(name));
         command.args(arguments);
+        // A command of sitl has options of its own.
+        let has_command = arguments.first().is_some_and(|argument| !argument.starts_with("--"));
         // Tests run side by side, so ports for ground stations are open only where a test names them. What
         // the user of this machine has set is no business of a test.
-        let flies = ["autopilot", "sitl"].contains(&name);
+        let flies = ["autopilot", "sitl"].contains(&name) && !has_command;
         for option in
             ["--gcs-udp-server", "--gcs-tcp", "--parameter-file", "--log-dir", "--signing-key"]
         {

@@ -1,17 +1,16 @@
 //! The signing key file: read at start, written by a thread of its own. Nobody but its owner may read it.
 //!
-//! A write goes to a new file that nobody else can read, which then takes the name, so that the name always
-//! leads to a whole file.
+//! The name always leads to a whole file that nobody else can read, and only a file that has a key is replaced or
+//! removed ([`OwnFile`]).
 
-use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::io::{self, Read as _, Write as _};
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::io;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::str::FromStr;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
+use host_io::file::{self, FileProblem, OwnFile};
 use nix::unistd::geteuid;
 use tracing::warn;
 
@@ -65,12 +64,9 @@ pub struct KeyFileError {
 /// What is wrong with a key file. Never shows the key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFileProblem {
-    /// The system does not give it.
-    #[error("cannot be read: {0}")]
-    Unreadable(io::Error),
-    /// A folder, a device, or far too long.
-    #[error("not an ordinary file of at most {BYTES_MAX} bytes")]
-    NotAFile,
+    /// The system does not give it, or it is a folder, a device, or far too long.
+    #[error("{0}")]
+    File(#[from] FileProblem),
     /// Others than its owner may do something with it.
     #[error("others may use it: its mode is {found:04o} and has to be {MODE:04o}")]
     Mode {
@@ -99,9 +95,7 @@ impl KeyFile {
         let Self::At(path) = self else { return Ok(None) };
         let record = match read(path) {
             Ok(record) => Some(record),
-            Err(KeyFileProblem::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
-                None
-            }
+            Err(KeyFileProblem::File(problem)) if problem.is_not_found() => None,
             Err(problem) => return Err(KeyFileError { file: path.display().to_string(), problem }),
         };
         Ok(Some(KeptKey { path: path.clone(), record }))
@@ -109,13 +103,8 @@ impl KeyFile {
 }
 
 fn read(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
-    // Before it is opened: to open a pipe is to wait for its other end.
-    if !fs::metadata(path).map_err(KeyFileProblem::Unreadable)?.is_file() {
-        return Err(KeyFileProblem::NotAFile);
-    }
-    let file = File::open(path).map_err(KeyFileProblem::Unreadable)?;
-    // Of what was opened, whatever the name leads to by now.
-    let about = file.metadata().map_err(KeyFileProblem::Unreadable)?;
+    let file = file::open(path)?;
+    let about = file.metadata().map_err(FileProblem::from)?;
     let (found, wanted) = (about.uid(), geteuid().as_raw());
     if found != wanted {
         return Err(KeyFileProblem::Owner { found, wanted });
@@ -124,11 +113,7 @@ fn read(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
     if found & OTHERS != 0 {
         return Err(KeyFileProblem::Mode { found });
     }
-    if !about.is_file() || about.len() > BYTES_MAX {
-        return Err(KeyFileProblem::NotAFile);
-    }
-    let mut bytes = Vec::new();
-    file.take(BYTES_MAX).read_to_end(&mut bytes).map_err(KeyFileProblem::Unreadable)?;
+    let bytes = file::read_opened(&file, BYTES_MAX)?;
     let text = String::from_utf8(bytes).map_err(|_| RecordError::Form)?;
     Ok(KeyRecord::from_text(&text)?)
 }
@@ -186,11 +171,10 @@ impl KeyStore {
     /// # Errors
     /// If the system gives no thread.
     pub fn open(path: &Path) -> io::Result<Self> {
-        // Of a link, the file that it leads to is replaced and not the link.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let file = own_file(path);
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
-        let write = move || write_all(&theirs, &path);
+        let write = move || write_all(&theirs, &file);
         let writer = thread::Builder::new().name("signing key".to_owned()).spawn(write)?;
         Ok(Self { shared, writer: Some(writer) })
     }
@@ -220,7 +204,15 @@ impl Drop for KeyStore {
     }
 }
 
-fn write_all(shared: &Shared, path: &Path) {
+/// The file as one of this program, for its owner alone: it has a signing key.
+fn own_file(path: &Path) -> OwnFile {
+    let is_own = |content: &[u8]| {
+        std::str::from_utf8(content).is_ok_and(|text| KeyRecord::from_text(text).is_ok())
+    };
+    OwnFile::new(path, BYTES_MAX, is_own).with_modes(MODE, FOLDER_MODE)
+}
+
+fn write_all(shared: &Shared, file: &OwnFile) {
     loop {
         let idle = |state: &mut State| state.next.is_none() && !state.has_ended;
         let state = shared.changed.wait_while(shared.lock(), idle);
@@ -228,59 +220,14 @@ fn write_all(shared: &Shared, path: &Path) {
         let Some(change) = state.next.take() else { return };
         drop(state);
         let result = match change {
-            KeyChange::Keep(record) => replace(path, &record.to_text()),
-            KeyChange::Forget => remove(path),
+            KeyChange::Keep(record) => file.replace(record.to_text().as_bytes()),
+            KeyChange::Forget => file.remove(),
         };
-        if let Err(error) = result {
-            warn!(file = %path.display(), %error, "the signing key is not saved");
-            shared.lock().failure = Some(error.to_string());
+        if let Err(problem) = result {
+            warn!(file = %file.path().display(), %problem, "the signing key is not saved");
+            shared.lock().failure = Some(problem.to_string());
         }
     }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
-}
-
-fn remove(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => sync(folder_of(path)),
-    }
-}
-
-/// The name is on the disk when its folder is. A folder that cannot be opened still has the file.
-fn sync(folder: &Path) -> io::Result<()> {
-    File::open(folder).and_then(|folder| folder.sync_all()).or(Ok(()))
-}
-
-/// Gives `path` this content, or leaves it as it is.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let folder = folder_of(path);
-    DirBuilder::new().recursive(true).mode(FOLDER_MODE).create(folder)?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    // Two autopilots with one file do not write into each other's new file.
-    name.push(format!(".{}.new", process::id()));
-    let new = folder.join(name);
-    let written = write_new(&new, text).and_then(|()| fs::rename(&new, path));
-    if written.is_err() {
-        // It may never have come to be; the error that matters is the one above.
-        let _ = fs::remove_file(&new);
-    }
-    written?;
-    sync(folder)
-}
-
-/// A file that only its owner can read from its first moment on.
-fn write_new(path: &Path, text: &str) -> io::Result<()> {
-    match fs::remove_file(path) {
-        // Left over by a process that had the same number.
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
-    let mut file = OpenOptions::new().write(true).create_new(true).mode(MODE).open(path)?;
-    file.write_all(text.as_bytes())?;
-    file.sync_all()
 }
 
 #[cfg(test)]

@@ -1,18 +1,18 @@
 //! The parameter file: read at start, written by a thread of its own while ground stations change
 //! parameters.
 //!
-//! A write goes to a new file beside the old one, which then takes its name, so that the name always leads to
-//! a whole file, also when the process is killed. Changes that follow each other quickly are written once.
+//! The name always leads to a whole file, also when the process is killed, and only a file that has parameters is
+//! replaced ([`OwnFile`]). Changes that follow each other quickly are written once.
 
 use core::time::Duration;
-use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::env;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::{env, process};
 
+use host_io::file::{self, FileProblem, OwnFile};
 use tracing::warn;
 
 use crate::mavlink::param::{Save, Saved};
@@ -78,15 +78,14 @@ impl ParameterFile {
     pub fn read(&self) -> Result<Option<Kept>, SavedError> {
         let Self::At(path) = self else { return Ok(None) };
         let file = path.display().to_string();
-        let parameters = match fs::read_to_string(path) {
+        let unreadable = |problem: &FileProblem| SavedError {
+            file: file.clone(),
+            problem: SavedProblem::Unreadable(problem.to_string()),
+        };
+        let parameters = match file::read_text(path, file::TEXT_MAX) {
             Ok(text) => from_text(&file, &text)?,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Parameters::default(),
-            Err(error) => {
-                return Err(SavedError {
-                    file,
-                    problem: SavedProblem::Unreadable(error.to_string()),
-                });
-            }
+            Err(problem) if problem.is_not_found() => Parameters::default(),
+            Err(problem) => return Err(unreadable(&problem)),
         };
         Ok(Some(Kept { path: path.clone(), parameters }))
     }
@@ -164,11 +163,10 @@ impl Store {
     /// # Errors
     /// If the system gives no thread.
     pub fn open(path: &Path) -> io::Result<Self> {
-        // Of a link, the file that it leads to is replaced and not the link.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let file = own_file(path);
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
-        let write = move || write_all(&theirs, &path);
+        let write = move || write_all(&theirs, &file);
         let writer = thread::Builder::new().name("parameter file".to_owned()).spawn(write)?;
         Ok(Self { shared, writer: Some(writer) })
     }
@@ -198,7 +196,14 @@ impl Drop for Store {
     }
 }
 
-fn write_all(shared: &Shared, path: &Path) {
+/// The file as one of this program: it has parameters and nothing else.
+fn own_file(path: &Path) -> OwnFile {
+    let is_own =
+        |content: &[u8]| std::str::from_utf8(content).is_ok_and(|text| from_text("", text).is_ok());
+    OwnFile::new(path, file::TEXT_MAX, is_own)
+}
+
+fn write_all(shared: &Shared, file: &OwnFile) {
     loop {
         let idle = |state: &mut State| state.next.is_none() && !state.has_ended;
         let state = shared.changed.wait_while(shared.lock(), idle);
@@ -213,36 +218,12 @@ fn write_all(shared: &Shared, path: &Path) {
         let (mut state, _) = gathered.unwrap_or_else(PoisonError::into_inner);
         let Some(Save { number, text, .. }) = state.next.take() else { continue };
         drop(state);
-        let result = replace(path, &text).map_err(|error| {
-            warn!(file = %path.display(), %error, "parameters are not saved");
-            error.to_string()
+        let result = file.replace(text.as_bytes()).map_err(|problem| {
+            warn!(file = %file.path().display(), %problem, "parameters are not saved");
+            problem.to_string()
         });
         shared.lock().outcome = Some(Saved { number, result });
     }
-}
-
-/// Gives `path` this content, or leaves it as it is.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    fs::create_dir_all(folder)?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    // Two autopilots with one file do not write into each other's new file.
-    name.push(format!(".{}.new", process::id()));
-    let new = folder.join(name);
-    let written = write_new(&new, text).and_then(|()| fs::rename(&new, path));
-    if written.is_err() {
-        // It may never have come to be; the error that matters is the one above.
-        let _ = fs::remove_file(&new);
-    }
-    written?;
-    // The name is on the disk when its folder is. A folder that cannot be opened still has the file.
-    File::open(folder).and_then(|folder| folder.sync_all()).or(Ok(()))
-}
-
-fn write_new(path: &Path, text: &str) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(text.as_bytes())?;
-    file.sync_all()
 }
 
 #[cfg(test)]

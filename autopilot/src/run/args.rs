@@ -1,13 +1,12 @@
 //! Command line of the autopilot.
 
 use std::borrow::Cow;
-use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use flight_control::{Belief, Gains};
-use host_io::Wait;
+use host_io::{Wait, file};
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
@@ -230,7 +229,7 @@ impl AutopilotArgs {
 
 fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
     let refused = || RunError::Setup { path: path.to_path_buf() };
-    let bytes = fs::read(path).map_err(|_| refused())?;
+    let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
     let setup: ControlSetup = postcard::from_bytes(&bytes).map_err(|_| refused())?;
     let file = path.display().to_string();
     let belief = setup.belief.validate();

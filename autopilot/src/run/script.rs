@@ -29,13 +29,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_without_an_end_is_too_long_and_one_that_cannot_be_read_is_named() {
+    fn a_file_that_is_too_long_or_no_file_or_not_there_is_named() {
         let error = |path: &str| {
             let args = ScriptArgs { script: Some(path.into()) };
             args.read(None).unwrap_err().to_string()
         };
         let endless = error("/dev/zero");
-        assert!(endless.contains("/dev/zero") && endless.contains("16385 bytes"), "{endless}");
+        assert_eq!(endless, "/dev/zero: this is a device, and an ordinary file is needed");
+        let folder = tempfile::tempdir().unwrap();
+        let long = folder.path().join("long");
+        std::fs::write(&long, [b'#'; 16_385]).unwrap();
+        let long = error(long.to_str().unwrap());
+        assert!(long.contains("16385 bytes"), "{long}");
         assert!(error("/nowhere/x.txt").contains("/nowhere/x.txt"));
     }
 }

@@ -1,9 +1,9 @@
 //! Command line of the plant.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_io::Wait;
+use host_io::file::{self, TEXT_MAX};
 use icd::{ControlPeriod, SimTime};
 
 use super::run::RunError;
@@ -91,7 +91,7 @@ impl PlantArgs {
     pub fn plant_setup(&self) -> Result<PlantSetup, RunError> {
         if let Some(path) = &self.setup {
             let failed = || RunError::Setup { path: path.clone() };
-            let bytes = fs::read(path).map_err(|_| failed())?;
+            let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
             return postcard::from_bytes(&bytes).map_err(|_| failed());
         }
         let plant = match self.scenario.as_str() {
@@ -121,7 +121,8 @@ impl PlantArgs {
 }
 
 fn read(path: &Path) -> Result<String, RunError> {
-    fs::read_to_string(path).map_err(|source| RunError::Read { path: path.to_path_buf(), source })
+    let read = file::read_text(path, TEXT_MAX);
+    read.map_err(|source| RunError::Read { path: path.to_path_buf(), source })
 }
 
 /// A control period in milliseconds from the command line.
@@ -166,6 +167,7 @@ fn parse_seconds(text: &str) -> Result<SimTime, String> {
 mod tests {
     use super::*;
     use clap::{Args, Command, FromArgMatches};
+    use std::fs;
 
     fn parse(options: &[&str]) -> Result<PlantArgs, clap::Error> {
         let command = PlantArgs::augment_args(Command::new("plant-sim"));

@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
-use host_io::health::HealthFile;
+use host_io::file::FileProblem;
+use host_io::health::{HealthFile, HealthFileError};
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
 use host_io::{BindError, LinkSocket, Stop, cpu};
 use tracing::{info, warn};
@@ -36,8 +37,8 @@ pub enum RunError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
-        source: io::Error,
+        /// What is wrong with it.
+        source: FileProblem,
     },
     /// A file that is not a setup.
     #[error("{}: not a plant setup of this version", path.display())]
@@ -76,6 +77,9 @@ pub enum RunError {
     /// The truth log is incomplete.
     #[error("truth log: {0}")]
     Log(#[from] LogError),
+    /// The health file cannot be written.
+    #[error(transparent)]
+    Health(#[from] HealthFileError),
     /// The system refuses signals, threads or output.
     #[error("plant-sim: {0}")]
     System(#[from] io::Error),
@@ -104,7 +108,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
         warn!(%error, "running on any core");
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
-    let health = args.health_file.clone().map(HealthFile::new).transpose()?;
+    let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
     let link = Link::new(socket, stop.clone(), health)?;
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {

@@ -239,7 +239,7 @@ mod tests {
             (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),
             (LaunchArgs { config: some("no.toml"), ..base() }, "no.toml: "),
             (LaunchArgs { script: some("no.txt"), ..base() }, "no.txt: "),
-            (LaunchArgs { signing_key: some("/dev/null"), ..base() }, "not an ordinary file"),
+            (LaunchArgs { signing_key: some("/dev/null"), ..base() }, "this is a device"),
         ] {
             let refusal = refusal(&args);
             assert!(refusal.contains(words), "{refusal}");

@@ -7,6 +7,7 @@ use super::events::{Happened, Kind, marks};
 use super::flight::Flight;
 use super::panels::{self, Group};
 use super::svg::{self, Mark, Spot};
+use crate::report::GENERATOR;
 
 /// Style of the paper's report, and what this page has beside it.
 const STYLE: &str = concat!(include_str!("../report/style.css"), include_str!("style.css"));
@@ -31,6 +32,7 @@ pub fn page(title: &str, flight: &Flight) -> String {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                (PreEscaped(GENERATOR))
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { "Flight " (title) }
                 style { (PreEscaped(STYLE)) }

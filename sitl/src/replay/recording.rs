@@ -13,6 +13,8 @@ use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
 use ulog::reader::{Log, ReadError, Row, Topic};
 
+use crate::flight_log;
+
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
 
@@ -106,7 +108,7 @@ impl Recording {
     /// # Errors
     /// [`CannotFly`] says what is missing.
     pub fn open(path: &Path) -> Result<Self, CannotFly> {
-        Self::of(Log::open(path)?)
+        Self::of(flight_log::open(path)?)
     }
 
     /// Of a log that was read.

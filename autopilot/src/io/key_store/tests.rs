@@ -1,4 +1,5 @@
-use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::fs;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _, symlink};
 
 use super::*;
 use crate::mavlink::signing::{Key, Timestamp};
@@ -6,6 +7,14 @@ use crate::mavlink::signing::{Key, Timestamp};
 fn record(units: u64) -> KeyRecord {
     let timestamp = Timestamp::new(units).unwrap();
     KeyRecord { key: Key::new([7; 32]).unwrap(), timestamp, accepted: timestamp, is_final: true }
+}
+
+/// Writes a file of its owner alone, whatever is there.
+fn put(path: &Path, text: &str) {
+    use std::io::Write as _;
+    let mut options = fs::OpenOptions::new();
+    let file = options.write(true).create(true).truncate(true).mode(MODE).open(path);
+    file.unwrap().write_all(text.as_bytes()).unwrap();
 }
 
 fn mode(path: &Path) -> u32 {
@@ -41,7 +50,7 @@ fn a_key_that_is_forgotten_leaves_no_file_also_where_there_was_none() {
         store.change(KeyChange::Forget);
         drop(store);
         assert!(!path.exists());
-        replace(&path, &record(1).to_text()).unwrap();
+        put(&path, &record(1).to_text());
     }
     let none = KeyFile::At(folder.path().join("other")).read().unwrap().unwrap();
     assert_eq!((none.record, none.summary()), (None, None));
@@ -73,15 +82,15 @@ fn a_file_of_somebody_else_a_folder_and_other_text_are_refused() {
         assert!(refusal(Path::new("/etc/passwd")).contains("it belongs to user 0"));
     }
     let folder = tempfile::tempdir().unwrap();
-    assert!(refusal(folder.path()).contains("not an ordinary file"));
+    assert!(refusal(folder.path()).contains("this is a folder, and an ordinary file is needed"));
     let path = folder.path().join("signing.key");
     let long = "#".repeat(5_000);
     for (text, words) in [
         ("OBS_W0 = 40", "not a signing key file"),
         ("key = \"12\"", "64 hex"),
-        (&long, "at most 4096"),
+        (&long, "5000 bytes long, the limit is 4096 bytes"),
     ] {
-        replace(&path, text).unwrap();
+        put(&path, text);
         let refusal = refusal(&path);
         assert!(refusal.contains(words) && refusal.contains("--signing-key none"), "{refusal}");
     }
@@ -112,10 +121,23 @@ fn what_cannot_be_written_is_told_once_and_the_old_file_stays() {
 }
 
 #[test]
+fn a_file_of_somebody_else_is_neither_replaced_nor_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("signing.key");
+    put(&path, "my diary\n");
+    for change in [KeyChange::Keep(record(1)), KeyChange::Forget] {
+        let store = KeyStore::open(&path).unwrap();
+        store.change(change);
+        drop(store);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "my diary\n");
+    }
+}
+
+#[test]
 fn of_a_link_the_file_behind_it_is_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let (file, link) = (folder.path().join("real.key"), folder.path().join("signing.key"));
-    replace(&file, &record(1).to_text()).unwrap();
+    put(&file, &record(1).to_text());
     symlink(&file, &link).unwrap();
     let store = KeyStore::open(&link).unwrap();
     store.change(KeyChange::Keep(record(2)));

@@ -1,4 +1,5 @@
-use std::process::{Command, Stdio};
+use std::fs;
+use std::process::{self, Command, Stdio};
 
 use super::*;
 use crate::parameters::to_text;
@@ -12,6 +13,10 @@ fn text(bandwidth: f64) -> String {
 fn bandwidth(path: &Path) -> f64 {
     let kept = ParameterFile::At(path.to_path_buf()).read().unwrap().unwrap();
     kept.parameters.gains.observer.bandwidth
+}
+
+fn replace(path: &Path, text: &str) -> Result<(), FileProblem> {
+    own_file(path).replace(text.as_bytes())
 }
 
 fn save(number: u64, bandwidth: f64) -> Save {
@@ -63,6 +68,26 @@ fn a_write_that_fails_leaves_the_old_file() {
     fs::create_dir(taken).unwrap();
     assert!(replace(&path, &text(50.0)).is_err());
     assert_eq!(bandwidth(&path), 40.0);
+}
+
+#[test]
+fn a_file_of_somebody_else_is_not_replaced_and_the_save_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("parameters.toml");
+    let store = Store::open(&path).unwrap();
+    for (number, foreign) in [(1, "my = \"diary\"\n"), (2, "not even TOML")] {
+        fs::write(&path, foreign).unwrap();
+        store.save(Save { at_once: true, ..save(number, 40.0) });
+        let outcome = loop {
+            match store.outcome() {
+                Some(outcome) => break outcome,
+                None => thread::yield_now(),
+            }
+        };
+        let problem = outcome.result.unwrap_err();
+        assert!(problem.contains("not written by this program"), "{problem}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), foreign);
+    }
 }
 
 #[test]

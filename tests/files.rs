@@ -1,0 +1,127 @@
+//! Every option that names a file, with what is no such file: the real programs say which file and why, end at once,
+//! and change nothing.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the other side of real programs: waiting, and the wall clock as bound"
+)]
+
+mod programs;
+
+use std::fs::{self, File};
+use std::os::unix::fs::FileTypeExt as _;
+use std::path::Path;
+use std::process::Command;
+
+use programs::Program;
+
+/// Longer than any file that is read whole but a flight log, bytes.
+const LARGE: u64 = 100_000_000;
+
+/// A way to start a program up to the option that takes the file.
+type Start = (&'static str, &'static [&'static str]);
+
+/// Options that read a file of which there has to be one.
+const READERS: [Start; 13] = [
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--scenario"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--belief"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--script"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--config"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--setup"]),
+    ("plant-sim", &["--scenario"]),
+    ("plant-sim", &["--airframe"]),
+    ("plant-sim", &["--setup"]),
+    ("sitl", &["--plant-link=127.0.0.1:0", "--no-gcs", "--scenario"]),
+    ("sitl", &["--plant-link=127.0.0.1:0", "--no-gcs", "--airframe"]),
+    ("sitl", &["linearize", "--out=/nowhere/model.toml", "--airframe"]),
+    ("sitl", &["plot"]),
+    ("sitl", &["replay"]),
+];
+
+/// Options that read a file and write it again; none is needed.
+const KEEPERS: [Start; 3] = [
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--parameter-file"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--signing-key"]),
+    ("sitl", &["--plant-link=127.0.0.1:0", "--no-gcs", "--parameter-file"]),
+];
+
+/// Options that write a file.
+const WRITERS: [Start; 5] = [
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--step-log"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--health-file"]),
+    ("plant-sim", &["--truth-log"]),
+    ("plant-sim", &["--health-file"]),
+    ("sitl", &["linearize", "--out"]),
+];
+
+/// Starts it with this file, expects it to end with an error that has the path and `words`.
+fn refused(start: Start, path: &str, words: &[&str]) {
+    let (name, options) = start;
+    let arguments: Vec<&str> = options.iter().copied().chain([path]).collect();
+    let mut program = Program::start(name, &arguments);
+    let code = program.end();
+    let said = program.said();
+    assert!(!matches!(code, Some(0 | 101) | None), "{start:?} {path}: {code:?}, {said}");
+    assert!(said.contains(path), "{start:?} does not name {path}: {said}");
+    let is_said = words.is_empty() || words.iter().any(|word| said.contains(word));
+    assert!(is_said, "{start:?} {path}: none of {words:?} in {said}");
+}
+
+/// A pipe, a folder and a device; their paths.
+fn not_ordinary(folder: &Path) -> [String; 3] {
+    let at = |name: &str| folder.join(name).to_str().expect("plain path").to_owned();
+    let (pipe, inner) = (at("pipe"), at("folder"));
+    let made = Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
+    assert!(made.success());
+    fs::create_dir(&inner).expect("a writable folder");
+    [pipe, inner, "/dev/zero".to_owned()]
+}
+
+fn file(folder: &Path, name: &str, content: &[u8]) -> String {
+    let path = folder.join(name);
+    fs::write(&path, content).expect("a writable folder");
+    path.to_str().expect("plain path").to_owned()
+}
+
+#[test]
+fn what_is_no_ordinary_file_of_sane_size_is_neither_read_nor_waited_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let not_ordinary = not_ordinary(folder.path());
+    let large = file(folder.path(), "large", b"");
+    File::create(&large).and_then(|file| file.set_len(LARGE)).expect("room for nothing");
+    let bytes = file(folder.path(), "bytes", b"\xFF\xFE\x00");
+    let missing = folder.path().join("missing").to_str().expect("plain path").to_owned();
+    for start in READERS.into_iter().chain(KEEPERS) {
+        // A setup is not text: whatever is wrong with it, it is no setup.
+        let setup = "setup of this version";
+        for path in &not_ordinary {
+            refused(start, path, &["an ordinary file is needed", setup]);
+        }
+        refused(start, &large, &["the limit is", "are allowed", setup, "no ULog file", "mode is"]);
+        refused(start, &bytes, &["no text", setup, "no ULog file", "mode is"]);
+    }
+    for start in READERS {
+        refused(start, &missing, &[]);
+    }
+}
+
+#[test]
+fn nothing_is_replaced_or_removed_that_the_program_did_not_write() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let not_ordinary = not_ordinary(folder.path());
+    let diary = file(folder.path(), "diary", b"my diary\n");
+    for start in WRITERS {
+        for path in &not_ordinary {
+            refused(start, path, &["an ordinary file is needed"]);
+        }
+        refused(start, &diary, &["not written by this program"]);
+        assert_eq!(fs::read(&diary).expect("it is there"), b"my diary\n", "{start:?}");
+    }
+    // What reads a file and writes it again has refused to start with what it cannot read.
+    for start in KEEPERS {
+        refused(start, &diary, &[]);
+        assert_eq!(fs::read(&diary).expect("it is there"), b"my diary\n", "{start:?}");
+    }
+    let is_pipe = fs::metadata(&not_ordinary[0]).expect("it is there").file_type().is_fifo();
+    assert!(is_pipe, "the pipe was replaced");
+    assert!(fs::metadata("/dev/zero").expect("it is there").file_type().is_char_device());
+}
