@@ -6,11 +6,10 @@
 
 use std::io;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-use autopilot::io::status::StatusLine;
 use host_io::{Stop, clock};
 
 use crate::arrangement::{self, Arrangement};
@@ -100,7 +99,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
         words.extend(arrangement.plant.options());
         Child::start("plant-sim", program, &words, &news)
     };
-    let mut flight = Flight { autopilot, plant: None, screen, log: None, stop: &stop, keys };
+    let mut flight = Flight { autopilot, plant: None, screen, stop: &stop, keys };
     let result = flight.watch(&news, start_plant);
     flight.end();
     result
@@ -112,8 +111,6 @@ struct Flight<'a> {
     /// Started once the autopilot listens.
     plant: Option<Child>,
     screen: Screen,
-    /// Log of the present flight.
-    log: Option<PathBuf>,
     stop: &'a Stop,
     keys: Option<Keys>,
 }
@@ -133,6 +130,7 @@ impl Flight<'_> {
             if let Some(keys) = &self.keys {
                 keys.keep();
             }
+            self.screen.refresh(clock::now())?;
             for child in [Some(&mut self.autopilot), self.plant.as_mut()].into_iter().flatten() {
                 if let Some(error) = child.ended(news, &mut self.screen) {
                     return Err(error);
@@ -153,21 +151,20 @@ impl Flight<'_> {
         match report {
             Report::Listening { plant_link, ground_stations } => {
                 self.plant = Some(start_plant(plant_link)?);
-                self.screen.introduce(&ground_stations)?;
-                if self.keys.is_some() {
-                    self.screen.say(keys::HELP)?;
-                }
+                self.screen.introduce(&ground_stations, self.keys.is_some())?;
             }
-            Report::Status(StatusLine::FlightLog { path }) => {
-                self.screen.say(&flight_log(&path))?;
-                self.log = Some(path);
-            }
-            Report::Status(status) => self.screen.status(&status, clock::now())?,
+            Report::Status(status) => self.screen.status(status, clock::now())?,
             Report::Passing(passing) => self.screen.pass(passing),
             Report::Pressed(Key::Quit) => self.stop.request(),
+            Report::Pressed(Key::Suspend) => {
+                self.screen.leave();
+                if let Some(keys) = &self.keys {
+                    keys.suspend();
+                }
+            }
             Report::Pressed(key) => self.press(key),
             Report::Said { process, line } => {
-                self.screen.say(&format!("{process}: {line}"))?;
+                self.screen.say(&format!("{process}: {}", line.trim_start()))?;
                 for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
                     child.hear(process, &line);
                 }
@@ -191,15 +188,10 @@ impl Flight<'_> {
         for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
             child.end(deadline);
         }
-        self.screen.end();
-        if let Some(path) = self.log {
-            // Nobody can be told that nobody listens.
-            let _ = self.screen.say(&flight_log(&path));
-        }
+        // The terminal is in lines again before lines are written.
+        drop(self.keys.take());
+        let program = std::env::args_os().next().unwrap_or_else(|| "sitl".into());
+        // Where the operator cannot read any more, nobody misses it.
+        let _ = self.screen.end(Path::new(&program));
     }
-}
-
-/// Where the log of the flight is, for the operator.
-fn flight_log(path: &Path) -> String {
-    format!("flight log       {}", path.display())
 }

@@ -22,6 +22,7 @@ use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::autopilot::Autopilot;
 use crate::clock;
+use crate::mavlink::fault_list::FaultList;
 
 /// Longest wait for a packet: intents are looked after at least this often, also without a plant.
 pub const PATIENCE: Duration = Duration::from_millis(50);
@@ -38,6 +39,8 @@ pub struct PlantLink {
     autopilot: Autopilot,
     channels: ControlChannels,
     status: Option<StatusSource>,
+    /// For the status lines.
+    faults: FaultList,
     step_log: Option<TickLogWriter>,
     stop: Stop,
     side: FlightSide,
@@ -63,6 +66,7 @@ impl PlantLink {
             autopilot,
             channels,
             status,
+            faults: FaultList::default(),
             step_log,
             stop,
             side: FlightSide::new(),
@@ -222,6 +226,7 @@ impl PlantLink {
             if let Some(recorder) = self.recorder.as_mut() {
                 recorder.event(event);
             }
+            self.faults.handle_event(&event.kind);
             // There was room a moment ago, and nobody else sends.
             let _ = self.channels.tell(event);
         }
@@ -235,7 +240,7 @@ impl PlantLink {
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
             let plant = if self.presence.is_lost() { PlantState::Lost } else { PlantState::Flying };
-            status.show(plant, self.autopilot.snapshot());
+            status.show(plant, self.autopilot.snapshot(), &self.faults);
         }
     }
 

@@ -9,13 +9,18 @@ use std::thread;
 use std::time::Duration;
 
 use host_io::Stop;
+use icd::fault::{FaultEntry, FaultState};
 use serde::{Deserialize, Serialize};
 
 use super::gcs_link::Listening;
-use crate::event::Snapshot;
+use crate::event::{Axis, Snapshot};
+use crate::mavlink::fault_list::FaultList;
 
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Faults in a line; of more only their number is reported.
+const FAULTS_SHOWN: usize = 8;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +37,7 @@ pub enum StatusLine {
     /// No plant has called yet.
     NoPlant,
     /// The flight.
-    Flight(FlightStatus),
+    Flight(Box<FlightStatus>),
     /// A flight log was begun.
     FlightLog {
         /// Its path.
@@ -53,12 +58,116 @@ pub struct FlightStatus {
     pub airspeed_m_s: f64,
     /// Roll angle, deg.
     pub roll_deg: f64,
+    /// What the laws are to reach.
+    pub references: References,
     /// The detector says that something is wrong.
     pub compensator_active: bool,
     /// How much of the compensation is let through, 0 to 1.
     pub fade: f64,
+    /// Largest estimated fault acceleration in units of its activation level.
+    pub level: f64,
+    /// What the compensator adds to the commands, after limits.
+    pub compensation: AppliedCompensation,
+    /// What the compensator has left of roll, pitch and yaw, percent.
+    pub authority_pct: [f64; 3],
+    /// The first faults on the plant's list.
+    pub faults: Vec<FaultStatus>,
+    /// Further faults on it.
+    pub more_faults: usize,
     /// Flight mode.
     pub mode: String,
+}
+
+/// What the laws are to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct References {
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Roll angle, deg.
+    pub roll_deg: f64,
+}
+
+/// What the compensator adds to the commands, after limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AppliedCompensation {
+    /// Aileron pair, deg.
+    pub aileron_deg: f64,
+    /// Pitch angle of the nozzle, deg.
+    pub nozzle_pitch_deg: f64,
+    /// Yaw angle of the nozzle, deg.
+    pub nozzle_yaw_deg: f64,
+}
+
+/// A fault on the plant's list.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultStatus {
+    /// Effector and kind, as in `left elevator stuck at 30.0 deg`.
+    pub what: String,
+    /// Where it stands.
+    pub phase: FaultPhase,
+    /// Simulation time since which it acts, or at which it acts next, s.
+    pub at_s: f64,
+}
+
+/// Where a fault on the plant's list stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultPhase {
+    /// It acts.
+    Acting,
+    /// It has acted and will again.
+    Resting,
+    /// It has not acted yet.
+    Scheduled,
+}
+
+impl FaultStatus {
+    /// `None` for one that is over.
+    fn new(entry: &FaultEntry) -> Option<Self> {
+        let (phase, at) = match entry.state {
+            FaultState::Acting { since } => (FaultPhase::Acting, since),
+            FaultState::Resting { next, .. } => (FaultPhase::Resting, next),
+            FaultState::Scheduled { at } => (FaultPhase::Scheduled, at),
+            FaultState::Ended { .. } | FaultState::Cancelled { .. } => return None,
+        };
+        let kind = entry.kind.described(entry.effector.is_angle());
+        let what = format!("{} {kind}", entry.effector.name());
+        Some(Self { what, phase, at_s: at.as_seconds() })
+    }
+}
+
+impl FlightStatus {
+    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList) -> Self {
+        let (log, demand) = (&s.log, &s.demand);
+        let over = s.on_ground && plant == PlantState::Flying;
+        let mut listed = faults.entries().iter().filter_map(FaultStatus::new);
+        Self {
+            plant: if over { PlantState::OnGround } else { plant },
+            t_s: s.time.as_seconds(),
+            altitude_m: log.state.altitude_m,
+            airspeed_m_s: log.state.airspeed_m_s,
+            roll_deg: log.state.attitude.phi.to_degrees(),
+            references: References {
+                altitude_m: demand.altitude_m,
+                airspeed_m_s: demand.airspeed_m_s,
+                roll_deg: demand.roll_rad.to_degrees(),
+            },
+            compensator_active: log.compensator_active,
+            fade: log.fade,
+            level: log.level,
+            compensation: AppliedCompensation {
+                aileron_deg: log.applied_compensation.aileron_rad.to_degrees(),
+                nozzle_pitch_deg: log.applied_compensation.nozzle_pitch_rad.to_degrees(),
+                nozzle_yaw_deg: log.applied_compensation.nozzle_yaw_rad.to_degrees(),
+            },
+            authority_pct: Axis::ALL.map(|axis| axis.authority_pct(&log.authority)),
+            faults: listed.by_ref().take(FAULTS_SHOWN).collect(),
+            more_faults: listed.count(),
+            mode: s.mode.to_string(),
+        }
+    }
 }
 
 /// What the plant is doing.
@@ -90,24 +199,11 @@ impl StatusSource {
         self.wanted.load(Ordering::Relaxed)
     }
 
-    /// Fulfils the wish. Never waits.
-    pub fn show(&self, plant: PlantState, snapshot: Option<&Snapshot>) {
+    /// Reports the flight with the faults on the plant's list. Never waits.
+    pub fn show(&self, plant: PlantState, snapshot: Option<&Snapshot>, faults: &FaultList) {
         self.wanted.store(false, Ordering::Relaxed);
-        let line = snapshot.map_or(StatusLine::NoPlant, |s| {
-            StatusLine::Flight(FlightStatus {
-                plant: if s.on_ground && plant == PlantState::Flying {
-                    PlantState::OnGround
-                } else {
-                    plant
-                },
-                t_s: s.time.as_seconds(),
-                altitude_m: s.log.state.altitude_m,
-                airspeed_m_s: s.log.state.airspeed_m_s,
-                roll_deg: s.log.state.attitude.phi.to_degrees(),
-                compensator_active: s.log.compensator_active,
-                fade: s.log.fade,
-                mode: s.mode.to_string(),
-            })
+        let line = snapshot.map_or(StatusLine::NoPlant, |snapshot| {
+            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults)))
         });
         // Full means that the last lines are not printed yet: this one would be no news.
         let _ = self.lines.try_send(line);
@@ -167,4 +263,32 @@ fn print(line: &StatusLine) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}", serde_json::to_string(line)?)?;
     out.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::EventKind;
+    use icd::fault::{FaultKind, Timing, Travel};
+    use icd::{Effector, SimTime};
+
+    #[test]
+    fn faults_are_named_by_effector_and_kind_and_those_beyond_the_limit_are_counted() {
+        let mut list = FaultList::default();
+        let at = |s: u64| SimTime::from_micros(s * 1_000_000);
+        for id in 1..=u32::try_from(FAULTS_SHOWN).unwrap() + 2 {
+            let kind = FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::Jump };
+            let state = match id {
+                1 => FaultState::Acting { since: at(3) },
+                _ => FaultState::Scheduled { at: at(u64::from(id)) },
+            };
+            let (effector, timing) = (Effector::LeftElevator, Timing::at(at(3)));
+            list.handle_event(&EventKind::Fault(FaultEntry { id, effector, kind, timing, state }));
+        }
+        let mut listed = list.entries().iter().filter_map(FaultStatus::new);
+        let first = listed.next().unwrap();
+        let expected = ("left elevator stuck at 28.6 deg", FaultPhase::Acting, 3.0);
+        assert_eq!((first.what.as_str(), first.phase, first.at_s), expected);
+        assert_eq!(listed.next().unwrap().phase, FaultPhase::Scheduled);
+    }
 }

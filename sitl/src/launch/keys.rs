@@ -5,22 +5,25 @@ use std::thread;
 use std::time::Duration;
 
 use host_io::clock;
-use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signal::{SigSet, Signal, killpg};
 use nix::sys::termios::{
-    LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
+    _POSIX_VDISABLE, LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
 };
 use nix::unistd::{getpgrp, tcgetpgrp};
 
 use super::child::{NewsSender, Report};
 
 /// What the keys do, for the operator.
-pub(super) const HELP: &str = "keys             space pause or run, s one step, S a hundred, - slower, + faster, 1 real time, q quit";
+pub(super) const HELP: [&str; 7] =
+    ["space pause", "s step", "S 100 steps", "- slower", "+ faster", "1 real time", "q quit"];
 /// Periods of a long step.
 const LONG_STEP: u32 = 100;
 /// A key that cannot be read now (the process is in the background) is tried again after this.
 const AGAIN: Duration = Duration::from_millis(200);
 /// First byte of what cursor and function keys send.
 const ESCAPE: u8 = 0x1b;
+/// What Ctrl-Z sends.
+const SUSPEND: u8 = 0x1a;
 
 /// What the operator wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +40,8 @@ pub(super) enum Key {
     RealTime,
     /// End the flight.
     Quit,
+    /// Stop this process until the shell lets it go on; the flight goes on meanwhile.
+    Suspend,
 }
 
 impl Key {
@@ -50,6 +55,7 @@ impl Key {
             b'+' | b'=' => Some(Self::Faster),
             b'1' => Some(Self::RealTime),
             b'q' => Some(Self::Quit),
+            SUSPEND => Some(Self::Suspend),
             _ => None,
         }
     }
@@ -64,7 +70,7 @@ pub(super) struct Keys {
 impl Keys {
     /// Switches the terminal and sends each key to `news`. `None` where there is no terminal to read from.
     ///
-    /// Ctrl-C, Ctrl-Z and Ctrl-\ remain signals.
+    /// Ctrl-C and Ctrl-\ remain signals. Ctrl-Z becomes a key, since the screen is given back before the process stops.
     ///
     /// # Errors
     /// What the system says, if it refuses a thread or to switch.
@@ -85,7 +91,24 @@ impl Keys {
         single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
         single.control_chars[SpecialCharacterIndices::VMIN as usize] = 1;
         single.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
+        single.control_chars[SpecialCharacterIndices::VSUSP as usize] = _POSIX_VDISABLE;
         tcsetattr(&self.terminal, SetArg::TCSANOW, &single)
+    }
+
+    /// Gives the terminal back and stops this job, as Ctrl-Z does elsewhere; returns when the shell lets it go on.
+    pub(super) fn suspend(&self) {
+        self.restore();
+        // Where no shell can let the job go on, the system does not stop it.
+        let _ = killpg(getpgrp(), Signal::SIGTSTP);
+        self.keep();
+    }
+
+    fn restore(&self) {
+        // In the background the terminal is the shell's.
+        if !is_in_background(&self.terminal) {
+            // A terminal that has gone needs no restoring.
+            let _ = tcsetattr(&self.terminal, SetArg::TCSANOW, &self.before);
+        }
     }
 
     /// Switches again after a stay in the background, where a shell had the terminal in its own way.
@@ -100,11 +123,7 @@ impl Keys {
 
 impl Drop for Keys {
     fn drop(&mut self) {
-        // In the background the terminal is the shell's.
-        if !is_in_background(&self.terminal) {
-            // A terminal that has gone needs no restoring.
-            let _ = tcsetattr(&self.terminal, SetArg::TCSANOW, &self.before);
-        }
+        self.restore();
     }
 }
 
@@ -151,7 +170,7 @@ mod tests {
 
     #[test]
     fn keys_mean_what_the_help_says() {
-        let typed: Vec<Key> = keys(b" sS-+1q.").collect();
+        let typed: Vec<Key> = keys(b" sS-+1q.\x1a").collect();
         let expected = [
             Key::PauseOrRun,
             Key::Step(1),
@@ -161,6 +180,7 @@ mod tests {
             Key::RealTime,
             Key::Quit,
             Key::Step(1),
+            Key::Suspend,
         ];
         assert_eq!(typed, expected);
     }

@@ -42,7 +42,7 @@ impl Passing {
             Key::Slower => Some(self.at(self.speed.unwrap_or_else(|| round(achieved)) / 2.0)),
             Key::Faster => self.speed.map(|speed| self.at(speed * 2.0)),
             Key::RealTime => Some(self.at(1.0)),
-            Key::Quit => None,
+            Key::Quit | Key::Suspend => None,
         }
     }
 

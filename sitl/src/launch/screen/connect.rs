@@ -1,0 +1,168 @@
+//! Where to connect and how to break something, as lines that can be copied.
+
+use autopilot::io::gcs_link::Listening;
+
+use super::wrap::columns;
+
+/// Before each command.
+const INDENT: &str = "  ";
+/// Where a command of a shell goes on in the next line.
+const GOES_ON: &str = " \\";
+
+/// A heading and the commands that belong to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Part {
+    pub(super) heading: String,
+    pub(super) commands: Vec<Command>,
+}
+
+/// A line to be copied.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Command {
+    /// For a shell.
+    Shell(String),
+    /// For a console of a ground station.
+    Console(&'static str),
+}
+
+impl Command {
+    /// In one line where that fits; a shell takes it also in several.
+    pub(super) fn lines(&self, width: usize) -> Vec<String> {
+        match self {
+            Self::Console(text) => vec![super::wrap::cut(&format!("{INDENT}{text}"), width)],
+            Self::Shell(text) => shell_lines(text, width),
+        }
+    }
+
+    fn text(&self) -> &str {
+        match self {
+            Self::Shell(text) => text,
+            Self::Console(text) => text,
+        }
+    }
+}
+
+fn shell_lines(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = INDENT.to_owned();
+    let mut words = text.split(' ').peekable();
+    while let Some(word) = words.next() {
+        let reserve = if words.peek().is_some() { GOES_ON.len() } else { 0 };
+        let is_first = line.len() == INDENT.len();
+        if !is_first && columns(&line) + 1 + columns(word) + reserve > width {
+            line.push_str(GOES_ON);
+            lines.push(std::mem::replace(&mut line, format!("{INDENT}{word}")));
+        } else {
+            line.push_str(if is_first { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines.push(line);
+    lines.iter().map(|line| super::wrap::cut(line, width)).collect()
+}
+
+/// How to reach the aircraft and how to break it; empty if there can be no ground station.
+pub(super) fn parts(stations: &Listening) -> Vec<Part> {
+    let Listening { clients, udp_server, tcp_server } = stations;
+    // Of two addresses that are called the first is the one of ground stations, the second that of programs.
+    let station = match (clients.first(), tcp_server, udp_server) {
+        (Some(first), _, _) => format!("udpin:{first}"),
+        (None, Some(port), _) => format!("tcp:{port}"),
+        (None, None, Some(port)) => format!("udpout:{port}"),
+        (None, None, None) => return Vec::new(),
+    };
+    let program =
+        clients.get(1).map_or_else(|| station.clone(), |second| format!("udpin:{second}"));
+    let is_default = program == DEFAULT_CONNECT;
+    let option = if is_default { String::new() } else { format!(" --connect {program}") };
+    let qgc = if clients.iter().any(|at| at.port() == QGROUNDCONTROL_PORT) {
+        "Connect: QGroundControl does so by itself. MAVProxy:"
+    } else {
+        "Connect with MAVProxy:"
+    };
+    vec![
+        Part {
+            heading: qgc.to_owned(),
+            commands: vec![Command::Shell(format!("mavproxy.py --master={station}"))],
+        },
+        Part {
+            heading: "Break the left elevator (shell, MAVLink console, MAVProxy):".to_owned(),
+            commands: vec![
+                Command::Shell(format!("python3 gcs-scripts/break_elevator.py{option}")),
+                Command::Console("failure servo stuck -i 3 -v 30deg"),
+                Command::Console("long USER_1 102 2 3 1 30 0 0"),
+            ],
+        },
+    ]
+}
+
+/// Where QGroundControl listens.
+const QGROUNDCONTROL_PORT: u16 = 14_550;
+/// Where `gcs-scripts/break_elevator.py` listens without options.
+const DEFAULT_CONNECT: &str = "udpin:127.0.0.1:14540";
+
+/// The same as plain lines, with the other addresses.
+pub(super) fn plain(stations: &Listening) -> Vec<String> {
+    let Listening { clients, udp_server, tcp_server } = stations;
+    let called: Vec<String> = clients.iter().map(|station| format!("udp {station}")).collect();
+    let udp = udp_server.map(|port| format!("udp {port}"));
+    let awaited: Vec<String> =
+        udp.into_iter().chain(tcp_server.map(|port| format!("tcp {port}"))).collect();
+    let mut lines = Vec::new();
+    if !called.is_empty() {
+        lines.push(format!("ground stations  called at {}", called.join(", ")));
+    }
+    if !awaited.is_empty() {
+        lines.push(format!("ground stations  may connect to {}", awaited.join(", ")));
+    }
+    for part in parts(stations) {
+        lines.push(part.heading);
+        lines.extend(part.commands.iter().map(|command| format!("{INDENT}{}", command.text())));
+    }
+    if !lines.is_empty() {
+        lines.push("End: Ctrl-C".to_owned());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::SocketAddr;
+
+    fn at(port: u16) -> SocketAddr {
+        SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    #[test]
+    fn the_introduction_names_every_address_and_a_way_that_works() {
+        let mut listening = Listening {
+            clients: vec![at(14_550), at(14_540)],
+            udp_server: Some(at(18_570)),
+            tcp_server: Some(at(5_760)),
+        };
+        let words = |listening: &Listening| plain(listening).join("\n");
+        let all = words(&listening);
+        assert!(all.contains("called at udp 127.0.0.1:14550, udp 127.0.0.1:14540"), "{all}");
+        assert!(all.contains("connect to udp 127.0.0.1:18570, tcp 127.0.0.1:5760"), "{all}");
+        assert!(all.contains("--master=udpin:127.0.0.1:14550\n"), "{all}");
+        assert!(all.contains("break_elevator.py\n"), "the default needs no option: {all}");
+        listening.clients = vec![at(9_000)];
+        let all = words(&listening);
+        assert!(all.contains("break_elevator.py --connect udpin:127.0.0.1:9000\n"), "{all}");
+        assert!(!all.contains("by itself"), "nobody calls QGroundControl: {all}");
+        listening.clients.clear();
+        assert!(words(&listening).contains("--connect tcp:127.0.0.1:5760"));
+        listening.tcp_server = None;
+        assert!(words(&listening).contains("--connect udpout:127.0.0.1:18570"));
+        assert!(plain(&Listening::default()).is_empty());
+    }
+
+    #[test]
+    fn a_shell_takes_a_command_in_several_lines() {
+        let command = Command::Shell("mavproxy.py --master=udpin:127.0.0.1:14550".to_owned());
+        assert_eq!(command.lines(44), ["  mavproxy.py --master=udpin:127.0.0.1:14550"]);
+        let lines = ["  mavproxy.py \\", "  --master=udpin:127.0.0.1:14550"];
+        assert_eq!(command.lines(43), lines);
+    }
+}
