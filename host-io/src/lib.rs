@@ -10,7 +10,7 @@
 //! | on which core does a thread run? | [`cpu`] |
 //! | who tells a process to end? | [`stop`] |
 //! | what does the parent process say? | [`parent`] |
-//! | which files are read, and which are replaced? | [`file`] |
+//! | which files are read, and which are replaced? | [`mod@file`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | what does the operator read? | [`console`] |
 //! | how does somebody outside see that all is well? | [`health`] |
