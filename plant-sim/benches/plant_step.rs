@@ -29,7 +29,7 @@ fn bench(c: &mut Criterion) {
         let held = Held {
             commands,
             wind: icd::Ned::zero(),
-            gust: icd::Body::zero(),
+            gust: plant_sim::wind::Gust::none(),
             density: LocalDensity::around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &trim.rigid.position, &place),
             effects: Effects::none(),

@@ -131,7 +131,7 @@ pub struct AirState {
     pub alpha_rad: f64,
     /// Sideslip, rad, in [-pi/2, pi/2].
     pub beta_rad: f64,
-    /// Body rates relative to the Earth (not to inertial space), rad/s: the air turns with the Earth.
+    /// Body rates relative to the air (not to inertial space), rad/s: it turns with the Earth and with the gust.
     pub rates: Body,
 }
 
@@ -154,7 +154,7 @@ pub struct Coefficients {
 }
 
 impl AirState {
-    /// From the velocity relative to the air (m/s, body axes) and the rates relative to the Earth.
+    /// From the velocity relative to the air (m/s, body axes) and the rates relative to it.
     ///
     /// Without any velocity both angles are zero.
     #[inline]

@@ -7,11 +7,15 @@ use serde::{Deserialize, Serialize};
 use crate::aerodynamics::Aero;
 use crate::config::{self, ConfigError, RangeError, check_range};
 use crate::derivatives;
+use crate::mach::MachEffects;
 use crate::rigid_body::MassProperties;
 use crate::servos::Servo;
 
 /// Text of the airframe file that comes with the crate.
 pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
+
+/// Text of the variant with Mach effects, which the controller's model lacks: for studies of false alarms.
+pub const MACH_AIRFRAME: &str = include_str!("../airframes/tvc_jet_mach.toml");
 
 /// Shortest lag of a servo, s: RK4 with the longest step (4 ms) is stable down to 1.5 ms.
 const LAG_MIN_S: f64 = 0.005;
@@ -43,6 +47,20 @@ pub struct Airframe {
     pub servos: PerEffector<Servo>,
     /// Distance of the nozzle behind the centre of gravity, m.
     pub nozzle_arm_m: f64,
+    /// Where the air data come from.
+    pub air_data: AirData,
+    /// How the derivatives change with the Mach number; `None` where they do not.
+    pub mach: Option<MachEffects>,
+}
+
+/// Where the air data sensors are: from the centre of gravity, body axes (x forward, y right, z down).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AirData {
+    /// Vanes of angle of attack and sideslip, m.
+    pub vanes_m: [f64; 3],
+    /// Pitot tube of the airspeed, m.
+    pub pitot_m: [f64; 3],
 }
 
 impl Airframe {
@@ -116,6 +134,15 @@ impl Airframe {
             check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
         }
         check_range("nozzle", "arm_m", self.nozzle_arm_m, 0.0, 100.0)?;
+        let AirData { vanes_m, pitot_m } = self.air_data;
+        for (key, place) in [("vanes_m", vanes_m), ("pitot_m", pitot_m)] {
+            for value in place {
+                check_range("air_data", key, value, -100.0, 100.0)?;
+            }
+        }
+        if let Some(mach) = &self.mach {
+            mach.check()?;
+        }
         self.check_servos()
     }
 
@@ -170,6 +197,8 @@ struct File {
     rudder: SurfaceTable,
     nozzle: NozzleTable,
     engine: EngineTable,
+    air_data: AirData,
+    mach: Option<MachEffects>,
 }
 
 #[derive(Deserialize)]
@@ -225,6 +254,8 @@ impl File {
                 Effector::Engine => engine,
             }),
             nozzle_arm_m: self.nozzle.arm_m,
+            air_data: self.air_data,
+            mach: self.mach,
             aero: self.aerodynamics,
         }
     }
@@ -266,6 +297,14 @@ mod tests {
     fn an_impossible_product_of_inertia_is_refused() {
         assert!(
             refusal("ixz_kg_m2 = 1331.0", "ixz_kg_m2 = 40000").contains("ixz_kg_m2 = 40000 is")
+        );
+    }
+
+    #[test]
+    fn a_vane_far_outside_the_aircraft_is_refused() {
+        assert_eq!(
+            refusal("vanes_m = [7.0,", "vanes_m = [700.0,"),
+            "jet.toml: [air_data] vanes_m = 700 is outside -100 to 100"
         );
     }
 

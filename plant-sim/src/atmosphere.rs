@@ -99,6 +99,15 @@ pub fn isa(geopotential_altitude_m: f64) -> Air {
     }
 }
 
+/// Speed of sound at a geopotential altitude in m, as [`isa`] has it; without the exponential of the pressure.
+#[must_use]
+pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
+    let altitude = inside(geopotential_altitude_m);
+    let at = &LAYERS[layer_at(altitude)];
+    let temperature = at.base_temperature + at.gradient * (altitude - at.base_m);
+    f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
+}
+
 /// The density around one altitude: a power series instead of logarithm and exponential in each stage of the
 /// integration, which moves some millimetres to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]

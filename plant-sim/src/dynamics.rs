@@ -7,14 +7,16 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::aerodynamics::{self, AirState};
 use crate::airframe::Airframe;
-use crate::atmosphere::LocalDensity;
+use crate::atmosphere::{self, LocalDensity};
 use crate::earth::slopes::Slopes;
 use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
+use crate::mach::{MachEffects, MachTable};
 use crate::propulsion;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::Drives;
+use crate::wind::Gust;
 
 /// Numbers of the rigid body and of the effectors together.
 const STATES: usize = rigid_body::STATES + Effector::COUNT;
@@ -35,8 +37,8 @@ pub struct Held {
     pub commands: PerEffector<f64>,
     /// Steady wind, m/s, local NED, where it blows to.
     pub wind: Ned,
-    /// Gust, m/s, body axes, where it blows to.
-    pub gust: Body,
+    /// Gust.
+    pub gust: Gust,
     /// Density of the still air around the present altitude.
     pub density: LocalDensity,
     /// How the Earth changes around the present position.
@@ -51,6 +53,7 @@ pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
     drives: Drives,
+    mach: Option<MachTable>,
     earth: Earth,
 }
 
@@ -70,6 +73,8 @@ pub struct Evaluation {
 pub struct Motion {
     /// Turns body axes into frame E.
     pub e_from_body: Matrix3<f64>,
+    /// Velocity of the centre of gravity relative to the air, m/s.
+    pub velocity: Body,
     /// Motion relative to the air.
     pub air: AirState,
     /// All forces but gravity, and all moments.
@@ -107,7 +112,8 @@ impl Dynamics {
     #[must_use]
     pub fn new(airframe: Airframe, earth: Earth) -> Option<Self> {
         let drives = Drives::new(&airframe.servos);
-        Some(Self { mass: airframe.mass_properties()?, drives, airframe, earth })
+        let mach = airframe.mach.as_ref().map(MachEffects::table);
+        Some(Self { mass: airframe.mass_properties()?, drives, mach, airframe, earth })
     }
 
     /// The aircraft.
@@ -135,7 +141,7 @@ impl Dynamics {
         rigid: &RigidState,
         effective: &PerEffector<f64>,
         wind: &Ned,
-        gust: &Body,
+        gust: &Gust,
         density: &LocalDensity,
     ) -> Evaluation {
         let place = self.earth.place(&rigid.position);
@@ -149,26 +155,30 @@ impl Dynamics {
         &self,
         rigid: &RigidState,
         effective: &PerEffector<f64>,
-        gust: &Body,
+        gust: &Gust,
         nearby: &Nearby,
         density: f64,
     ) -> Motion {
         let e_from_body = rigid.e_from_body();
-        let mut velocity = Body(rigid.velocity.0 - gust.0);
+        let mut velocity = Body(rigid.velocity.0 - gust.velocity.0);
         if nearby.wind != Vector3::zeros() {
             velocity.0 -= e_from_body.tr_mul(&nearby.wind);
         }
-        // The air turns with the Earth, so damping knows only the rates relative to the Earth.
+        // The air turns with the Earth and with the gust, so damping knows only the rates relative to both.
         let earth_rate = self.earth.rotation_in(&e_from_body);
-        let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0));
-        let aero = &self.airframe.aero;
+        let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
+        let at_mach = self.mach.as_ref().map(|mach| {
+            let speed_of_sound = atmosphere::speed_of_sound(nearby.geopotential_altitude_m);
+            mach.at(&self.airframe.aero, air.airspeed_m_s / speed_of_sound)
+        });
+        let aero = at_mach.as_ref().unwrap_or(&self.airframe.aero);
         let coefficients = aerodynamics::coefficients(aero, &air, effective);
         let wrench = aerodynamics::wrench(aero, &air, &velocity, density, &coefficients)
             .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
         let gravity = &nearby.gravity;
         let derivative =
             rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &earth_rate, gravity);
-        Motion { e_from_body, air, wrench, derivative }
+        Motion { e_from_body, velocity, air, wrench, derivative }
     }
 
     /// Effective deflections of a state: what is left of the positions after the faults.

@@ -31,6 +31,7 @@ pub mod faults;
 pub mod geodesy;
 pub mod integrator;
 pub mod io;
+pub mod mach;
 pub mod noise;
 pub mod plant;
 pub mod propulsion;

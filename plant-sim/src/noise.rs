@@ -8,8 +8,14 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 pub enum Source {
     /// Rate gyros.
     Gyro = 1,
-    /// Turbulence.
+    /// Turbulence: velocity.
     Turbulence = 2,
+    /// Turbulence: p_g.
+    TurbulenceRoll = 3,
+    /// Turbulence: what q_g has beside w_g.
+    TurbulencePitch = 4,
+    /// Turbulence: what r_g has beside v_g.
+    TurbulenceYaw = 5,
 }
 
 /// White, normally distributed numbers.

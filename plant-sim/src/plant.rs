@@ -67,6 +67,7 @@ impl Plant {
         let state = trim.state();
         let mut turbulence = Turbulence::new(
             setup.wind.turbulence_m_s,
+            setup.airframe.aero.span_m,
             setup.period.as_seconds(),
             setup.seed,
             setup.run,
@@ -86,7 +87,7 @@ impl Plant {
             truth: Truth::of(&dynamics, time, &state, &held, &present),
             present,
             faults: Faults::none(&setup.airframe.servos, &state.positions),
-            sensors: SensorSet::new(setup.sensors.gyro_noise_rad_s, setup.seed, setup.run),
+            sensors: SensorSet::new(setup.airframe.air_data, &setup.sensors, setup.seed, setup.run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
             period_us: u64::from(setup.period.as_micros()),
@@ -140,7 +141,7 @@ impl Plant {
 
     /// What the aircraft senses now. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
-        self.sensors.sense(&self.truth)
+        self.sensors.sense(&self.truth, &self.present.motion, &self.held.gust)
     }
 
     /// What is really the case now.

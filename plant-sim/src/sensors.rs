@@ -1,26 +1,39 @@
 //! What the aircraft reports of the truth: everything exactly, the rate gyros with white noise.
+//!
+//! Vanes and pitot tube sit away from the centre of gravity and feel the gust where they are: what p_g, q_g and r_g
+//! add there stays in the air data. What the rotation of the aircraft itself adds is taken as corrected by the air
+//! data computer, exactly and with the true rates. So without turbulence the air data are the truth to the bit.
 
 use icd::{Body, Effector, Sensors};
 
+use crate::aerodynamics::AirState;
+use crate::airframe::AirData;
+use crate::dynamics::Motion;
 use crate::noise::{Normals, Source};
+use crate::setup::SensorSettings;
 use crate::truth::Truth;
+use crate::wind::Gust;
 
 /// The sensors of one flight.
 #[derive(Debug, Clone)]
 pub struct SensorSet {
+    places: AirData,
     gyro_noise_rad_s: f64,
     gyro: Normals,
 }
 
 impl SensorSet {
-    /// Gyros with this noise, rad/s rms of each sample; the random stream belongs to seed and run.
+    /// Air data from these places, gyros with the noise of `settings`; the random stream belongs to seed and run.
     #[must_use]
-    pub fn new(gyro_noise_rad_s: f64, seed: u64, run: u64) -> Self {
-        Self { gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
+    pub fn new(places: AirData, settings: &SensorSettings, seed: u64, run: u64) -> Self {
+        let gyro_noise_rad_s = settings.gyro_noise_rad_s;
+        Self { places, gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
     }
 
-    /// One set of values; draws the noise of this tick.
-    pub fn sense(&mut self, truth: &Truth) -> Sensors {
+    /// One set of values; draws the noise of this tick. `motion` and `gust` are those of `truth`.
+    pub fn sense(&mut self, truth: &Truth, motion: &Motion, gust: &Gust) -> Sensors {
+        let vanes = air_at(self.places.vanes_m, motion, gust);
+        let pitot = air_at(self.places.pitot_m, motion, gust);
         Sensors {
             body_rates: Body(truth.body_rates.0 + self.gyro_error().0),
             specific_force: truth.specific_force,
@@ -30,9 +43,9 @@ impl SensorSet {
             latitude_rad: truth.latitude_rad,
             longitude_rad: truth.longitude_rad,
             altitude_m: truth.altitude_m,
-            airspeed_m_s: truth.airspeed_m_s,
-            angle_of_attack_rad: truth.alpha_rad,
-            sideslip_rad: truth.beta_rad,
+            airspeed_m_s: pitot.airspeed_m_s,
+            angle_of_attack_rad: vanes.alpha_rad,
+            sideslip_rad: vanes.beta_rad,
             thrust_n: truth.deflections[Effector::Engine],
         }
     }
@@ -46,4 +59,16 @@ impl SensorSet {
         let (p, q, r) = (axis(), axis(), axis());
         Body::new(p, q, r)
     }
+}
+
+/// Motion relative to the air at a place, m from the centre of gravity, of an aircraft that does not turn.
+///
+/// Where the air does not turn it is that of the centre of gravity, with its bits.
+fn air_at(place_m: [f64; 3], motion: &Motion, gust: &Gust) -> AirState {
+    if gust.rates == Body::zero() {
+        return motion.air;
+    }
+    let [x, y, z] = place_m;
+    let beyond = gust.at(&Body::new(x, y, z)).0 - gust.velocity.0;
+    AirState::new(&Body(motion.velocity.0 - beyond), motion.air.rates)
 }

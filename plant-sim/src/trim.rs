@@ -11,6 +11,7 @@ use crate::dynamics::{Dynamics, State};
 use crate::geodesy;
 use crate::rigid_body::RigidState;
 use crate::setup::Start;
+use crate::wind::Gust;
 
 /// Newton steps before the search is given up; it needs five.
 const STEPS_MAX: u32 = 40;
@@ -216,7 +217,7 @@ impl Problem<'_> {
     fn residual(&self, x: &Unknowns) -> Unknowns {
         let (rigid, relative) = self.rigid(x[0], x[5]);
         let positions = self.trim(x).positions();
-        let e = self.dynamics.evaluate(&rigid, &positions, self.wind, &Body::zero(), &self.density);
+        let e = self.dynamics.evaluate(&rigid, &positions, self.wind, &Gust::none(), &self.density);
         let wind_body = e.motion.e_from_body.tr_mul(&(e.place.e_from_ned * self.wind.0));
         let linear = e.motion.derivative.velocity.0 + relative.cross(&wind_body);
         let angular = e.motion.derivative.rates.0;
@@ -309,7 +310,7 @@ mod tests {
                 let state = trim.state();
                 let air = wind::steady(&wind);
                 let density = LocalDensity::around(5_000.0);
-                let (rigid, gust) = (&state.rigid, Body::zero());
+                let (rigid, gust) = (&state.rigid, Gust::none());
                 let e = dynamics.evaluate(rigid, &state.positions, &air, &gust, &density);
                 let ground = e.place.e_from_ned.tr_mul(&e.motion.derivative.position);
                 // On WGS-84 the vertical of the position comes from Bowring's formula, good to 1e-12 rad.

@@ -92,7 +92,7 @@ impl Truth {
             deflections,
             positions: held.effects.positions(&state.positions),
             fault_codes: *held.effects.codes(),
-            wind: Ned(held.wind.0 + ned(&held.gust).0),
+            wind: Ned(held.wind.0 + ned(&held.gust.velocity).0),
             density_kg_m3: e.density,
         }
     }

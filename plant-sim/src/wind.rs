@@ -1,9 +1,16 @@
 //! The moving air: steady wind and Dryden turbulence.
 
 use icd::{Body, Ned};
+use nalgebra::Vector3;
 
 use crate::noise::{Normals, Source};
 use crate::setup::WindSettings;
+
+mod across;
+mod rotary;
+
+use across::{SecondOrder, Transition};
+use rotary::Rotary;
 
 /// Turbulence length above 2000 ft for every axis, m: 1750 ft (MIL-F-8785C, 3.7.2.1).
 pub const LENGTH_M: f64 = 533.4;
@@ -18,14 +25,40 @@ pub fn steady(settings: &WindSettings) -> Ned {
     Ned::new(settings.speed_m_s * cos, settings.speed_m_s * sin, settings.down_m_s)
 }
 
-/// Dryden turbulence (MIL-F-8785C, form for altitudes above 2000 ft), velocity of the air in body axes, m/s.
+/// The moving air around the centre of gravity: its velocity there, and its rotation.
+///
+/// At a point `r` from the centre of gravity the air blows with `velocity + rates × r`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gust {
+    /// Velocity of the air at the centre of gravity, m/s, body axes, where it blows to.
+    pub velocity: Body,
+    /// p_g, q_g, r_g, rad/s, body axes: the air turns like a rigid body, right-handed, as the aircraft does with
+    /// p, q, r. So p_g = ∂w_g/∂y, q_g = −∂w_g/∂x, r_g = ∂v_g/∂x, and damping sees p − p_g, q − q_g, r − r_g.
+    pub rates: Body,
+}
+
+impl Gust {
+    /// Air that does not move.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { velocity: Body::zero(), rates: Body::zero() }
+    }
+
+    /// Velocity of the air, m/s, at a point that lies `arm_m` from the centre of gravity, body axes.
+    #[must_use]
+    pub fn at(&self, arm_m: &Body) -> Body {
+        Body(self.velocity.0 + self.rates.0.cross(&arm_m.0))
+    }
+}
+
+/// Dryden turbulence on six axes (MIL-F-8785C 3.7, form for altitudes above 2000 ft), body axes.
 ///
 /// White noise through first order along x and second order along y and z:
 /// σ √(2T) / (1 + T s) and σ √T (1 + √3 T s) / (1 + T s)², T = L / V, for white noise of one unit²·s.
-/// The filters are advanced by their exact solution from one control tick to the next, so that the gusts have
-/// the rms σ at any period; between ticks the gust stands still.
+/// The rotation is in [`rotary`]. The filters are advanced by their exact solution from one control tick to the
+/// next, so that the gusts have their rms and spectrum at any period; between ticks the gust stands still.
 ///
-/// Left out: the low-altitude form (σ and L would change with height below 2000 ft) and the angular gusts.
+/// Left out: the low-altitude form (σ and L would change with height below 2000 ft).
 /// The flight begins in calm air and reaches the full rms after some 2 T (4 s at 264 m/s), because a jump of
 /// the wind at the start would not be turbulence.
 #[derive(Debug, Clone)]
@@ -35,83 +68,44 @@ pub struct Turbulence {
     normals: Normals,
     along: f64,
     across: [SecondOrder; 2],
-}
-
-/// Two lags T in a row, each state scaled to unit variance of the first; the gust is √3 y1 + (1 − √3) y2.
-#[derive(Debug, Clone, Copy, Default)]
-struct SecondOrder {
-    y1: f64,
-    y2: f64,
-}
-
-/// How the filters move in one period: transition and Cholesky factor of what the noise adds.
-struct Transition {
-    /// exp(-h/T).
-    decay: f64,
-    /// h/T.
-    ratio: f64,
-    l11: f64,
-    l21: f64,
-    l22: f64,
-}
-
-impl Transition {
-    /// Of a double pole at -1/T over h = ratio T. Stationary covariance of (y1, y2): ((1, ½), (½, ½)).
-    fn new(ratio: f64) -> Self {
-        let decay = libm::exp(-ratio);
-        let e2 = decay * decay;
-        let q11 = 1.0 - e2;
-        let q12 = 0.5 - e2 * (ratio + 0.5);
-        let q22 = 0.5 - e2 * (ratio * ratio + ratio + 0.5);
-        let l11 = q11.sqrt();
-        let l21 = q12 / l11;
-        // q22 is a small difference of large terms; rounding must not make the root imaginary.
-        Self { decay, ratio, l11, l21, l22: (q22 - l21 * l21).max(0.0).sqrt() }
-    }
-}
-
-impl SecondOrder {
-    fn step(&mut self, t: &Transition, n1: f64, n2: f64) {
-        let (y1, y2) = (self.y1, self.y2);
-        self.y1 = t.decay * y1 + t.l11 * n1;
-        self.y2 = t.decay * (t.ratio * y1 + y2) + (t.l21 * n1 + t.l22 * n2);
-    }
-
-    /// The gust for unit intensity: variance 3 + √3 (1 − √3) + ½ (1 − √3)² = 2 before the scaling.
-    fn output(&self) -> f64 {
-        let root3 = 3.0_f64.sqrt();
-        (root3 * self.y1 + (1.0 - root3) * self.y2) * core::f64::consts::FRAC_1_SQRT_2
-    }
+    rotation: Rotary,
 }
 
 impl Turbulence {
-    /// Calm air that turbulence of rms `intensity_m_s` will move, advanced every `period_s`.
+    /// Calm air that turbulence of rms `intensity_m_s` will move, advanced every `period_s`, around an aircraft of
+    /// this span.
     #[must_use]
-    pub fn new(intensity_m_s: f64, period_s: f64, seed: u64, run: u64) -> Self {
+    pub fn new(intensity_m_s: f64, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
         Self {
             intensity_m_s,
             period_s,
             normals: Normals::new(seed, run, Source::Turbulence),
             along: 0.0,
             across: [SecondOrder::default(); 2],
+            rotation: Rotary::new(span_m, seed, run),
         }
     }
 
     /// One control tick on at this true airspeed (m/s); the gust until the next tick.
     ///
     /// Without intensity nothing is drawn and the gust is exactly zero.
-    pub fn step(&mut self, airspeed_m_s: f64) -> Body {
+    pub fn step(&mut self, airspeed_m_s: f64) -> Gust {
         if self.intensity_m_s <= 0.0 {
-            return Body::zero();
+            return Gust::none();
         }
         let t = Transition::new(airspeed_m_s.max(SLOWEST_M_S) * self.period_s / LENGTH_M);
         self.along = t.decay * self.along + t.l11 * self.normals.draw();
-        for axis in &mut self.across {
-            let (n1, n2) = (self.normals.draw(), self.normals.draw());
+        let before = self.across;
+        let noise = [(); 2].map(|()| [self.normals.draw(), self.normals.draw()]);
+        for (axis, [n1, n2]) in self.across.iter_mut().zip(noise) {
             axis.step(&t, n1, n2);
         }
+        self.rotation.step(&t, &before, &noise);
         let [y, z] = self.across.map(|axis| axis.output());
-        Body(nalgebra::Vector3::new(self.along, y, z) * self.intensity_m_s)
+        Gust {
+            velocity: Body(Vector3::new(self.along, y, z) * self.intensity_m_s),
+            rates: Body(self.rotation.rates(y, z) * self.intensity_m_s),
+        }
     }
 }
 
@@ -121,16 +115,17 @@ mod tests {
 
     const PERIOD_S: f64 = 0.002;
     const AIRSPEED: f64 = 264.0;
+    const SPAN_M: f64 = 9.144;
 
     /// Mean of f(gust, gust `lag` ticks before) for each axis over many lengths of turbulence.
     fn statistics(lag: usize) -> ([f64; 3], [f64; 3]) {
         // 0.2 s ticks, so that 2e5 of them are 2e4 turbulence times.
-        let mut turbulence = Turbulence::new(1.5, 0.2, 1, 0);
+        let mut turbulence = Turbulence::new(1.5, SPAN_M, 0.2, 1, 0);
         let mut past = vec![[0.0; 3]; lag];
         let (mut square, mut product) = ([0.0; 3], [0.0; 3]);
         let n = 200_000;
         for k in 0..n + 1_000 {
-            let gust: [f64; 3] = turbulence.step(AIRSPEED).0.into();
+            let gust: [f64; 3] = turbulence.step(AIRSPEED).velocity.0.into();
             let before = past[k % lag];
             past[k % lag] = gust;
             if k >= 1_000 {
@@ -172,30 +167,16 @@ mod tests {
     }
 
     #[test]
-    fn two_short_ticks_spread_like_one_long_tick() {
-        // Covariance that one tick adds, against that of two half ticks.
-        let (one, half) = (Transition::new(0.02), Transition::new(0.01));
-        let added = |t: &Transition| [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22];
-        let [a, b, c] = added(&half);
-        let (e2, r) = (half.decay * half.decay, half.ratio);
-        let twice = [a + e2 * a, b + e2 * (r * a + b), c + e2 * (r * r * a + 2.0 * r * b + c)];
-        for (two, one) in twice.into_iter().zip(added(&one)) {
-            // The last term is 5e-6 as a difference of halves: 1e-16 / 5e-6.
-            assert!((two / one - 1.0).abs() < 1e-8, "{two} against {one}");
-        }
-    }
-
-    #[test]
     fn without_intensity_the_air_is_exactly_calm() {
-        let mut turbulence = Turbulence::new(0.0, PERIOD_S, 1, 0);
-        assert_eq!(turbulence.step(AIRSPEED), Body::zero());
+        let mut turbulence = Turbulence::new(0.0, SPAN_M, PERIOD_S, 1, 0);
+        assert_eq!(turbulence.step(AIRSPEED), Gust::none());
     }
 
     #[test]
     fn the_first_gusts_are_small() {
-        let mut turbulence = Turbulence::new(1.5, PERIOD_S, 1, 0);
+        let mut turbulence = Turbulence::new(1.5, SPAN_M, PERIOD_S, 1, 0);
         // sigma sqrt(3) sqrt(2 h/T) = 0.12 m/s is one deviation of the first lateral gust.
-        assert!(turbulence.step(AIRSPEED).0.norm() < 0.6);
+        assert!(turbulence.step(AIRSPEED).velocity.0.norm() < 0.6);
     }
 
     #[test]
@@ -206,6 +187,6 @@ mod tests {
             down_m_s: -1.0,
             turbulence_m_s: 0.0,
         };
-        assert!((steady(&east).0 - nalgebra::Vector3::new(0.0, 10.0, -1.0)).norm() < 1e-14);
+        assert!((steady(&east).0 - Vector3::new(0.0, 10.0, -1.0)).norm() < 1e-14);
     }
 }

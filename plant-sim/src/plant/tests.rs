@@ -2,6 +2,7 @@ use super::*;
 use crate::{Airframe, EarthModel, Scenario, ScheduledFault, scenario};
 use icd::fault::{FaultKind, FaultState, Timing, Travel};
 use icd::{Body, ControlPeriod, Effector, PerEffector};
+use nalgebra::Vector3;
 
 fn setup(earth: EarthModel) -> PlantSetup {
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).unwrap();
@@ -80,7 +81,7 @@ fn steady_wind_carries_the_aircraft_and_nothing_else() {
     let (a, b) = (a.truth(), b.truth());
     assert!((a.airspeed_m_s - b.airspeed_m_s).abs() < 1e-9);
     let drift = b.position.0 - a.position.0;
-    let expected = nalgebra::Vector3::new(libm::cos(1.0), libm::sin(1.0), 0.0) * 40.0;
+    let expected = Vector3::new(libm::cos(1.0), libm::sin(1.0), 0.0) * 40.0;
     // 1 um: rounding of 500 m over a thousand steps.
     assert!((drift - expected).norm() < 1e-6, "drift {drift:?} m");
 }
@@ -166,6 +167,57 @@ fn gusts_show_in_the_air_data() {
     // The same sums in another order.
     assert!((truth.airspeed_m_s - air.norm()).abs() < 1e-9);
     assert!((truth.alpha_rad - libm::atan2(air.z, air.x)).abs() < 1e-12);
+}
+
+#[test]
+fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
+    let mut setup = flat();
+    setup.wind.turbulence_m_s = 6.0;
+    setup.airframe.air_data.pitot_m = [8.0, 2.0, -1.0];
+    let mut plant = plant(&setup);
+    let mut largest = [0.0_f64; 3];
+    for _ in 0..5_000 {
+        coast(&mut plant, 1);
+        let (gust, motion) = (plant.held.gust, plant.present.motion);
+        let (truth, sensors) = (plant.truth(), plant.sense());
+        // Velocity of each place relative to the air there, less what the aircraft's own rotation adds.
+        let vanes = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(7.0, 0.0, 0.0));
+        let pitot = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(8.0, 2.0, -1.0));
+        let expected =
+            [pitot.norm(), libm::atan2(vanes.z, vanes.x), libm::asin(vanes.y / vanes.norm())];
+        let sensed = [sensors.airspeed_m_s, sensors.angle_of_attack_rad, sensors.sideslip_rad];
+        let centre = [truth.airspeed_m_s, truth.alpha_rad, truth.beta_rad];
+        for i in 0..3 {
+            assert!((sensed[i] - expected[i]).abs() < 1e-9, "{i}: {} {}", sensed[i], expected[i]);
+            largest[i] = largest[i].max((sensed[i] - centre[i]).abs());
+        }
+    }
+    // 6 m/s: q_g and r_g have some 0.1 rad/s rms, so the vanes are 0.7 m/s off the centre, 0.003 rad; the pitot
+    // tube, 2 m to the side, 0.2 m/s.
+    assert!(largest[0] > 0.2 && largest[1] > 0.003 && largest[2] > 0.003, "{largest:?}");
+}
+
+#[test]
+fn damping_sees_the_rates_relative_to_the_gust() {
+    let plant = plant(&flat());
+    let (state, mut held) = (plant.state, plant.held);
+    let calm = plant.dynamics.present(&state, &held).motion;
+    let rates = Body::new(0.05, -0.03, 0.02);
+    held.gust.rates = rates;
+    let gusty = plant.dynamics.present(&state, &held).motion;
+    let mut turning = state;
+    turning.rigid.rates = Body(state.rigid.rates.0 - rates.0);
+    held.gust.rates = Body::zero();
+    let against = plant.dynamics.present(&turning, &held).motion;
+    // Air that turns with +p acts as an aircraft that turns with -p: the same moment, to rounding.
+    assert!((gusty.wrench.moment.0 - against.wrench.moment.0).norm() < 1e-6);
+    // Damping drags the aircraft along with the air, on each axis.
+    let added = gusty.wrench.moment.0 - calm.wrench.moment.0;
+    for axis in 0..3 {
+        assert!(added[axis] * rates.0[axis] > 0.0, "axis {axis}: {} N m", added[axis]);
+    }
+    // The air itself does not turn the gyros.
+    assert_eq!(plant.truth().body_rates, state.rigid.rates);
 }
 
 #[test]

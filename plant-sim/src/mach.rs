@@ -1,0 +1,195 @@
+//! Derivatives that change with the Mach number, for an airframe file that says so.
+//!
+//! By Prandtl and Glauert the pressures on a thin section grow with 1/√(1 − M²). A wing of finite span follows that
+//! in part, a moment whose arm moves follows it more than in full, and a surface behind a shock loses effect. Each
+//! named derivative therefore has its own factor:
+//!
+//! ```text
+//! c(M) = c · (1 + k · (G(M)/G(M₀) − 1)),   G(M) = 1/√(1 − min(M, 0.95)²)
+//! ```
+//!
+//! At the design Mach number M₀ every derivative has the value of its table, so the trim there is that of the
+//! airframe without Mach effects. Transonic flow is not modelled: above 0.95 nothing changes any more.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::aerodynamics::Aero;
+use crate::config::{RangeError, check_range};
+use crate::derivatives::DERIVATIVES;
+
+/// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
+const MACH_MAX: f64 = 0.95;
+
+/// Largest size of a factor.
+const FACTOR_MAX: f64 = 3.0;
+
+/// The table `[mach]` of an airframe file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachEffects {
+    /// M₀, where the derivatives are those of `[aerodynamics]`.
+    pub design_mach: f64,
+    /// k of each derivative that changes, by its key in `[aerodynamics]`.
+    pub growth: BTreeMap<DerivativeKey, f64>,
+}
+
+/// A derivative, in a file by its key in the table `[aerodynamics]`; its place in [`DERIVATIVES`].
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct DerivativeKey(usize);
+
+/// A key that is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no derivative is called {0}")]
+pub struct UnknownKey(String);
+
+impl TryFrom<String> for DerivativeKey {
+    type Error = UnknownKey;
+
+    fn try_from(key: String) -> Result<Self, UnknownKey> {
+        DERIVATIVES.iter().position(|d| d.key == key).map(Self).ok_or(UnknownKey(key))
+    }
+}
+
+impl From<DerivativeKey> for String {
+    fn from(key: DerivativeKey) -> Self {
+        DERIVATIVES[key.0].key.to_owned()
+    }
+}
+
+/// The same, ready to be evaluated: derivative by derivative in the order of [`DERIVATIVES`].
+#[derive(Debug, Clone)]
+pub(crate) struct MachTable {
+    per_design: f64,
+    growth: [f64; DERIVATIVES.len()],
+}
+
+impl MachEffects {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
+        for (key, factor) in &self.growth {
+            check_range("mach.growth", DERIVATIVES[key.0].key, *factor, -FACTOR_MAX, FACTOR_MAX)?;
+        }
+        Ok(())
+    }
+
+    /// For the equations of motion.
+    pub(crate) fn table(&self) -> MachTable {
+        let mut growth = [0.0; DERIVATIVES.len()];
+        for (key, k) in &self.growth {
+            growth[key.0] = *k;
+        }
+        MachTable { per_design: 1.0 / compression(self.design_mach), growth }
+    }
+}
+
+impl MachTable {
+    /// The derivatives at a Mach number.
+    pub(crate) fn at(&self, aero: &Aero, mach: f64) -> Aero {
+        let growth = compression(mach) * self.per_design - 1.0;
+        let mut aero = aero.clone();
+        for (derivative, k) in DERIVATIVES.iter().zip(self.growth) {
+            if k != 0.0 {
+                *(derivative.field)(&mut aero) *= 1.0 + k * growth;
+            }
+        }
+        aero
+    }
+}
+
+/// G(M) of Prandtl and Glauert.
+fn compression(mach: f64) -> f64 {
+    let mach = mach.min(MACH_MAX);
+    1.0 / (1.0 - mach * mach).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
+    use crate::{Airframe, atmosphere};
+
+    fn variant() -> Airframe {
+        Airframe::from_toml("tvc_jet_mach.toml", MACH_AIRFRAME).unwrap()
+    }
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(MACH_AIRFRAME.contains(from), "the file has no {from}");
+        let text = MACH_AIRFRAME.replacen(from, to, 1);
+        Airframe::from_toml("jet.toml", &text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_variant_is_the_jet_with_a_table_more() {
+        let data = |text: &str| -> Vec<String> {
+            let lines = text.lines().map(|line| line.split('#').next().unwrap_or("").trim());
+            lines.filter(|line| !line.is_empty()).map(str::to_owned).collect()
+        };
+        let (jet, variant) = (data(DEFAULT_AIRFRAME), data(MACH_AIRFRAME));
+        let table = variant.iter().position(|line| line == "[mach]").unwrap();
+        assert_eq!(jet, variant[..table], "copy tvc_jet.toml into tvc_jet_mach.toml");
+    }
+
+    #[test]
+    fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
+        let airframe = variant();
+        let table = airframe.mach.as_ref().unwrap().table();
+        let mut at = table.at(&airframe.aero, 264.0 / atmosphere::speed_of_sound(5_000.0));
+        let mut jet = Airframe::paper().aero;
+        for d in &DERIVATIVES {
+            let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
+            // The design Mach number stands in the file with ten digits.
+            assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
+        }
+    }
+
+    #[test]
+    fn a_derivative_grows_by_its_part_of_prandtl_and_glauerts_factor() {
+        let mut airframe = variant();
+        let mach = airframe.mach.as_mut().unwrap();
+        mach.design_mach = 0.6;
+        let key = |key: &str| DerivativeKey::try_from(key.to_owned()).unwrap();
+        mach.growth = [(key("c_lift_alpha"), 0.5), (key("c_roll_aileron"), -1.0)].into();
+        let (table, aero) = (mach.table(), &airframe.aero);
+        // 1/sqrt(1 - 0.36) = 1.25 and 1/sqrt(1 - 0.64) = 1.6667: larger by a third.
+        let faster = table.at(aero, 0.8);
+        assert!((faster.c_lift_alpha / aero.c_lift_alpha - 7.0 / 6.0).abs() < 1e-12);
+        assert!((faster.c_roll_aileron / aero.c_roll_aileron - 2.0 / 3.0).abs() < 1e-12);
+        assert_eq!(faster.c_yaw_beta, aero.c_yaw_beta, "what is not named does not change");
+        let (beyond, at_end) = (table.at(aero, 3.0), table.at(aero, MACH_MAX));
+        assert_eq!(beyond, at_end, "beyond the range it stays");
+    }
+
+    #[test]
+    fn the_quick_speed_of_sound_is_that_of_the_atmosphere() {
+        for altitude_m in [-6_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, f64::NAN] {
+            let (quick, full) = (
+                atmosphere::speed_of_sound(altitude_m),
+                atmosphere::isa(altitude_m).speed_of_sound,
+            );
+            assert_eq!(quick.to_bits(), full.to_bits(), "at {altitude_m} m");
+        }
+    }
+
+    #[test]
+    fn a_growth_of_what_is_no_derivative_is_refused_by_its_name() {
+        let message = refusal("c_lift_alpha = 0.3", "c_lift_alfa = 0.3");
+        assert!(message.contains("jet.toml") && message.contains("c_lift_alfa"), "{message}");
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused_with_key_and_range() {
+        assert_eq!(
+            refusal("c_lift_alpha = 0.3", "c_lift_alpha = 30"),
+            "jet.toml: [mach.growth] c_lift_alpha = 30 is outside -3 to 3"
+        );
+        let message = refusal("design_mach = 0.8", "design_mach = 1.8");
+        assert!(message.contains("[mach] design_mach = 1.8"), "{message}");
+    }
+}

@@ -1,0 +1,144 @@
+//! Angular gusts: how the turbulence turns around an aircraft with a span.
+//!
+//! Spectra of MIL-F-8785C 3.7 over the spatial frequency Ω (rad/m), one-sided, b the span, L the length:
+//!
+//! ```text
+//! Φ_p = σ²/L · 0.8 (πL/4b)^(1/3) / (1 + (4bΩ/π)²)        independent of the other five
+//! Φ_q = Ω² / (1 + (4bΩ/π)²) · Φ_w                         made of w_g
+//! Φ_r = Ω² / (1 + (3bΩ/π)²) · Φ_v                         made of v_g
+//! ```
+//!
+//! The field is frozen and the aircraft flies through it, so a gradient along x is a rate of change over V. With
+//! x' = (w_g − x)/τ, τ = 4b/(πV), the lagged gradient of w_g is (w_g − x)/(τV), and q_g is minus that; r_g is the
+//! lagged gradient of v_g with 3b in place of 4b. The lags are solved exactly, together with the gusts that drive them.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::LENGTH_M;
+use super::across::{OUTPUT, SecondOrder, Transition};
+use crate::noise::{Normals, Source};
+
+/// The span counts this often in the lag of p_g and q_g.
+const SPANS_ROLL_PITCH: f64 = 4.0;
+/// And this often in that of r_g.
+const SPANS_YAW: f64 = 3.0;
+
+/// Filters of the three angular gusts, for a gust velocity of unit rms.
+#[derive(Debug, Clone)]
+pub(super) struct Rotary {
+    roll: f64,
+    roll_noise: Normals,
+    /// rms of p_g for unit intensity, rad/m.
+    roll_rms: f64,
+    roll_speed: f64,
+    /// Of v_g, which makes r_g, and of w_g, which makes q_g.
+    gradients: [Gradient; 2],
+}
+
+/// The lag behind one gust across the flight path.
+#[derive(Debug, Clone)]
+struct Gradient {
+    /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
+    speed: f64,
+    /// Stationary covariance of (y1, y2, x).
+    stationary: Matrix3<f64>,
+    noise: Normals,
+    lagged: f64,
+}
+
+impl Rotary {
+    pub fn new(span_m: f64, seed: u64, run: u64) -> Self {
+        let speed = |spans: f64| core::f64::consts::PI * LENGTH_M / (spans * span_m);
+        let noise = |source| Normals::new(seed, run, source);
+        let roll_speed = speed(SPANS_ROLL_PITCH);
+        // Integral of Φ_p: σ²/L · 0.8 k^(1/3) · (π/2) k/L with k = πL/4b.
+        let variance = 0.4 * core::f64::consts::PI * roll_speed * libm::cbrt(roll_speed);
+        Self {
+            roll: 0.0,
+            roll_noise: noise(Source::TurbulenceRoll),
+            roll_rms: variance.sqrt() / LENGTH_M,
+            roll_speed,
+            gradients: [
+                Gradient::new(speed(SPANS_YAW), noise(Source::TurbulenceYaw)),
+                Gradient::new(speed(SPANS_ROLL_PITCH), noise(Source::TurbulencePitch)),
+            ],
+        }
+    }
+
+    /// One period on: `before` are the gusts v_g and w_g at its start, `noise` is what moved them since.
+    pub fn step(&mut self, t: &Transition, before: &[SecondOrder; 2], noise: &[[f64; 2]; 2]) {
+        let decay = libm::exp(-self.roll_speed * t.ratio);
+        self.roll = decay * self.roll + (1.0 - decay * decay).sqrt() * self.roll_noise.draw();
+        for (axis, (before, noise)) in self.gradients.iter_mut().zip(before.iter().zip(noise)) {
+            axis.step(t, before, noise);
+        }
+    }
+
+    /// p_g, q_g, r_g, rad/s for an intensity of 1 m/s, where v_g and w_g (of unit rms) have come to `v` and `w`.
+    pub fn rates(&self, v: f64, w: f64) -> Vector3<f64> {
+        let [of_v, of_w] = &self.gradients;
+        Vector3::new(self.roll_rms * self.roll, -of_w.slope(w), of_v.slope(v))
+    }
+}
+
+impl Gradient {
+    fn new(speed: f64, noise: Normals) -> Self {
+        let output = OUTPUT.map(|c| c * core::f64::consts::FRAC_1_SQRT_2);
+        let gust_y1 = output[0] + 0.5 * output[1];
+        let gust_y2 = 0.5 * (output[0] + output[1]);
+        // Lyapunov's equation of y1' = -y1 + noise, y2' = y1 - y2, x' = k (gust - x), time in T.
+        let x_y1 = speed * gust_y1 / (speed + 1.0);
+        let x_y2 = (speed * gust_y2 + x_y1) / (speed + 1.0);
+        let x_x = output[0] * x_y1 + output[1] * x_y2;
+        #[rustfmt::skip]
+        let stationary = Matrix3::new(
+            1.0,  0.5,  x_y1,
+            0.5,  0.5,  x_y2,
+            x_y1, x_y2, x_x,
+        );
+        Self { speed, stationary, noise, lagged: 0.0 }
+    }
+
+    /// Row of the transition matrix that makes the next x of (y1, y2, x): variation of constants with
+    /// y1 = e^-s, y2 = s e^-s.
+    fn row(&self, t: &Transition) -> Vector3<f64> {
+        let k = self.speed;
+        let own = libm::exp(-k * t.ratio);
+        let response = k / (k - 1.0) * (t.decay - own);
+        let ramp = k / (k - 1.0) * (t.ratio * t.decay - (t.decay - own) / (k - 1.0));
+        let [c1, c2] = OUTPUT.map(|c| c * core::f64::consts::FRAC_1_SQRT_2);
+        Vector3::new(c1 * response + c2 * ramp, c2 * response, own)
+    }
+
+    fn step(&mut self, t: &Transition, before: &SecondOrder, [n1, n2]: &[f64; 2]) {
+        let row = self.row(t);
+        let [l31, l32, l33] = self.spread(t, &row);
+        let from = Vector3::new(before.y1, before.y2, self.lagged);
+        self.lagged = row.dot(&from) + (l31 * n1 + l32 * n2 + l33 * self.noise.draw());
+    }
+
+    /// Third row of the Cholesky factor of what the noise adds in a period; the first two are those of `t`.
+    ///
+    /// What it adds is the stationary covariance less what the transition leaves of it.
+    fn spread(&self, t: &Transition, row: &Vector3<f64>) -> [f64; 3] {
+        let first = Vector3::new(t.decay, 0.0, 0.0);
+        let second = Vector3::new(t.decay * t.ratio, t.decay, 0.0);
+        let p = &self.stationary;
+        let left = p * row;
+        let q31 = p[(2, 0)] - first.dot(&left);
+        let q32 = p[(2, 1)] - second.dot(&left);
+        let q33 = p[(2, 2)] - row.dot(&left);
+        let l31 = q31 / t.l11;
+        let l32 = if t.l22 > 0.0 { (q32 - l31 * t.l21) / t.l22 } else { 0.0 };
+        // A small difference of large terms; rounding must not make the root imaginary.
+        [l31, l32, (q33 - l31 * l31 - l32 * l32).max(0.0).sqrt()]
+    }
+
+    /// Lagged slope of the gust along x, 1/m for unit rms: (gust − x) / (τ V), and τ V = L / speed.
+    fn slope(&self, gust: f64) -> f64 {
+        (gust - self.lagged) * self.speed / LENGTH_M
+    }
+}
+
+#[cfg(test)]
+mod tests;
