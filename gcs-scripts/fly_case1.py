@@ -34,7 +34,7 @@ def fly():
     if aircraft.lost is None:
         aircraft.watch(onset + args.watch, 10.0, line)
 
-    aircraft.check_text("Injected: servo stuck at 30.0 deg, instance 3")
+    aircraft.check_text("Injected: left elevator stuck at 30.0 deg")
     aircraft.check_acknowledgements()
     z2 = [aircraft.values.get(name, float("nan")) for name in ("z2_p", "z2_q", "z2_r")]
     print(

@@ -47,7 +47,7 @@ def fly():
 
     aircraft.roll_setpoint_deg = None
     aircraft.set_mode("Hold", flight.HOLD)
-    aircraft.check_text("Injected: servo stuck at 7.0 deg, instance 5")
+    aircraft.check_text("Injected: rudder stuck at 7.0 deg")
     aircraft.check_acknowledgements()
     if rolls:
         print(

@@ -171,15 +171,26 @@ fn a_wrong_configuration_stops_the_start_and_names_file_key_value_and_range() {
 }
 
 #[test]
-fn sitl_ends_both_on_terminate_and_tells_when_one_dies() {
+fn sitl_ends_both_on_terminate_and_tells_the_ground_stations() {
     let link = format!("127.0.0.1:{}", free_port());
-    let gcs = format!("127.0.0.1:{}", free_port());
+    let mut ground = Ground::new();
+    let gcs = ground.address().to_string();
     let arguments = ["--plant-link", link.as_str(), "--gcs", gcs.as_str()];
     let mut sitl = Program::start("sitl", &arguments);
     sitl.wait_for("altitude");
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.1);
     sitl.signal(15);
+    ground
+        .listen_until("the end", |ground| ground.texts.contains(&"The simulation ends".to_owned()));
     assert_eq!(sitl.end(), Some(0), "{}", sitl.said());
+}
 
+#[test]
+fn a_killed_plant_is_told_to_the_ground_stations_before_sitl_ends_and_names_it() {
+    let link = format!("127.0.0.1:{}", free_port());
+    let mut ground = Ground::new();
+    let gcs = ground.address().to_string();
+    let arguments = ["--plant-link", link.as_str(), "--gcs", gcs.as_str()];
     let mut sitl = Program::start("sitl", &arguments);
     sitl.wait_for("altitude");
     let children = std::process::Command::new("pgrep")
@@ -189,6 +200,13 @@ fn sitl_ends_both_on_terminate_and_tells_when_one_dies() {
     let plant = children.lines().next().expect("sitl has a plant");
     let killed = std::process::Command::new("kill").args(["-9", plant]).status();
     assert!(killed.expect("kill runs").success());
+    ground.listen_until("the end", |ground| ground.heard("The simulation ends"));
+    let told = [
+        "Plant link lost: simulation time stands still",
+        "The simulation ends: the plant does not answer",
+    ];
+    let last = &ground.texts[ground.texts.len() - 2..];
+    assert_eq!(last, told, "{:?}", ground.texts);
     assert_ne!(sitl.end(), Some(0));
     assert!(sitl.said().contains("plant-sim ended"), "{}", sitl.said());
 }

@@ -287,14 +287,14 @@ fn a_silence_of_the_plant_is_flown_again() {
     let (mut ground, autopilot, plant) = flight(folder.path(), &[]);
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
     plant.signal(19);
-    ground.listen_until("a silent plant", |ground| ground.heard("Aircraft lost"));
+    ground.listen_until("a silent plant", |ground| ground.heard("Plant link lost"));
     // Wishes while nobody flies.
     let climb = [5_100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     ground.send_command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb);
     ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 1.0, 1.0, 5.0, 0.0, 0.0]);
     ground.listen_for(Duration::from_secs(1));
     plant.signal(18);
-    ground.listen_until("a plant again", |ground| ground.heard("Aircraft is back"));
+    ground.listen_until("a plant again", |ground| ground.heard("Plant link is back"));
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 2.0, 1.0, -4.0, 0.0, 0.0]);
     let back_s = ground.time_s;
     ground.listen_until("a second more", |ground| ground.time_s > back_s + 1.0);
@@ -312,7 +312,7 @@ fn a_plant_that_died_ends_its_log_and_the_next_one_begins_another() {
     let plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
     plant.signal(9);
-    ground.listen_until("a silent plant", |ground| ground.heard("Aircraft lost"));
+    ground.listen_until("a silent plant", |ground| ground.heard("Plant link lost"));
     let _next = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("the next flight", |ground| ground.time_s < 0.4);
     ground.listen_until("some of it", |ground| ground.time_s > 0.6);

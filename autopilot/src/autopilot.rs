@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{Authority, Belief, FlightControl, Gains, StepOutput};
-use icd::fault::{FaultReply, PlantAction, PlantReport, PlantRequest};
+use icd::fault::{FaultReply, FaultState, PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
@@ -219,7 +219,7 @@ impl Autopilot {
                 }
                 return;
             }
-            PlantReport::Fault(entry) => (self.time, EventKind::Fault(entry)),
+            PlantReport::Fault(entry) => (self.time_of(&entry.state), EventKind::Fault(entry)),
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;
                 self.stop_script();
@@ -233,6 +233,15 @@ impl Autopilot {
             }
         };
         push(&mut self.events, &mut self.dropped_events, Event { time: at, kind });
+    }
+
+    /// Simulation time of a report on a fault. What has just begun or ended did so at the tick that comes with the
+    /// report; what is listed again did so earlier, and what is scheduled will.
+    fn time_of(&self, state: &FaultState) -> SimTime {
+        match state {
+            FaultState::Scheduled { .. } => self.time,
+            state => state.time().max(self.time),
+        }
     }
 
     /// Whether the plant owed an answer with this number; it does not any more.

@@ -9,6 +9,9 @@ use crate::event::{Axis, EventKind, Limit, Limits};
 
 /// A limit must be reached this long before it is told, us.
 const AT_LIMIT_AFTER_US: u64 = 200_000;
+/// The same of an axis without authority while the compensator sleeps, us: a healthy aircraft that begins or ends a
+/// bank has its ailerons at their limit for a moment, and nobody needs the authority then.
+const ASLEEP_EXHAUSTED_AFTER_US: u64 = 3_000_000;
 /// And left for this long before that is told, us; longer, so that a demand that brushes its limit
 /// does not fill the operator's screen.
 const INSIDE_AFTER_US: u64 = 2_000_000;
@@ -47,15 +50,14 @@ struct Told {
 }
 
 impl Told {
-    /// Takes whether the state is there now; true when that has to be told.
-    fn step(&mut self, is_there: bool, elapsed_us: u64) -> bool {
+    /// Takes whether the state is there now; true when that has to be told: when it has lasted `after_us`.
+    fn step(&mut self, is_there: bool, after_us: u64, elapsed_us: u64) -> bool {
         if is_there == self.told {
             self.since_us = 0;
             return false;
         }
         self.since_us += elapsed_us;
-        let patience = if self.told { INSIDE_AFTER_US } else { AT_LIMIT_AFTER_US };
-        if self.since_us < patience {
+        if self.since_us < if self.told { INSIDE_AFTER_US } else { after_us } {
             return false;
         }
         self.told = is_there;
@@ -90,7 +92,7 @@ impl Transitions {
         let elapsed_us = u64::from(period.as_micros());
         self.compensator.step(log, elapsed_us).into_iter().for_each(&mut tell);
         for (limit, state) in TOLD_LIMITS.into_iter().zip(&mut self.limits) {
-            if state.step(is_saturated(&log.health, limit), elapsed_us) {
+            if state.step(is_saturated(&log.health, limit), AT_LIMIT_AFTER_US, elapsed_us) {
                 tell(if state.told {
                     EventKind::Saturated(limit)
                 } else {
@@ -98,9 +100,12 @@ impl Transitions {
                 });
             }
         }
+        let after_us =
+            if self.compensator.told { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };
         for (axis, state) in Axis::ALL.into_iter().zip(&mut self.exhausted) {
             let threshold = if state.told { RESTORED_PCT } else { EXHAUSTED_PCT };
-            if state.step(axis.authority_pct(&log.authority) < threshold, elapsed_us) {
+            let is_exhausted = axis.authority_pct(&log.authority) < threshold;
+            if state.step(is_exhausted, after_us, elapsed_us) {
                 tell(if state.told {
                     EventKind::AuthorityExhausted { axis, by: exhausted_by(axis, &log.health) }
                 } else {

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
+use autopilot::io::status::{PlantState, StatusLine};
 use host_io::{Stop, clock};
 
 use crate::arrangement::{self, Arrangement};
@@ -29,6 +30,8 @@ use screen::Screen;
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// Time for the autopilot to say where it listens.
 const START_MAX: Duration = Duration::from_secs(10);
+/// Time for the autopilot to notice that the plant has ended: it waits a second for a packet.
+const NOTICE_MAX: Duration = Duration::from_secs(3);
 /// Time for a child to end when it is told to.
 const END_MAX: Duration = Duration::from_secs(2);
 
@@ -131,16 +134,32 @@ impl Flight<'_> {
                 keys.keep();
             }
             self.screen.refresh(clock::now())?;
-            for child in [Some(&mut self.autopilot), self.plant.as_mut()].into_iter().flatten() {
-                if let Some(error) = child.ended(news, &mut self.screen) {
-                    return Err(error);
-                }
+            if let Some(error) = self.autopilot.ended(news, &mut self.screen) {
+                return Err(error);
+            }
+            let plant = self.plant.as_mut();
+            if let Some(error) = plant.and_then(|plant| plant.ended(news, &mut self.screen)) {
+                self.await_notice(news);
+                return Err(error);
             }
             if self.plant.is_none() && clock::now() - began > START_MAX {
                 return Err(LaunchError::Silent);
             }
         }
         Ok(())
+    }
+
+    /// The plant has ended by itself: the autopilot runs on until it has noticed, so that it can tell the ground
+    /// stations.
+    fn await_notice(&self, news: &News) {
+        let deadline = clock::now() + NOTICE_MAX;
+        while clock::now() < deadline && !self.stop.is_requested() {
+            if let Some(Report::Status(StatusLine::Flight(flight))) = news.next(LOOK_EVERY)
+                && flight.plant == PlantState::Lost
+            {
+                return;
+            }
+        }
     }
 
     fn take(

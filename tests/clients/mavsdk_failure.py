@@ -58,11 +58,11 @@ def main():
             c.expect(f"  and the text says {words!r}", heard(words), texts)
 
     for kind in [T.STUCK, T.GARBAGE, T.WRONG, T.SLOW, T.DELAYED, T.INTERMITTENT, T.OFF]:
-        expect(SERVO, kind, 7, R.SUCCESS, "Injected: servo")
-        expect(SERVO, T.OK, 7, R.SUCCESS, "Cleared: servo")
-    expect(MOTOR, T.WRONG, 1, R.SUCCESS, "Injected: motor")
-    expect(MOTOR, T.OFF, 1, R.SUCCESS, "Injected: motor")
-    expect(MOTOR, T.OK, 1, R.SUCCESS, "Cleared: motor")
+        expect(SERVO, kind, 7, R.SUCCESS, "Injected: nozzle yaw")
+        expect(SERVO, T.OK, 7, R.SUCCESS, "Cleared: nozzle yaw")
+    expect(MOTOR, T.WRONG, 1, R.SUCCESS, "Injected: engine")
+    expect(MOTOR, T.OFF, 1, R.SUCCESS, "Injected: engine")
+    expect(MOTOR, T.OK, 1, R.SUCCESS, "Cleared: engine")
     expect(SERVO, T.SLOW, 0, R.SUCCESS)
     expect(SERVO, T.OK, 0, R.SUCCESS)
 
@@ -90,8 +90,8 @@ def main():
     failure = Failure(system)
     Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
     time.sleep(1.0)
-    expect(SERVO, T.STUCK, 5, R.SUCCESS, "Injected: servo")
-    expect(SERVO, T.OK, 5, R.SUCCESS, "Cleared: servo")
+    expect(SERVO, T.STUCK, 5, R.SUCCESS, "Injected: rudder")
+    expect(SERVO, T.OK, 5, R.SUCCESS, "Cleared: rudder")
     mavsdk.destroy()
     c.end()
 

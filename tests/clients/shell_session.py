@@ -66,7 +66,7 @@ def qgroundcontrol(c, connect):
     c.expect("the mode is changed", ask("mode hold") == "Mode Hold\n")
     ask("mode reference")
     jam = ask("failure servo stuck -i 5 -v 3deg") or ""
-    c.expect("a servo sticks when the plant says so", jam.startswith("servo 5: acts since"), jam)
+    c.expect("a servo sticks when the plant says so", jam.startswith("rudder: acts since"), jam)
     c.expect("it is on the list", "rudder" in (ask("failure list") or ""))
     later = ask("failure servo loss -m 3 -v 40% -t 100000s -d 5s -e 20s -n 3") or ""
     c.expect("two are scheduled", later.count("acts at") == 2, later)

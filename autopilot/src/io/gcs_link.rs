@@ -273,6 +273,9 @@ impl GcsLink {
             _ = shutdown.wait_for(|stop| *stop) => Ok(()),
             result = link.serve() => result,
         };
+        // What no socket takes at once is lost: nobody may keep the process from ending.
+        link.ground.end();
+        link.send(clock::now());
         link.close_key();
         result
     }

@@ -70,12 +70,14 @@ pub fn refused(refusal: &Refusal, effector: Option<Effector>) -> String {
     refusal.described(effector.is_none_or(Effector::is_angle)).to_string()
 }
 
-/// Unit and instances of effectors of one kind.
+/// Effectors by name, all servos together by that.
 #[must_use]
-pub fn unit_and_instances(effectors: &[Effector]) -> (&'static str, String) {
-    let unit = effectors.first().map_or("effector", |first| unit_and_instance(*first).0);
-    let instances = effectors.iter().map(|effector| unit_and_instance(*effector).1.to_string());
-    (unit, instances.collect::<Vec<_>>().join(", "))
+pub fn names(effectors: &[Effector]) -> String {
+    let servos = order::Unit::SERVO.effectors();
+    if effectors.len() == servos.len() && effectors.iter().all(|one| servos.contains(one)) {
+        return "all servos".to_owned();
+    }
+    effectors.iter().map(|effector| effector.name()).collect::<Vec<_>>().join(", ")
 }
 
 /// The requests in a fault command; `belief` says how far the effectors travel.

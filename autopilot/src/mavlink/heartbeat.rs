@@ -118,9 +118,9 @@ fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
             Phase::Flying | Phase::Lost if aircraft.is_terminated() => {
                 MavState::MAV_STATE_FLIGHT_TERMINATION
             }
-            Phase::Flying => MavState::MAV_STATE_ACTIVE,
+            // A plant that is silent says nothing about the aircraft: simulation time stands still.
+            Phase::Flying | Phase::Lost => MavState::MAV_STATE_ACTIVE,
             Phase::OnGround => MavState::MAV_STATE_STANDBY,
-            Phase::Lost => MavState::MAV_STATE_CRITICAL,
         },
         mavlink_version: PROTOCOL_VERSION,
     }

@@ -54,7 +54,7 @@ impl LinkLoss {
             Silence::Heard => self.tell_back(ctx),
             Silence::TakenOver(left, holder) => {
                 let text = format!("Ground station {left} is silent: {holder} takes over");
-                ctx.texts.say(MavSeverity::MAV_SEVERITY_NOTICE, text);
+                ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
                 self.tell_back(ctx);
             }
         }

@@ -174,7 +174,7 @@ impl MissionService {
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
             let text = "Mission upload cancelled, the plan is unchanged";
-            reply.ctx.texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, reply.now, text);
+            reply.ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, reply.now, text);
         }
     }
 

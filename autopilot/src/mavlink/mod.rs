@@ -430,6 +430,13 @@ impl Ground {
         }
     }
 
+    /// The process ends: every station gets a text that says so, and whether the plant has ended before it.
+    pub fn end(&mut self) {
+        let (severity, text) = statustext::text_of_end(self.aircraft.phase());
+        self.texts.tell(severity, text);
+        self.texts.poll(&mut self.peers);
+    }
+
     /// When [`Ground::poll`] has something to do.
     #[must_use]
     pub fn next_deadline(&self) -> WallTime {

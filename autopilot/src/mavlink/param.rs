@@ -313,7 +313,7 @@ impl ParamService {
             out.announce(&value_message(&row));
         }
         let text = format!("Parameters are at their defaults: {} changed", changed.len());
-        ctx.texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         self.pass_on(ctx);
     }
 
@@ -331,7 +331,7 @@ impl ParamService {
                 ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
             }
             (Some(Turn::Works), _) => {
-                ctx.texts.say(MavSeverity::MAV_SEVERITY_NOTICE, "Parameters are saved again");
+                ctx.texts.say(MavSeverity::MAV_SEVERITY_INFO, "Parameters are saved again");
             }
             _ => {}
         }

@@ -272,10 +272,9 @@ impl Verdict {
             }
             FaultReply::Scheduled { at } => {
                 if let Some(FaultRequest::Inject { effector, kind, timing }) = part.fault {
-                    let (unit, instance) = failure::unit_and_instance(effector);
                     let kind = kind.described(effector.is_angle());
-                    let text =
-                        format!("Scheduled: {unit} {kind}, instance {instance}, at {at}{timing}");
+                    let at_s = at.as_seconds();
+                    let text = format!("Scheduled: {effector} {kind}, at {at_s} s{timing}");
                     ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
                 }
             }
@@ -307,13 +306,11 @@ impl Verdict {
 
     fn tell(&self, now: WallTime, texts: &mut StatusTexts) {
         if !self.quietly_cleared.is_empty() {
-            let (unit, instances) = failure::unit_and_instances(&self.quietly_cleared);
-            let text = format!("Nothing scheduled: {unit} {instances}");
-            texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+            let text = format!("Nothing scheduled: {}", failure::names(&self.quietly_cleared));
+            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         } else if !self.healthy.is_empty() && !self.mended {
             // Beside something that was mended, it is no news.
-            let (unit, instances) = failure::unit_and_instances(&self.healthy);
-            let text = format!("Nothing to mend: {unit} {instances}");
+            let text = format!("Nothing to mend: {}", failure::names(&self.healthy));
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         }
         if self.reasons.is_empty() {
@@ -326,8 +323,7 @@ impl Verdict {
         };
         let mut text = format!("{head}: {}", self.reasons);
         if !self.done.is_empty() {
-            let (unit, instances) = failure::unit_and_instances(&self.done);
-            text = format!("Done: {unit} {instances}. {text}");
+            text = format!("Done: {}. {text}", failure::names(&self.done));
         }
         texts.refuse(now, text);
     }

@@ -45,8 +45,7 @@ impl fmt::Display for Reasons {
                 f.write_str("; ")?;
             }
             if !effectors.is_empty() {
-                let (unit, instances) = failure::unit_and_instances(effectors);
-                write!(f, "{unit} {instances}: ")?;
+                write!(f, "{}: ", failure::names(effectors))?;
             }
             f.write_str(reason)?;
         }

@@ -361,7 +361,7 @@ fn text_of(script: Option<&Script>, event: ScriptEvent) -> (MavSeverity, String)
         line.map_or("", |line| line.text.as_str())
     };
     match event {
-        ScriptEvent::Began => (S::MAV_SEVERITY_NOTICE, format!("Script began: {name}")),
+        ScriptEvent::Began => (S::MAV_SEVERITY_INFO, format!("Script began: {name}")),
         ScriptEvent::NotBegun(NotBegun::JoinedInFlight) => {
             let text = format!("Script not begun: {name}, the flight was under way");
             (S::MAV_SEVERITY_WARNING, text)
@@ -371,14 +371,14 @@ fn text_of(script: Option<&Script>, event: ScriptEvent) -> (MavSeverity, String)
             (S::MAV_SEVERITY_WARNING, format!("Script not begun: {name}, {why}"))
         }
         ScriptEvent::Line(line) => match script.and_then(|script| script.line(line)?.words()) {
-            Some(said) => (S::MAV_SEVERITY_NOTICE, format!("Script: {said}")),
+            Some(said) => (S::MAV_SEVERITY_INFO, format!("Script: {said}")),
             None => (S::MAV_SEVERITY_INFO, format!("Script {line}: {}", words(line))),
         },
         ScriptEvent::LineRefused { line, why } => {
             let text = format!("Script {line} refused: {why} ({})", words(line));
             (S::MAV_SEVERITY_WARNING, text)
         }
-        ScriptEvent::Done => (S::MAV_SEVERITY_NOTICE, format!("Script done: {name}")),
-        ScriptEvent::Stopped => (S::MAV_SEVERITY_NOTICE, format!("Script stopped: {name}")),
+        ScriptEvent::Done => (S::MAV_SEVERITY_INFO, format!("Script done: {name}")),
+        ScriptEvent::Stopped => (S::MAV_SEVERITY_INFO, format!("Script stopped: {name}")),
     }
 }

@@ -5,17 +5,18 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
-use flight_control::CompensatorMode;
-use icd::fault::{FaultEntry, FaultState};
-use icd::pace::Pace;
 
 use super::codec::Encoded;
-use super::failure;
 use super::peers::Peers;
 use crate::clock::WallTime;
-use crate::event::{EventKind, Limit, Limits};
+use crate::event::EventKind;
 use crate::parameters::Parameters;
-use crate::vehicle::LinkLossAction;
+
+mod chunks;
+mod words;
+
+use chunks::{CHUNK, CHUNKS_MAX};
+pub use words::{text_of_end, words};
 
 /// Texts that may wait for room at a peer; of more than these the least important ones are not shown.
 const TEXTS_MAX: usize = 32;
@@ -23,10 +24,6 @@ const TEXTS_MAX: usize = 32;
 const REPLIES_BURST: u32 = 20;
 /// After a burst, one of them in this time: a flood of bad requests must not hide what matters.
 const REPLY_INTERVAL: Duration = Duration::from_millis(200);
-/// Characters of one message.
-const CHUNK: usize = 50;
-/// Chunks of one text; what is longer is cut.
-const CHUNKS_MAX: usize = 5;
 
 /// The texts that wait.
 #[derive(Debug)]
@@ -122,7 +119,7 @@ impl StatusTexts {
 
     /// Tells an event.
     pub fn handle_event(&mut self, kind: &EventKind, parameters: &Parameters) {
-        if let Some((severity, text)) = text_of(kind, parameters) {
+        if let Some((severity, text)) = words::text_of(kind, parameters) {
             self.tell(severity, text);
         }
     }
@@ -157,27 +154,12 @@ impl StatusTexts {
     }
 
     fn chunks(&mut self, severity: MavSeverity, text: &str) -> Vec<Encoded> {
-        // One byte a character, so that no character is cut in two.
-        let bytes: Vec<u8> = text
-            .chars()
-            .map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?'))
-            .take(CHUNK * CHUNKS_MAX - 1)
-            .collect();
-        let id = if bytes.len() <= CHUNK { 0 } else { self.take_id() };
-        let mut parts: Vec<&[u8]> = bytes.chunks(CHUNK).collect();
-        if id != 0 && parts.last().is_some_and(|part| part.len() == CHUNK) {
-            // The end of a long text is a NUL, and here there was no room for it.
-            parts.push(&[]);
-        }
-        parts
-            .into_iter()
-            .zip(0..)
-            .map(|(part, chunk_seq)| {
-                let mut text = [0; CHUNK];
-                text[..part.len()].copy_from_slice(part);
-                Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
-            })
-            .collect()
+        let chunks = chunks::of(text);
+        let id = if chunks.len() == 1 { 0 } else { self.take_id() };
+        let message = |(text, chunk_seq): ([u8; CHUNK], u8)| {
+            Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
+        };
+        chunks.into_iter().zip(0..).map(message).collect()
     }
 
     fn take_id(&mut self) -> u16 {
@@ -187,174 +169,9 @@ impl StatusTexts {
     }
 }
 
-/// Importance (number of syslog) and words of an event, for the flight log; `None` if it is not told.
-#[must_use]
-pub fn words(kind: &EventKind, parameters: &Parameters) -> Option<(u8, String)> {
-    text_of(kind, parameters).map(|(severity, text)| (severity as u8, text))
-}
-
-fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, String)> {
-    use MavSeverity as S;
-    let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
-    Some(match *kind {
-        // Those of scripts need the script: [`super::scripts`].
-        EventKind::Outcome { .. } | EventKind::Script { .. } => return None,
-        EventKind::FlightBegan { joined_in_flight: false } => {
-            (S::MAV_SEVERITY_INFO, "Flight began".into())
-        }
-        EventKind::FlightBegan { joined_in_flight: true } => {
-            (S::MAV_SEVERITY_NOTICE, "Joined a flight under way".into())
-        }
-        EventKind::Mode(mode) => (S::MAV_SEVERITY_INFO, format!("Mode {mode}")),
-        EventKind::CompensatorActive { axis, .. } if compensator_off => {
-            (S::MAV_SEVERITY_WARNING, format!("Fault detected: {} (compensator off)", axis.name()))
-        }
-        EventKind::CompensatorActive { axis, at_limit } => {
-            let text = format!("Compensator active: {}{}", axis.name(), limits_text(at_limit));
-            (S::MAV_SEVERITY_WARNING, text)
-        }
-        EventKind::CompensatorReleased { .. } if compensator_off => {
-            (S::MAV_SEVERITY_NOTICE, "Fault no longer detected".into())
-        }
-        EventKind::CompensatorReleased { after } => {
-            let text = format!("Compensator released after {:.1} s", after.as_secs_f64());
-            (S::MAV_SEVERITY_NOTICE, text)
-        }
-        EventKind::AuthorityExhausted { axis, by } => {
-            let by = match by {
-                Limit::Thrust => "too little thrust for the nozzle".into(),
-                limit => format!("{} at its limit", limit.name()),
-            };
-            (S::MAV_SEVERITY_WARNING, format!("No authority left: {}, {by}", axis.name()))
-        }
-        EventKind::AuthorityRestored(axis) => {
-            (S::MAV_SEVERITY_INFO, format!("Authority restored: {}", axis.name()))
-        }
-        EventKind::Saturated(limit) => {
-            (S::MAV_SEVERITY_WARNING, format!("Saturated: {}", limit.name()))
-        }
-        EventKind::SaturationEnded(limit) => {
-            (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))
-        }
-        EventKind::Fault(ref entry) => return fault_text(entry),
-        EventKind::GroundContact => {
-            (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())
-        }
-        EventKind::PlantLost => {
-            (S::MAV_SEVERITY_CRITICAL, "Aircraft lost: no packet for a second".into())
-        }
-        EventKind::PlantBack => (S::MAV_SEVERITY_NOTICE, "Aircraft is back".into()),
-        EventKind::EventsLost(lost) => (
-            S::MAV_SEVERITY_WARNING,
-            format!("{lost} events were lost: the faults are listed anew"),
-        ),
-        EventKind::PlanItem(_) | EventKind::ItemReached(_) | EventKind::Home(_) => return None,
-        EventKind::PlanComplete => (S::MAV_SEVERITY_INFO, "Mission complete".into()),
-        EventKind::Terminated => {
-            (S::MAV_SEVERITY_EMERGENCY, "Flight terminated: engine off, surfaces hard over".into())
-        }
-        EventKind::LinkLost(action) => {
-            let action = match action {
-                LinkLossAction::Continue => "the flight goes on",
-                LinkLossAction::Hold => "Hold",
-                LinkLossAction::Return => "Return",
-            };
-            (S::MAV_SEVERITY_WARNING, format!("Ground station lost: {action}"))
-        }
-        EventKind::LinkBack(mode) => {
-            (S::MAV_SEVERITY_NOTICE, format!("Ground station is back: {mode}"))
-        }
-        EventKind::Paced(pace) => match pace {
-            Pace::Pause => (S::MAV_SEVERITY_INFO, "Simulation paused".into()),
-            Pace::Run => (S::MAV_SEVERITY_INFO, "Simulation runs".into()),
-            Pace::Step(periods) => (S::MAV_SEVERITY_INFO, format!("Simulation steps: {periods}")),
-            Pace::Speed(speed) => (S::MAV_SEVERITY_INFO, format!("Simulation speed: x{speed}")),
-        },
-    })
-}
-
-/// `, nozzle yaw at its limit`; nothing where nothing is.
-fn limits_text(limits: Limits) -> String {
-    let names: Vec<&str> = limits.iter().map(Limit::name).collect();
-    match &names[..] {
-        [] => String::new(),
-        [name] => format!(", {name} at its limit"),
-        [first @ .., last] => format!(", {} and {last} at their limits", first.join(", ")),
-    }
-}
-
-/// A fault that begins or ends to act. What is scheduled or cancelled is told with the answer to the order.
-fn fault_text(entry: &FaultEntry) -> Option<(MavSeverity, String)> {
-    let FaultEntry { effector, kind, timing, state, .. } = *entry;
-    let (unit, instance) = failure::unit_and_instance(effector);
-    let kind = kind.described(effector.is_angle());
-    Some(match state {
-        FaultState::Acting { .. } => (
-            MavSeverity::MAV_SEVERITY_WARNING,
-            format!("Injected: {unit} {kind}, instance {instance}{timing}"),
-        ),
-        FaultState::Ended { .. } => (
-            MavSeverity::MAV_SEVERITY_NOTICE,
-            format!("Cleared: {unit} {kind}, instance {instance}"),
-        ),
-        FaultState::Resting { next, .. } => (
-            MavSeverity::MAV_SEVERITY_NOTICE,
-            format!("Cleared: {unit} {kind}, instance {instance}, again at {next}"),
-        ),
-        FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::Axis;
-
-    fn text(kind: EventKind) -> String {
-        text_of(&kind, &Parameters::default()).unwrap().1
-    }
-
-    #[test]
-    fn the_compensators_texts_name_the_axis_and_what_is_at_its_limit() {
-        let active = |limits: &[Limit]| {
-            let at_limit = Limits::from_fn(|limit| limits.contains(&limit));
-            text(EventKind::CompensatorActive { axis: Axis::Yaw, at_limit })
-        };
-        assert_eq!(active(&[Limit::NozzleYaw]), "Compensator active: yaw, nozzle yaw at its limit");
-        assert_eq!(
-            active(&[Limit::Aileron, Limit::Rudder, Limit::NozzleYaw]),
-            "Compensator active: yaw, aileron, rudder and nozzle yaw at their limits"
-        );
-        let exhausted = |by| text(EventKind::AuthorityExhausted { axis: Axis::Pitch, by });
-        assert_eq!(
-            exhausted(Limit::NozzlePitch),
-            "No authority left: pitch, nozzle pitch at its limit"
-        );
-        assert_eq!(
-            exhausted(Limit::Thrust),
-            "No authority left: pitch, too little thrust for the nozzle"
-        );
-        let after = Duration::from_millis(12_340);
-        let released = text(EventKind::CompensatorReleased { after });
-        assert_eq!(released, "Compensator released after 12.3 s");
-    }
-
-    fn lengths(text: &str) -> usize {
-        StatusTexts::default().chunks(MavSeverity::MAV_SEVERITY_INFO, text).len()
-    }
-
-    #[test]
-    fn long_texts_come_in_chunks_that_end_with_a_nul() {
-        assert_eq!(lengths("short"), 1);
-        assert_eq!(lengths(&"x".repeat(50)), 1);
-        assert_eq!(lengths(&"x".repeat(51)), 2);
-        assert_eq!(
-            lengths(&"x".repeat(100)),
-            3,
-            "an empty chunk ends a text that fills its chunks"
-        );
-        assert_eq!(lengths(&"x".repeat(10_000)), CHUNKS_MAX);
-    }
 
     #[test]
     fn a_flood_of_refusals_is_limited_and_counted_and_leaves_room_for_events() {
@@ -380,15 +197,5 @@ mod tests {
         assert_eq!((shown[0], shown[1], shown[TEXTS_MAX - 1]), ("ground", "70", "fault"));
         assert_eq!(texts.take_unshown().map(|(_, text)| text).unwrap(), "70 texts were not shown");
         assert_eq!(texts.take_unshown(), None, "said once");
-    }
-
-    #[test]
-    fn with_the_compensator_off_the_text_does_not_claim_that_it_acts() {
-        let mut parameters = Parameters::default();
-        let at_limit = Limits::default();
-        let kind = EventKind::CompensatorActive { axis: Axis::Yaw, at_limit };
-        assert_eq!(text_of(&kind, &parameters).unwrap().1, "Compensator active: yaw");
-        parameters.gains.selection.compensator = CompensatorMode::Off;
-        assert_eq!(text_of(&kind, &parameters).unwrap().1, "Fault detected: yaw (compensator off)");
     }
 }

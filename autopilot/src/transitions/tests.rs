@@ -62,9 +62,18 @@ fn a_flag_that_flickers_is_told_once_and_its_release_with_the_time() {
     assert_eq!(after, Duration::from_millis(2 * (5_000 - 10 - 1)));
 }
 
+/// The compensator has just been told.
+fn awake() -> Transitions {
+    let mut transitions = Transitions::default();
+    let log = StepLog { compensator_active: true, ..calm() };
+    assert_eq!(run(&mut transitions, 1, |_| log).len(), 1);
+    transitions
+}
+
 #[test]
 fn an_axis_without_authority_is_told_after_200_ms_and_again_when_it_has_some_for_2_s() {
-    let mut transitions = Transitions::default();
+    let mut transitions = awake();
+    let calm = || StepLog { compensator_active: true, ..calm() };
     let mut log = StepLog { authority: yaw(0.0), ..calm() };
     log.health.nozzle_yaw_saturated = true;
     assert_eq!(run(&mut transitions, 99, |_| log), []);
@@ -78,15 +87,39 @@ fn an_axis_without_authority_is_told_after_200_ms_and_again_when_it_has_some_for
 }
 
 #[test]
-fn an_authority_that_flickers_at_its_end_is_told_once() {
-    let mut log = StepLog { authority: yaw(0.0), ..calm() };
-    log.health.nozzle_yaw_saturated = true;
-    let calm = calm();
+fn while_the_compensator_sleeps_an_axis_must_be_without_authority_for_3_s() {
+    let log = StepLog { authority: yaw(0.0), ..calm() };
     let mut transitions = Transitions::default();
+    assert_eq!(run(&mut transitions, 1_499, |_| log), []);
+    assert_eq!(run(&mut transitions, 1, |_| calm()), [], "a moment of authority");
+    assert_eq!(run(&mut transitions, 1_499, |_| log), []);
+    let by = Limit::Thrust;
+    let exhausted = EventKind::AuthorityExhausted { axis: Axis::Yaw, by };
+    assert_eq!(run(&mut transitions, 1, |_| log), [exhausted]);
+}
+
+#[test]
+fn an_authority_that_is_gone_when_the_compensator_wakes_is_told_at_once() {
+    let log = StepLog { authority: yaw(0.0), ..calm() };
+    let mut transitions = Transitions::default();
+    assert_eq!(run(&mut transitions, 500, |_| log), []);
+    let awake = StepLog { compensator_active: true, ..log };
+    let told = run(&mut transitions, 1, |_| awake);
+    let by = Limit::Thrust;
+    let exhausted = EventKind::AuthorityExhausted { axis: Axis::Yaw, by };
+    assert!(matches!(told[..], [EventKind::CompensatorActive { .. }, last] if last == exhausted));
+}
+
+#[test]
+fn an_authority_that_flickers_at_its_end_is_told_once() {
+    let mut log = StepLog { authority: yaw(0.0), compensator_active: true, ..calm() };
+    log.health.nozzle_yaw_saturated = true;
+    let calm = StepLog { compensator_active: true, ..calm() };
+    let mut transitions = awake();
     assert_eq!(run(&mut transitions, 100, |_| log).len(), 1);
     let told = run(&mut transitions, 50_000, |tick| if tick % 2 == 0 { log } else { calm });
     assert_eq!(told, [], "100 s of flicker");
-    let mut transitions = Transitions::default();
+    let mut transitions = awake();
     let told = run(&mut transitions, 50_000, |tick| if tick % 50 == 0 { calm } else { log });
     assert_eq!(told, [], "never 200 ms without a break");
 }

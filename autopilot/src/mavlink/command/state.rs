@@ -1,5 +1,7 @@
 //! Modes, arming, the end of a flight, and what a jet in the air does not do.
 
+use ::mavlink::dialects::common::{MavResult, MavSeverity};
+
 use super::fields::{byte, flag};
 use super::{Asking, Decision};
 use crate::event::Wish;
@@ -65,14 +67,20 @@ fn not_ready(aircraft: &Aircraft) -> Option<String> {
         }
         Phase::Flying => None,
         Phase::OnGround => Some(format!("the flight is over, {RESTART}")),
-        Phase::NoFlight | Phase::Lost => Some("no aircraft is connected".into()),
+        Phase::NoFlight => Some("no aircraft is connected".into()),
+        Phase::Lost => Some("the plant link is lost".into()),
     }
 }
 
 /// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
+/// QGroundControl asks at each connect, so this is no warning.
 pub fn prearm_checks(_: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
     match not_ready(asking.ctx.aircraft) {
-        None => Err(Refused::for_now("PreArm: the aircraft is armed and in the air")),
+        None => {
+            let text = "No check: the aircraft is armed and in the air";
+            asking.ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, asking.now, text);
+            Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
+        }
         Some(reason) => Ok(Decision::accept().noting(format!("PreArm: {reason}"))),
     }
 }

@@ -274,7 +274,7 @@ fn check_engine(kind: &FaultKind, value: Option<Value>) -> Result<(), Refused> {
         _ => return Ok(()),
     };
     if value.is_none() && size <= 0.0 {
-        return Err(denied("motor 1: FLT_ENG_PCT must be above 0 for this fault"));
+        return Err(denied("engine: FLT_ENG_PCT must be above 0 for this fault"));
     }
     Ok(())
 }

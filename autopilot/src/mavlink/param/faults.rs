@@ -63,13 +63,12 @@ pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
 
 /// The plant has done what was ordered, and all the same another fault is there, or none.
 fn not_as_wanted(effector: Effector, faults: &FaultList) -> String {
-    let (unit, instance) = failure::unit_and_instance(effector);
     match faults.foremost(effector) {
         Some(FaultEntry { kind, state, .. }) => {
             let kind = kind.described(effector.is_angle());
-            format!("Not as set: {unit} {instance}: there is another fault, {kind}, {state}")
+            format!("Not as set: {effector}: there is another fault, {kind}, {state}")
         }
-        None => format!("Not as set: {unit} {instance}: the fault is over already"),
+        None => format!("Not as set: {effector}: the fault is over already"),
     }
 }
 
@@ -128,8 +127,7 @@ impl FaultOrders {
             }
         };
         let Open { from, effector, .. } = self.open.remove(place);
-        let (unit, instance) = failure::unit_and_instance(effector);
-        let refused = Some(format!("Fault refused: {unit} {instance}: {refused}"));
+        let refused = Some(format!("Fault refused: {effector}: {refused}"));
         Some(Answer { from, effector, refused })
     }
 
@@ -144,8 +142,7 @@ impl FaultOrders {
             let refused = if is_done {
                 (value(effector, faults) != wanted).then(|| not_as_wanted(effector, faults))
             } else {
-                let (unit, instance) = failure::unit_and_instance(effector);
-                Some(format!("Not confirmed: {unit} {instance}: the aircraft does not answer"))
+                Some(format!("Not confirmed: {effector}: the aircraft does not answer"))
             };
             Answer { from, effector, refused }
         })

@@ -266,10 +266,7 @@ const ERROR_LINE: &str = "\u{1}";
 
 /// What became of a part, and whether it failed.
 fn line_of(effector: Option<Effector>, outcome: &Outcome) -> (String, bool) {
-    let whose = effector.map_or(String::new(), |effector| {
-        let (unit, instance) = failure::unit_and_instance(effector);
-        format!("{unit} {instance}: ")
-    });
+    let whose = effector.map_or(String::new(), |effector| format!("{effector}: "));
     let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
     match outcome {
         Outcome::Done => (String::new(), false),

@@ -48,7 +48,7 @@ impl Signing {
                 return texts.refuse(now, why);
             }
         };
-        texts.reply(MavSeverity::MAV_SEVERITY_NOTICE, now, text);
+        texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         if matches!(outcome, SetupOutcome::On | SetupOutcome::Off) {
             self.news = Some(text);
         }

@@ -114,11 +114,11 @@ fn a_fault_that_rests_is_told_with_its_next_onset() {
     world.autopilot.handle_report(&rudder(1, FaultState::Acting { since: at(2) }));
     world.settle();
     let text =
-        "Injected: servo stuck at 7.0 deg, instance 5, ramp 1 s, for 5 s, every 20 s, 3 times";
+        "Injected: rudder stuck at 7.0 deg, from 2 s, ramp 1 s, for 5 s, every 20 s, 3 times";
     assert!(world.said(text), "{:?}", world.texts());
     world.autopilot.handle_report(&rudder(1, FaultState::Resting { since: at(7), next: at(22) }));
     world.settle();
-    let text = "Cleared: servo stuck at 7.0 deg, instance 5, again at 22.000000 s";
+    let text = "Cleared: rudder stuck at 7.0 deg, again at 22 s";
     assert!(world.said(text), "{:?}", world.texts());
 }
 

@@ -129,7 +129,7 @@ fn a_silent_plant_is_answered_for_within_a_second() {
     assert_eq!(values(&mut world), []);
     world.run_ms(300);
     assert_eq!(values(&mut world), one("FLT_SERVO2", 0));
-    assert!(world.said("Not confirmed: servo 2: the aircraft does not answer"));
+    assert!(world.said("Not confirmed: right aileron: the aircraft does not answer"));
     // Without a flight at once.
     let mut world = World::waiting();
     world.settle();
@@ -218,12 +218,16 @@ fn a_value_that_is_another_than_the_one_that_was_set_comes_with_the_reason() {
     world.send(&set_int("FLT_SERVO1", 3));
     world.run_ms(800);
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
-    let words = "Not as set: servo 1: there is another fault, stuck, since";
+    let words = "Not as set: left aileron: there is another fault, stuck, since";
     assert!(world.said(words), "{:?}", world.texts());
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Ended { at });
     values(&mut world);
     world.send(&set_int("FLT_SERVO1", 3));
     world.run_ms(800);
     assert_eq!(values(&mut world), one("FLT_SERVO1", 0));
-    assert!(world.said("Not as set: servo 1: the fault is over already"), "{:?}", world.texts());
+    assert!(
+        world.said("Not as set: left aileron: the fault is over already"),
+        "{:?}",
+        world.texts()
+    );
 }

@@ -57,13 +57,9 @@ fn what_the_plant_says_becomes_the_result_and_the_reason() {
     let angle = Refusal::AngleOutOfTravel { angle_rad: 2.0, limit_rad: 0.5 };
     for (reply, expected, words) in [
         (FaultReply::Unchanged { at }, ACCEPTED, ""),
-        (
-            FaultReply::Scheduled { at },
-            ACCEPTED,
-            "Scheduled: servo stuck, instance 1, at 1.000000 s",
-        ),
+        (FaultReply::Scheduled { at }, ACCEPTED, "Scheduled: left aileron stuck, at 1 s"),
         (FaultReply::Cleared { at }, ACCEPTED, ""),
-        (FaultReply::Refused(angle), DENIED, "Fault refused: servo 1: angle 114.6 deg"),
+        (FaultReply::Refused(angle), DENIED, "Fault refused: left aileron: angle 114.6 deg"),
         (FaultReply::Refused(Refusal::NotForThisEffector), DENIED, "no such fault"),
         (
             FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: at }),
@@ -85,9 +81,9 @@ fn what_the_plant_says_becomes_the_result_and_the_reason() {
 fn an_applied_and_a_cleared_fault_are_told_in_words() {
     let mut world = World::flying();
     world.send_command(420, STUCK_LEFT_AILERON);
-    assert!(world.said("Injected: servo stuck, instance 1"), "{:?}", world.texts());
+    assert!(world.said("Injected: left aileron stuck"), "{:?}", world.texts());
     world.send_command(420, [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-    assert!(world.said("Cleared: servo stuck, instance 1"), "{:?}", world.texts());
+    assert!(world.said("Cleared: left aileron stuck"), "{:?}", world.texts());
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED); 2]);
 }
 
@@ -97,7 +93,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
     world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 12.5]);
     assert_eq!(world.take_acks(), [ack(31_010, ACCEPTED)]);
     assert!(
-        world.said("Scheduled: servo stuck at 30.0 deg, instance 3, at 12.500000 s"),
+        world.said("Scheduled: left elevator stuck at 30.0 deg, at 12.5 s"),
         "{:?}",
         world.texts()
     );
@@ -112,7 +108,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
         state: FaultState::Acting { since },
     }));
     world.settle();
-    assert!(world.said("Injected: servo stuck at 30.0 deg, instance 3"), "{:?}", world.texts());
+    assert!(world.said("Injected: left elevator stuck at 30.0 deg"), "{:?}", world.texts());
 }
 
 #[test]
@@ -164,7 +160,7 @@ fn faults_of_a_plant_that_goes_away_are_rejected_for_now() {
     world.autopilot.plant_lost();
     world.settle();
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
-    assert!(world.said("Aircraft lost"), "{:?}", world.texts());
+    assert!(world.said("Plant link lost"), "{:?}", world.texts());
 }
 
 fn stuck_at_28_deg() -> World {
@@ -181,8 +177,8 @@ fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked
     assert_eq!(world.take_acks(), [ack(420, DENIED)]);
     assert!(world.take_wishes().is_empty(), "nothing goes to the plant");
     // Travel of the design model: ailerons 25 deg, elevators and rudder 30 deg, nozzle 15 deg.
-    let expected = "Fault refused: servo 1, 2: angle 28.0 deg is outside -25.0 to 25.0 deg; \
-                    servo 6, 7: angle 28.0 deg is outside -15.0 to 15.0 deg";
+    let expected = "Fault refused: left aileron, right aileron: angle 28.0 deg is outside -25.0 to 25.0 deg; \
+                    nozzle pitch, nozzle yaw: angle 28.0 deg is outside -15.0 to 15.0 deg";
     assert_eq!(world.texts(), [expected]);
     world.got.clear();
     // Bits 2 to 4: elevators and rudder.
@@ -222,8 +218,8 @@ fn a_command_that_the_plant_does_in_part_says_which_acted_and_which_were_refused
     }
     world.settle();
     assert_eq!(world.take_acks(), [ack(420, DENIED)]);
-    let expected = "Done: servo 1, 3, 4, 6. Fault refused: servo 2: this effector has no such \
-                    fault; servo 5, 7: 64 faults are scheduled already, no more fit";
+    let expected = "Done: left aileron, left elevator, right elevator, nozzle pitch. Fault refused: right aileron: this effector has no such \
+                    fault; rudder, nozzle yaw: 64 faults are scheduled already, no more fit";
     assert_eq!(world.texts(), [expected]);
 }
 
@@ -234,7 +230,7 @@ fn a_refused_command_is_told_in_one_text_however_many_effectors_it_names() {
     world.got.clear();
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
-    let expected = "Fault refused: servo 1, 2, 3, 4, 5, 6, 7: no aircraft is connected";
+    let expected = "Fault refused: all servos: no aircraft is connected";
     assert_eq!(world.texts(), [expected]);
 
     let mut world = World::flying();
@@ -244,7 +240,7 @@ fn a_refused_command_is_told_in_one_text_however_many_effectors_it_names() {
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
     let texts = world.texts();
     let told: Vec<_> = texts.iter().filter(|text| text.contains("does not answer")).collect();
-    let expected = "Not confirmed: servo 1, 2, 3, 4, 5, 6, 7: the aircraft does not answer";
+    let expected = "Not confirmed: all servos: the aircraft does not answer";
     assert_eq!(told, [expected]);
 }
 
@@ -255,7 +251,7 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     world.send_command(420, STUCK_LEFT_AILERON);
     world.got.clear();
     world.send_command(420, clear);
-    assert_eq!(world.texts(), ["Cleared: servo stuck, instance 1"]);
+    assert_eq!(world.texts(), ["Cleared: left aileron stuck"]);
     world.got.clear();
     // A plant has no end to tell of when nothing acts.
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
@@ -263,7 +259,7 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
         schedule(&mut world, effector);
     }
     world.send_command(420, [102.0, 0.0, f32::NAN, 5.0, 0.0, 0.0, 0.0]);
-    assert_eq!(world.texts(), ["Nothing scheduled: servo 1, 3"]);
+    assert_eq!(world.texts(), ["Nothing scheduled: left aileron, left elevator"]);
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
 }
 
@@ -285,26 +281,41 @@ fn a_repair_of_what_is_healthy_is_accepted_and_says_that_there_was_nothing() {
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
     world.send_command(420, [102.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
-    assert_eq!(world.texts(), ["Nothing to mend: servo 5"]);
+    assert_eq!(world.texts(), ["Nothing to mend: rudder"]);
     world.got.clear();
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    assert_eq!(world.texts(), ["Nothing to mend: servo 1, 2, 3, 4, 5, 6, 7"]);
+    assert_eq!(world.texts(), ["Nothing to mend: all servos"]);
     world.got.clear();
     // Beside something that was mended, what is healthy is no news.
     schedule(&mut world, Effector::Rudder);
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    assert_eq!(world.texts(), ["Nothing scheduled: servo 5"]);
+    assert_eq!(world.texts(), ["Nothing scheduled: rudder"]);
 }
 
 #[test]
 fn a_size_that_one_instance_cannot_take_is_denied_for_all_in_its_own_units() {
     for (params, expected) in [
         // A bias of 20 deg: more than half the travel of the nozzle.
-        ([102.0, 4.0, 0.0, 3.0, 20.0], "servo 6, 7: bias 20 deg is outside -15 to 15 deg"),
-        ([102.0, 5.0, 0.0, 4.0, 70.0], "servo 6, 7: rate 70 deg/s is outside 0.06 to 60 deg/s"),
-        ([102.0, 3.0, 0.0, 6.0, 28.0], "servo 6, 7: amplitude 28 deg is outside 0 to 15 deg"),
-        ([102.0, 4.0, 0.0, 9.0, 20.0], "servo 6, 7: travel limit 20 deg is outside 0 to 15 deg"),
-        ([102.0, 8.0, 0.0, 8.0, 70.0], "servo 6, 7: rate 70 deg/s is outside -60 to 60 deg/s"),
+        (
+            [102.0, 4.0, 0.0, 3.0, 20.0],
+            "nozzle pitch, nozzle yaw: bias 20 deg is outside -15 to 15 deg",
+        ),
+        (
+            [102.0, 5.0, 0.0, 4.0, 70.0],
+            "nozzle pitch, nozzle yaw: rate 70 deg/s is outside 0.06 to 60 deg/s",
+        ),
+        (
+            [102.0, 3.0, 0.0, 6.0, 28.0],
+            "nozzle pitch, nozzle yaw: amplitude 28 deg is outside 0 to 15 deg",
+        ),
+        (
+            [102.0, 4.0, 0.0, 9.0, 20.0],
+            "nozzle pitch, nozzle yaw: travel limit 20 deg is outside 0 to 15 deg",
+        ),
+        (
+            [102.0, 8.0, 0.0, 8.0, 70.0],
+            "nozzle pitch, nozzle yaw: rate 70 deg/s is outside -60 to 60 deg/s",
+        ),
     ] {
         let mut world = World::flying();
         let [p1, p2, p3, p4, p5] = params;
@@ -332,9 +343,9 @@ fn numbers_of_a_refusal_are_in_the_units_of_the_effector() {
     let ramp =
         Refusal::OutOfRange { what: icd::fault::Quantity::Ramp, value: 1.0, min: 0.0, max: 0.0 };
     for (unit, refusal, words) in [
-        (102.0, bias, "servo 1: bias 20 deg is outside -28.6479 to 15 deg"),
-        (101.0, thrust, "motor 1: rate 70 kN/s is outside -30 to 30 kN/s"),
-        (102.0, ramp, "servo 1: this kind of fault has no ramp"),
+        (102.0, bias, "left aileron: bias 20 deg is outside -28.6479 to 15 deg"),
+        (101.0, thrust, "engine: rate 70 kN/s is outside -30 to 30 kN/s"),
+        (102.0, ramp, "left aileron: this kind of fault has no ramp"),
     ] {
         let mut world = World::flying();
         world.plant = PlantManner::Says(FaultReply::Refused(refusal));

@@ -56,9 +56,21 @@ fn each_change_of_content_is_told_at_once() {
     let sticks = tell(&mut world, EventKind::Mode(Mode::Altitude));
     assert!(sticks.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED));
     assert!(!sticks.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED));
-    let lost = tell(&mut world, EventKind::PlantLost);
-    assert_eq!(lost.system_status, MavState::MAV_STATE_CRITICAL);
-    assert!(lost.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
+    let down = tell(&mut world, EventKind::GroundContact);
+    assert_eq!(down.system_status, MavState::MAV_STATE_STANDBY);
+    assert!(!down.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
+}
+
+#[test]
+fn a_silent_plant_is_no_emergency_of_the_aircraft() {
+    let mut world = World::flying();
+    world.settle();
+    world.autopilot.plant_lost();
+    world.run_ms(1_100);
+    let heartbeats = heartbeats_at(&world, 14_550);
+    let heartbeat = heartbeats.last().unwrap();
+    assert_eq!(heartbeat.system_status, MavState::MAV_STATE_ACTIVE);
+    assert!(heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
 }
 
 #[test]

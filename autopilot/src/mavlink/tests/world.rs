@@ -334,7 +334,9 @@ impl World {
                 _ => texts.push((id, part.to_owned())),
             }
         }
-        texts.into_iter().map(|(_, text)| text).collect()
+        // The chunks of a long text are filled with blanks.
+        let words = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        texts.into_iter().map(|(_, text)| words(text)).collect()
     }
 
     pub fn said(&self, words: &str) -> bool {

@@ -121,7 +121,7 @@ fn what_an_effector_cannot_have_is_refused_with_its_name() {
         (order(Unit::MOTOR, T::Slow), &[("FLT_ENG_PCT", -5.0)], "FLT_ENG_PCT must be above 0"),
     ] {
         let refused = fault(&order, settings).unwrap_err();
-        let effector = if order.unit == Unit::SERVO { "servo 1: " } else { "motor 1: " };
+        let effector = if order.unit == Unit::SERVO { "left aileron: " } else { "engine: " };
         assert!(refused.contains(reason) && refused.contains(effector), "{refused}");
     }
 }

@@ -173,14 +173,15 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
     assert_eq!(effector, Effector::Rudder);
     let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
     assert!((angle_rad.to_degrees() - 3.0).abs() < 1.0e-6, "{angle_rad} rad");
-    assert!(text.starts_with("servo 5: acts since"), "{text}");
+    assert!(text.starts_with("rudder: acts since"), "{text}");
     let list = said(&mut world, "list");
     assert!(list.contains("servo 5 (rudder) stuck at 3.0 deg"), "{list}");
     assert_eq!(said(&mut world, "failure list"), list);
     assert!(
-        said(&mut world, "failure servo wrong -m 3 -v 40% -t 99s").contains("servo 2: acts at")
+        said(&mut world, "failure servo wrong -m 3 -v 40% -t 99s")
+            .contains("right aileron: acts at")
     );
-    assert!(said(&mut world, "failure servo ok -i 5").starts_with("servo 5: healthy since"));
+    assert!(said(&mut world, "failure servo ok -i 5").starts_with("rudder: healthy since"));
     assert!(said(&mut world, "failure clear").starts_with("healthy since"));
 }
 
@@ -191,10 +192,10 @@ fn what_was_never_broken_is_not_said_to_be_healthy_since_now() {
     assert_eq!(said(&mut world, "failure servo ok"), "nothing to mend\n");
     said(&mut world, "failure servo stuck -i 5");
     let text = said(&mut world, "failure servo ok");
-    assert!(text.starts_with("servo 5: healthy since") && text.lines().count() == 1, "{text}");
+    assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
     said(&mut world, "failure servo stuck -i 5 -t 99s");
     let text = said(&mut world, "failure servo ok");
-    assert!(text.starts_with("servo 5: healthy since") && text.lines().count() == 1, "{text}");
+    assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
 }
 
 #[test]
@@ -278,7 +279,7 @@ fn failures_that_cannot_be_are_refused_with_the_reason() {
     }
     world.plant = PlantManner::Says(FaultReply::Refused(Refusal::FlightOver));
     let text = said(&mut world, "failure servo stuck -i 5");
-    assert!(text.starts_with("ERROR: servo 5: "), "{text}");
+    assert!(text.starts_with("ERROR: rudder: "), "{text}");
 }
 
 #[test]
@@ -292,6 +293,6 @@ fn a_plant_that_is_silent_is_told_after_three_seconds_and_lines_wait_meanwhile()
     world.run_ms(300);
     let text = take(&mut world, address(14_550), STATION);
     let expected =
-        format!("ERROR: servo 5: the aircraft does not answer\n{PROMPT}help step\nrun for");
+        format!("ERROR: rudder: the aircraft does not answer\n{PROMPT}help step\nrun for");
     assert!(text.starts_with(&expected), "{text}");
 }
