@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{Authority, Belief, FlightControl, Gains, StepOutput};
-use icd::fault::{FaultReply, FaultState, PlantAction, PlantReport, PlantRequest};
+use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
@@ -21,6 +21,7 @@ use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 use scripts::Scripts;
 
+mod report_time;
 mod scripts;
 
 /// Requests that wait for the plant; one leaves with each control step.
@@ -209,7 +210,7 @@ impl Autopilot {
                 }
                 let outcome = Outcome::Plant(reply);
                 (
-                    reply_time(&reply).unwrap_or(self.time),
+                    report_time::of_reply(&reply).unwrap_or(self.time),
                     EventKind::Outcome { number: request, outcome },
                 )
             }
@@ -219,7 +220,9 @@ impl Autopilot {
                 }
                 return;
             }
-            PlantReport::Fault(entry) => (self.time_of(&entry.state), EventKind::Fault(entry)),
+            PlantReport::Fault(entry) => {
+                (report_time::of_fault(&entry.state, self.time), EventKind::Fault(entry))
+            }
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;
                 self.stop_script();
@@ -233,15 +236,6 @@ impl Autopilot {
             }
         };
         push(&mut self.events, &mut self.dropped_events, Event { time: at, kind });
-    }
-
-    /// Simulation time of a report on a fault. What has just begun or ended did so at the tick that comes with the
-    /// report; what is listed again did so earlier, and what is scheduled will.
-    fn time_of(&self, state: &FaultState) -> SimTime {
-        match state {
-            FaultState::Scheduled { .. } => self.time,
-            state => state.time().max(self.time),
-        }
     }
 
     /// Whether the plant owed an answer with this number; it does not any more.
@@ -467,15 +461,6 @@ impl Autopilot {
     #[must_use]
     pub fn belief(&self) -> &Belief {
         &self.belief
-    }
-}
-
-fn reply_time(reply: &FaultReply) -> Option<SimTime> {
-    match *reply {
-        FaultReply::Applied { at } | FaultReply::Cleared { at } => Some(at),
-        FaultReply::Unchanged { .. } | FaultReply::Scheduled { .. } | FaultReply::Refused(_) => {
-            None
-        }
     }
 }
 

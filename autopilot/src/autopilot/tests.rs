@@ -4,7 +4,7 @@ use crate::event::FIRST_SCRIPT_REQUEST;
 use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference};
-use icd::fault::{FaultRequest, Refusal};
+use icd::fault::{FaultReply, FaultRequest, Refusal};
 use icd::{Effector, FaultKind, PerEffector};
 
 mod scripts;
