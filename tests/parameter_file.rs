@@ -11,7 +11,9 @@ mod programs;
 use std::fs;
 
 use ground::Ground;
-use mavlink::dialects::common::{MavCmd, MavMessage, MavParamType, MavResult, PARAM_SET_DATA};
+use mavlink::dialects::common::{
+    MavCmd, MavMessage, MavMissionResult, MavParamType, MavResult, PARAM_SET_DATA,
+};
 use programs::{Program, autopilot};
 
 fn set(ground: &mut Ground, name: &str, param_value: f32) {
@@ -61,6 +63,42 @@ fn what_was_set_survives_a_kill_and_an_ordinary_end() {
     assert!(third.said().contains("NAV_LOITER_RAD = 8000, OBS_W0 = 41"), "{}", third.said());
     let text = fs::read_to_string(&path).expect("it is still there");
     assert!(text.contains("OBS_W0 = 41"), "the command line is not saved: {text}");
+}
+
+#[test]
+fn an_uploaded_plan_is_offered_again_after_a_kill() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("parameters.toml");
+    let option = ["--parameter-file", path.to_str().expect("a readable path")];
+    let plan = folder.path().join("parameters.plan.toml");
+
+    let mut ground = Ground::new();
+    let (mut first, _) = autopilot(ground.address(), &option);
+    ground.listen_until("the vehicle", |ground| ground.heartbeats > 0);
+    assert_eq!(ground.plan_items(), 0);
+    let waypoints =
+        [(351_704_000, -1_179_000_000, 5_500.0), (349_000_000, -1_179_000_000, 5_000.0)];
+    assert_eq!(ground.upload(&waypoints), MavMissionResult::MAV_MISSION_ACCEPTED);
+    ground.listen_until("the file", |_| plan.exists());
+    first.signal(9);
+    first.end();
+
+    let mut ground = Ground::new();
+    let (mut second, _) = autopilot(ground.address(), &option);
+    ground.listen_until("the plan", |ground| ground.heard("Mission of the last run: 2 items"));
+    assert_eq!(ground.plan_items(), 2);
+    second.signal(15);
+    assert_eq!(second.end(), Some(0));
+    assert!(second.said().contains("plan: 2 saved items from"), "{}", second.said());
+
+    let damaged = fs::read_to_string(&plan).expect("it is there").replace("count = 2", "count = 3");
+    fs::write(&plan, &damaged).expect("the folder is there");
+    for program in ["autopilot", "sitl"] {
+        let mut program = Program::start(program, &[option[0], option[1], "--no-gcs"]);
+        program.wait_for("count = 3, but there are 2 items");
+        assert_eq!(program.end(), Some(1));
+        assert_eq!(fs::read_to_string(&plan).expect("still there"), damaged);
+    }
 }
 
 #[test]

@@ -18,7 +18,8 @@ use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
 use crate::io::status::{self, StatusLine, StatusSource};
-use crate::io::store::Kept;
+use crate::io::store::{Kept, KeptPlan};
+use crate::mavlink::mission::SavedPlanError;
 use crate::parameters::{ParameterError, Parameters, SavedError};
 
 mod args;
@@ -58,6 +59,9 @@ pub enum RunError {
     /// Saved parameters cannot be used.
     #[error(transparent)]
     Saved(#[from] SavedError),
+    /// A saved plan cannot be used.
+    #[error(transparent)]
+    SavedPlan(#[from] SavedPlanError),
     /// The signing key cannot be used.
     #[error("signing: {0}")]
     Key(#[from] KeyFileError),
@@ -100,6 +104,10 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
         info!("{summary}");
     }
+    let kept_plan = args.kept_plan()?;
+    if let Some(summary) = kept_plan.as_ref().and_then(KeptPlan::summary) {
+        info!("{summary}");
+    }
     let kept_key = args.kept_key()?;
     if let Some(summary) = kept_key.as_ref().and_then(KeptKey::summary) {
         info!("{summary}");
@@ -135,6 +143,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         identity,
         script,
         kept,
+        kept_plan,
         kept_key,
         logs,
     });

@@ -5,8 +5,8 @@ use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use mavlink::dialects::common::{
-    COMMAND_LONG_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavMessage,
-    MavMissionResult, MavResult,
+    COMMAND_LONG_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_LIST_DATA,
+    MavCmd, MavFrame, MavMessage, MavMissionResult, MavResult,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message};
 
@@ -37,6 +37,7 @@ pub struct Ground {
     wanted_item: Option<u16>,
     /// The answer to a plan.
     plan_answer: Option<MavMissionResult>,
+    plan_count: Option<u16>,
 }
 
 impl Ground {
@@ -58,6 +59,7 @@ impl Ground {
             place_e7: [0; 2],
             wanted_item: None,
             plan_answer: None,
+            plan_count: None,
         }
     }
 
@@ -163,6 +165,17 @@ impl Ground {
         }
     }
 
+    /// Items of the plan that the vehicle offers.
+    pub fn plan_items(&mut self) -> u16 {
+        self.plan_count = None;
+        let (target_system, target_component) = (1, 1);
+        let list =
+            MISSION_REQUEST_LIST_DATA { target_system, target_component, ..Default::default() };
+        self.send(&MavMessage::MISSION_REQUEST_LIST(list));
+        self.listen_until("the length of the plan", |ground| ground.plan_count.is_some());
+        self.plan_count.expect("waited for it")
+    }
+
     /// The vehicle sends one frame a datagram.
     fn take(&mut self, frame: &[u8]) {
         assert_eq!(frame[0], 0xFD, "MAVLink 2");
@@ -186,6 +199,7 @@ impl Ground {
                 self.acknowledgements.push((ack.command, ack.result))
             }
             Ok(MavMessage::MISSION_REQUEST_INT(request)) => self.wanted_item = Some(request.seq),
+            Ok(MavMessage::MISSION_COUNT(answer)) => self.plan_count = Some(answer.count),
             Ok(MavMessage::MISSION_ACK(answer)) => self.plan_answer = Some(answer.mavtype),
             Ok(_) => {}
             Err(error) => panic!("message {id} cannot be read: {error}"),

@@ -24,13 +24,13 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
-use tracing::{info, warn};
+use tracing::info;
 
 use super::channels::GroundChannels;
 use super::key_store::{KeptKey, KeyStore};
 use super::log_folder::LogFolder;
 use super::recorder::GroundFeed;
-use super::store::{Kept, Store};
+use super::store::{Kept, KeptPlan, Store};
 use super::tlog::Tlog;
 use crate::clock::{self, WallTime};
 use crate::event::{Event, Intent, Snapshot};
@@ -38,7 +38,7 @@ use crate::mavlink::Ground;
 use crate::mavlink::heartbeat::HeartbeatIdentity;
 use crate::mavlink::logs::LogDone;
 use crate::mavlink::peers::{Address, CONFIGURED_MAX, Connection, is_this_computer};
-use crate::mavlink::signing::{LogLine, Signing};
+use crate::mavlink::signing::Signing;
 use crate::mavlink::telemetry::Host;
 use crate::parameters::Parameters;
 use crate::script::Script;
@@ -47,6 +47,7 @@ use logs::{next_done, open_tlog};
 use sockets::{Arrival, READ_MAX, Sockets};
 
 mod crowd;
+mod keeping;
 mod logs;
 mod sockets;
 mod tcp;
@@ -105,6 +106,8 @@ pub struct GcsConfig {
     pub script: Option<Arc<Script>>,
     /// Where changes of parameters are kept, and what is kept already.
     pub kept: Option<Kept>,
+    /// Where the plan is kept, and what is kept already.
+    pub kept_plan: Option<KeptPlan>,
     /// Where the signing key is kept, and the key that is there already.
     pub kept_key: Option<KeptKey>,
     /// Where logs are.
@@ -142,8 +145,8 @@ pub enum GcsError {
         /// How many were asked for.
         count: usize,
     },
-    /// No thread for the parameter file.
-    #[error("autopilot: cannot keep parameters: {0}")]
+    /// No thread for the parameter file or the plan file.
+    #[error("autopilot: cannot keep parameters and plan: {0}")]
     Store(io::Error),
     /// No thread for the signing key.
     #[error("autopilot: cannot keep the signing key: {0}")]
@@ -163,6 +166,7 @@ pub struct GcsLink {
     sockets: Sockets,
     listening: Listening,
     store: Option<Store>,
+    plan_store: Option<Store>,
     key_store: Option<KeyStore>,
     ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
@@ -175,8 +179,17 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let GcsConfig { links, parameters, belief, identity, script, kept, kept_key, logs } =
-            config;
+        let GcsConfig {
+            links,
+            parameters,
+            belief,
+            identity,
+            script,
+            kept,
+            kept_plan,
+            kept_key,
+            logs,
+        } = config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
@@ -196,7 +209,12 @@ impl GcsLink {
         let mut store = None;
         if let Some(kept) = kept {
             ground.keep_parameters(kept.parameters);
-            store = Some(Store::open(&kept.path).map_err(GcsError::Store)?);
+            store = Some(Store::open(kept.own_file(), "parameter file").map_err(GcsError::Store)?);
+        }
+        let mut plan_store = None;
+        if let Some(kept) = kept_plan {
+            ground.keep_plan(kept.plan.clone());
+            plan_store = Some(Store::open(kept.own_file(), "plan file").map_err(GcsError::Store)?);
         }
         let mut signing = Signing::new(host.unix_start_us);
         let mut key_store = None;
@@ -219,6 +237,7 @@ impl GcsLink {
             sockets,
             listening,
             store,
+            plan_store,
             key_store,
             ground_feed: None,
             logs: folder,
@@ -248,7 +267,17 @@ impl GcsLink {
         channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self { ground, sockets, listening, store, key_store, ground_feed, logs, tlog } = self;
+        let Self {
+            ground,
+            sockets,
+            listening,
+            store,
+            plan_store,
+            key_store,
+            ground_feed,
+            logs,
+            tlog,
+        } = self;
         let Listening { clients, udp_server, tcp_server } = listening;
         info!(
             ?clients,
@@ -261,6 +290,7 @@ impl GcsLink {
             sockets,
             channels,
             store,
+            plan_store,
             key_store,
             ground_feed,
             logs,
@@ -287,6 +317,8 @@ struct Link {
     channels: GroundChannels,
     /// Gone, it has written everything.
     store: Option<Store>,
+    /// Likewise.
+    plan_store: Option<Store>,
     /// Likewise.
     key_store: Option<KeyStore>,
     ground_feed: Option<GroundFeed>,
@@ -316,7 +348,7 @@ impl Link {
             if let Some(feed) = self.ground_feed.as_mut() {
                 feed.follow(&mut self.ground);
             }
-            self.keep_parameters(now);
+            self.keep_files(now);
             self.keep_key(now);
             self.begin_log_job();
             let wanted = self.ground.wants_snapshot();
@@ -398,41 +430,6 @@ impl Link {
         self.ground.close(connection);
         if let Some(from) = self.sockets.close(connection) {
             info!(%from, why, "ground-station connection closed");
-        }
-    }
-
-    /// Hands changed parameters to their file, and takes what became of it.
-    fn keep_parameters(&mut self, now: WallTime) {
-        let Some(store) = &self.store else { return };
-        if let Some(save) = self.ground.pop_save() {
-            store.save(save);
-        }
-        if let Some(saved) = store.outcome() {
-            self.ground.handle_saved(&saved, now);
-        }
-    }
-
-    /// Hands a changed signing key or its time to the key file, and says what signing has refused.
-    fn keep_key(&mut self, now: WallTime) {
-        while let Some(line) = self.ground.tell_signing(now) {
-            match line {
-                LogLine::Turned(line) => info!("{line}"),
-                LogLine::Refused(line) => warn!("{line}"),
-            }
-        }
-        let Some(store) = &self.key_store else { return };
-        if let Some(change) = self.ground.pop_key_change() {
-            store.change(change);
-        }
-        if let Some(why) = store.failure() {
-            self.ground.handle_key_unsaved(&why, now);
-        }
-    }
-
-    /// Nothing more is sent or taken: the time in the key file is the last one.
-    fn close_key(&mut self) {
-        if let (Some(store), Some(change)) = (&self.key_store, self.ground.last_key_change()) {
-            store.change(change);
         }
     }
 

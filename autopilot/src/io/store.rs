@@ -1,5 +1,5 @@
-//! The parameter file: read at start, written by a thread of its own while ground stations change
-//! parameters.
+//! The parameter file, and beside it the plan file: read at start, each written by a thread of its own while ground
+//! stations change parameters and plans.
 //!
 //! The name always leads to a whole file, also when the process is killed, and only a file that has parameters is
 //! replaced ([`OwnFile`]). Changes that follow each other quickly are written once.
@@ -15,6 +15,7 @@ use std::thread::{self, JoinHandle};
 use host_io::file::{self, FileProblem, OwnFile};
 use tracing::warn;
 
+use crate::mavlink::mission::{SavedPlan, SavedPlanError};
 use crate::mavlink::param::{Save, Saved};
 use crate::parameters::{Parameters, SavedError, SavedProblem, from_text};
 
@@ -22,6 +23,8 @@ use crate::parameters::{Parameters, SavedError, SavedProblem, from_text};
 const GATHER: Duration = Duration::from_millis(500);
 /// The file inside the user's data folder.
 const FILE: &str = "two-step/parameters.toml";
+/// What the plan file has in place of the parameter file's extension: `parameters.plan.toml`.
+const PLAN_EXTENSION: &str = "plan.toml";
 
 /// An option that has to be a path or `none` is empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -89,6 +92,25 @@ impl ParameterFile {
         };
         Ok(Some(Kept { path: path.clone(), parameters }))
     }
+
+    /// The plan that is kept beside the parameters; `None` where nothing is to be. A file that is not there keeps no plan.
+    ///
+    /// # Errors
+    /// [`SavedPlanError`] names the file and what is wrong with it.
+    pub fn read_plan(&self) -> Result<Option<KeptPlan>, SavedPlanError> {
+        let Self::At(parameters) = self else { return Ok(None) };
+        let path = parameters.with_extension(PLAN_EXTENSION);
+        let name = path.display().to_string();
+        let plan = match file::read_text(&path, file::TEXT_MAX) {
+            Ok(text) => SavedPlan::from_text(&name, &text)?,
+            Err(problem) if problem.is_not_found() => SavedPlan::default(),
+            Err(problem) => {
+                let problem = format!("cannot be read: {problem}");
+                return Err(SavedPlanError { file: name, problem });
+            }
+        };
+        Ok(Some(KeptPlan { path, plan }))
+    }
 }
 
 /// The user's data folder, as the XDG base directory specification has it; `None` where there is no user.
@@ -115,6 +137,12 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// The file for its writer: it has parameters and nothing else.
+    #[must_use]
+    pub fn own_file(&self) -> OwnFile {
+        own_file(&self.path)
+    }
+
     /// One line about the values that differ from their defaults; `None` if there are none.
     #[must_use]
     pub fn summary(&self) -> Option<String> {
@@ -125,6 +153,30 @@ impl Kept {
             more => format!("{more} saved values"),
         };
         Some(format!("parameters: {count} from {}: {}", self.path.display(), values.join(", ")))
+    }
+}
+
+/// The plan that is kept in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptPlan {
+    /// The file.
+    pub path: PathBuf,
+    /// What is in it.
+    pub plan: SavedPlan,
+}
+
+impl KeptPlan {
+    /// The file for its writer: it has a plan and nothing else.
+    #[must_use]
+    pub fn own_file(&self) -> OwnFile {
+        own_plan_file(&self.path)
+    }
+
+    /// One line about the plan; `None` if there is none.
+    #[must_use]
+    pub fn summary(&self) -> Option<String> {
+        let count = self.plan.count();
+        (count > 0).then(|| format!("plan: {count} saved items from {}", self.path.display()))
     }
 }
 
@@ -150,25 +202,25 @@ impl Shared {
     }
 }
 
-/// Writes the parameter file. Dropping it waits until everything is written.
+/// Writes a file that is kept for the next start. Dropping it waits until everything is written.
 #[derive(Debug)]
 pub struct Store {
     shared: Arc<Shared>,
     writer: Option<JoinHandle<()>>,
+    what: &'static str,
 }
 
 impl Store {
-    /// Starts the writer.
+    /// Starts the writer of a file, which is called `what`.
     ///
     /// # Errors
     /// If the system gives no thread.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        let file = own_file(path);
+    pub fn open(file: OwnFile, what: &'static str) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
-        let write = move || write_all(&theirs, &file);
-        let writer = thread::Builder::new().name("parameter file".to_owned()).spawn(write)?;
-        Ok(Self { shared, writer: Some(writer) })
+        let write = move || write_all(&theirs, &file, what);
+        let writer = thread::Builder::new().name(what.to_owned()).spawn(write)?;
+        Ok(Self { shared, writer: Some(writer), what })
     }
 
     /// Hands over the latest text. Never waits.
@@ -191,19 +243,26 @@ impl Drop for Store {
         if let Some(writer) = self.writer.take()
             && writer.join().is_err()
         {
-            warn!("the writer of the parameter file has broken down");
+            warn!("the writer of the {} has broken down", self.what);
         }
     }
 }
 
-/// The file as one of this program: it has parameters and nothing else.
+/// The parameter file as one of this program: it has parameters and nothing else.
 fn own_file(path: &Path) -> OwnFile {
-    let is_own =
-        |content: &[u8]| std::str::from_utf8(content).is_ok_and(|text| from_text("", text).is_ok());
-    OwnFile::new(path, file::TEXT_MAX, is_own)
+    OwnFile::new(path, file::TEXT_MAX, |content| {
+        str::from_utf8(content).is_ok_and(|text| from_text("", text).is_ok())
+    })
 }
 
-fn write_all(shared: &Shared, file: &OwnFile) {
+/// The plan file, likewise.
+fn own_plan_file(path: &Path) -> OwnFile {
+    OwnFile::new(path, file::TEXT_MAX, |content| {
+        str::from_utf8(content).is_ok_and(|text| SavedPlan::from_text("", text).is_ok())
+    })
+}
+
+fn write_all(shared: &Shared, file: &OwnFile, what: &str) {
     loop {
         let idle = |state: &mut State| state.next.is_none() && !state.has_ended;
         let state = shared.changed.wait_while(shared.lock(), idle);
@@ -219,7 +278,7 @@ fn write_all(shared: &Shared, file: &OwnFile) {
         let Some(Save { number, text, .. }) = state.next.take() else { continue };
         drop(state);
         let result = file.replace(text.as_bytes()).map_err(|problem| {
-            warn!(file = %file.path().display(), %problem, "parameters are not saved");
+            warn!(file = %file.path().display(), %problem, "the {what} is not written");
             problem.to_string()
         });
         shared.lock().outcome = Some(Saved { number, result });

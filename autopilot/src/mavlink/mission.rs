@@ -10,7 +10,7 @@
 //!
 //! There is one plan. It is replaced when the control side has taken the whole of a new one; until then, and
 //! if anything fails, the old one stays. One ground station uploads at a time; another one that tries is
-//! denied. Fence and rally points are not there: their lists are empty and take nothing.
+//! denied. The plan in force is kept for the next start of the program. Fence and rally points are not there: their lists are empty and take nothing.
 
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use ::mavlink::dialects::common::{MavMissionResult as R, MavSeverity};
 
 use super::codec::{ListKind, Message};
 use super::context::{Context, From};
+use super::param::{Save, Saved};
 use super::peers::Peers;
 use crate::clock::WallTime;
 use crate::event::{EventKind, Wish};
@@ -33,15 +34,21 @@ mod incoming;
 mod notes;
 mod outcomes;
 mod rejected;
+mod restored;
+mod saved;
 mod upload;
 mod waiting;
 mod wire;
 
 use downloads::Downloads;
 use rejected::Rejected;
+use restored::Restoring;
+use saved::PlanKeeper;
 use upload::Upload;
 use waiting::{WaitingList, What};
 use wire::Stored;
+
+pub use saved::{SavedPlan, SavedPlanError};
 
 /// Lists without items here: fence and rally points.
 const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
@@ -65,6 +72,8 @@ pub struct MissionService {
     downloads: Downloads,
     waiting: WaitingList,
     ended: Option<Ended>,
+    restoring: Restoring,
+    keeper: PlanKeeper,
 }
 
 /// The way to the ground station that has sent a message.

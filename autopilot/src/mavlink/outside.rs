@@ -3,6 +3,7 @@
 use super::Ground;
 use super::codec::Skipped;
 use super::logs::{LogDone, LogJob};
+use super::mission::SavedPlan;
 use super::param::{Save, Saved};
 use super::peers::{Address, Crowding};
 use super::signing::{KeyChange, LogLine};
@@ -77,6 +78,23 @@ impl Ground {
     pub fn handle_saved(&mut self, saved: &Saved, now: WallTime) {
         let (services, mut ctx, out) = self.split(now);
         services.param.handle_saved(saved, &mut ctx, out);
+        self.texts.poll(&mut self.peers);
+    }
+
+    /// From now on plans are kept; `saved` is what is kept already.
+    pub fn keep_plan(&mut self, saved: SavedPlan) {
+        self.mission.keep(saved);
+    }
+
+    /// Next text of the plan file.
+    pub fn pop_plan_save(&mut self) -> Option<Save> {
+        self.mission.pop_save()
+    }
+
+    /// Takes what became of a save of the plan.
+    pub fn handle_plan_saved(&mut self, saved: &Saved, now: WallTime) {
+        let (services, mut ctx, _) = self.split(now);
+        services.mission.handle_saved(saved, now, &mut ctx);
         self.texts.poll(&mut self.peers);
     }
 

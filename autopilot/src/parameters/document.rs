@@ -15,8 +15,8 @@ says why and repeats the value that stays.
 
 What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
 user's data folder) and used again by the next `sitl` or `autopilot`, which says so when it starts. What the
-command line sets wins and is not kept. `sitl paper`, `sitl bench` and flights inside one process never look at
-the file.
+command line sets wins and is not kept. The plan is kept beside that file. `sitl paper`, `sitl bench` and flights inside one
+process never look at either.
 
 Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
 ";

@@ -18,7 +18,7 @@ use super::signing::SigningArgs;
 use crate::config;
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
-use crate::io::store::{Kept, ParameterFile};
+use crate::io::store::{Kept, KeptPlan, ParameterFile};
 use crate::parameters::Parameters;
 use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -93,7 +93,7 @@ pub struct AutopilotArgs {
     /// Set a parameter; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub parameters: Vec<ParameterSetting>,
-    /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
+    /// Where parameters that a ground station sets are kept, and beside them its plan, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
     pub parameter_file: Option<ParameterFile>,
     /// Where the signing key is.
@@ -173,6 +173,18 @@ impl AutopilotArgs {
             return Ok(None);
         }
         Ok(self.parameter_file.clone().unwrap_or_default().read()?)
+    }
+
+    /// The plan that a ground station has uploaded in an earlier run; `None` where none is kept.
+    ///
+    /// # Errors
+    /// [`RunError`] names the file and what is wrong with it.
+    pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
+        if self.setup.is_some() {
+            // Exactly that setup.
+            return Ok(None);
+        }
+        Ok(self.parameter_file.clone().unwrap_or_default().read_plan()?)
     }
 
     /// The key file and the key in it; `None` where no key is kept.

@@ -53,7 +53,7 @@ pub struct LaunchArgs {
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
     param: Vec<String>,
-    /// Where parameters that a ground station sets are kept, or none [default: two-step/parameters.toml in the user's data folder]
+    /// Where parameters that a ground station sets are kept, and beside them its plan, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
     parameter_file: Option<String>,
     /// Where the MAVLink signing key is kept, or none; with a key there signing is on [default: two-step/signing.key in the user's data folder]

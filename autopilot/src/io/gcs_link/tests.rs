@@ -31,6 +31,7 @@ fn config(clients: &[SocketAddr]) -> GcsConfig {
         identity: HeartbeatIdentity::default(),
         script: None,
         kept: None,
+        kept_plan: None,
         kept_key: None,
         logs: None,
     }

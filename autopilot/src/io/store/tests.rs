@@ -27,7 +27,7 @@ fn save(number: u64, bandwidth: f64) -> Save {
 fn what_was_handed_over_last_is_in_the_file_when_the_store_is_gone() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("not/there/yet/parameters.toml");
-    let store = Store::open(&path).unwrap();
+    let store = Store::open(own_file(&path), "parameter file").unwrap();
     for number in 1..=200_u32 {
         store.save(save(number.into(), f64::from(number)));
     }
@@ -41,7 +41,7 @@ fn what_was_handed_over_last_is_in_the_file_when_the_store_is_gone() {
 fn somebody_who_waits_gets_the_number_of_the_save() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("parameters.toml");
-    let store = Store::open(&path).unwrap();
+    let store = Store::open(own_file(&path), "parameter file").unwrap();
     store.save(Save { at_once: true, ..save(7, 40.0) });
     let outcome = (0..10_000).find_map(|_| {
         thread::yield_now();
@@ -74,7 +74,7 @@ fn a_write_that_fails_leaves_the_old_file() {
 fn a_file_of_somebody_else_is_not_replaced_and_the_save_says_why() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("parameters.toml");
-    let store = Store::open(&path).unwrap();
+    let store = Store::open(own_file(&path), "parameter file").unwrap();
     for (number, foreign) in [(1, "my = \"diary\"\n"), (2, "not even TOML")] {
         fs::write(&path, foreign).unwrap();
         store.save(Save { at_once: true, ..save(number, 40.0) });
@@ -96,7 +96,7 @@ fn a_link_stays_a_link_and_its_file_is_replaced() {
     let (file, link) = (folder.path().join("real.toml"), folder.path().join("parameters.toml"));
     fs::write(&file, text(40.0)).unwrap();
     std::os::unix::fs::symlink(&file, &link).unwrap();
-    let store = Store::open(&link).unwrap();
+    let store = Store::open(own_file(&link), "parameter file").unwrap();
     store.save(save(1, 50.0));
     drop(store);
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
@@ -176,4 +176,22 @@ fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
         writer.wait().unwrap();
         assert!([40.0, 50.0].contains(&bandwidth(&path)), "round {round}");
     }
+}
+
+#[test]
+fn the_plan_file_stands_beside_the_parameters_and_a_file_of_another_program_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let parameters = ParameterFile::At(folder.path().join("parameters.toml"));
+    let kept = parameters.read_plan().unwrap().unwrap();
+    assert_eq!((kept.plan.count(), kept.summary()), (0, None), "not there yet");
+    assert_eq!(kept.path, folder.path().join("parameters.plan.toml"));
+    assert_eq!(ParameterFile::None.read_plan().unwrap(), None);
+
+    fs::write(&kept.path, "count = 0\n").unwrap();
+    kept.own_file().replace(b"count = 0\nitem = []\n").unwrap();
+    fs::write(&kept.path, "notes of another program").unwrap();
+    let message = parameters.read_plan().unwrap_err().to_string();
+    assert!(message.contains("parameters.plan.toml: "), "{message}");
+    assert!(kept.own_file().replace(b"count = 0\n").is_err());
+    assert_eq!(fs::read_to_string(&kept.path).unwrap(), "notes of another program");
 }

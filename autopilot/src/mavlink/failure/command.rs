@@ -23,8 +23,28 @@ pub fn order(command: &Command) -> Result<FaultOrder, Refused> {
         Refused::unsupported(reason)
     })?;
     let instances = instances(command)?;
+    if unit == Unit::EVERYTHING {
+        check_everything(command, failure_type, instances)?;
+    }
     let order = FaultOrder::new(unit, failure_type, instances);
     if command.id == USER_1 { with_numbers(order, command) } else { Ok(order) }
+}
+
+/// Everything at once is only mended.
+fn check_everything(
+    command: &Command,
+    failure_type: FailureType,
+    instances: Instances,
+) -> Result<(), Refused> {
+    if command.id != USER_1 {
+        return Err(Refused::unsupported("Fault refused: unit -1 is only known to USER_1 (31010)"));
+    }
+    if failure_type != FailureType::Ok || instances != Instances::All {
+        return Err(Refused::denied(
+            "Fault refused: unit -1 mends everything, with type 0 and instance 0",
+        ));
+    }
+    Ok(())
 }
 
 /// What USER_1 says beyond 420.

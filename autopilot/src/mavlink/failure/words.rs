@@ -18,6 +18,8 @@ impl Unit {
     pub const MOTOR: Self = Self(101);
     /// What moves: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
+    /// Every effector, only to mend and only in MAV_CMD_USER_1: a ground station's button is one command.
+    pub const EVERYTHING: Self = Self(-1);
 
     /// Number, name, and why it does not fail here.
     const TABLE: [(Self, &'static str, &'static str); 17] = [
@@ -81,6 +83,7 @@ impl Unit {
         match self {
             Self::SERVO => &SERVOS,
             Self::MOTOR => &MOTORS,
+            Self::EVERYTHING => &Effector::ALL,
             _ => &[],
         }
     }

@@ -24,8 +24,10 @@ impl MissionService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        // Other services wish too.
-        let Some(waiting) = self.waiting.take(number) else { return };
+        // Other services ask too.
+        let Some(waiting) = self.waiting.take(number) else {
+            return self.take_restored(number, outcome, now, ctx);
+        };
         let result = match outcome {
             Outcome::Done => R::MAV_MISSION_ACCEPTED,
             Outcome::Refused(refusal) => {
@@ -67,6 +69,7 @@ impl MissionService {
                 }
                 if accepted {
                     self.stored = stored.clone();
+                    self.keeper.keep(stored);
                     let text = match stored.count() {
                         0 => "Mission cleared".into(),
                         1 => "Mission loaded: 1 item".into(),
@@ -90,6 +93,7 @@ impl MissionService {
 
     /// Does what is due.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        self.restore(now, ctx);
         while let Some((from, list)) = self.waiting.next_overdue(now) {
             ctx.texts.refuse(now, NO_ANSWER);
             if let Some(list) = list {

@@ -7,5 +7,6 @@ mod guided;
 mod items;
 mod loss;
 mod refusals;
+mod restored;
 mod silence;
 mod uploads;
