@@ -213,7 +213,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         told += moment.events.iter().filter(|event| event.kind == EventKind::Terminated).count();
         if moment.snapshot.terminated {
             terminated_at.get_or_insert(moment.truth.position);
-            assert_eq!(moment.snapshot.mode, Mode::Reference, "nobody is obeyed");
+            assert_eq!(moment.snapshot.mode, Mode::Position, "nobody is obeyed");
         }
         last = Some(moment.truth.position);
     });

@@ -10,7 +10,7 @@ use icd::{Effector, Sensors, SimTime};
 use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
 use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
-use crate::vehicle::{Reference, VehicleRefusal};
+use crate::vehicle::VehicleRefusal;
 
 /// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
 const ASKED_MAX: usize = 8;
@@ -140,8 +140,6 @@ impl Autopilot {
         let time = *time;
         match action {
             Action::Fault(request) => self.ask_for(line, request),
-            // As in a scenario: in Reference a roll angle needs no stream of setpoints.
-            Action::Refer(Reference::Roll(roll_rad)) => vehicle.bank(roll_rad, rules),
             Action::Refer(reference) => vehicle.refer(reference, rules),
             Action::Mode(mode) => {
                 let tell = &mut |kind| push(events, dropped_events, Event { time, kind });

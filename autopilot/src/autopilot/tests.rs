@@ -247,7 +247,7 @@ fn modes_and_references_need_a_flying_aircraft_and_parameters_do_not() {
     let mut autopilot = flying();
     autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "ground contact reported");
-    assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Reference));
+    assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Position));
     let mut autopilot = flying();
     autopilot.hold(&sensors(), true);
     assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "held on the ground");

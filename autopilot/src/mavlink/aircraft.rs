@@ -79,7 +79,7 @@ impl Default for Aircraft {
             connected: false,
             on_ground: false,
             terminated: false,
-            mode: Mode::Reference,
+            mode: Mode::Position,
             faults: FaultList::default(),
             contradictions: 0,
             snapshot: None,

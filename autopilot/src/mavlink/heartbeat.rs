@@ -87,11 +87,11 @@ pub fn is_armed(aircraft: &Aircraft) -> bool {
     matches!(aircraft.phase(), Phase::Flying | Phase::Lost) && !aircraft.is_terminated()
 }
 
-/// PX4's flags: a pilot's sticks, or the autopilot by itself.
+/// PX4's flags: a mode that takes a pilot's sticks, or the autopilot by itself.
 fn mode_flags(mode: Mode) -> MavModeFlag {
     let who = match mode {
-        Mode::Altitude => MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
-        Mode::Reference | Mode::Hold | Mode::Mission | Mode::Return | Mode::Offboard => {
+        Mode::Position | Mode::Altitude => MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
+        Mode::Hold | Mode::Mission | Mode::Return | Mode::Offboard => {
             MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED | MavModeFlag::MAV_MODE_FLAG_GUIDED_ENABLED
         }
     };

@@ -9,10 +9,12 @@
 //!
 //! An axis that is not there (`i16::MAX`, 65535 for a channel that was never given, 0 for a channel that is
 //! released) stands in the middle; a throttle that is not there leaves the airspeed as it is. The sticks of
-//! the station that has control count ([`super::control`]); they must not pause for longer than
-//! `COM_RC_LOSS_T` of wall time; `NAV_RCL_ACT` says what follows.
+//! the station that has control count ([`super::control`]). When they pause for longer than `COM_RC_LOSS_T` of
+//! wall time, Altitude ends as `NAV_RCL_ACT` says; Position goes on with centred sticks.
 
 use core::time::Duration;
+
+use ::mavlink::dialects::common::MavSeverity;
 
 use super::aircraft::{Aircraft, Phase};
 use super::codec::{ManualControl, Message};
@@ -60,6 +62,8 @@ pub struct Manual {
     passed_on: Option<WallTime>,
     /// Hold was wished for.
     fall_back: FallBack,
+    /// The vehicle follows sticks in Position and has not been given centred ones since.
+    steers: bool,
     /// This system moves its sticks without having control, and that has been said.
     told_uncontrolled: Option<u8>,
 }
@@ -86,6 +90,9 @@ impl Manual {
                 self.take(system, of_channels(channels), channels, now);
             }
             _ => return,
+        }
+        if ctx.control.holder().is_none() && flies_by_sticks(ctx.aircraft) {
+            ctx.control.take(from.sender);
         }
         if ctx.control.holder() == Some(system) {
             self.is_new = true;
@@ -133,7 +140,7 @@ impl Manual {
         self.pilot(control.holder()?)
     }
 
-    /// Altitude began: the latest position counts at once.
+    /// A flight, Position or Altitude began: the latest position counts at once.
     pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
         self.is_new = true;
         self.fall_back.forget();
@@ -154,27 +161,40 @@ impl Manual {
         if ctx.intents.push(Wish::Sticks(sticks)).is_some() {
             self.is_new = false;
             self.passed_on = Some(now);
+            self.steers = true;
         }
     }
 
-    /// Passes on what came too fast, and leaves the mode as NAV_RCL_ACT says when nothing comes.
+    /// Passes on what came too fast. When nothing comes, leaves Altitude as NAV_RCL_ACT says, and in Position lets
+    /// the sticks be centred.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
         if !flies_by_sticks(ctx.aircraft) {
+            self.steers = false;
             return;
         }
         self.pass_on(now, ctx);
         let is_fresh = self
             .counting(ctx.control)
             .is_some_and(|pilot| now.since(pilot.heard) <= patience(ctx.parameters));
-        let is_waiting = self.fall_back.is_under_way(now);
-        if is_fresh || is_waiting {
+        if is_fresh {
             return;
         }
-        let (mode, text) = match ctx.parameters.link.sticks_loss_action {
-            SticksLossAction::Hold => (Mode::Hold, "Sticks stopped: back to Hold"),
-            SticksLossAction::Return => (Mode::Return, "Sticks stopped: Return"),
-        };
-        self.fall_back.to(mode, text, now, ctx);
+        if ctx.aircraft.mode() == Mode::Altitude {
+            let (mode, text) = match ctx.parameters.link.sticks_loss_action {
+                SticksLossAction::Hold => (Mode::Hold, "Sticks stopped: back to Hold"),
+                SticksLossAction::Return => (Mode::Return, "Sticks stopped: Return"),
+            };
+            if !self.fall_back.is_under_way(now) {
+                self.fall_back.to(mode, text, now, ctx);
+            }
+            return;
+        }
+        self.is_new = false;
+        if self.steers && ctx.intents.push(Wish::Sticks(Sticks::CENTRED)).is_some() {
+            self.steers = false;
+            let text = "Sticks stopped: holding altitude and course";
+            ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
+        }
     }
 
     /// When there is something to do.
@@ -188,7 +208,11 @@ impl Manual {
         if !flies_by_sticks(aircraft) {
             return None;
         }
-        if let Some(at) = self.fall_back.next_deadline() {
+        if aircraft.mode() == Mode::Position {
+            if !self.steers && !self.is_new {
+                return None;
+            }
+        } else if let Some(at) = self.fall_back.next_deadline() {
             return Some(at);
         }
         let Some(pilot) = self.counting(control) else { return Some(WallTime::ZERO) };
@@ -200,7 +224,7 @@ impl Manual {
 }
 
 fn flies_by_sticks(aircraft: &Aircraft) -> bool {
-    aircraft.phase() == Phase::Flying && aircraft.mode() == Mode::Altitude
+    aircraft.phase() == Phase::Flying && matches!(aircraft.mode(), Mode::Position | Mode::Altitude)
 }
 
 fn patience(parameters: &Parameters) -> Duration {

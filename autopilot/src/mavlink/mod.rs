@@ -375,8 +375,13 @@ impl Ground {
                 ctx.scripts.handle_event(script, event, ctx.texts);
             }
             EventKind::Mode(Mode::Offboard) => services.offboard.begin(now, &mut ctx),
-            EventKind::Mode(Mode::Altitude) => services.manual.begin(now, &mut ctx),
-            EventKind::FlightBegan { .. } => services.link_loss.begin_flight(),
+            EventKind::Mode(Mode::Position | Mode::Altitude) => {
+                services.manual.begin(now, &mut ctx);
+            }
+            EventKind::FlightBegan { .. } => {
+                services.link_loss.begin_flight();
+                services.manual.begin(now, &mut ctx);
+            }
             _ => {}
         }
         services.param.follow_faults(now, &mut ctx, out);

@@ -21,13 +21,11 @@ pub(super) const MAIN_STABILIZED: u8 = 7;
 pub(super) const SUB_LOITER: u8 = 3;
 pub(super) const SUB_MISSION: u8 = 4;
 pub(super) const SUB_RTL: u8 = 5;
-/// First of PX4's external modes: the own mode Reference.
-const SUB_EXTERNAL1: u8 = 11;
 
 /// Main and sub mode.
 const fn main_and_sub(mode: Mode) -> (u8, u8) {
     match mode {
-        Mode::Reference => (MAIN_AUTO, SUB_EXTERNAL1),
+        Mode::Position => (MAIN_POSCTL, 0),
         Mode::Hold => (MAIN_AUTO, SUB_LOITER),
         Mode::Mission => (MAIN_AUTO, SUB_MISSION),
         Mode::Return => (MAIN_AUTO, SUB_RTL),
@@ -36,6 +34,28 @@ const fn main_and_sub(mode: Mode) -> (u8, u8) {
     }
 }
 
+/// PX4's modes that are not flown: main mode, sub mode, name, and what to use instead. Numbers and names are
+/// PX4's (`px4_custom_mode.h`).
+const NOT_FLOWN: [(u8, u8, &str, &str); 14] = [
+    (MAIN_MANUAL, 0, "Manual", USE_POSITION),
+    (MAIN_POSCTL, 1, "Orbit", USE_HOLD),
+    (MAIN_POSCTL, 2, "Position Slow", USE_POSITION),
+    (MAIN_AUTO, 1, "Ready", USE_HOLD),
+    (MAIN_AUTO, 2, "Takeoff", USE_HOLD),
+    (MAIN_AUTO, 6, "Land", USE_RETURN),
+    (MAIN_AUTO, 7, "Return to Groundstation", USE_RETURN),
+    (MAIN_AUTO, 8, "Follow Me", USE_HOLD),
+    (MAIN_AUTO, 9, "Precision Land", USE_RETURN),
+    (MAIN_AUTO, 10, "VTOL Takeoff", USE_HOLD),
+    (MAIN_ACRO, 0, "Acro", USE_POSITION),
+    (MAIN_STABILIZED, 0, "Stabilized", USE_POSITION),
+    (8, 0, "Rattitude", USE_POSITION),
+    (9, 0, "Simple", USE_POSITION),
+];
+const USE_POSITION: &str = "use Position";
+const USE_HOLD: &str = "use Hold";
+const USE_RETURN: &str = "use Return";
+
 /// custom_mode of HEARTBEAT.
 #[must_use]
 pub const fn custom_mode(mode: Mode) -> u32 {
@@ -43,13 +63,31 @@ pub const fn custom_mode(mode: Mode) -> u32 {
     u32::from_le_bytes([0, 0, main, sub])
 }
 
-/// The mode with this main and sub mode. The sub mode counts only in PX4's main mode AUTO.
+/// A sub mode counts where PX4 has sub modes; elsewhere stations leave in it what they like.
+const fn counted(main: u8, sub: u8) -> (u8, u8) {
+    if matches!(main, MAIN_AUTO | MAIN_POSCTL) { (main, sub) } else { (main, 0) }
+}
+
+/// The mode with this main and sub mode.
 #[must_use]
 pub fn mode_of(main: u8, sub: u8) -> Option<Mode> {
-    Mode::ALL.into_iter().find(|mode| {
-        let (own_main, own_sub) = main_and_sub(*mode);
-        own_main == main && (main != MAIN_AUTO || own_sub == sub)
-    })
+    Mode::ALL.into_iter().find(|mode| main_and_sub(*mode) == counted(main, sub))
+}
+
+/// Why a mode that is none of the vehicle's is refused, and what to use instead.
+fn not_flown(main: u8, sub: u8) -> Refused {
+    let is_it = |(a, b, _, _): &&(u8, u8, &str, &str)| (*a, *b) == counted(main, sub);
+    let reason = match NOT_FLOWN.iter().find(is_it) {
+        Some((_, _, name, instead)) => format!("{name} is not flown here: {instead}"),
+        None => {
+            let listed = Mode::ALL.map(|mode| {
+                let (main, sub) = main_and_sub(mode);
+                format!("{mode} {main}/{sub}")
+            });
+            format!("Mode {main}/{sub} refused: there are {}", listed.join(", "))
+        }
+    };
+    Refused::denied(reason)
 }
 
 /// What streams of a ground station are heard just now.
@@ -74,12 +112,7 @@ pub fn requested(
     if !has_custom_flag {
         return Err(Refused::denied("Mode refused: only custom modes (base mode bit 0)"));
     }
-    let Some(mode) = mode_of(main, sub) else {
-        return Err(Refused::denied(format!(
-            "Mode {main}/{sub} refused: there are Hold (4/3), Mission (4/4), Return (4/5), \
-             FTC Reference (4/11), Offboard (6/0) and Altitude (2/0)"
-        )));
-    };
+    let mode = mode_of(main, sub).ok_or_else(|| not_flown(main, sub))?;
     enterable(mode, streams)
 }
 
@@ -91,7 +124,7 @@ pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, R
     let has_it = |mode: &Mode| standard(*mode).is_some_and(|own| own as u8 == standard_mode);
     let Some(mode) = Mode::ALL.into_iter().find(has_it) else {
         return Err(Refused::failed(format!(
-            "Standard mode {standard_mode} refused: there are 4 Altitude, 5 Return and 6 Mission"
+            "Standard mode {standard_mode} refused: there are 3 Position, 4 Altitude, 5 Return, 6 Mission"
         )));
     };
     enterable(mode, streams)
@@ -107,31 +140,37 @@ pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
             Err(Refused::for_now("Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)"))
         }
         Mode::Altitude if !streams.sticks => {
-            Err(Refused::for_now("Altitude refused: no sticks a moment ago (COM_RC_LOSS_T)"))
+            Err(Refused::for_now("Altitude refused: no sticks (COM_RC_LOSS_T); use Position"))
         }
         _ => Ok(mode),
     }
 }
 
-/// The standard mode that means the same; `None` for an own mode. PX4's Hold is none of them either:
-/// MAV_STANDARD_MODE_ORBIT is a mode that a pilot steers.
+/// The standard mode that means the same; `None` where there is none. Position is the definition's Cruise: of a
+/// fixed wing, its "Position hold" would be to hover. PX4's Hold is none either: MAV_STANDARD_MODE_ORBIT is a
+/// mode that a pilot steers.
 const fn standard(mode: Mode) -> Option<MavStandardMode> {
     match mode {
-        Mode::Reference | Mode::Hold | Mode::Offboard => None,
+        Mode::Hold | Mode::Offboard => None,
+        Mode::Position => Some(MavStandardMode::MAV_STANDARD_MODE_CRUISE),
         Mode::Mission => Some(MavStandardMode::MAV_STANDARD_MODE_MISSION),
         Mode::Return => Some(MavStandardMode::MAV_STANDARD_MODE_SAFE_RECOVERY),
         Mode::Altitude => Some(MavStandardMode::MAV_STANDARD_MODE_ALTITUDE_HOLD),
     }
 }
 
-/// Name that ground stations show.
-const fn shown_name(mode: Mode) -> &'static str {
+/// The standard mode as it is sent: only the one whose number and name mean the same to every station. Until
+/// December 2024 MAV_STANDARD_MODE had 5 as Return home, 6 as Safe recovery and 7 as Mission; since then 5 is
+/// Safe recovery and 6 is Mission. A station that reads the other enumeration would show Mission as "Safe
+/// Recovery"; and every station that knows the name Cruise shows Position by it.
+const fn sent_standard(mode: Mode) -> MavStandardMode {
     match mode {
-        Mode::Reference => "FTC Reference",
-        _ => mode.name(),
+        Mode::Altitude => MavStandardMode::MAV_STANDARD_MODE_ALTITUDE_HOLD,
+        _ => MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
     }
 }
 
+/// Position needs no pilot: without sticks it holds what it has.
 fn properties(mode: Mode) -> MavModeProperty {
     match mode {
         Mode::Altitude => MavModeProperty::empty(),
@@ -151,12 +190,14 @@ pub const COUNT: u8 = Mode::ALL.len() as u8;
 #[must_use]
 pub fn available_modes(index: u8) -> Option<Encoded> {
     let mode = *Mode::ALL.get(usize::from(index.checked_sub(1)?))?;
+    let standard_mode = sent_standard(mode);
     // The definition leaves the name out where a standard mode says it.
-    let name = if standard(mode).is_some() { "" } else { shown_name(mode) };
+    let is_own = standard_mode == MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD;
+    let name = if is_own { mode.name() } else { "" };
     Some(Encoded::new(&AVAILABLE_MODES_DATA {
         number_modes: COUNT,
         mode_index: index,
-        standard_mode: standard(mode).unwrap_or_default(),
+        standard_mode,
         custom_mode: custom_mode(mode),
         properties: properties(mode),
         mode_name: name.into(),
@@ -168,7 +209,7 @@ pub fn available_modes(index: u8) -> Option<Encoded> {
 pub fn current_mode(aircraft: &Aircraft) -> Encoded {
     let mode = aircraft.mode();
     Encoded::new(&CURRENT_MODE_DATA {
-        standard_mode: standard(mode).unwrap_or_default(),
+        standard_mode: sent_standard(mode),
         custom_mode: custom_mode(mode),
         intended_custom_mode: 0,
     })
@@ -191,7 +232,7 @@ mod tests {
     #[test]
     fn the_encoding_is_that_of_px4() {
         for (mode, expected) in [
-            (Mode::Reference, 184_811_520),
+            (Mode::Position, 196_608),
             (Mode::Hold, 50_593_792),
             (Mode::Mission, 67_371_008),
             (Mode::Return, 84_148_224),
@@ -212,7 +253,9 @@ mod tests {
 
     #[test]
     fn unknown_modes_and_modes_without_the_custom_flag_are_denied_with_the_reason() {
-        for (main, sub) in [(0, 0), (1, 0), (3, 0), (4, 2), (4, 6), (4, 12), (7, 0), (255, 255)] {
+        for (main, sub) in
+            [(0, 0), (1, 0), (3, 1), (4, 2), (4, 6), (4, 11), (4, 12), (7, 0), (255, 255)]
+        {
             let refused = requested(true, main, sub, ALL_HEARD).unwrap_err();
             assert_eq!(refused.result, MavResult::MAV_RESULT_DENIED, "{main}/{sub}");
             assert!(refused.reason.is_some());
@@ -238,10 +281,12 @@ mod tests {
 
     #[test]
     fn a_standard_mode_is_found_by_its_number_and_any_other_has_failed() {
-        for (number, mode) in [(4, Mode::Altitude), (5, Mode::Return), (6, Mode::Mission)] {
+        for (number, mode) in
+            [(3, Mode::Position), (4, Mode::Altitude), (5, Mode::Return), (6, Mode::Mission)]
+        {
             assert_eq!(requested_standard(number, ALL_HEARD), Ok(mode));
         }
-        for number in [0, 1, 2, 3, 7, 8, 255] {
+        for number in [0, 1, 2, 7, 8, 255] {
             let refused = requested_standard(number, ALL_HEARD).unwrap_err();
             assert_eq!(refused.result, MavResult::MAV_RESULT_FAILED, "{number}");
         }

@@ -22,6 +22,7 @@ mod places;
 mod plan_commands;
 mod positions;
 mod qgc_files;
+mod qgc_modes;
 mod qgc_parameters;
 mod references;
 mod robustness;

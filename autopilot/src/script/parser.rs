@@ -16,10 +16,10 @@ const METRES_PER_SECOND: [(&str, f64); 1] = [("m/s", 1.0)];
 pub(super) const DEGREES: [(&str, f64); 1] = [("deg", core::f64::consts::PI / 180.0)];
 /// The modes that need no stream of somebody else.
 const MODES: [(&str, Mode); 4] = [
+    ("position", Mode::Position),
     ("hold", Mode::Hold),
     ("mission", Mode::Mission),
     ("return", Mode::Return),
-    ("reference", Mode::Reference),
 ];
 const ACTIONS: &str = "an action: fail, clear, altitude, roll, airspeed, course, mode, say, end";
 

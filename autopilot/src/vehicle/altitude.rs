@@ -19,7 +19,7 @@ const STANDING_CLIMB_M_S: f64 = 5.0;
 /// pushes over has no lift left to turn with. And it is displaced slowly so that no error stands: the altitude
 /// law is a deviation from the trim of one airspeed and integrates only near its reference, so away from that
 /// airspeed, or steeply banked, it flies 50 to 200 m beside it for good. The laws themselves stay as they are;
-/// in Reference they get the reference.
+/// where a roll reference is flown as it was given, in Position, they get the altitude reference as it is too.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AltitudeDemand {
     reference_m: Option<f64>,

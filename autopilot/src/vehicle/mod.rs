@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use flight_control::Demand;
-use flight_control::guidance::{Steering, hold_course};
+use flight_control::guidance::Steering;
 use icd::{Sensors, SimTime};
 
 mod altitude;
@@ -20,6 +20,7 @@ pub mod mode;
 pub mod navigation;
 mod offboard;
 pub mod plan;
+mod position;
 mod refusal;
 pub mod request;
 pub mod rules;
@@ -39,6 +40,7 @@ pub use mode::Mode;
 pub use navigation::Navigation;
 use offboard::Offboard;
 use plan::Plan;
+use position::Position;
 pub use refusal::VehicleRefusal;
 pub use request::{LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks};
 pub use rules::Rules;
@@ -59,8 +61,7 @@ pub struct Vehicle {
     demand: Option<Demand>,
     schedule: ReferenceSchedule,
     scheduled: usize,
-    /// Course that Reference holds, rad.
-    course_rad: Option<f64>,
+    position: Position,
     hold: Hold,
     mission: Mission,
     offboard: Offboard,
@@ -77,15 +78,15 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// In Reference, with references by time and without a plan.
+    /// In Position, with references by time and without a plan.
     #[must_use]
     pub fn new(schedule: ReferenceSchedule) -> Self {
         Self {
-            mode: Mode::Reference,
+            mode: Mode::Position,
             demand: None,
             schedule,
             scheduled: 0,
-            course_rad: None,
+            position: Position::default(),
             hold: Hold::default(),
             mission: Mission::default(),
             offboard: Offboard::default(),
@@ -101,7 +102,7 @@ impl Vehicle {
         }
     }
 
-    /// A flight begins, or this autopilot comes back into one: in Reference, with references that start from
+    /// A flight begins, or this autopilot comes back into one: in Position, with references that start from
     /// the first sample and home under it. The plan stays loaded and begins anew.
     pub fn begin_flight(&mut self) {
         let schedule = core::mem::take(&mut self.schedule);
@@ -159,7 +160,7 @@ impl Vehicle {
 
     /// What the laws are asked for at this tick: the references, with what a standing altitude error needs.
     ///
-    /// The references are the first sample's altitude and airspeed with wings level, then what the schedule,
+    /// The references are the first sample's altitude, airspeed and course, then what the schedule,
     /// the operator and the mode have said since. Sensor values that are no numbers leave them as they are.
     pub fn track(
         &mut self,
@@ -183,12 +184,9 @@ impl Vehicle {
                     let most = ROLL_RATE_RAD_S * dt_s;
                     demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
                 }
-                if self.mode != Mode::Reference {
-                    altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
-                }
+                altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
             }
-        }
-        if self.mode == Mode::Reference {
+        } else {
             self.altitude.reset();
         }
         self.demand = Some(demand);
@@ -196,9 +194,9 @@ impl Vehicle {
         Demand { altitude_m: altitude_m.unwrap_or(demand.altitude_m), ..demand }
     }
 
-    /// Somebody else than the operator's word makes a reference.
+    /// Guidance or a pilot make a reference: the laws get more than the references that were given.
     fn is_guided(&self) -> bool {
-        self.mode != Mode::Reference || self.course_rad.is_some()
+        self.mode != Mode::Position || !self.position.is_as_given()
     }
 
     /// References, home and local axes of the first sample.
@@ -212,16 +210,16 @@ impl Vehicle {
         Demand { altitude_m: sensors.altitude_m, roll_rad: 0.0, airspeed_m_s: sensors.airspeed_m_s }
     }
 
-    /// A scheduled roll angle is flown in Reference and ends a course; altitude and airspeed count in every
+    /// A scheduled roll angle is flown in Position and replaces the course; altitude and airspeed count in every
     /// mode, until the mode sets others.
     fn follow_schedule(&mut self, time: SimTime, demand: &mut Demand) {
         while let Some(entry) = self.schedule.entry(self.scheduled).filter(|entry| entry.at <= time)
         {
             demand.altitude_m = entry.altitude_m.unwrap_or(demand.altitude_m);
             demand.airspeed_m_s = entry.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
-            if let (Some(roll_rad), Mode::Reference) = (entry.roll_rad, self.mode) {
+            if let (Some(roll_rad), Mode::Position) = (entry.roll_rad, self.mode) {
                 demand.roll_rad = roll_rad;
-                self.course_rad = None;
+                self.position.release_roll();
             }
             self.scheduled += 1;
         }
@@ -243,10 +241,7 @@ impl Vehicle {
         match self.mode {
             // A plan that has just ended has changed the mode.
             Mode::Mission => None,
-            Mode::Reference => self.course_rad.map(|course_rad| Flown {
-                steering: hold_course(course_rad, &situation.velocity, &rules.guidance()),
-                target: None,
-            }),
+            Mode::Position => self.position.fly(situation, demand, rules),
             Mode::Hold => Some(self.hold.fly(situation, demand, rules)),
             Mode::Return => self.home.map(|centre| {
                 let home = Orbit { centre, radius_m: None, clockwise: true };

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Who gives the references.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// Altitude, airspeed and roll (or course) references as they stand, wings level to begin with. A flight
-    /// begins in it.
-    Reference,
+    /// References as they stand, or a pilot's sticks; without either the aircraft holds altitude, course and
+    /// speed. A flight begins in it.
+    Position,
     /// The aircraft circles around a point.
     Hold,
     /// The aircraft flies its plan.
@@ -24,13 +24,13 @@ pub enum Mode {
 impl Mode {
     /// All of them, in the order in which they are listed to ground stations.
     pub const ALL: [Self; 6] =
-        [Self::Reference, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
+        [Self::Position, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
 
     /// Name for people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Reference => "Reference",
+            Self::Position => "Position",
             Self::Hold => "Hold",
             Self::Mission => "Mission",
             Self::Return => "Return",

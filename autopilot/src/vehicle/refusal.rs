@@ -67,14 +67,17 @@ pub enum VehicleRefusal {
     #[error("no plan is paused")]
     NoPausedPlan,
     /// Only in Offboard.
-    #[error("setpoints and a roll reference need Offboard")]
+    #[error("setpoints need Offboard")]
     NotOffboard,
-    /// Only in Altitude.
-    #[error("stick positions need Altitude")]
-    NotAltitude,
-    /// Only in Reference.
-    #[error("a course reference needs Reference")]
-    NotReference,
+    /// Only in Position and Altitude.
+    #[error("stick positions need Position or Altitude")]
+    NotPiloted,
+    /// Only in Position and Offboard.
+    #[error("a roll reference needs Position or Offboard")]
+    NoRollHere,
+    /// Only in Position.
+    #[error("a course reference needs Position")]
+    NoCourseHere,
     /// Only in Hold, or with the flag that changes to it.
     #[error("a new position needs Hold, or the flag that changes to it")]
     NotHold,
@@ -119,8 +122,9 @@ impl VehicleRefusal {
             Self::NoPlan
             | Self::NoPausedPlan
             | Self::NotOffboard
-            | Self::NotAltitude
-            | Self::NotReference
+            | Self::NotPiloted
+            | Self::NoRollHere
+            | Self::NoCourseHere
             | Self::NotHold
             | Self::AltitudeIsTaken(_)
             | Self::NoFlight

@@ -19,9 +19,9 @@ pub enum Reference {
     Altitude(f64),
     /// True airspeed, m/s.
     Airspeed(f64),
-    /// Roll angle, rad; only in Offboard.
+    /// Roll angle, rad; in Position and Offboard.
     Roll(f64),
-    /// Course over the ground, rad from north; only in Reference.
+    /// Course over the ground, rad from north; only in Position.
     Course(f64),
 }
 
@@ -67,7 +67,7 @@ pub enum Setpoint {
     },
 }
 
-/// Positions of a pilot's sticks; only in Altitude.
+/// Positions of a pilot's sticks; in Position and Altitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sticks {
     /// -1 left to 1 right: roll reference up to the limit.
@@ -76,6 +76,11 @@ pub struct Sticks {
     pub climb: f64,
     /// 0 to 1: airspeed reference between its limits; `None`: as it is.
     pub throttle: Option<f64>,
+}
+
+impl Sticks {
+    /// Centred, without a throttle.
+    pub const CENTRED: Self = Self { roll: 0.0, climb: 0.0, throttle: None };
 }
 
 /// What happens when the controlling ground station falls silent (parameter `NAV_DLL_ACT`).

@@ -114,6 +114,13 @@ impl Rules {
         self.limits.roll_max_deg.to_radians()
     }
 
+    /// Airspeed that a throttle stick asks for, m/s: its range, 0 to 1, is that of the limits.
+    #[must_use]
+    pub fn airspeed_of_throttle(&self, throttle: f64) -> f64 {
+        let (low, high) = (self.limits.airspeed_min_m_s, self.limits.airspeed_max_m_s);
+        low + throttle * (high - low)
+    }
+
     /// Checks what may be left out.
     ///
     /// # Errors

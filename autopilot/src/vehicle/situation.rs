@@ -25,6 +25,8 @@ pub struct Situation {
     pub altitude_m: f64,
     /// Climb rate, m/s.
     pub climb_m_s: f64,
+    /// Roll angle, rad, positive to the right.
+    pub bank_rad: f64,
     /// Speed of the wind over the ground, m/s, smoothed.
     pub wind_m_s: f64,
 }
@@ -65,6 +67,7 @@ impl Situation {
         let place =
             Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad };
         let velocity = sensors.velocity.0.xy();
+        let bank_rad = sensors.attitude.euler().phi;
         let numbers = [
             place.latitude_rad,
             place.longitude_rad,
@@ -73,6 +76,7 @@ impl Situation {
             sensors.velocity.0.z,
             sensors.altitude_m,
             sensors.airspeed_m_s,
+            bank_rad,
         ];
         numbers.iter().all(|number| number.is_finite()).then(|| Self {
             dt_s,
@@ -81,6 +85,7 @@ impl Situation {
             speed_m_s: velocity.norm(),
             altitude_m: sensors.altitude_m,
             climb_m_s: -sensors.velocity.0.z,
+            bank_rad,
             wind_m_s: wind.value().norm(),
         })
     }

@@ -21,10 +21,7 @@ impl Pilot {
     /// # Errors
     /// A position beyond its stop, or no number.
     pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
-        let stick = |what, value| Checked { what, unit: "of 1", value, min: -1.0, max: 1.0 };
-        stick("roll stick", sticks.roll).check()?;
-        stick("climb stick", sticks.climb).check()?;
-        sticks.throttle.map_or(Ok(()), |value| up_to("throttle", "of 1", value, 1.0).check())?;
+        check(&sticks)?;
         self.sticks = Some(sticks);
         Ok(())
     }
@@ -36,8 +33,18 @@ impl Pilot {
         let climb_m_s = sticks.climb * rules.navigation.climb_max_m_s;
         demand.altitude_m = self.climb.step(demand.altitude_m, climb_m_s, situation, rules);
         if let Some(throttle) = sticks.throttle {
-            let (low, high) = (rules.limits.airspeed_min_m_s, rules.limits.airspeed_max_m_s);
-            demand.airspeed_m_s = low + throttle * (high - low);
+            demand.airspeed_m_s = rules.airspeed_of_throttle(throttle);
         }
     }
+}
+
+/// Checks stick positions.
+///
+/// # Errors
+/// A position beyond its stop, or no number.
+pub fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
+    let stick = |what, value| Checked { what, unit: "of 1", value, min: -1.0, max: 1.0 };
+    stick("roll stick", sticks.roll).check()?;
+    stick("climb stick", sticks.climb).check()?;
+    sticks.throttle.map_or(Ok(()), |value| up_to("throttle", "of 1", value, 1.0).check())
 }

@@ -6,6 +6,7 @@ mod loops;
 mod modes;
 mod plane;
 mod plans;
+mod position;
 
 fn sensors() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
@@ -39,7 +40,8 @@ fn without_any_word_it_keeps_what_it_has() {
 
 #[test]
 fn scheduled_references_act_at_their_tick_and_an_autopilot_that_joins_late_has_them_too() {
-    let text = "[[autopilot.reference]]\nat_s = 1.0\naltitude_m = 6000.0\n\
+    let text = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n\
+                [[autopilot.reference]]\nat_s = 1.0\naltitude_m = 6000.0\n\
                 [[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n";
     let schedule = config::references("s.toml", text).unwrap();
     let mut vehicle = Vehicle::new(schedule.clone());
@@ -50,16 +52,19 @@ fn scheduled_references_act_at_their_tick_and_an_autopilot_that_joins_late_has_t
 }
 
 #[test]
-fn a_roll_reference_needs_offboard_and_reference_levels_the_wings() {
+fn a_roll_reference_needs_position_or_offboard() {
     let mut vehicle = Vehicle::new(ReferenceSchedule::default());
     track(&mut vehicle, SimTime::ZERO);
     let roll = Reference::Roll(0.2);
-    assert_eq!(vehicle.refer(roll, &rules()), Err(VehicleRefusal::NotOffboard));
-    change(&mut vehicle, Mode::Offboard);
-    assert_eq!(vehicle.refer(roll, &rules()), Ok(()));
-    assert_eq!(track(&mut vehicle, seconds(1.0)).roll_rad, 0.2);
-    change(&mut vehicle, Mode::Reference);
-    assert_eq!(track(&mut vehicle, seconds(1.1)).roll_rad, 0.0);
+    for mode in [Mode::Position, Mode::Offboard] {
+        change(&mut vehicle, mode);
+        assert_eq!(vehicle.refer(roll, &rules()), Ok(()));
+        assert_eq!(track(&mut vehicle, seconds(1.0)).roll_rad, 0.2);
+    }
+    for mode in [Mode::Hold, Mode::Return, Mode::Altitude] {
+        change(&mut vehicle, mode);
+        assert_eq!(vehicle.refer(roll, &rules()), Err(VehicleRefusal::NoRollHere), "{mode}");
+    }
 }
 
 #[test]

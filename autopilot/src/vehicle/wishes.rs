@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::hold::Hold;
 use super::offboard::Offboard;
 use super::plan::{Plan, Progress};
+use super::position::Position;
 use super::rules::{check_place, radius};
 use super::sticks::Pilot;
 use super::{
@@ -19,7 +20,8 @@ use crate::event::EventKind;
 type Tell<'a> = &'a mut dyn FnMut(EventKind);
 
 impl Vehicle {
-    /// Changes the mode. The same mode again changes nothing, but Reference levels the wings.
+    /// Changes the mode. The same mode again changes nothing, but Position levels the wings and holds the
+    /// course of that moment.
     ///
     /// # Errors
     /// The flight was terminated, or there is no plan for Mission.
@@ -59,9 +61,8 @@ impl Vehicle {
     /// Enters a mode that can be flown. Altitude and airspeed references go on in all modes, but Return has an
     /// altitude of its own. Offboard keeps the roll reference until the first setpoint.
     fn enter(&mut self, mode: Mode, rules: &Rules, tell: Tell) {
-        if mode == Mode::Reference {
-            self.course_rad = None;
-            self.level_wings();
+        if mode == Mode::Position {
+            self.position = Position::default();
         }
         if mode == self.mode {
             return;
@@ -71,7 +72,7 @@ impl Vehicle {
         }
         self.mission.pause();
         match mode {
-            Mode::Reference => {}
+            Mode::Position => {}
             Mode::Hold => self.hold = Hold::default(),
             Mode::Mission => self.mission.start(),
             Mode::Return => {
@@ -117,27 +118,14 @@ impl Vehicle {
                 let setpoint = Setpoint::Roll(roll_rad);
                 return self.offboard.take(setpoint, None, demand, rules);
             }
-            (Reference::Course(course_rad), Mode::Reference) => self.course_rad = Some(course_rad),
-            (Reference::Roll(_), _) => return Err(VehicleRefusal::NotOffboard),
-            (Reference::Course(_), _) => return Err(VehicleRefusal::NotReference),
+            (Reference::Roll(roll_rad), Mode::Position) => {
+                demand.roll_rad = roll_rad;
+                self.position.release_roll();
+            }
+            (Reference::Course(course_rad), Mode::Position) => self.position.hold(course_rad),
+            (Reference::Roll(_), _) => return Err(VehicleRefusal::NoRollHere),
+            (Reference::Course(_), _) => return Err(VehicleRefusal::NoCourseHere),
         }
-        Ok(())
-    }
-
-    /// Flies a roll angle as the schedule of a scenario does: in Reference it ends a course; elsewhere as
-    /// [`Vehicle::refer`] has it.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
-    pub fn bank(&mut self, roll_rad: f64, rules: &Rules) -> Result<(), VehicleRefusal> {
-        if self.mode != Mode::Reference {
-            return self.refer(Reference::Roll(roll_rad), rules);
-        }
-        self.can_obey()?;
-        rules.limits.check(Reference::Roll(roll_rad))?;
-        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
-        demand.roll_rad = roll_rad;
-        self.course_rad = None;
         Ok(())
     }
 
@@ -193,10 +181,11 @@ impl Vehicle {
     /// [`VehicleRefusal`] says why not; nothing changes then.
     pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
-        if self.mode != Mode::Altitude {
-            return Err(VehicleRefusal::NotAltitude);
+        match self.mode {
+            Mode::Position => self.position.take(sticks),
+            Mode::Altitude => self.pilot.take(sticks),
+            _ => Err(VehicleRefusal::NotPiloted),
         }
-        self.pilot.take(sticks)
     }
 
     /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first

@@ -255,13 +255,16 @@ fn turbulence(
     })
 }
 
+/// Roll angle zero, as in the paper, instead of the course that a flight without references holds.
+const LEVEL: &str = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n";
+
 /// Level flight with nothing asked and nothing broken.
 fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
     let plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
     let like = &case.setup.plant;
     Ok(FlightSetup {
         plant: plant.setup(like.airframe.clone(), 0, like.period, like.step_us),
-        references: autopilot::config::references("nominal.toml", scenario::NOMINAL)?,
+        references: autopilot::config::references("level flight", LEVEL)?,
         script: None,
         duration: SimTime::from_micros(TURBULENT_S * 1_000_000),
         ..case.setup.clone()

@@ -121,7 +121,7 @@ fn a_script_flies_roll_in_reference_and_changes_modes_and_references() {
     script_events(&mut autopilot);
     autopilot.step(SimTime::ZERO + ControlPeriod::DEFAULT, &sensors());
     assert_eq!(autopilot.snapshot().unwrap().mode, Mode::Hold);
-    let why = LineRefusal::Vehicle(VehicleRefusal::NotOffboard);
+    let why = LineRefusal::Vehicle(VehicleRefusal::NoRollHere);
     let refused = ScriptEvent::LineRefused { line: 5, why };
     assert!(script_events(&mut autopilot).contains(&refused));
 }

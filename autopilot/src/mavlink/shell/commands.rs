@@ -111,7 +111,7 @@ static TABLE: [Command; 12] = [
         name: "reference",
         forms: &["altitude METRES", "airspeed M/S", "roll DEGREES", "course DEGREES"],
         about: "change a reference",
-        details: "Roll needs the mode Offboard, course the mode Reference.\n",
+        details: "Roll needs the mode Position or Offboard, course the mode Position.\n",
         run: reference::run,
     },
     Command {

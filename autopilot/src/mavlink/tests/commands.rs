@@ -144,7 +144,7 @@ fn the_heartbeat_has_the_agreed_identity_and_comes_once_a_second() {
         world.got.iter().filter(|got| got.to == address(14_540)).filter_map(Got::read).collect();
     assert_eq!(beats.len(), 10);
     for beat in beats {
-        assert_eq!(beat.custom_mode, 184_811_520, "a flight begins in FTC Reference");
+        assert_eq!(beat.custom_mode, 196_608, "a flight begins in Position");
         assert_eq!(beat.mavtype as u8, 1);
         assert_eq!(beat.autopilot as u8, 12);
         assert_eq!(beat.base_mode.bits() & 0x81, 0x81, "custom mode and armed");

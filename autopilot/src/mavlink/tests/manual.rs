@@ -83,11 +83,12 @@ fn altitude_is_refused_until_sticks_are_heard() {
     world.send_command(176, ALTITUDE);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
     assert!(world.said("Altitude refused: no sticks"), "{:?}", world.texts());
+    assert!(world.said("use Position"), "{:?}", world.texts());
     world.send(&joystick([0, 0, 500, 0]));
     world.run_ms(600);
     world.send_command(176, ALTITUDE);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
-    assert!(world.take_wishes().is_empty(), "sticks in Reference move nothing");
+    assert_eq!(mode(&world), Mode::Position);
 }
 
 #[test]
@@ -286,4 +287,69 @@ fn whoever_asks_for_altitude_has_control_before_the_outcome_is_there() {
     world.run_ms(100);
     assert_eq!(mode(&world), Mode::Altitude);
     assert!(!world.said("Sticks stopped"), "{:?}", world.texts());
+}
+
+#[test]
+fn in_position_sticks_count_from_the_start_and_when_they_stop_the_mode_stays() {
+    let mut world = World::flying();
+    for _ in 0..20 {
+        world.send(&joystick([0, 500, 500, 0]));
+        world.run_ms(20);
+    }
+    assert_eq!(mode(&world), Mode::Position);
+    let roll_rad = world.autopilot.snapshot().unwrap().demand.roll_rad;
+    assert!((roll_rad - 22.5_f64.to_radians()).abs() < 1.0e-9, "{roll_rad} rad");
+    world.take_wishes();
+    world.run_ms(5_000);
+    assert_eq!(sticks(&mut world), [Sticks::CENTRED], "once");
+    assert_eq!(mode(&world), Mode::Position);
+    let snapshot = *world.autopilot.snapshot().unwrap();
+    assert_eq!(snapshot.demand.roll_rad, 0.0);
+    assert!(snapshot.navigation.course_rad.is_some(), "the course is held");
+    let said = world.texts().iter().filter(|text| text.contains("Sticks stopped")).count();
+    assert_eq!(said, 1, "{:?}", world.texts());
+}
+
+#[test]
+fn without_sticks_position_waits_for_nothing() {
+    let mut world = World::flying();
+    for _ in 0..2 {
+        world.send_command(176, [1.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        world.run_ms(100);
+        let ground = &world.ground;
+        let deadline =
+            ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+        assert_eq!(deadline, None);
+        world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+        // Sticks from before the mode are too old to count in it.
+        world.send(&joystick([0, 500, 500, 0]));
+        world.run_ms(1_000);
+    }
+    assert_eq!(sticks(&mut world), []);
+    assert_eq!(mode(&world), Mode::Hold);
+}
+
+#[test]
+fn a_new_flight_in_position_does_not_wait_for_what_altitude_waited_for() {
+    let mut world = by_joystick();
+    world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
+    world.run_ms(2_000);
+    assert_eq!(mode(&world), Mode::Position);
+    let ground = &world.ground;
+    let deadline =
+        ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+    assert_eq!(deadline, None);
+}
+
+#[test]
+fn sticks_take_control_only_where_nobody_has_it() {
+    let mut world = World::flying();
+    send_as(&mut world, OTHER, &joystick([0, 500, 500, 0]));
+    world.run_ms(20);
+    assert_eq!(sticks(&mut world).len(), 1);
+    assert_eq!(world.ground.control.holder(), Some(OTHER.system));
+    world.send(&joystick([0, -500, 500, 0]));
+    world.run_ms(20);
+    assert_eq!(sticks(&mut world), []);
+    assert!(world.said("it has no control"), "{:?}", world.texts());
 }

@@ -63,7 +63,7 @@ fn items_that_are_not_there_and_a_plan_cut_short_are_denied() {
         world.send_command(300, two(p1, p2));
         assert_eq!(world.take_acks(), [ack(300, DENIED)], "{p1} {p2}");
     }
-    assert_eq!(mode_and_item(&mut world), (Mode::Reference, 0));
+    assert_eq!(mode_and_item(&mut world), (Mode::Position, 0));
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn without_a_plan_there_is_no_mission_and_the_reason_is_said() {
     assert_eq!(world.take_acks(), [ack(224, FAILED)]);
     world.send_command(176, [1.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(176, LATER)]);
-    assert_eq!(mode_and_item(&mut world).0, Mode::Reference);
+    assert_eq!(mode_and_item(&mut world).0, Mode::Position);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn the_current_item_is_changed_without_a_change_of_mode() {
     world.send_command(224, two(-1.0, 0.0));
     world.send_command(224, two(-1.0, NAN));
     assert_eq!(world.take_acks(), [ack(224, ACCEPTED); 3]);
-    assert_eq!(mode_and_item(&mut world), (Mode::Reference, 2));
+    assert_eq!(mode_and_item(&mut world), (Mode::Position, 2));
     for (p1, p2, expected) in [
         (3.0, 0.0, FAILED),
         (NAN, 0.0, FAILED),
@@ -97,7 +97,7 @@ fn the_current_item_is_changed_without_a_change_of_mode() {
         world.send_command(224, two(p1, p2));
         assert_eq!(world.take_acks(), [ack(224, expected)], "{p1} {p2}");
     }
-    assert_eq!(mode_and_item(&mut world), (Mode::Reference, 2));
+    assert_eq!(mode_and_item(&mut world), (Mode::Position, 2));
 }
 
 #[test]

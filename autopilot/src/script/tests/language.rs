@@ -109,7 +109,7 @@ fn references_modes_texts_and_the_end_are_actions() {
         ("mode hold", Action::Mode(Mode::Hold)),
         ("mode mission", Action::Mode(Mode::Mission)),
         ("mode return", Action::Mode(Mode::Return)),
-        ("mode reference", Action::Mode(Mode::Reference)),
+        ("mode position", Action::Mode(Mode::Position)),
         ("say Watch the rudder, now!", Action::Say),
         ("end", Action::End),
     ] {
@@ -240,7 +240,8 @@ fn an_error_names_the_place_what_stands_there_and_what_is_allowed() {
         ("when speed passes 10 m/s: end", "`speed` found, wanted a quantity: roll rate"),
         ("when pitch passes 95 deg: end", "pitch 95 is outside -90 to 90 deg"),
         ("when altitude passes 10 ft: end", "`ft` found, wanted the unit m"),
-        ("mode offboard", "`offboard` found, wanted a mode: hold, mission, return, reference"),
+        ("mode offboard", "`offboard` found, wanted a mode: position, hold, mission, return"),
+        ("mode reference", "`reference` found, wanted a mode: position, hold, mission, return"),
         ("altitude 99999 m", "altitude 99999 is outside 0 to 20000 m"),
         ("say", "column 4: end of the line found, wanted the text to say"),
         ("end now", "column 5: `now` found, wanted the end of the line"),

@@ -43,7 +43,7 @@ fn a_new_position_needs_hold_or_the_flag() {
     let mut plane = Plane::flying();
     let there = Reposition { place: Some(at(20.0, 20.0)), ..Reposition::default() };
     assert_eq!(reposition(&mut plane, &there), Err(VehicleRefusal::NotHold));
-    assert_eq!(plane.vehicle.mode(), Mode::Reference);
+    assert_eq!(plane.vehicle.mode(), Mode::Position);
     let wanted = Reposition {
         altitude_m: Some(6_000.0),
         airspeed_m_s: Some(250.0),
@@ -79,7 +79,7 @@ fn a_position_that_cannot_be_changes_nothing() {
     ] {
         let before = plane.demand();
         assert!(reposition(&mut plane, &bad).is_err(), "{bad:?}");
-        assert_eq!((plane.vehicle.mode(), plane.demand()), (Mode::Reference, before));
+        assert_eq!((plane.vehicle.mode(), plane.demand()), (Mode::Position, before));
     }
 }
 
@@ -113,17 +113,21 @@ fn return_flies_home_at_its_altitude_and_home_can_be_moved() {
 }
 
 #[test]
-fn a_course_is_held_in_reference_until_the_mode_is_chosen_again() {
+fn a_course_is_held_in_position_until_the_mode_is_chosen_again() {
     let mut plane = Plane::flying();
     plane.vehicle.refer(Reference::Course(1.0), &rules()).unwrap();
     plane.fly(120.0);
     assert!((plane.heading - 1.0).abs() < 1.0e-3, "{} rad", plane.heading);
-    plane.change(Mode::Reference).unwrap();
-    plane.tick();
-    assert_eq!(plane.vehicle.navigation().course_rad, None);
+    plane.vehicle.refer(Reference::Course(2.0), &rules()).unwrap();
+    plane.fly(5.0);
+    plane.change(Mode::Position).unwrap();
+    plane.fly(60.0);
+    let course_rad = plane.vehicle.navigation().course_rad.unwrap();
+    assert!((1.1..1.6).contains(&course_rad), "that of the moment: {course_rad} rad");
+    assert!((plane.heading - course_rad).abs() < 1.0e-3, "{} rad", plane.heading);
     plane.change(Mode::Hold).unwrap();
     let refused = plane.vehicle.refer(Reference::Course(1.0), &rules());
-    assert_eq!(refused, Err(VehicleRefusal::NotReference));
+    assert_eq!(refused, Err(VehicleRefusal::NoCourseHere));
 }
 
 #[test]
@@ -196,10 +200,11 @@ fn a_velocity_is_flown_as_course_speed_and_climb_within_the_limits() {
 }
 
 #[test]
-fn sticks_need_altitude_and_give_roll_climb_and_airspeed() {
+fn sticks_need_a_mode_for_pilots_and_give_roll_climb_and_airspeed() {
     let mut plane = Plane::flying();
     let sticks = Sticks { roll: -0.5, climb: 1.0, throttle: Some(1.0) };
-    assert_eq!(plane.vehicle.take_sticks(sticks), Err(VehicleRefusal::NotAltitude));
+    plane.change(Mode::Hold).unwrap();
+    assert_eq!(plane.vehicle.take_sticks(sticks), Err(VehicleRefusal::NotPiloted));
     plane.change(Mode::Altitude).unwrap();
     for bad in [
         Sticks { roll: f64::NAN, ..sticks },
@@ -223,7 +228,7 @@ fn what_a_lost_link_led_to_is_undone_when_it_is_back() {
     let mut plane = Plane::flying();
     plane.load(&plan(vec![waypoint(90.0, 0.0, 5_000.0)])).unwrap();
     for (before, action, during, after) in [
-        (Mode::Reference, LinkLossAction::Continue, Mode::Reference, Mode::Reference),
+        (Mode::Position, LinkLossAction::Continue, Mode::Position, Mode::Position),
         (Mode::Mission, LinkLossAction::Hold, Mode::Hold, Mode::Mission),
         (Mode::Mission, LinkLossAction::Return, Mode::Return, Mode::Mission),
         (Mode::Hold, LinkLossAction::Hold, Mode::Hold, Mode::Hold),

@@ -198,7 +198,7 @@ fn an_item_can_be_chosen_before_and_during_the_mission_and_must_exist() {
 fn mission_without_a_plan_is_refused_and_a_cleared_plan_ends_in_hold() {
     let mut plane = Plane::flying();
     assert_eq!(plane.change(Mode::Mission), Err(VehicleRefusal::NoPlan));
-    assert_eq!(plane.vehicle.mode(), Mode::Reference);
+    assert_eq!(plane.vehicle.mode(), Mode::Position);
     plane.load(&plan(vec![waypoint(30.0, 0.0, 5_000.0)])).unwrap();
     plane.change(Mode::Mission).unwrap();
     plane.fly(5.0);
@@ -288,7 +288,7 @@ fn a_new_flight_keeps_the_plan_and_begins_it_anew() {
     plane.vehicle.begin_flight();
     plane.fly(0.1);
     let navigation = plane.vehicle.navigation();
-    assert_eq!(plane.vehicle.mode(), Mode::Reference);
+    assert_eq!(plane.vehicle.mode(), Mode::Position);
     assert_eq!((navigation.item, navigation.items), (0, 2));
     assert_eq!(navigation.progress, Progress::NotStarted);
 }

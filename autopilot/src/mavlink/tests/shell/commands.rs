@@ -38,7 +38,7 @@ fn status_shows_the_flight_the_compensator_and_each_effector() {
     for words in [
         "Aircraft: in the air",
         "Control: nobody",
-        "mode Reference",
+        "mode Position",
         "altitude 5000.0 m",
         "Compensator: armed",
         "roll ",
@@ -117,7 +117,7 @@ fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
     for (line, reason) in [
         ("reference altitude 99999", "ERROR: altitude"),
         ("reference airspeed x", "ERROR: airspeed \"x\" is no number in m/s"),
-        ("reference roll 10", "ERROR: setpoints and a roll reference need Offboard"),
+        ("reference roll 70", "ERROR: roll 70.0 deg is outside"),
         ("reference course 400", "ERROR: course 400 deg is outside"),
         ("reference yaw 4", "ERROR: usage: reference"),
         ("reference", "ERROR: usage: reference"),
@@ -130,14 +130,19 @@ fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
 #[test]
 fn a_change_of_mode_takes_the_checks_of_the_command_and_gives_control() {
     let mut world = World::flying();
-    assert!(said(&mut world, "mode").contains("* Reference\n  Hold\n"));
+    assert!(said(&mut world, "mode").contains("* Position\n  Hold\n"));
     let (wishes, text) = wishes(&mut world, "mode hold");
     assert_eq!((wishes, text), (vec![Wish::Mode(Mode::Hold)], "Mode Hold\n".to_owned()));
     assert!(said(&mut world, "status").contains("Control: system 255"));
     let offboard = said(&mut world, "mode offboard");
     assert!(offboard.starts_with("ERROR: Offboard refused: no setpoint"), "{offboard}");
     assert_eq!(said(&mut world, "mode mission"), "ERROR: there is no plan: upload one first\n");
-    assert!(said(&mut world, "mode nope").starts_with("ERROR: there is no mode \"nope\""));
+    for gone in ["nope", "reference"] {
+        let said = said(&mut world, &format!("mode {gone}"));
+        assert!(
+            said.starts_with(&format!("ERROR: there is no mode \"{gone}\": there are Position"))
+        );
+    }
     let mut world = World::waiting();
     world.settle();
     assert_eq!(ask(&mut world, "mode hold"), format!("ERROR: no aircraft is connected\n{PROMPT}"));

@@ -53,7 +53,7 @@ fn a_line_may_come_in_pieces_and_several_lines_in_one_message() {
     let three = ask(&mut world, "mode\n\nnonsense");
     let parts: Vec<&str> = three.split(PROMPT).collect();
     let [mode, empty, nonsense, rest] = parts[..] else { panic!("not three prompts: {three}") };
-    assert!(mode.contains("* Reference"));
+    assert!(mode.contains("* Position"));
     assert_eq!((empty, rest), ("\n", ""));
     let error = "nonsense\nERROR: there is no command \"nonsense\"";
     assert!(nonsense.starts_with(error), "{nonsense}");
