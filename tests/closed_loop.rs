@@ -63,7 +63,7 @@ fn assert_mirrored(setup: &FlightSetup, other: &FlightSetup) {
 #[test]
 fn on_the_flat_earth_the_mirrored_elevator_fault_flies_the_mirrored_trajectory() {
     let setup = case_1(EarthModel::Flat);
-    let references = "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = 6000.0\n";
+    let references = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\naltitude_m = 6000.0\n";
     assert_mirrored(&setup, &mirrored(&setup, references));
 }
 

@@ -8,7 +8,7 @@ from checks import Checks
 from pymavlink import mavutil
 from station import ACCEPTED, DENIED, FAILED, NAN, TEMPORARILY_REJECTED, UNSUPPORTED, Station
 
-REFERENCE, HOLD, MISSION, RETURN, OFFBOARD, ALTITUDE = (4, 11), (4, 3), (4, 4), (4, 5), (6, 0), (2, 0)
+POSITION, HOLD, MISSION, RETURN, OFFBOARD, ALTITUDE = (3, 0), (4, 3), (4, 4), (4, 5), (6, 0), (2, 0)
 GLOBAL, GLOBAL_RELATIVE = 0, 3
 GLOBAL_INT, GLOBAL_RELATIVE_INT = 5, 6
 
@@ -78,7 +78,7 @@ def other_target(s):
 
 
 def modes(s, c):
-    for mode in (REFERENCE, HOLD, RETURN, REFERENCE):
+    for mode in (POSITION, HOLD, RETURN, POSITION):
         mark = len(s.messages)
         result = s.command(176, [1.0, float(mode[0]), float(mode[1])])
         took = s.wait(lambda: s.mode() == mode, 1.0)

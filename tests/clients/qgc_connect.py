@@ -121,8 +121,9 @@ class Connect:
                 break
             index += 1
         names = {m.custom_mode: m.mode_name for m in modes}
-        self.checks.expect("modes: Hold, Mission, Return and an own one", {
-            50593792, 67371008, 84148224, 184811520} <= set(names), ", ".join(names.values()))
+        wanted = {196608: "Position", 50593792: "Hold", 67371008: "Mission", 84148224: "Return"}
+        self.checks.expect("modes: Position, Hold, Mission and Return by their names",
+                           wanted.items() <= names.items(), ", ".join(names.values()))
 
     def ftp(self, opcode, session=0, offset=0, size=None, data=b""):
         """One request of MAVLink FTP with retries; the answer's (opcode, data, payload fields)."""

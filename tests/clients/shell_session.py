@@ -64,7 +64,7 @@ def qgroundcontrol(c, connect):
     c.expect("a reference is changed", ask("reference altitude 5200") == "Reference altitude: 5200 m\n")
     c.expect("and one beyond the limits is not", "ERROR: altitude" in (ask("reference altitude 99999") or ""))
     c.expect("the mode is changed", ask("mode hold") == "Mode Hold\n")
-    ask("mode reference")
+    ask("mode position")
     jam = ask("failure servo stuck -i 5 -v 3deg") or ""
     c.expect("a servo sticks when the plant says so", jam.startswith("rudder: acts since"), jam)
     c.expect("it is on the list", "rudder" in (ask("failure list") or ""))

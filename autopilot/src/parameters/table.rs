@@ -182,7 +182,7 @@ const LINK_TIMES: &[Parameter] = numbers! { Real, "Link loss";
     "COM_OF_LOSS_T", "s", 0.1 to 60.0, link.offboard_loss_s,
         "Silence of an offboard stream until Offboard ends, wall time";
     "COM_RC_LOSS_T", "s", 0.1 to 35.0, link.sticks_loss_s,
-        "Silence of a pilot's sticks until Altitude ends, wall time";
+        "Silence of a pilot's sticks until they no longer count, wall time";
 };
 
 const STREAMS: &[Parameter] = numbers! { Real, "Streams";
