@@ -15,6 +15,6 @@ pub mod words;
 pub use encoder::Encoder;
 pub use entry::{Begin, End, Entry, Step, open};
 pub use hash::RunHash;
-pub use header::{ControlHeader, parameter_hash};
+pub use header::{ControlHeader, FLIGHT_RULES, parameter_hash};
 pub use recorded::{Moment, Recorded};
 pub use topics::{COMMAND_NAMES, CONTROL_NAMES, control_values};

@@ -30,7 +30,9 @@ use crate::event::{Event, Intent, Wish};
 use crate::mavlink::Ground;
 use crate::mavlink::statustext::LogText;
 use crate::parameters::Parameters;
-use crate::recorder::{Begin, ControlHeader, End, Entry, Moment, Recorded, Step, open};
+use crate::recorder::{
+    Begin, ControlHeader, End, Entry, FLIGHT_RULES, Moment, Recorded, Step, open,
+};
 
 mod file;
 pub(crate) mod folder;
@@ -177,6 +179,7 @@ impl Recorder {
         let header = ControlHeader {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire_version: wire::VERSION,
+            flight_rules: FLIGHT_RULES,
             session: session::shown(packet.session),
             period_us: packet.period.as_micros(),
             joined_in_flight: packet.sequence > 0,

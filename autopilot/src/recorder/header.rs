@@ -11,6 +11,11 @@ use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
+/// Number of the rules that a flight follows. It is raised whenever a program with the same version flies the
+/// same inputs otherwise, so that an older log is refused and not compared. Logs without the number have 0: their
+/// flights begin with a roll reference of zero and not with a course.
+pub const FLIGHT_RULES: u32 = 1;
+
 /// The control side of a flight at its first packet; JSON in the info message `control_header`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ControlHeader {
@@ -18,6 +23,9 @@ pub struct ControlHeader {
     pub version: String,
     /// Version of the plant link's packets.
     pub wire_version: u16,
+    /// [`FLIGHT_RULES`] of this program.
+    #[serde(default)]
+    pub flight_rules: u32,
     /// What people see of the flight's number: the beginning of its hash.
     pub session: String,
     /// Control period, us.

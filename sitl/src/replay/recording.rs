@@ -6,10 +6,11 @@ use std::path::Path;
 use autopilot::autopilot::Settings;
 use autopilot::event::Wish;
 use autopilot::parameters::{ParameterError, Parameters};
-use autopilot::recorder::{ControlHeader, Moment, Recorded};
+use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
 use flight_control::belief::BeliefError;
 use icd::wire;
 use plant_sim::io::header::PlantHeader;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use ulog::reader::{Log, ReadError, Row, Topic};
 
@@ -44,6 +45,12 @@ pub enum CannotFly {
         /// Versions of this program.
         ours: String,
     },
+    /// The same inputs would be flown otherwise today.
+    #[error(
+        "its flight follows rules {0}, this program has rules {FLIGHT_RULES}: \
+         fly it again with the program that wrote it"
+    )]
+    Rules(u32),
     /// The belief of the header cannot be flown.
     #[error("the belief in its control_header cannot be flown: {0}")]
     Belief(#[from] BeliefError),
@@ -119,6 +126,11 @@ impl Recording {
         let name = log.info_text("sys_name").unwrap_or("missing");
         if name != "Two-Step" {
             return Err(CannotFly::Foreign(name.to_owned()));
+        }
+        // Before the rest: a header of other rules may have another shape too.
+        let Rules { flight_rules } = header(&log, "control_header", "")?;
+        if flight_rules != FLIGHT_RULES {
+            return Err(CannotFly::Rules(flight_rules));
         }
         let control: ControlHeader = header(&log, "control_header", "")?;
         if control.joined_in_flight {
@@ -257,6 +269,13 @@ impl Recording {
     pub fn inputs(&self) -> VecDeque<Input> {
         self.inputs.iter().cloned().collect()
     }
+}
+
+/// The part of the control header that says whether the flight can be flown again.
+#[derive(Deserialize)]
+struct Rules {
+    #[serde(default)]
+    flight_rules: u32,
 }
 
 /// Versions of program and link: those of the log and those of this program.

@@ -3,7 +3,7 @@
 use autopilot::autopilot::Autopilot;
 use autopilot::event::{Intent, Wish};
 use autopilot::recorder::topics::{self, Place};
-use autopilot::recorder::{ControlHeader, Moment, Recorded, RunHash};
+use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded, RunHash};
 use icd::fault::{PlantAction, PlantReport};
 use icd::wire;
 use plant_sim::Plant;
@@ -30,6 +30,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
     let control = ControlHeader {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         wire_version: wire::VERSION,
+        flight_rules: FLIGHT_RULES,
         session: "00000007".to_owned(),
         period_us: setup.plant.period.as_micros(),
         joined_in_flight: false,

@@ -10,7 +10,7 @@
 #![expect(deprecated, reason = "QGroundControl changes modes by SET_MODE")]
 
 use super::world::*;
-use crate::mavlink::codec::{self, Encoded, Skipped};
+use crate::mavlink::codec::{self, Encoded, OWN, Skipped};
 use crate::mavlink::modes;
 use crate::vehicle::Mode;
 use ::mavlink::dialects::common::{
@@ -51,7 +51,7 @@ fn expected(name: &str) -> Result<Mode, String> {
 /// The latest custom mode and what was said, worse than information.
 fn seen(world: &World) -> (Option<u32>, Vec<String>) {
     let beats = world.got.iter().filter_map(Got::read::<HEARTBEAT_DATA>);
-    let custom_mode = beats.last().map(|beat| beat.custom_mode);
+    let custom_mode = beats.map(|beat| beat.custom_mode).reduce(|_, latest| latest);
     let is_shown =
         |text: &STATUSTEXT_DATA| text.severity as u8 <= MavSeverity::MAV_SEVERITY_WARNING as u8;
     let mine = world.got.iter().filter(|got| got.to == address(14_550));
@@ -130,7 +130,7 @@ const SINCE: [&str; 8] =
     ["Position", "Orbit", "Cruise", "Altitude", "Safe Recovery", "Mission", "Land", "Takeoff"];
 
 fn shown(message: &Encoded, standard: &[&str]) -> (u32, String) {
-    let (bytes, mut skipped) = (message.frame(0), Skipped::default());
+    let (bytes, mut skipped) = (message.frame(OWN, 0), Skipped::default());
     let frame = codec::next_frame(&mut &bytes[..], &mut skipped).unwrap();
     let data = AVAILABLE_MODES_DATA::deser(MavlinkVersion::V2, frame.payload).unwrap();
     let number = usize::from(data.standard_mode as u8);

@@ -19,6 +19,7 @@ fn encoder() -> Encoder<Vec<u8>> {
     let header = ControlHeader {
         version: String::new(),
         wire_version: 0,
+        flight_rules: 0,
         session: "00000001".to_owned(),
         period_us: 2_000,
         joined_in_flight: false,
