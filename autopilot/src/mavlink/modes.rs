@@ -140,7 +140,7 @@ pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
             Err(Refused::for_now("Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)"))
         }
         Mode::Altitude if !streams.sticks => {
-            Err(Refused::for_now("Altitude refused: no sticks (COM_RC_LOSS_T); use Position"))
+            Err(Refused::for_now("Altitude refused: no sticks, use Position"))
         }
         _ => Ok(mode),
     }

@@ -43,7 +43,7 @@ fn expected(name: &str) -> Result<Mode, String> {
         "Hold" => Ok(Mode::Hold),
         "Return" => Ok(Mode::Return),
         "Mission" => Err("Refused: there is no plan: upload one first".into()),
-        "Altitude" => Err("Altitude refused: no sticks (COM_RC_LOSS_T); use Position".into()),
+        "Altitude" => Err("Altitude refused: no sticks, use Position".into()),
         other => Err(format!("{other} is not flown here: use Position")),
     }
 }
