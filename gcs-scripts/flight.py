@@ -23,6 +23,7 @@ DO_SET_MODE = 176
 DO_CHANGE_ALTITUDE = 186
 REBOOT = 246
 USER_1 = 31010
+SET_MESSAGE_INTERVAL = 511
 
 # FAILURE_UNIT, FAILURE_TYPE, servo instances, kind of value (USER_1 p4)
 SERVO = 102
@@ -126,6 +127,8 @@ class Flight:
                 )
             self.pump()
         self.link.target_system, self.link.target_component = 1, 1
+        # The air angles come as NAMED_VALUE_FLOAT, on request.
+        self.link.mav.command_long_send(1, 1, SET_MESSAGE_INTERVAL, 0, 251, 100_000, 0, 0, 0, 0, 0)
 
     def pump(self, wait_s=0.02):
         """Takes what has come and sends what is due."""

@@ -43,7 +43,7 @@ def main():
     s.run(args.seconds)
     took = time.monotonic() - began
     counts = Counter(m.get_type() for m in s.messages)
-    odd, boots, backwards, gaps, last = defaultdict(set), {}, [], 0, None
+    odd, boots, backwards, gaps, last = defaultdict(set), {}, [], 0, {}
     for m in s.messages:
         kind = m.get_type()
         if kind not in MAY_BE_NAN:
@@ -55,10 +55,11 @@ def main():
             if boot < boots.get(key, 0):
                 backwards.append(kind)
             boots[key] = boot
-        seq = m.get_seq()
-        if last is not None and seq != (last + 1) % 256:
+        # Each component counts for itself.
+        seq, component = m.get_seq(), m.get_srcComponent()
+        if component in last and seq != (last[component] + 1) % 256:
             gaps += 1
-        last = seq
+        last[component] = seq
     for kind, count in sorted(counts.items()):
         print(f"       {kind:32} {count / took:7.2f} Hz")
     for m in s.of("STATUSTEXT"):

@@ -219,6 +219,8 @@ pub struct Encoded {
     id: u32,
     extra_crc: u8,
     payload: Vec<u8>,
+    /// The component that sends it, if it is not the autopilot.
+    component: Option<u8>,
 }
 
 impl Encoded {
@@ -228,7 +230,7 @@ impl Encoded {
         let mut payload = vec![0; PAYLOAD_MAX];
         let length = data.ser(MavlinkVersion::V2, &mut payload);
         payload.truncate(length);
-        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload }
+        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload, component: None }
     }
 
     /// COMMAND_ACK, also for a command that the definitions do not have.
@@ -251,7 +253,20 @@ impl Encoded {
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
         }
-        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload }
+        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload, component: None }
+    }
+
+    /// The same message from another component of the vehicle.
+    #[must_use]
+    pub fn from_component(mut self, component: u8) -> Self {
+        self.component = Some(component);
+        self
+    }
+
+    /// The component that sends it, if it is not the autopilot.
+    #[must_use]
+    pub fn component(&self) -> Option<u8> {
+        self.component
     }
 
     /// The frame of this sender with this sequence number, MAVLink 2, not signed.
@@ -278,6 +293,7 @@ impl Encoded {
         let length = u8::try_from(self.payload.len()).expect("a payload has at most 255 bytes");
         let [id0, id1, id2, _] = self.id.to_le_bytes();
         let Identity { system, component } = sender;
+        let component = self.component.unwrap_or(component);
         frame.extend_from_slice(&[MAV_STX_V2, length, flags, 0, sequence, system, component]);
         frame.extend_from_slice(&[id0, id1, id2]);
         frame.extend_from_slice(&self.payload);

@@ -2,7 +2,7 @@
 //! loses telemetry first, then what everybody is told, and never an acknowledgement. Bulk data (logs) goes
 //! behind the answers and takes turns with telemetry; whoever sends it waits for room.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::codec::Encoded;
 
@@ -18,7 +18,7 @@ const TELEMETRY_MAX: usize = 96;
 /// Bulk data that may wait.
 pub const BULK_MAX: usize = 48;
 
-/// Three bounded queues and the sequence number of the link.
+/// Three bounded queues and the sequence numbers of the link.
 #[derive(Debug, Default)]
 pub struct Outbox {
     answers: VecDeque<Encoded>,
@@ -26,7 +26,8 @@ pub struct Outbox {
     bulk: VecDeque<Encoded>,
     /// Bulk data has its turn.
     bulk_next: bool,
-    sequence: u8,
+    /// One for each component that sends, since receivers count losses by component.
+    sequences: BTreeMap<Option<u8>, u8>,
     dropped_telemetry: u64,
     dropped_announcements: u64,
     dropped_answers: u64,
@@ -95,8 +96,9 @@ impl Outbox {
     /// that a ground station sees no loss where telemetry was dropped.
     pub fn pop(&mut self) -> Option<(Encoded, u8)> {
         let message = self.answers.pop_front().or_else(|| self.pop_stream())?;
-        let sequence = self.sequence;
-        self.sequence = sequence.wrapping_add(1);
+        let next = self.sequences.entry(message.component()).or_default();
+        let sequence = *next;
+        *next = sequence.wrapping_add(1);
         Some((message, sequence))
     }
 

@@ -5,4 +5,5 @@ pub mod actuators;
 pub mod pose;
 pub mod references;
 pub mod sensors;
+pub mod signals;
 pub mod status;

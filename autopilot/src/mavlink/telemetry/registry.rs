@@ -8,7 +8,7 @@ use ::mavlink::MessageData;
 use ::mavlink::dialects::common as wire;
 
 use super::View;
-use super::messages::{about, actuators, pose, references, sensors, status};
+use super::messages::{about, actuators, pose, references, sensors, signals, status};
 use crate::event::Snapshot;
 use crate::mavlink::codec::Encoded;
 use crate::mavlink::modes;
@@ -150,7 +150,7 @@ const fn row<D: MessageData>(rate: Rate, group: Group, build: Build) -> Row {
 }
 
 /// Rows of [`TABLE`].
-pub const ROWS: usize = 33;
+pub const ROWS: usize = 34;
 
 #[expect(deprecated, reason = "QGroundControl asks for it when it connects")]
 const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
@@ -220,8 +220,9 @@ pub static TABLE: [Row; ROWS] = {
             RcChannels,
             Flight(actuators::actuator_output_status),
         ),
+        row::<wire::DEBUG_VECT_DATA>(EveryMs(250), Extra3, Build::Group(signals::vectors)),
         row::<wire::NAMED_VALUE_FLOAT_DATA>(
-            Rate::Compensator,
+            OnRequest,
             Extra3,
             Build::Group(actuators::named_values),
         ),

@@ -2,12 +2,12 @@
 
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common::{
-    ATTITUDE_DATA, ATTITUDE_TARGET_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA,
-    GPS_RAW_INT_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags, LOCAL_POSITION_NED_DATA,
-    MISSION_CURRENT_DATA, MavLandedState, MissionState, NAMED_VALUE_FLOAT_DATA,
-    NAV_CONTROLLER_OUTPUT_DATA, ODOMETRY_DATA, POSITION_TARGET_GLOBAL_INT_DATA,
-    PositionTargetTypemask, SCALED_PRESSURE_DATA, SERVO_OUTPUT_RAW_DATA, SYSTEM_TIME_DATA,
-    VFR_HUD_DATA, WIND_COV_DATA,
+    ATTITUDE_DATA, ATTITUDE_TARGET_DATA, DEBUG_VECT_DATA, EXTENDED_SYS_STATE_DATA,
+    GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags,
+    LOCAL_POSITION_NED_DATA, MISSION_CURRENT_DATA, MavLandedState, MissionState,
+    NAMED_VALUE_FLOAT_DATA, NAV_CONTROLLER_OUTPUT_DATA, ODOMETRY_DATA,
+    POSITION_TARGET_GLOBAL_INT_DATA, PositionTargetTypemask, SCALED_PRESSURE_DATA,
+    SERVO_OUTPUT_RAW_DATA, SYSTEM_TIME_DATA, VFR_HUD_DATA, WIND_COV_DATA,
 };
 use icd::fault::PlantReport;
 use icd::{Attitude, EulerAngles, Ned};
@@ -38,6 +38,7 @@ fn last<D: MessageData>(world: &World) -> D {
 fn group_size(id: u32) -> usize {
     match id {
         NAMED_VALUE_FLOAT_DATA::ID => 17,
+        DEBUG_VECT_DATA::ID => 4,
         // The array of the compensator, and the empty list of faults.
         350 => 2,
         _ => 1,
@@ -164,6 +165,9 @@ fn the_rare_messages_come_with_the_first_state_of_a_flight() {
 #[test]
 fn the_compensators_values_have_names() {
     let mut world = World::flying();
+    world.run_ms(1_000);
+    assert_eq!(count(&world, NAMED_VALUE_FLOAT_DATA::ID), 0, "only for those who ask");
+    world.send_command(511, [251.0, 100_000.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(200);
     let values = world.got.iter().filter_map(Got::read::<NAMED_VALUE_FLOAT_DATA>);
     let names: std::collections::BTreeSet<String> =
@@ -171,6 +175,35 @@ fn the_compensators_values_have_names() {
     for name in ["z2_p", "z2_q", "z2_r", "ucf_ail", "ucf_nozp", "ucf_nozy", "ftc_active"] {
         assert!(names.contains(name), "{name}");
     }
+}
+
+#[test]
+fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
+    let mut world = World::flying();
+    world.run_ms(10_000);
+    let at = address(14_550);
+    let mut names = std::collections::BTreeSet::new();
+    for component in 25..=28 {
+        // The component is the seventh byte of a frame of MAVLink 2.
+        let of_component = |got: &&Got| got.to == at && got.bytes[6] == component;
+        let got: Vec<&Got> = world.got.iter().filter(of_component).collect();
+        // 4 Hz, and the one of the flight's beginning.
+        assert!((39..=42).contains(&got.len()), "{} of component {component}", got.len());
+        let vectors: Vec<DEBUG_VECT_DATA> =
+            got.iter().map(|got| got.read().expect("no HEARTBEAT, nothing else")).collect();
+        let name = vectors[0].name.to_str().unwrap().to_owned();
+        assert!(vectors.iter().all(|vector| vector.name.to_str().unwrap() == name));
+        assert!(got.windows(2).all(|two| two[1].sequence == two[0].sequence.wrapping_add(1)));
+        names.insert(name);
+    }
+    let expected = ["authority", "correction", "estimate", "level"];
+    assert!(names.iter().eq(expected.iter()), "{names:?}");
+    let log = world.autopilot.snapshot().unwrap().log;
+    let last = world.got.iter().rev().filter_map(Got::read::<DEBUG_VECT_DATA>);
+    let authority = last.into_iter().find(|vector| vector.name.to_str().unwrap() == "authority");
+    let (told, is) = (authority.unwrap().x, log.authority.roll_pct as f32);
+    // A quarter of a second earlier, in level flight.
+    assert!((told - is).abs() < 5.0, "{told} %, {is} %");
 }
 
 #[test]

@@ -230,9 +230,12 @@ fn the_array_why_has_its_documented_places() {
 #[test]
 fn named_values_keep_to_the_ten_characters_of_their_field() {
     let mut world = World::flying();
-    world.run_ms(200);
+    request(&mut world, 251, 0.0);
     let values = world.got.iter().filter_map(Got::read::<NAMED_VALUE_FLOAT_DATA>);
+    let mut count = 0;
     for value in values {
         assert!(value.name.to_str().unwrap().len() <= 10, "{value:?}");
+        count += 1;
     }
+    assert_eq!(count, 17);
 }
