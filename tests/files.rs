@@ -5,6 +5,8 @@
     reason = "the other side of real programs: waiting, and the wall clock as bound"
 )]
 
+#[path = "programs/ground.rs"]
+mod ground;
 mod programs;
 
 use std::fs::{self, File};
@@ -12,7 +14,8 @@ use std::os::unix::fs::FileTypeExt as _;
 use std::path::Path;
 use std::process::Command;
 
-use programs::Program;
+use ground::Ground;
+use programs::{Program, autopilot};
 
 /// Longer than any file that is read whole but a flight log, bytes.
 const LARGE: u64 = 100_000_000;
@@ -124,4 +127,29 @@ fn nothing_is_replaced_or_removed_that_the_program_did_not_write() {
     let is_pipe = fs::metadata(&not_ordinary[0]).expect("it is there").file_type().is_fifo();
     assert!(is_pipe, "the pipe was replaced");
     assert!(fs::metadata("/dev/zero").expect("it is there").file_type().is_char_device());
+}
+
+#[test]
+fn a_log_folder_that_is_deleted_in_flight_is_noticed_and_made_again_for_the_next_flight() {
+    let mut ground = Ground::new();
+    let folder = tempfile::tempdir().expect("a folder");
+    let logs = folder.path().join("logs");
+    let option = logs.to_str().expect("plain path");
+    let (autopilot, link) = autopilot(ground.address(), &["--log-dir", option]);
+    let plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
+    let count = || fs::read_dir(&logs).map_or(0, Iterator::count);
+    assert_eq!(count(), 1);
+    fs::remove_dir_all(&logs).expect("it is there");
+    autopilot.wait_for("the flight log was removed");
+    ground.listen_until("the text", |ground| ground.heard("Flight log was removed"));
+    let removed_s = ground.time_s;
+    ground.listen_until("the flight to go on", |ground| ground.time_s > removed_s + 2.0);
+    let texts = ground.texts.iter().filter(|text| text.contains("log was removed")).count();
+    assert_eq!(texts, 1, "said once: {:?}", ground.texts);
+    drop(plant);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link]);
+    ground.listen_until("a new flight", |ground| ground.time_s < 0.5);
+    ground.listen_until("the new flight", |ground| ground.time_s > 0.6);
+    assert_eq!(count(), 1, "the next flight has a log");
 }

@@ -412,7 +412,7 @@ impl Autopilot {
         }
     }
 
-    fn tell(&mut self, kind: EventKind) {
+    pub(crate) fn tell(&mut self, kind: EventKind) {
         push(&mut self.events, &mut self.dropped_events, Event { time: self.time, kind });
     }
 

@@ -25,6 +25,16 @@ pub enum ConfigError {
         /// What is wrong with it.
         source: FileProblem,
     },
+    /// Neither a scenario that comes with the program nor a file.
+    #[error(
+        "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
+    )]
+    NoScenario {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
     /// The text is not what it should be; the message has line, column and key.
     #[error("{file}: {source}")]
     Syntax {
@@ -146,6 +156,56 @@ mod tests {
         let text = DEFAULT_BELIEF.replace("mass_kg = 9295.0", "mass_kg = -1.0");
         let error = belief("my.toml", &text).unwrap_err().to_string();
         assert_eq!(error, "my.toml: mass.mass_kg = -1 is outside 0.1 to 1000000");
+    }
+
+    #[test]
+    fn every_number_of_a_belief_that_is_not_finite_is_refused_by_its_key() {
+        let value: toml::Table = DEFAULT_BELIEF.parse().unwrap();
+        let mut keys = 0;
+        for (table, entries) in &value {
+            for (key, entry) in entries.as_table().unwrap() {
+                for bad in ["inf", "-inf", "nan"] {
+                    keys += refuse_each(&value, &[table, key], entry, bad);
+                }
+            }
+        }
+        assert!(keys > 3 * 50, "{keys} numbers were tried");
+    }
+
+    /// Puts `bad` in the place of each number below `entry`, and expects a refusal that names the key.
+    fn refuse_each(all: &toml::Table, path: &[&str], entry: &toml::Value, bad: &str) -> usize {
+        let tried = |value: toml::Value| {
+            let mut changed = toml::Value::Table(all.clone());
+            let place = path.iter().fold(&mut changed, |at, key| &mut at[*key]);
+            *place = value;
+            let text = toml::to_string(&changed).unwrap();
+            let refused = belief("my.toml", &text).unwrap_err().to_string();
+            let named = refused.starts_with("my.toml: ") && refused.contains(path[path.len() - 1]);
+            // The ailerons are judged as a pair.
+            assert!(named || refused.contains("right minus left aileron"), "{path:?}: {refused}");
+        };
+        let bad_value = || toml::Value::Float(bad.parse().unwrap());
+        match entry {
+            toml::Value::Table(entries) => {
+                let each = entries.iter().map(|(key, entry)| {
+                    let path: Vec<&str> = path.iter().copied().chain([key.as_str()]).collect();
+                    refuse_each(all, &path, entry, bad)
+                });
+                each.sum()
+            }
+            toml::Value::Array(row) => {
+                for index in 0..row.len() {
+                    let mut row = row.clone();
+                    row[index] = bad_value();
+                    tried(toml::Value::Array(row));
+                }
+                row.len()
+            }
+            _ => {
+                tried(bad_value());
+                1
+            }
+        }
     }
 
     #[test]

@@ -148,6 +148,8 @@ pub enum EventKind {
     GroundContact,
     /// No packet from the plant for a second.
     PlantLost,
+    /// The flight log was removed while it was written: the rest of the flight is not recorded.
+    LogRemoved,
     /// The plant is back.
     PlantBack,
     /// This item of the plan is the current one now.

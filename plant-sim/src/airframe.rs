@@ -72,6 +72,7 @@ impl Airframe {
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
         let airframe = config::parse::<File>(name, text)?.into_airframe();
         airframe.check().map_err(config::in_file(name))?;
+        airframe.check_inertia().map_err(config::in_file(name))?;
         Ok(airframe)
     }
 
@@ -155,6 +156,18 @@ impl Airframe {
         // Beyond the geometric mean no mass distribution has this product of inertia.
         let limit = 0.99 * (m.ixx_kg_m2 * m.izz_kg_m2).sqrt();
         check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)
+    }
+
+    /// Of three moments of inertia none is larger than the other two together: distances are squares of two
+    /// coordinates each. A dispersed airframe may leave this bound, as it is varied about a body that obeys it.
+    fn check_inertia(&self) -> Result<(), RangeError> {
+        let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = self.mass;
+        for (key, value, others) in
+            [("ixx_kg_m2", x, y + z), ("iyy_kg_m2", y, x + z), ("izz_kg_m2", z, x + y)]
+        {
+            check_range("mass", key, value, 1.0e-3, others)?;
+        }
+        Ok(())
     }
 
     fn check_servos(&self) -> Result<(), RangeError> {
@@ -291,6 +304,14 @@ mod tests {
     fn a_value_that_is_no_number_is_refused() {
         let message = refusal("c_pitch_q = -5.245", "c_pitch_q = nan");
         assert_eq!(message, "jet.toml: [aerodynamics] c_pitch_q = NaN is outside -1000 to 1000");
+    }
+
+    #[test]
+    fn a_moment_of_inertia_beyond_the_other_two_together_is_refused() {
+        assert_eq!(
+            refusal("izz_kg_m2 = 85552.0", "izz_kg_m2 = 90000"),
+            "jet.toml: [mass] izz_kg_m2 = 90000 is outside 0.001 to 88549"
+        );
     }
 
     #[test]

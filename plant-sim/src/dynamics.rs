@@ -100,10 +100,17 @@ impl State {
         Self { rigid: RigidState::from_array(&rigid), positions: PerEffector::new(positions) }
     }
 
-    /// Whether every number is one.
+    /// The first quantity that is not finite; `None` if all are.
     #[must_use]
-    pub fn is_finite(&self) -> bool {
-        self.to_array().iter().all(|x| x.is_finite())
+    pub fn first_not_finite(&self) -> Option<&'static str> {
+        let index = self.to_array().iter().position(|x| !x.is_finite())?;
+        Some(match index {
+            0..3 => "position",
+            3..7 => "attitude",
+            7..10 => "velocity",
+            10..rigid_body::STATES => "body rates",
+            _ => "effector position",
+        })
     }
 }
 

@@ -22,7 +22,7 @@ mod run;
 mod speed;
 mod status;
 
-pub use args::{PlantArgs, Speed, parse_earth, parse_period};
+pub use args::{CORE_MAX, PlantArgs, Speed, parse_earth, parse_period, whole};
 pub use flight::FlightReport;
 pub use link::LinkError;
 pub use run::{ExitReason, RunError, run};

@@ -40,6 +40,7 @@ pub mod scenario;
 pub mod sensors;
 pub mod servos;
 pub mod setup;
+pub mod step_limit;
 pub mod trim;
 pub mod truth;
 pub mod wind;

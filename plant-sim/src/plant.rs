@@ -6,7 +6,7 @@ use icd::fault::PlantReport;
 use icd::fault::Refusal;
 use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
 
-use crate::atmosphere::LocalDensity;
+use crate::atmosphere::{LocalDensity, isa};
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
 use crate::earth::Earth;
 use crate::earth::slopes::Slopes;
@@ -14,6 +14,7 @@ use crate::faults::{Effects, Faults, Scene};
 use crate::sensors::SensorSet;
 use crate::servos;
 use crate::setup::{PlantSetup, SetupError};
+use crate::step_limit;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
 use crate::wind::{self, Turbulence};
@@ -49,7 +50,7 @@ pub struct Plant {
     reports: VecDeque<PlantReport>,
     reports_dropped: u64,
     on_ground: bool,
-    broken: bool,
+    broken: Option<&'static str>,
 }
 
 impl Plant {
@@ -62,6 +63,10 @@ impl Plant {
         let earth = Earth::new(setup.earth, setup.start.geodetic());
         let dynamics = Dynamics::new(setup.airframe.clone(), earth)
             .expect("the check of the airframe refuses impossible masses");
+        let start = dynamics.earth().place(&dynamics.earth().position(&setup.start.geodetic()));
+        let density = isa(start.geopotential_altitude_m).density;
+        step_limit::check(&setup.airframe, &setup.start, density, setup.step_us)
+            .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
         let steady = wind::steady(&setup.wind);
         let trim = trim::solve(&dynamics, &setup.start, &steady)?;
         let state = trim.state();
@@ -93,7 +98,7 @@ impl Plant {
             period_us: u64::from(setup.period.as_micros()),
             step_us: u64::from(setup.step_us),
             on_ground: false,
-            broken: false,
+            broken: None,
             dynamics,
             trim,
             time,
@@ -124,6 +129,12 @@ impl Plant {
     /// Whether the flight is over because the state was not finite any more.
     #[must_use]
     pub fn is_broken(&self) -> bool {
+        self.broken.is_some()
+    }
+
+    /// The quantity that was not finite any more, where that has ended the flight.
+    #[must_use]
+    pub fn broken_by(&self) -> Option<&'static str> {
         self.broken
     }
 
@@ -164,13 +175,22 @@ impl Plant {
         self.held.commands = *self.faults.told();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
-        if !self.state.is_finite() {
+        let mut broken = self.state.first_not_finite();
+        if broken.is_some() {
             self.state = before;
-            self.broken = true;
-            self.touch_down();
         }
         self.held.gust = self.turbulence.step(self.truth.airspeed_m_s);
         self.observe();
+        // Forces and place can be beyond all sense while the state is still finite.
+        if broken.is_none() && !self.truth.is_bounded() {
+            broken = self.truth.first_unbounded();
+            self.state = before;
+            self.observe();
+        }
+        if broken.is_some() {
+            self.broken = broken;
+            self.touch_down();
+        }
         if !self.on_ground && self.truth.altitude_m <= 0.0 {
             self.touch_down();
         }

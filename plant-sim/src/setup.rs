@@ -9,6 +9,7 @@ use crate::config::{RangeError, check_range};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
+use crate::step_limit::TooQuick;
 use crate::trim::TrimError;
 
 /// Longest integration step where nothing else is asked for, µs.
@@ -117,6 +118,9 @@ pub enum SetupError {
         /// Why not.
         refusal: Refusal,
     },
+    /// The integration cannot follow the aircraft.
+    #[error(transparent)]
+    TooQuick(Box<TooQuick>),
     /// Level flight is not possible, so there is nothing to start from.
     #[error(transparent)]
     Trim(#[from] TrimError),

@@ -1,5 +1,6 @@
 //! What really happens: the judges may look at it, the autopilot may not.
 
+use icd::record::TRUTH_FIELDS;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +8,9 @@ mod row;
 
 use crate::atmosphere::STANDARD_GRAVITY;
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
+
+/// No number of a flight is anywhere near this, in any unit of the truth; one that is, is no result of physics.
+const BOUND: f64 = 1.0e15;
 
 /// The state of the flight at one instant, complete and without error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -56,6 +60,26 @@ impl Truth {
     #[must_use]
     pub fn euler(&self) -> EulerAngles {
         self.attitude.euler()
+    }
+
+    /// Whether what follows from the state is within [`BOUND`]: forces, accelerations, place and motion in the air.
+    #[inline]
+    #[must_use]
+    pub(crate) fn is_bounded(&self) -> bool {
+        // One sum and one look: a sum with an infinite or undefined part is one itself.
+        let (f, a, v) = (&self.specific_force.0, &self.angular_acceleration.0, &self.velocity.0);
+        let place = self.altitude_m + self.latitude_rad + self.longitude_rad;
+        let air = self.airspeed_m_s + self.alpha_rad + self.beta_rad;
+        (f.sum() + a.sum() + v.sum() + place + air).abs() < BOUND
+    }
+
+    /// Name of the first number that is beyond [`BOUND`], as in the flight log.
+    #[must_use]
+    pub(crate) fn first_unbounded(&self) -> Option<&'static str> {
+        let row = self.to_row(false, false);
+        let index = row.iter().position(|value| value.is_nan() || value.abs() >= BOUND);
+        // Where only the sum above is beyond it, the forces are the largest part.
+        Some(index.map_or("specific_force", |index| TRUTH_FIELDS[index]))
     }
 
     /// Of a state at `time`, with what is held there and what was found out about it.

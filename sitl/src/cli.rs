@@ -8,7 +8,7 @@ use autopilot::run::AutopilotArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use host_io::file;
 use icd::ControlPeriod;
-use plant_sim::io::{PlantArgs, parse_earth, parse_period};
+use plant_sim::io::{PlantArgs, parse_earth, parse_period, whole};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
@@ -83,7 +83,7 @@ pub struct PaperArgs {
     #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     period_ms: ControlPeriod,
     /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
-    #[arg(long, value_name = "US")]
+    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
     step_us: Option<u32>,
     /// flat or wgs84
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
@@ -95,7 +95,7 @@ pub struct PaperArgs {
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
     turbulence_m_s: f64,
     /// Seed of all random streams
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     seed: u64,
 }
 
@@ -123,7 +123,7 @@ pub struct MissionArgs {
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
     turbulence_m_s: f64,
     /// Seed of all random streams
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     seed: u64,
 }
 
@@ -257,12 +257,43 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    /// Options that take a number, by their names in the help.
+    const NUMBERS: [&str; 12] =
+        ["MS", "US", "N", "S", "M_S", "DEG_S", "MB", "CORE", "FACTOR|max", "COUNT", "HZ", "DEG"];
+
+    fn check_numbers(command: &clap::Command, words: &[&str], tried: &mut u32) {
+        for option in command.get_arguments().filter(|option| option.get_long().is_some()) {
+            let names = option.get_value_names().unwrap_or_default();
+            if !names.iter().any(|name| NUMBERS.contains(&name.as_str())) {
+                continue;
+            }
+            let name = format!("--{}", option.get_long().unwrap());
+            let all = words.iter().copied().chain([name.as_str(), "-1"]);
+            if let Err(error) = Cli::try_parse_from(all) {
+                let kind = error.kind();
+                assert_ne!(kind, clap::error::ErrorKind::UnknownArgument, "{words:?} {error}");
+                *tried += 1;
+            }
+        }
+        for command in command.get_subcommands() {
+            let words: Vec<&str> = words.iter().copied().chain([command.get_name()]).collect();
+            check_numbers(command, &words, tried);
+        }
+    }
+
+    #[test]
+    fn a_negative_number_is_never_taken_for_an_option() {
+        let mut tried = 0;
+        check_numbers(&Cli::command(), &["sitl"], &mut tried);
+        assert!(tried > 10, "{tried} numbers were refused");
+    }
+
     #[test]
     fn numbers_outside_their_range_are_refused_with_the_range() {
         for bad in ["nan", "inf", "-1", "99", "x"] {
             let arguments = ["sitl", "paper", "--out", "o", "--turbulence-m-s", bad];
             let message = Cli::try_parse_from(arguments).map(|_| ()).unwrap_err().to_string();
-            assert!(message.contains("0 to 20 m/s") || bad == "-1", "{message}");
+            assert!(message.contains("0 to 20 m/s"), "{message}");
         }
     }
 }

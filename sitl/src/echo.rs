@@ -8,6 +8,7 @@ use host_io::{BindError, LinkSocket, Stop, Wait, clock, cpu};
 use icd::lockstep::{FlightSide, PlantSide};
 use icd::wire::{PACKET_MAX, Phase, Reports};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
+use plant_sim::io::{CORE_MAX, whole};
 
 /// Longest wait for a packet.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -23,10 +24,10 @@ pub struct EchoArgs {
     #[arg(long, value_name = "IP:PORT")]
     to: Option<SocketAddr>,
     /// How long to measure, ms
-    #[arg(long, value_name = "MS", default_value_t = 100)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value_t = 100, value_parser = whole(1, 60_000))]
     for_ms: u64,
     /// Run on this core only
-    #[arg(long, value_name = "CORE")]
+    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = whole(0, CORE_MAX))]
     cpu: Option<usize>,
     /// How to wait: block, yield or spin
     #[arg(long, value_name = "HOW", default_value = "block")]

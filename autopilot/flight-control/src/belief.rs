@@ -211,7 +211,7 @@ impl Belief {
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)
     }
 
-    fn scalars(&self) -> [(&'static str, f64, f64, f64); 38] {
+    fn scalars(&self) -> [(&'static str, f64, f64, f64); 39] {
         let Self { mass, geometry, airframe, effectors, trim, .. } = self;
         let EffectorBelief { aileron, elevator, rudder, nozzle, .. } = effectors;
         [
@@ -255,6 +255,7 @@ impl Belief {
             ("effectors.thrust_min_n", effectors.thrust_min_n, 1.0e-3, 1.0e7),
             ("effectors.thrust_max_n", effectors.thrust_max_n, effectors.thrust_min_n, 1.0e7),
             ("trim.airspeed_m_s", trim.airspeed_m_s, 1.0, 1.0e3),
+            ("trim.altitude_m", trim.altitude_m, 0.0, 25_000.0),
             ("trim.theta_rad", trim.theta_rad, -1.0, 1.0),
             ("trim.elevator_rad", trim.elevator_rad, -1.5, 1.5),
             ("trim.thrust_n", trim.thrust_n, effectors.thrust_min_n, effectors.thrust_max_n),

@@ -22,6 +22,7 @@ use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::autopilot::Autopilot;
 use crate::clock;
+use crate::event::EventKind;
 use crate::mavlink::fault_list::FaultList;
 
 /// Longest wait for a packet: intents are looked after at least this often, also without a plant.
@@ -232,6 +233,9 @@ impl PlantLink {
         }
         if let Some(recorder) = self.recorder.as_mut() {
             recorder.look_after();
+            if recorder.log_was_removed() {
+                self.autopilot.tell(EventKind::LogRemoved);
+            }
         }
         if self.channels.snapshot_wanted()
             && let Some(snapshot) = self.autopilot.snapshot()

@@ -15,6 +15,8 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -130,6 +132,8 @@ pub struct Recorder {
     full: Option<SyncSender<Vec<Entry>>>,
     empty: Receiver<Vec<Entry>>,
     thread: Option<JoinHandle<()>>,
+    /// The log thread has found that its log was removed.
+    removed: Arc<AtomicBool>,
     in_flight: bool,
     plant_is_lost: bool,
     time: SimTime,
@@ -153,9 +157,11 @@ impl Recorder {
         let (sender, changes) = sync_channel(PARAMETERS_MAX);
         let (say, texts) = sync_channel(TEXTS_MAX);
         let last = config.parameters;
+        let removed = Arc::new(AtomicBool::new(false));
+        let theirs = Arc::clone(&removed);
         let thread = thread::Builder::new()
             .name("flight log".to_owned())
-            .spawn(move || writer::LogThread::new(config, changes).run(&batches, &recycle))
+            .spawn(move || writer::LogThread::new(config, changes, theirs).run(&batches, &recycle))
             .map_err(failed)?;
         let recorder = Self {
             batch: Vec::with_capacity(BATCH_ROOM),
@@ -163,6 +169,7 @@ impl Recorder {
             full: Some(full),
             empty,
             thread: Some(thread),
+            removed,
             in_flight: false,
             plant_is_lost: false,
             time: SimTime::ZERO,
@@ -296,6 +303,11 @@ impl Recorder {
         if self.batch.len() >= BATCH || clock::now() - began >= HAND_OVER_AFTER {
             self.hand_over();
         }
+    }
+
+    /// Whether the log was removed while it was written; true once for each log.
+    pub fn log_was_removed(&mut self) -> bool {
+        self.removed.load(Ordering::Relaxed) && self.removed.swap(false, Ordering::Relaxed)
     }
 
     /// Ends the log, and waits until it is written.

@@ -15,7 +15,7 @@ use super::ground_stations::{ConfigFile, GroundStationArgs};
 use super::recording::RecordingArgs;
 use super::script::ScriptArgs;
 use super::signing::SigningArgs;
-use crate::config;
+use crate::config::{self, ConfigError};
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, KeptPlan, ParameterFile};
@@ -26,6 +26,8 @@ use crate::vehicle::schedule::ReferenceSchedule;
 /// Name of the belief that comes with the program, for messages.
 const DEFAULT_BELIEF_NAME: &str = "tvc_jet.toml";
 
+/// Highest number of a core that the system's masks have.
+const CORE_MAX: usize = 1023;
 /// The scenarios that both programs know by name. Only the autopilot's part is read here.
 const SCENARIOS: [(&str, &str); 3] = [
     ("nominal", include_str!("../../../plant-sim/scenarios/nominal.toml")),
@@ -115,7 +117,7 @@ pub struct AutopilotArgs {
     #[arg(long, value_name = "FILE")]
     pub health_file: Option<PathBuf>,
     /// Run the control thread on this core only
-    #[arg(long, value_name = "CORE")]
+    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = parse_core)]
     pub cpu: Option<usize>,
     /// How to wait for the plant: block, yield or spin
     #[arg(long, value_name = "HOW", default_value = "block")]
@@ -231,12 +233,22 @@ impl AutopilotArgs {
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
             Some((name, text)) => (*name, Cow::Borrowed(*text)),
-            None => (self.scenario.as_str(), Cow::Owned(config::read(Path::new(&self.scenario))?)),
+            None => (self.scenario.as_str(), Cow::Owned(read_scenario(&self.scenario)?)),
         };
         let references = config::references(name, &text)?;
         let script = self.script.read(config::script(name, &text)?)?.map(Arc::new);
         Ok((ControlSetup { belief, gains: parameters.gains, references, script }, parameters))
     }
+}
+
+fn read_scenario(name: &str) -> Result<String, ConfigError> {
+    config::read(Path::new(name)).map_err(|error| match error {
+        ConfigError::Read { source, .. } if source.is_not_found() => ConfigError::NoScenario {
+            name: name.to_owned(),
+            known: SCENARIOS.map(|(name, _)| name).join(", "),
+        },
+        other => other,
+    })
 }
 
 fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
@@ -245,9 +257,14 @@ fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
     let setup: ControlSetup = postcard::from_bytes(&bytes).map_err(|_| refused())?;
     let file = path.display().to_string();
     let belief = setup.belief.validate();
-    belief.map_err(|source| config::ConfigError::Belief { file, source })?;
+    belief.map_err(|source| ConfigError::Belief { file, source })?;
     setup.gains.validate().map_err(crate::parameters::ParameterError::from)?;
     Ok(setup)
+}
+
+fn parse_core(text: &str) -> Result<usize, String> {
+    let core = text.parse().ok().filter(|core| *core <= CORE_MAX);
+    core.ok_or_else(|| format!("{text} is not a whole number from 0 to {CORE_MAX}"))
 }
 
 fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
@@ -304,9 +321,10 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        for option in ["--scenario", "--belief"] {
-            let message = error(&[option, "no.toml"]);
-            assert!(message.starts_with("no.toml: "), "{message}");
-        }
+        let message = error(&["--belief", "no.toml"]);
+        assert!(message.starts_with("no.toml: "), "{message}");
+        let message = error(&["--scenario", "case9"]);
+        let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
+        assert_eq!(message, words);
     }
 }

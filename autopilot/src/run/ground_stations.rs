@@ -75,12 +75,43 @@ impl Visitor<'_> for EndpointVisitor {
     }
 }
 
+/// An address that is called, or none. Port 0, which lets the system choose one to listen at, cannot be called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Client(Endpoint);
+
+/// The allowed form of a client.
+const CLIENT_FORM: &str = "IP:PORT with a port from 1 to 65535, or none";
+
+impl FromStr for Client {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(Endpoint::At(address)) if address.port() == 0 => {
+                Err(format!("{text} is not {CLIENT_FORM}"))
+            }
+            endpoint => endpoint.map(Self),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Client {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Endpoint::deserialize(deserializer)? {
+            Endpoint::At(address) if address.port() == 0 => {
+                Err(serde::de::Error::custom(format!("{address} is not {CLIENT_FORM}")))
+            }
+            endpoint => Ok(Self(endpoint)),
+        }
+    }
+}
+
 /// Options about ground stations.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct GroundStationArgs {
     /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
     #[arg(long = "gcs", value_name = "IP:PORT|none")]
-    clients: Vec<Endpoint>,
+    clients: Vec<Client>,
     /// Own address for calling them [default: any port of loopback, or of every address if one of them is elsewhere]
     #[arg(long = "gcs-bind", value_name = "IP:PORT")]
     bind: Option<SocketAddr>,
@@ -112,7 +143,7 @@ pub struct ConfigFile {
 #[serde(deny_unknown_fields)]
 pub struct GroundStationTable {
     /// Ground stations that are called; none if empty.
-    clients: Option<Vec<Endpoint>>,
+    clients: Option<Vec<Client>>,
     /// Own address for calling them.
     bind: Option<SocketAddr>,
     /// Where they can call by UDP.
@@ -143,8 +174,8 @@ impl GroundStationArgs {
     pub fn links(&self, file: &GroundStationTable) -> Option<Links> {
         let clients: Vec<SocketAddr> = match (self.clients.as_slice(), &file.clients) {
             ([], None) => CLIENTS.to_vec(),
-            ([], Some(clients)) => clients.iter().copied().filter_map(Endpoint::address).collect(),
-            (clients, _) => clients.iter().copied().filter_map(Endpoint::address).collect(),
+            ([], Some(clients)) => clients.iter().filter_map(|client| client.0.address()).collect(),
+            (clients, _) => clients.iter().filter_map(|client| client.0.address()).collect(),
         };
         let server = |option: Option<Endpoint>, key: Option<Endpoint>, default| {
             option.or(key).unwrap_or(Endpoint::At(default)).address()
@@ -244,10 +275,15 @@ mod tests {
             let message = parse(&[option]).unwrap_err().to_string();
             assert!(message.contains("IP:PORT or none"), "{message}");
         }
+        for station in ["--gcs=127.0.0.1:0", "--gcs=[::1]:0"] {
+            let message = parse(&[station]).unwrap_err().to_string();
+            assert!(message.contains("1 to 65535"), "{message}");
+        }
         for (line, words) in [
             ("tcp_server = \"5760\"", ["tcp_server", "\"5760\"", "IP:PORT or none"]),
             ("udp_server = 18570", ["udp_server", "18570", "IP:PORT or none"]),
             ("clients = [\"here\"]", ["clients", "here", "IP:PORT or none"]),
+            ("clients = [\"127.0.0.1:0\"]", ["clients", "127.0.0.1:0", "1 to 65535"]),
             ("tcp = \"none\"", ["my.toml", "`tcp`", "tcp_server"]),
         ] {
             let text = format!("[ground_stations]\n{line}\n");

@@ -31,7 +31,7 @@ pub struct RecordingArgs {
     #[arg(long, value_name = "DIR|none")]
     pub log_dir: Option<LogFolder>,
     /// Size of all flight logs in that folder together, MB; the oldest are removed when a flight begins
-    #[arg(long, value_name = "MB", default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = parse_limit)]
     pub log_limit_mb: u64,
 }
 
@@ -52,6 +52,14 @@ impl RecordingArgs {
     pub fn limit_bytes(&self) -> u64 {
         self.log_limit_mb.saturating_mul(1_000_000)
     }
+}
+
+/// Largest size of all flight logs, MB.
+const LIMIT_MAX_MB: u64 = 1_000_000;
+
+fn parse_limit(text: &str) -> Result<u64, String> {
+    let limit = text.parse().ok().filter(|limit| (1..=LIMIT_MAX_MB).contains(limit));
+    limit.ok_or_else(|| format!("{text} is not a whole number from 1 to {LIMIT_MAX_MB}"))
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Command line of the plant.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use host_io::Wait;
 use host_io::file::{self, TEXT_MAX};
@@ -10,11 +12,14 @@ use super::run::RunError;
 pub use super::speed::Speed;
 use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
 use crate::earth::EarthModel;
+use crate::plant::Plant;
 use crate::scenario::{CASE1, CASE2, NOMINAL, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
 
 /// Name of the airframe that comes with the program, for messages.
 const DEFAULT_AIRFRAME_NAME: &str = "tvc_jet.toml";
+/// The scenarios that come with the program.
+const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
 /// Run number of a live flight; campaigns count from 0.
 const RUN: u64 = 0;
 
@@ -40,13 +45,13 @@ pub struct PlantArgs {
     #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
     pub period_ms: ControlPeriod,
     /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
-    #[arg(long, value_name = "US")]
+    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
     pub step_us: Option<u32>,
     /// flat or wgs84, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     pub earth: Option<EarthModel>,
     /// Seed of all random streams, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = whole(0, u64::MAX))]
     pub seed: Option<u64>,
     /// White noise of the gyros, deg/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S")]
@@ -64,7 +69,7 @@ pub struct PlantArgs {
     #[arg(long, value_name = "FILE")]
     pub health_file: Option<PathBuf>,
     /// Run the link on this core only
-    #[arg(long, value_name = "CORE")]
+    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = whole(0, CORE_MAX))]
     pub cpu: Option<usize>,
     /// How to wait for answers: block, yield or spin
     #[arg(long, value_name = "HOW", default_value = "block")]
@@ -94,11 +99,10 @@ impl PlantArgs {
             let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
             return postcard::from_bytes(&bytes).map_err(|_| failed());
         }
-        let plant = match self.scenario.as_str() {
-            "nominal" => Scenario::from_toml("nominal", NOMINAL)?,
-            "case1" => Scenario::from_toml("case1", CASE1)?,
-            "case2" => Scenario::from_toml("case2", CASE2)?,
-            file => Scenario::from_toml(file, &read(Path::new(file))?)?,
+        let name = self.scenario.as_str();
+        let plant = match SCENARIOS.iter().find(|(known, _)| *known == name) {
+            Some((_, text)) => Scenario::from_toml(name, text)?,
+            None => Scenario::from_toml(name, &read_scenario(name)?)?,
         }
         .plant;
         let airframe = match &self.airframe {
@@ -120,9 +124,53 @@ impl PlantArgs {
     }
 }
 
+impl PlantArgs {
+    /// The aircraft at the start of the flight of this setup.
+    ///
+    /// # Errors
+    /// [`RunError`] names airframe and scenario, and what makes the flight impossible.
+    pub fn plant(&self, setup: &PlantSetup) -> Result<Plant, RunError> {
+        Plant::new(setup).map_err(|source| RunError::Flight {
+            airframe: self.airframe_name(),
+            scenario: self.scenario.clone(),
+            source: Box::new(source),
+        })
+    }
+
+    /// Name of the airframe for messages.
+    pub(super) fn airframe_name(&self) -> String {
+        let path = self.setup.as_ref().or(self.airframe.as_ref());
+        path.map_or_else(|| DEFAULT_AIRFRAME_NAME.to_owned(), |path| path.display().to_string())
+    }
+}
+
+fn read_scenario(name: &str) -> Result<String, RunError> {
+    read(Path::new(name)).map_err(|error| match error {
+        RunError::Read { source, .. } if source.is_not_found() => RunError::NoScenario {
+            name: name.to_owned(),
+            known: SCENARIOS.map(|(name, _)| name).join(", "),
+        },
+        other => other,
+    })
+}
+
 fn read(path: &Path) -> Result<String, RunError> {
     let read = file::read_text(path, TEXT_MAX);
     read.map_err(|source| RunError::Read { path: path.to_path_buf(), source })
+}
+
+/// Highest number of a core that the system's masks have.
+pub const CORE_MAX: usize = 1023;
+
+/// Reads a whole number from `min` to `max`.
+pub fn whole<T>(min: T, max: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+where
+    T: FromStr + Display + PartialOrd + Copy + Send + Sync,
+{
+    move |text: &str| match text.parse() {
+        Ok(value) if (min..=max).contains(&value) => Ok(value),
+        _ => Err(format!("{text} is not a whole number from {min} to {max}")),
+    }
 }
 
 /// A control period in milliseconds from the command line.
@@ -219,6 +267,10 @@ mod tests {
             ("--period-ms", "NaN", "1 to 4"),
             ("--speed", "0", "0.01 to 1000"),
             ("--until-s", "-1", "0 to 2592000"),
+            ("--seed", "-1", "-1 is not a whole number from 0 to 18446744073709551615"),
+            ("--seed", "1.5", "from 0 to 18446744073709551615"),
+            ("--step-us", "-300", "1 to 4000"),
+            ("--cpu", "-1", "0 to 1023"),
             ("--earth", "round", "flat and wgs84"),
         ] {
             let error = parse(&[option, value]).unwrap_err().to_string();
@@ -237,7 +289,29 @@ mod tests {
     #[test]
     fn a_missing_scenario_is_named() {
         let error = parse(&["--scenario", "no.toml"]).unwrap().plant_setup().unwrap_err();
+        let words = "--scenario no.toml: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
+        assert_eq!(error.to_string(), words);
+        let error = parse(&["--airframe", "no.toml"]).unwrap().plant_setup().unwrap_err();
         assert!(error.to_string().starts_with("no.toml: "), "{error}");
+    }
+
+    #[test]
+    fn an_aircraft_that_cannot_fly_is_refused_with_file_key_value_and_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("jet.toml");
+        let file = path.to_str().unwrap();
+        for (from, to, words) in [
+            ("mass_kg = 9295.0", "mass_kg = 3", "[mass] mass_kg = 3 is too small"),
+            ("ixx_kg_m2 = 12875.0", "ixx_kg_m2 = 170000", "ixx_kg_m2 = 170000 is outside"),
+            ("mass_kg = 9295.0", "mass_kg = 900000", "steady level flight"),
+        ] {
+            assert!(DEFAULT_AIRFRAME.contains(from), "the file has no {from}");
+            fs::write(&path, DEFAULT_AIRFRAME.replacen(from, to, 1)).unwrap();
+            let args = parse(&["--airframe", file]).unwrap();
+            let error = args.plant_setup().and_then(|setup| args.plant(&setup)).unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains(file) && error.contains(words), "{error}");
+        }
     }
 
     #[test]

@@ -50,6 +50,8 @@ pub(super) struct Flight<'a> {
     pub(super) plant: Plant,
     pub(super) period: ControlPeriod,
     pub(super) until: Option<SimTime>,
+    /// Name of the airframe file, for messages.
+    pub(super) airframe: &'a str,
     pub(super) link: &'a mut Link,
     pub(super) stop: &'a Stop,
     pub(super) truth_log: &'a mut Option<TickLogWriter>,
@@ -191,7 +193,15 @@ impl Flight<'_> {
         wall: Duration,
     ) -> Result<FlightEnd, LinkError> {
         let t_s = self.plant.time().as_seconds();
-        info!(t_s, "the aircraft is on the ground; the plant waits for a restart");
+        match self.plant.broken_by() {
+            None => info!(t_s, "the aircraft is on the ground; the plant waits for a restart"),
+            Some(quantity) => error!(
+                t_s,
+                quantity,
+                airframe = self.airframe,
+                "the flight is over: this quantity is beyond all bounds; the likely cause are the numbers of the airframe file"
+            ),
+        }
         if self.until.is_some() {
             return self.take_leave(Phase::OnGround, sensors, wall);
         }

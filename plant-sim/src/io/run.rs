@@ -40,6 +40,16 @@ pub enum RunError {
         /// What is wrong with it.
         source: FileProblem,
     },
+    /// Neither a scenario that comes with the program nor a file.
+    #[error(
+        "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
+    )]
+    NoScenario {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
     /// A file that is not a setup.
     #[error("{}: not a plant setup of this version", path.display())]
     Setup {
@@ -60,6 +70,22 @@ pub enum RunError {
     /// The flight cannot start.
     #[error(transparent)]
     Start(#[from] SetupError),
+    /// This aircraft cannot fly this scenario.
+    #[error("airframe {airframe}, scenario {scenario}: {source}")]
+    Flight {
+        /// The airframe file.
+        airframe: String,
+        /// The scenario.
+        scenario: String,
+        /// Why not.
+        source: Box<SetupError>,
+    },
+    /// A port that nobody can listen at.
+    #[error("--autopilot {name}: port 0 is no port; allowed are 1 to 65535")]
+    Port {
+        /// What was asked for.
+        name: String,
+    },
     /// No such host.
     #[error("--autopilot {name}: {source}")]
     Resolve {
@@ -97,7 +123,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let parent = Parent::new(args.with_parent, args.status, &stop)?;
     let setup = args.plant_setup()?;
     // Before the socket: a flight that cannot start should say so, not wait for an autopilot.
-    let plant = Plant::new(&setup)?;
+    let plant = args.plant(&setup)?;
     let peer = resolve(&args.autopilot)?;
     let socket = LinkSocket::connect("plant-sim", "plant link", peer, args.wait, RESEND_AFTER)?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
@@ -134,6 +160,7 @@ fn fly(
     let mut pacer = Pacer::new(setup.period, args.speed, args.start_paused);
     let mut plant = first;
     let mut envelopes = Envelopes::new(&args.scenario, setup).map_err(io::Error::from)?;
+    let airframe = args.airframe_name();
     loop {
         pacer.begin_flight();
         envelopes.begin_flight();
@@ -141,6 +168,7 @@ fn fly(
             plant,
             period: setup.period,
             until: args.until_s,
+            airframe: &airframe,
             link: &mut link,
             stop,
             truth_log,
@@ -168,5 +196,6 @@ fn resolve(name: &str) -> Result<SocketAddr, RunError> {
     let failed = |source| RunError::Resolve { name: name.to_owned(), source };
     let mut addresses = name.to_socket_addrs().map_err(failed)?;
     let nothing = || failed(io::Error::other("the name has no address"));
-    addresses.next().ok_or_else(nothing)
+    let address = addresses.next().ok_or_else(nothing)?;
+    if address.port() == 0 { Err(RunError::Port { name: name.to_owned() }) } else { Ok(address) }
 }

@@ -471,12 +471,13 @@ fn the_wildest_commands_keep_every_number_finite() {
 #[test]
 fn an_airframe_that_blows_up_ends_the_flight_in_its_last_good_state() {
     let mut setup = flat();
-    *setup.airframe.derivative_mut("Cmq").unwrap() = 1_000.0;
-    *setup.airframe.derivative_mut("Clp").unwrap() = 1_000.0;
+    *setup.airframe.derivative_mut("Cmq").unwrap() = 100.0;
+    *setup.airframe.derivative_mut("Clp").unwrap() = 50.0;
     let mut plant = plant(&setup);
     fly(&mut plant, 20_000, wiggle);
     assert!(plant.on_ground());
     assert!(plant.is_broken(), "altitude {} m", plant.truth().altitude_m);
+    assert!(plant.broken_by().is_some_and(|quantity| !quantity.is_empty()));
     assert!(numbers(&plant.truth()).iter().all(|x| x.is_finite()));
 }
 

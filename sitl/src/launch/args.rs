@@ -3,7 +3,6 @@
 use autopilot::parameters::Parameters;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
-use plant_sim::Plant;
 use plant_sim::io::{PlantArgs, Speed};
 
 use super::pace::Passing;
@@ -30,13 +29,13 @@ pub struct LaunchArgs {
     #[arg(long, allow_negative_numbers = true, value_name = "MS")]
     period_ms: Option<String>,
     /// Integration step, us; divides the control period [default: 1000]
-    #[arg(long, value_name = "US")]
+    #[arg(long, allow_negative_numbers = true, value_name = "US")]
     step_us: Option<String>,
     /// flat or wgs84, instead of the scenario's
     #[arg(long, value_name = "MODEL")]
     earth: Option<String>,
     /// Seed of all random streams, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     seed: Option<String>,
     /// White noise of the gyros, deg/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S")]
@@ -63,7 +62,7 @@ pub struct LaunchArgs {
     #[arg(long, value_name = "DIR|none")]
     log_dir: Option<String>,
     /// Size of all flight logs in that folder together, MB [default: 4000]
-    #[arg(long, value_name = "MB")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MB")]
     log_limit_mb: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960]
     #[arg(long, value_name = "IP:PORT")]
@@ -109,9 +108,6 @@ pub enum OptionError {
     /// The plant would not start.
     #[error(transparent)]
     Plant(#[from] plant_sim::io::RunError),
-    /// There is no flight to start from.
-    #[error(transparent)]
-    Flight(#[from] plant_sim::SetupError),
 }
 
 /// What clap says, without its label and its hint.
@@ -146,7 +142,7 @@ impl LaunchArgs {
         autopilot.links()?;
         autopilot.kept_key()?;
         let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
-        Plant::new(&plant.plant_setup()?)?;
+        plant.plant(&plant.plant_setup()?)?;
         Ok(options)
     }
 
@@ -231,10 +227,15 @@ mod tests {
             (LaunchArgs { period_ms: some("7"), ..base() }, "1 to 4"),
             (LaunchArgs { step_us: some("300"), ..base() }, "does not divide"),
             (LaunchArgs { ftc: some("maybe"), ..base() }, "off, armed, always"),
-            (LaunchArgs { scenario: some("no.toml"), ..base() }, "no.toml: "),
+            (
+                LaunchArgs { scenario: some("no.toml"), ..base() },
+                "the scenarios are nominal, case1",
+            ),
             (LaunchArgs { param: vec!["NOPE=1".to_owned()], ..base() }, "NOPE"),
             (LaunchArgs { gcs: vec!["nowhere".to_owned()], ..base() }, "nowhere"),
             (LaunchArgs { mavlink_autopilot: some("apm"), ..base() }, "px4, generic"),
+            (LaunchArgs { gcs: vec!["127.0.0.1:0".to_owned()], ..base() }, "127.0.0.1:0 is not"),
+            (LaunchArgs { seed: some("-1"), ..base() }, "from 0 to 18446744073709551615"),
             (LaunchArgs { gcs_tcp: some("5760"), ..base() }, "5760 is not IP:PORT or none"),
             (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),
             (LaunchArgs { config: some("no.toml"), ..base() }, "no.toml: "),

@@ -2,11 +2,13 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::Instant;
 
 use host_io::clock;
-use tracing::{info, warn};
+use tracing::{debug, info, warn};
 use ulog::writer::Level;
 
 use super::file::LogFile;
@@ -24,6 +26,8 @@ pub struct LogThread {
     changes: Receiver<Parameters>,
     log: Option<OpenLog>,
     flushed: Instant,
+    /// Tells the control thread of a log that was removed.
+    removed: Arc<AtomicBool>,
 }
 
 struct OpenLog {
@@ -34,8 +38,12 @@ struct OpenLog {
 }
 
 impl LogThread {
-    pub fn new(config: RecorderConfig, changes: Receiver<Parameters>) -> Self {
-        Self { config, changes, log: None, flushed: clock::now() }
+    pub fn new(
+        config: RecorderConfig,
+        changes: Receiver<Parameters>,
+        removed: Arc<AtomicBool>,
+    ) -> Self {
+        Self { config, changes, log: None, flushed: clock::now(), removed }
     }
 
     /// Writes until the control thread ends.
@@ -78,6 +86,10 @@ impl LogThread {
 
     fn begin(&mut self, begin: Begin) {
         let RecorderConfig { folder, limit_bytes, parameters, .. } = &self.config;
+        if let Err(problem) = std::fs::create_dir_all(folder) {
+            // The file cannot be made either, which says the same.
+            debug!(%problem, "the folder of the logs cannot be made again");
+        }
         folder::make_room(folder, *limit_bytes);
         let path = folder.join(folder::name(clock::utc_seconds(), &begin.header.session));
         let encoder = LogFile::create(&path)
@@ -114,6 +126,7 @@ impl LogThread {
         if now - self.flushed >= FLUSH_EVERY {
             self.flushed = now;
             self.write(|encoder| encoder.sync().and_then(|()| encoder.flush()));
+            self.look_for_the_file();
         }
         let limit = self.config.limit_bytes;
         let Some(log) = self.log.as_mut() else { return };
@@ -126,6 +139,16 @@ impl LogThread {
         } else if written >= log.look_at {
             log.look_at = written + limit / LOOKS;
             folder::make_room(&self.config.folder, limit);
+        }
+    }
+
+    /// What is written to a file that has lost its name is lost with the end of the process.
+    fn look_for_the_file(&mut self) {
+        let is_gone = |log: &OpenLog| std::fs::symlink_metadata(&log.path).is_err();
+        if let Some(log) = self.log.take_if(|log| is_gone(log)) {
+            let path = log.path.display();
+            warn!(log = %path, "the flight log was removed; recording ends here and begins again with the next flight");
+            self.removed.store(true, Ordering::Relaxed);
         }
     }
 

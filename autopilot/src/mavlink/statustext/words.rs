@@ -69,6 +69,9 @@ pub(super) fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavS
         EventKind::PlantLost => {
             (S::MAV_SEVERITY_WARNING, "Plant link lost: simulation time stands still".into())
         }
+        EventKind::LogRemoved => {
+            (S::MAV_SEVERITY_WARNING, "Flight log was removed: not recording".into())
+        }
         EventKind::PlantBack => (S::MAV_SEVERITY_INFO, "Plant link is back".into()),
         EventKind::EventsLost(lost) => (
             S::MAV_SEVERITY_WARNING,

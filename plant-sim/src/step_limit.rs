@@ -1,0 +1,156 @@
+//! Whether the integration can follow an aircraft: its quickest motion in the air against the step.
+
+use crate::airframe::Airframe;
+use crate::setup::Start;
+
+/// Largest product of rate and step. RK4 is stable up to 2.78; the rest is room for flight that is faster and lower than
+/// the start.
+const RATE_TIMES_STEP_MAX: f64 = 1.0;
+
+/// An aircraft that moves more quickly than the integration can follow.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "[mass] {key} = {value} is too small for [aerodynamics] {derivative_key} = {derivative}: in flight at {airspeed_m_s} m/s and \
+     {altitude_m} m the {motion} would change at {rate:.0} 1/s, and an integration step of {step_us} us can follow \
+     {rate_max:.0} 1/s; at least {min:.4} is needed"
+)]
+pub struct TooQuick {
+    /// Key of the airframe file.
+    pub key: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Smallest value with which the motion is slow enough.
+    pub min: f64,
+    /// Key of the derivative that makes the force.
+    pub derivative_key: &'static str,
+    /// Its value.
+    pub derivative: f64,
+    /// Which motion.
+    pub motion: &'static str,
+    /// Its rate, 1/s.
+    pub rate: f64,
+    /// Largest rate that the step can follow, 1/s.
+    pub rate_max: f64,
+    /// Airspeed of the start, m/s.
+    pub airspeed_m_s: f64,
+    /// Altitude of the start, m.
+    pub altitude_m: f64,
+    /// Integration step, us.
+    pub step_us: u32,
+}
+
+/// Checks the rates of the single motions at the start: damping of heave, sideslip, roll, pitch and yaw, 1/s, and the
+/// natural frequencies of pitch and yaw, rad/s (B. Etkin, Dynamics of Atmospheric Flight, 1972, sections 5.9 and 5.10:
+/// dimensional derivatives). `density` in kg/m3.
+///
+/// # Errors
+/// [`TooQuick`] with the key that would have to be larger.
+pub fn check(
+    airframe: &Airframe,
+    start: &Start,
+    density: f64,
+    step_us: u32,
+) -> Result<(), TooQuick> {
+    let Airframe { mass, aero, .. } = airframe;
+    let v = start.airspeed_m_s;
+    let force = 0.5 * density * v * v * aero.area_m2;
+    let (per_chord, per_span) = (0.5 * aero.chord_m / v, 0.5 * aero.span_m / v);
+    let (pitch, lateral) = (force * aero.chord_m, force * aero.span_m);
+    let (m, ixx, iyy, izz) = (mass.mass_kg, mass.ixx_kg_m2, mass.iyy_kg_m2, mass.izz_kg_m2);
+    let (roll_damping, pitch_damping) = (lateral * per_span, pitch * per_chord);
+    // Value and derivative with their keys, what is divided by the value, and whether that is a rate or its square.
+    let motions = [
+        ("mass_kg", m, "heave", "c_lift_alpha", aero.c_lift_alpha, force / v, false),
+        ("mass_kg", m, "sideslip", "c_side_beta", aero.c_side_beta, force / v, false),
+        ("ixx_kg_m2", ixx, "roll rate", "c_roll_p", aero.c_roll_p, roll_damping, false),
+        ("iyy_kg_m2", iyy, "pitch rate", "c_pitch_q", aero.c_pitch_q, pitch_damping, false),
+        ("iyy_kg_m2", iyy, "pitch", "c_pitch_alpha", aero.c_pitch_alpha, pitch, true),
+        ("izz_kg_m2", izz, "yaw rate", "c_yaw_r", aero.c_yaw_r, roll_damping, false),
+        ("izz_kg_m2", izz, "yaw", "c_yaw_beta", aero.c_yaw_beta, lateral, true),
+    ];
+    let rate_max = RATE_TIMES_STEP_MAX * 1.0e6 / f64::from(step_us);
+    for (key, value, motion, derivative_key, derivative, factor, is_square) in motions {
+        let quotient = (derivative * factor).abs() / value;
+        let (rate, limit) = match is_square {
+            true => (quotient.sqrt(), rate_max * rate_max),
+            false => (quotient, rate_max),
+        };
+        if rate > rate_max {
+            let (airspeed_m_s, altitude_m) = (v, start.altitude_m);
+            return Err(TooQuick {
+                key,
+                value,
+                min: value * quotient / limit,
+                derivative_key,
+                derivative,
+                motion,
+                rate,
+                rate_max,
+                airspeed_m_s,
+                altitude_m,
+                step_us,
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Plant, Scenario, SetupError, scenario};
+    use icd::{Actuators, ControlPeriod};
+
+    /// Flies a tenth of a second with still effectors; whether the state stayed finite, or why it did not start.
+    fn fly(change: impl Fn(&mut Airframe), step_us: u32) -> Result<bool, SetupError> {
+        let plant = Scenario::from_toml("nominal", scenario::NOMINAL).unwrap().plant;
+        let mut airframe = Airframe::paper();
+        change(&mut airframe);
+        let mut setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, step_us);
+        setup.wind.turbulence_m_s = 3.0;
+        let mut plant = Plant::new(&setup)?;
+        let commands = Actuators { commands: plant.trim().positions() };
+        for _ in 0..50 {
+            plant.advance(&commands);
+        }
+        Ok(!plant.is_broken())
+    }
+
+    #[test]
+    fn what_is_too_quick_is_refused_and_what_is_slow_enough_stays_finite() {
+        for (key, value) in
+            [("mass_kg", 3.0), ("ixx_kg_m2", 1.0), ("iyy_kg_m2", 0.01), ("izz_kg_m2", 0.01)]
+        {
+            for step_us in [500, 1_000, 2_000] {
+                // The product of inertia must fit the small moments.
+                let change = |airframe: &mut Airframe, value: f64| {
+                    let mass = &mut airframe.mass;
+                    mass.ixz_kg_m2 = 0.0;
+                    match key {
+                        "mass_kg" => mass.mass_kg = value,
+                        "ixx_kg_m2" => mass.ixx_kg_m2 = value,
+                        "iyy_kg_m2" => mass.iyy_kg_m2 = value,
+                        _ => mass.izz_kg_m2 = value,
+                    }
+                };
+                let refused = match fly(|airframe| change(airframe, value), step_us) {
+                    Err(SetupError::TooQuick(refused)) => refused,
+                    other => panic!("{key} = {value}: {other:?}"),
+                };
+                assert_eq!(refused.key, key);
+                assert!(refused.min > value, "{refused}");
+                let enough = refused.min * 1.001;
+                let flown = fly(|airframe| change(airframe, enough), step_us);
+                // Another motion may be next.
+                match flown {
+                    Err(SetupError::TooQuick(next)) => {
+                        assert!(next.min > enough || next.key != key);
+                    }
+                    // So light an aircraft may have no level flight.
+                    Err(SetupError::Trim(_)) => {}
+                    other => assert_eq!(other, Ok(true), "{key} = {enough}, {step_us} us"),
+                }
+            }
+        }
+    }
+}
