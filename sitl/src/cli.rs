@@ -14,6 +14,7 @@ use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
 use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
+use crate::false_alarms;
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
 use crate::mission::{self, MissionOptions};
@@ -26,6 +27,9 @@ use crate::udp_flight;
 const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
 /// Largest turbulence that can be asked for, m/s rms.
 const TURBULENCE_MAX_M_S: f64 = 20.0;
+
+/// Longest study of false alarms, hours.
+const HOURS_MAX: f64 = 10_000.0;
 
 /// Fastest steady wind that can be asked for, m/s.
 const WIND_MAX_M_S: f64 = 60.0;
@@ -48,6 +52,8 @@ enum Command {
     Paper(PaperArgs),
     /// Fly a demonstration mission and draw its track
     Mission(MissionArgs),
+    /// Count false alarms of the detector in hours of healthy flight, over its delay
+    FalseAlarms(FalseAlarmArgs),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -107,6 +113,29 @@ enum LinkChoice {
     Udp,
 }
 
+/// Options of `sitl false-alarms`.
+#[derive(Debug, Args)]
+pub struct FalseAlarmArgs {
+    /// Folder for tables, figure and page
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Healthy flight, hours, up to 10000; 100 take some minutes of all cores
+    #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 3.0, value_parser = parse_hours)]
+    hours: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = parse_turbulence)]
+    turbulence_m_s: f64,
+    /// White noise of the gyros, deg/s rms of each control sample
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = parse_gyro_noise)]
+    gyro_noise_deg_s: f64,
+    /// The aircraft, instead of the variant with Mach effects that comes with the program
+    #[arg(long, value_name = "FILE")]
+    airframe: Option<PathBuf>,
+    /// Seed of the first flight; each has its own
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
 /// Options of `sitl mission`.
 #[derive(Debug, Args)]
 pub struct MissionArgs {
@@ -149,6 +178,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Paper(args)) => return fly_paper(args, &program),
         Some(Command::Mission(args)) => mission::run(&args.options())?,
+        Some(Command::FalseAlarms(args)) => false_alarms::run(&args.options())?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Replay(args)) => return replay::run(args),
         Some(Command::Linearize(args)) => write_belief(args)?,
@@ -193,6 +223,20 @@ impl PaperArgs {
     }
 }
 
+impl FalseAlarmArgs {
+    fn options(&self) -> false_alarms::Options {
+        let Self { out, hours, turbulence_m_s, gyro_noise_deg_s, airframe, seed } = self;
+        false_alarms::Options {
+            hours: *hours,
+            turbulence_m_s: *turbulence_m_s,
+            gyro_noise_deg_s: *gyro_noise_deg_s,
+            seed: *seed,
+            out: out.clone(),
+            airframe: airframe.clone(),
+        }
+    }
+}
+
 impl MissionArgs {
     fn options(&self) -> MissionOptions {
         let Self { out, earth, wind_m_s, turbulence_m_s, seed } = self;
@@ -223,6 +267,10 @@ fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     println!("wrote {}", args.out.display());
     Ok(())
+}
+
+fn parse_hours(text: &str) -> Result<f64, String> {
+    parse_inside(text, HOURS_MAX, "h")
 }
 
 fn parse_gyro_noise(text: &str) -> Result<f64, String> {

@@ -11,12 +11,14 @@ use crate::paper::cases::Flown;
 pub(crate) mod curve;
 mod deflections;
 mod estimate;
+mod false_alarms;
 mod mission;
 pub(crate) mod panel;
 pub(crate) mod raster;
 mod response;
 mod survive;
 
+pub use false_alarms::false_alarms;
 pub use mission::figure as mission;
 pub use survive::survival;
 

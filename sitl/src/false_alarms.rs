@@ -1,0 +1,217 @@
+//! How often the detector wakes on a healthy aircraft, and what it costs to make it wake less often:
+//! `sitl false-alarms`.
+//!
+//! ```text
+//! flights (healthy, in turbulence) ─> detectors ─> alarms an hour ──┐
+//! delays  (faults, in the same air) ─> detectors ─> delay, s ───────┴─> tables, figure, page
+//! ```
+//!
+//! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use flight_control::Gains;
+use plant_sim::{Airframe, SetupError};
+
+use crate::figures::{self, FigureError};
+use crate::runner;
+
+pub mod delays;
+pub mod detectors;
+pub mod flights;
+mod results;
+pub mod statistics;
+
+use delays::Delays;
+use detectors::{DWELLS_S, FILTERS_S};
+use flights::{CONDITIONS, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
+use statistics::upper_95;
+
+/// Alarms an hour that are allowed, as the upper 95 % bound.
+pub const ALLOWED_PER_H: f64 = 1.0;
+
+/// What is flown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Time that counts, hours; rounded up to whole flights at each flight condition.
+    pub hours: f64,
+    /// Intensity of the turbulence, m/s rms.
+    pub turbulence_m_s: f64,
+    /// White noise of each gyro, deg/s rms of each control sample.
+    pub gyro_noise_deg_s: f64,
+    /// Seed of the first flight; each has its own.
+    pub seed: u64,
+    /// Folder for tables, figure and page.
+    pub out: PathBuf,
+    /// The aircraft; `None` is the variant with Mach effects that comes with the program.
+    pub airframe: Option<PathBuf>,
+}
+
+/// Why the study could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A plant file is not what it should be.
+    #[error(transparent)]
+    PlantConfig(#[from] plant_sim::ConfigError),
+    /// A shipped autopilot file is not what it should be.
+    #[error(transparent)]
+    AutopilotConfig(#[from] autopilot::config::ConfigError),
+    /// A flight could not start.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// Which one.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file or folder cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Which one.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Healthy flight, by flight condition.
+    pub conditions: [Watched; CONDITIONS.len()],
+    /// Faults.
+    pub delays: Vec<Delays>,
+}
+
+/// Detector that flies: its place among the filters and dwells, and among the heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shipped {
+    /// Filter and dwell.
+    pub kind: usize,
+    /// Height one.
+    pub index: usize,
+}
+
+impl Shipped {
+    /// The detector of the reference gains; the study has one of its dwell.
+    #[must_use]
+    pub fn find() -> Self {
+        let gains = Gains::REFERENCE.activation;
+        let near = |a: f64, b: f64| (a - b).abs() < 1.0e-9;
+        let dwell = DWELLS_S.iter().position(|dwell| near(*dwell, gains.on_dwell_s)).unwrap_or(0);
+        let index = (0..detectors::SCALES).find(|i| near(detectors::scale(*i), 1.0)).unwrap_or(0);
+        Self { kind: dwell, index }
+    }
+}
+
+impl Study {
+    /// All flight conditions together.
+    #[must_use]
+    pub fn healthy(&self) -> Watched {
+        self.conditions.iter().fold(Watched::default(), Watched::with)
+    }
+}
+
+/// Upper 95 % bound of alarms an hour.
+#[must_use]
+pub fn bound_per_h(alarms: u32, seconds: f64) -> f64 {
+    upper_95(alarms) / (seconds / 3_600.0)
+}
+
+/// Flies the healthy flights.
+///
+/// # Errors
+/// [`StudyError`] if one cannot be flown.
+pub fn fly_healthy(options: &Options) -> Result<[Watched; CONDITIONS.len()], StudyError> {
+    let airframe = airframe(options)?;
+    let counted_s = FLIGHT_S - SETTLED_S;
+    let each = (options.hours * 3_600.0 / counted_s / 3.0).ceil().max(1.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the command line allows 10,000 hours"
+    )]
+    let flights = CONDITIONS.len() as u64 * each as u64;
+    let items: Vec<(usize, u64)> = (0_usize..CONDITIONS.len())
+        .cycle()
+        .zip((0..flights).map(|number| options.seed.wrapping_add(number)))
+        .collect();
+    let one = |(place, seed): &(usize, u64)| {
+        let condition = &CONDITIONS[*place];
+        let references = programme(condition, *seed);
+        watch(&setup(options, &airframe, condition, *seed, &references, FLIGHT_S)?)
+    };
+    let results = runner::map("healthy flights of 10 minutes", &items, one);
+    let mut conditions: [Watched; CONDITIONS.len()] = Default::default();
+    for ((place, _), watched) in items.iter().zip(results) {
+        let so_far = std::mem::take(&mut conditions[*place]);
+        conditions[*place] = so_far.with(&watched?);
+    }
+    Ok(conditions)
+}
+
+/// Flies everything, writes tables, figure and page, prints a summary.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
+pub fn run(options: &Options) -> Result<(), StudyError> {
+    let out = options.out.as_path();
+    // First, so that a folder that cannot be written is named before minutes of flying.
+    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let study = Study {
+        delays: delays::measure(options, &airframe(options)?)?,
+        conditions: fly_healthy(options)?,
+    };
+    let figure = figures::false_alarms(&study)?;
+    write(&out.join("false-alarms.svg"), figure.svg.as_bytes())?;
+    write(&out.join("false-alarms.png"), &figure.png()?)?;
+    write(&out.join("alarms.csv"), results::alarms_csv(&study).as_bytes())?;
+    write(&out.join("delays.csv"), results::delays_csv(&study).as_bytes())?;
+    let summary = results::summary(options, &study);
+    write(&out.join("summary.md"), summary.as_bytes())?;
+    write(&out.join("report.html"), results::page(options, &study, &figure).as_bytes())?;
+    println!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    Ok(())
+}
+
+fn airframe(options: &Options) -> Result<Airframe, StudyError> {
+    let Some(path) = &options.airframe else {
+        return Ok(Airframe::from_toml("tvc_jet_mach.toml", plant_sim::airframe::MACH_AIRFRAME)?);
+    };
+    let text = fs::read_to_string(path)
+        .map_err(|source| StudyError::Read { path: path.clone(), source })?;
+    Ok(Airframe::from_toml(&path.display().to_string(), &text)?)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
+    fs::write(path, bytes).map_err(|source| cannot_write(path, source))
+}
+
+fn cannot_write(path: &Path, source: io::Error) -> StudyError {
+    StudyError::Write { path: path.to_path_buf(), source }
+}
+
+/// Name of a filter and dwell.
+#[must_use]
+pub fn kind_name(kind: usize) -> String {
+    let (filter_s, dwell_s) = of_kind(kind);
+    if filter_s > 0.0 {
+        format!("lag {filter_s} s, dwell {dwell_s} s")
+    } else {
+        format!("no lag, dwell {dwell_s} s")
+    }
+}
+
+/// Time constant of the lag and dwell, s.
+#[must_use]
+pub fn of_kind(kind: usize) -> (f64, f64) {
+    (FILTERS_S[kind / DWELLS_S.len()], DWELLS_S[kind % DWELLS_S.len()])
+}
