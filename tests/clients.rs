@@ -104,8 +104,9 @@ fn mavsdk_breaks_and_mends_and_hears_why_not() {
 fn every_fault_on_every_effector_is_what_the_truth_in_the_log_says() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().to_str().expect("a path in UTF-8");
-    // Turbulence keeps every effector busy.
-    let options = ["--log-dir", folder, "--speed", "10", "--turbulence-m-s", "3"];
+    // Turbulence keeps every effector busy; the truth of every tick is looked at.
+    let options =
+        ["--log-dir", folder, "--log-rate", "full", "--speed", "10", "--turbulence-m-s", "3"];
     holds(run("clients/every_fault.py", "udpin:", &options, &options[..2]));
 }
 

@@ -32,6 +32,9 @@ use ulog::reader::{Log, Row, Topic};
 /// MAV_CMD_USER_1: SERVO, STUCK, left elevator, angle, 30 deg, no ramp, at once.
 const JAM_LEFT_ELEVATOR: [f32; 7] = [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0];
 
+/// Rows of every control step, for tests that work out the flight from them.
+const FULL: [&str; 2] = ["--log-rate", "full"];
+
 /// The logs of a folder, oldest first.
 fn logs(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
@@ -115,6 +118,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
         ["steps", "truth", "deeper/logs"].map(|name| folder.path().join(name));
     let mut ground = Ground::new();
     let options = ["--step-log", text(&steps), "--log-dir", text(&dir), "--param", "OBS_W0=41"];
+    let options = [&options[..], &FULL].concat();
     let (mut autopilot, link) = autopilot(ground.address(), &options);
     let plant = ["--autopilot", &link, "--speed", "4", "--until-s", "12", "--gyro-noise-deg-s=0.1"];
     let plant: Vec<&str> = plant.into_iter().chain(["--truth-log", text(&truth)]).collect();
@@ -198,6 +202,53 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     assert_eq!(log.info_text("run_hash"), Some(hash(&log).hex().as_str()));
 }
 
+/// What a log has without `--log-rate full`.
+#[test]
+fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let script = folder.path().join("script.txt");
+    fs::write(&script, "at 8.001 s: fail left elevator stuck\n").expect("the folder is there");
+    let fly = |name: &str, rate: &[&str]| {
+        let folder = folder.path().join(name);
+        let options = ["--log-dir", text(&folder), "--script", text(&script), "--no-gcs"];
+        let (mut autopilot, link) = autopilot_with(&[&options[..], rate].concat());
+        let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "60"];
+        let mut plant = Program::start("plant-sim", &plant);
+        assert_eq!(plant.end(), Some(0), "{}", plant.said());
+        autopilot.signal(15);
+        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+        Log::open(&logs(&folder)[0]).expect("a log")
+    };
+    let (log, full) = (fly("events", &[]), fly("full", &FULL));
+    assert_eq!(full.times_us("sensors").expect("a topic").len(), 30_001);
+    for topic in ["sensors", "commands", "control", "truth", "vehicle"] {
+        let times = log.times_us(topic).expect("a topic");
+        let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(times.is_sorted() && gaps.max() == Some(20_000), "{topic}");
+        // The fault begins between two ticks; the compensator wakes after it.
+        let near = |us: &u64| (7_502_000..=10_000_000).contains(us);
+        assert_eq!(times.iter().filter(|us| near(us)).count(), 1_250, "{topic}");
+        assert!(times.len() < 12_000 && times.last() == Some(&60_000_000), "{}", times.len());
+    }
+    // Rows that are there are those of the full log, bit for bit, and so is the flight.
+    let (some, all) = (topic(&log, "control"), topic(&full, "control"));
+    let times = all.times_us();
+    for row in some.rows() {
+        let place = times.binary_search(&row.timestamp_us()).expect("a row at that time");
+        let same = all.row(place).expect("found");
+        assert_eq!(numbers(&row, &CONTROL_NAMES), numbers(&same, &CONTROL_NAMES));
+    }
+    assert_eq!(log.info_text("run_hash"), full.info_text("run_hash"));
+    let texts = |log: &Log| -> Vec<String> { log.texts().iter().map(|t| t.text.clone()).collect() };
+    assert_eq!(texts(&log), texts(&full));
+    for log in [&log, &full] {
+        assert_eq!(topic(log, "hash").len(), 600, "ten a second");
+        let cause = log.texts().iter().position(|text| text.text.starts_with("Injected"));
+        assert!(cause.is_some() && log.texts().is_sorted_by_key(|text| text.timestamp_us));
+    }
+    assert!(log.size() * 3 < full.size(), "{} bytes of {}", log.size(), full.size());
+}
+
 #[test]
 fn a_killed_autopilot_leaves_a_log_up_to_its_last_second() {
     let folder = tempfile::tempdir().expect("a folder for the test");
@@ -224,6 +275,7 @@ fn a_new_flight_is_a_new_log_and_the_oldest_make_room() {
     fs::write(&old, vec![0; 999_000]).expect("the folder is there");
     let mut ground = Ground::new();
     let options = ["--log-dir", text(folder.path()), "--log-limit-mb", "1"];
+    let options = [&options[..], &FULL].concat();
     let (mut autopilot, link) = autopilot(ground.address(), &options);
     let _plant = Program::start("plant-sim", &["--autopilot", &link, "--speed", "2"]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.3);
@@ -245,7 +297,7 @@ fn a_new_flight_is_a_new_log_and_the_oldest_make_room() {
 fn a_restart_ends_the_log_and_begins_another() {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let mut ground = Ground::new();
-    let options = ["--log-dir", text(folder.path())];
+    let options = [&["--log-dir", text(folder.path())], &FULL[..]].concat();
     let (mut autopilot, link) = autopilot(ground.address(), &options);
     let _plant = Program::start("plant-sim", &["--autopilot", &link, "--speed", "2"]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.3);
@@ -365,8 +417,8 @@ fn pyulog_reads_a_log() {
         return;
     };
     let folder = tempfile::tempdir().expect("a folder for the test");
-    let (mut autopilot, link) =
-        autopilot_with(&["--log-dir", text(folder.path()), "--ftc", "armed", "--no-gcs"]);
+    let options = ["--log-dir", text(folder.path()), "--ftc", "armed", "--no-gcs"];
+    let (mut autopilot, link) = autopilot_with(&[&options[..], &FULL].concat());
     let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "3"];
     let mut plant = Program::start("plant-sim", &plant);
     assert_eq!(plant.end(), Some(0), "{}", plant.said());

@@ -9,6 +9,7 @@ mod entry;
 mod hash;
 mod header;
 mod recorded;
+mod selection;
 pub mod topics;
 pub mod words;
 
@@ -17,4 +18,5 @@ pub use entry::{Begin, End, Entry, Step, open};
 pub use hash::RunHash;
 pub use header::{ControlHeader, FLIGHT_RULES, parameter_hash};
 pub use recorded::{Moment, Recorded};
+pub use selection::{LogRate, Selection};
 pub use topics::{COMMAND_NAMES, CONTROL_NAMES, control_values};

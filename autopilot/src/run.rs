@@ -189,7 +189,13 @@ impl AutopilotArgs {
         let Some(folder) = self.log_folder() else { return Ok(None) };
         let limit_bytes = self.recording.limit_bytes();
         let introduction = recorder::introduction(&folder, limit_bytes);
-        let config = RecorderConfig { folder, limit_bytes, parameters: *parameters, status };
+        let config = RecorderConfig {
+            folder,
+            limit_bytes,
+            rate: self.recording.log_rate,
+            parameters: *parameters,
+            status,
+        };
         let recorder = Recorder::start(config)?;
         info!("{introduction}");
         Ok(Some(recorder))

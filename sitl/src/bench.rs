@@ -55,11 +55,44 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
         .take(if args.all { usize::MAX } else { 1 })
         .map(|m| m.arrangement)
         .collect();
-    for arrangement in arrangements {
+    for arrangement in &arrangements {
         writeln!(out, "  {arrangement}")?;
         for step_us in [2_000, 1_000] {
-            link(&mut out, args, program, &arrangement, &setup(step_us)?)?;
+            link(&mut out, args, program, arrangement, &setup(step_us)?)?;
         }
+    }
+    if let Some(fastest) = arrangements.first() {
+        logs(&mut out, args, program, fastest, &setup(1_000)?)?;
+    }
+    Ok(())
+}
+
+/// What a flight log costs: speed with one, over speed without.
+fn logs(
+    out: &mut impl Write,
+    args: &BenchArgs,
+    program: &Path,
+    arrangement: &Arrangement,
+    setup: &FlightSetup,
+) -> Result<(), Box<dyn Error>> {
+    const RATES: [&str; 2] = ["events", "full"];
+    writeln!(out, "the same with a flight log, over the same without; plant step 1000 us")?;
+    let mut ratios = [Vec::new(), Vec::new()];
+    for _ in 0..args.repeat.max(1) {
+        let speed = |log| -> Result<f64, Box<dyn Error>> {
+            let report = time_udp(program, setup, arrangement, log)?;
+            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+            let ticks = report.ticks as f64;
+            Ok(ticks / report.wall_s)
+        };
+        let without = speed(None)?;
+        for (rate, ratios) in RATES.into_iter().zip(&mut ratios) {
+            ratios.push(speed(Some(rate))? / without);
+        }
+    }
+    for (rate, mut ratios) in RATES.into_iter().zip(ratios) {
+        let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut ratios, part));
+        writeln!(out, "    --log-rate {rate:<7} ratio {ratio:.2} ({low:.2} to {high:.2})")?;
     }
     Ok(())
 }
@@ -75,7 +108,7 @@ fn link(
     let (mut echoes, mut ticks, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..args.repeat.max(1) {
         let echo = arrangement::echo_rate(program, arrangement, ECHO_MS)?;
-        let report = time_udp(program, setup, arrangement)?;
+        let report = time_udp(program, setup, arrangement, None)?;
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
         let tick = report.ticks as f64 / report.wall_s;
         echoes.push(echo);

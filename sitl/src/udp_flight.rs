@@ -91,13 +91,14 @@ pub fn fly_udp(
 ) -> Result<End, UdpFlightError> {
     let folder = Folder::create()?;
     let (truth, steps) = (folder.0.join("truth.log"), folder.0.join("steps.log"));
-    let logs = Logs { truth: &truth, steps: &steps };
+    let logs = Logs::Ticks { truth: &truth, steps: &steps };
     let report = fly_processes(program, setup, &Arrangement::UNPINNED, &folder.0, Some(&logs))?;
-    merge(&logs, sink)?;
+    merge(&truth, &steps, sink)?;
     Ok(End { time: report.time, on_ground: report.on_ground })
 }
 
-/// Flies a setup through the two real processes without logs and says how long that took.
+/// Flies a setup through the two real processes and says how long that took; with a flight log of the rate `log`, or
+/// without any.
 ///
 /// # Errors
 /// [`UdpFlightError`] names the process and what it said.
@@ -105,14 +106,19 @@ pub fn time_udp(
     program: &Path,
     setup: &FlightSetup,
     arrangement: &Arrangement,
+    log: Option<&str>,
 ) -> Result<FlightReport, UdpFlightError> {
     let folder = Folder::create()?;
-    fly_processes(program, setup, arrangement, &folder.0, None)
+    let logs = log.map(|rate| Logs::Flight { rate });
+    fly_processes(program, setup, arrangement, &folder.0, logs.as_ref())
 }
 
-struct Logs<'a> {
-    truth: &'a Path,
-    steps: &'a Path,
+/// What the processes write.
+enum Logs<'a> {
+    /// Truth and step log, for a comparison.
+    Ticks { truth: &'a Path, steps: &'a Path },
+    /// A flight log, of which nothing stays.
+    Flight { rate: &'a str },
 }
 
 fn fly_processes(
@@ -146,9 +152,15 @@ fn fly_processes(
     plant.args(["plant-sim", "--speed", "max", "--report", "--with-parent"]);
     plant.arg("--setup").arg(&plant_file).args(arrangement.plant.options());
     plant.args(["--until-s", &setup.duration.as_seconds().to_string()]);
-    if let Some(logs) = logs {
-        autopilot.arg("--step-log").arg(logs.steps);
-        plant.arg("--truth-log").arg(logs.truth);
+    match logs {
+        None => {}
+        Some(Logs::Ticks { truth, steps }) => {
+            autopilot.arg("--step-log").arg(steps);
+            plant.arg("--truth-log").arg(truth);
+        }
+        Some(Logs::Flight { rate }) => {
+            autopilot.arg("--log-dir").arg(folder.join("logs")).args(["--log-rate", rate]);
+        }
     }
 
     let mut autopilot = Process::start("autopilot", autopilot)?;
@@ -202,9 +214,9 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), UdpFlightError> {
 }
 
 /// Both logs, tick by tick.
-fn merge(logs: &Logs<'_>, sink: &mut dyn FnMut(&Record)) -> Result<(), UdpFlightError> {
-    let mut truths = TickLogReader::open(logs.truth, Kind::Truth)?;
-    let mut steps = TickLogReader::open(logs.steps, Kind::ControlSteps)?;
+fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<(), UdpFlightError> {
+    let mut truths = TickLogReader::open(truth, Kind::Truth)?;
+    let mut steps = TickLogReader::open(steps, Kind::ControlSteps)?;
     for tick in 0.. {
         let truth: Option<Truth> = truths.next_entry()?;
         let step: Option<LoggedStep> = steps.next_entry()?;

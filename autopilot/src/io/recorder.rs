@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! control thread                                   log thread                        folder
-//!   batch of entries ── 16 batches at most ──────>   Encoder ── 256 KiB or 0.25 s ──> 20260102-030405-<session>.ulg
+//!   batch of entries ── 16 batches at most ──────>   Encoder ── 256 KiB or 0.1 s ──> 20260102-030405-<session>.ulg
 //!   empty batches   <──────────────────────────────
 //! ground stations ── parameters, 16 at most ─────>
 //!   └ texts, 64 at most ──> control thread
@@ -10,8 +10,9 @@
 //!
 //! The control thread hands a batch over after its answer has left, and waits only where all batches are on their
 //! way, which means that the disk cannot keep up; simulation time waits with it. A log that cannot go on ends with a
-//! text, and the flight goes on. What was handed over reaches the system at least every [`FLUSH_EVERY`], so a
-//! process that is killed leaves a log up to its last moments.
+//! text, and the flight goes on. What was handed over reaches the system at least every [`FLUSH_EVERY`], but for the
+//! half second of simulation time that waits in the encoder for what follows ([`crate::recorder::Selection`]), so a
+//! process that is killed leaves a log up to its last second.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ use crate::mavlink::Ground;
 use crate::mavlink::statustext::LogText;
 use crate::parameters::Parameters;
 use crate::recorder::{
-    Begin, ControlHeader, End, Entry, FLIGHT_RULES, Moment, Recorded, Step, open,
+    Begin, ControlHeader, End, Entry, FLIGHT_RULES, LogRate, Moment, Recorded, Step, open,
 };
 
 mod file;
@@ -49,7 +50,9 @@ const QUEUE_MAX: usize = 16;
 /// A batch is handed over when it is this old, full or not.
 const HAND_OVER_AFTER: Duration = Duration::from_millis(100);
 /// What was handed over is passed on to the system at least this often, wall time.
-pub const FLUSH_EVERY: Duration = Duration::from_millis(250);
+pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
+/// Where no control step comes for this wall time, entries that wait for what follows are written.
+const SETTLE_AFTER: Duration = Duration::from_secs(1);
 /// Changes of parameters on their way to the log thread; each has all values, so the next makes up for a lost one.
 const PARAMETERS_MAX: usize = 16;
 
@@ -65,6 +68,8 @@ pub struct RecorderConfig {
     pub folder: PathBuf,
     /// Size of all logs together, bytes.
     pub limit_bytes: u64,
+    /// How many control steps get their rows.
+    pub rate: LogRate,
     /// Parameters at the start of the process.
     pub parameters: Parameters,
     /// Who shows the operator the path of a log; without, the path is a line of the process.
@@ -189,6 +194,7 @@ impl Recorder {
             flight_rules: FLIGHT_RULES,
             session: session::shown(packet.session),
             period_us: packet.period.as_micros(),
+            row_every: 1,
             joined_in_flight: packet.sequence > 0,
             belief: settings.belief,
             gains: settings.gains,

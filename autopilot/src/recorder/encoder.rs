@@ -10,7 +10,9 @@ use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
 use super::topics::{self, Place};
-use super::{Begin, End, Entry, Moment, Recorded, RunHash, Step, parameter_hash, words};
+use super::{
+    Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, parameter_hash, words,
+};
 use crate::event::{Event, EventKind, Outcome, Wish};
 use crate::mavlink::fault_list::FaultList;
 use crate::mavlink::{scripts, statustext};
@@ -21,6 +23,8 @@ use crate::script::{Script, ScriptEvent};
 const PLANT_HEADER_MAX: usize = 60_000;
 /// A damaged place costs no more than about this, bytes.
 const SYNC_EVERY: u64 = 64 * 1024;
+/// The run hash so far has a row this often, us of simulation time.
+const HASH_EVERY_US: u32 = 100_000;
 /// Scripts that may still be told of, beside the one that runs.
 const SCRIPTS_MAX: usize = 8;
 /// Inputs whose outcome may still come; the vehicle owes no more than some of them at a time.
@@ -32,7 +36,10 @@ pub struct Encoder<W> {
     data: Data<W>,
     topics: Topics,
     row: Row,
+    selection: Selection,
     hash: RunHash,
+    /// Control steps from one row of the topic `hash` to the next.
+    hash_every: u64,
     /// Simulation time of the last entry that has one.
     time: SimTime,
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
@@ -66,6 +73,7 @@ struct Topics {
     vehicle: Topic,
     fault: Topic,
     recorded: Topic,
+    hash: Topic,
 }
 
 impl<W: Write> Encoder<W> {
@@ -73,8 +81,10 @@ impl<W: Write> Encoder<W> {
     ///
     /// # Errors
     /// What the output says.
-    pub fn begin(out: W, begin: Begin, parameters: &Parameters) -> io::Result<Self> {
+    pub fn begin(out: W, begin: Begin, parameters: &Parameters, rate: LogRate) -> io::Result<Self> {
         let Begin { time, mut header } = begin;
+        let period_us = header.period_us;
+        header.row_every = rate.row_every(period_us);
         let parameters = Parameters {
             gains: header.gains,
             limits: header.limits,
@@ -99,6 +109,7 @@ impl<W: Write> Encoder<W> {
             topics::vehicle(),
             topics::fault(),
             topics::recorded(),
+            topics::hash(),
         ];
         for format in &formats {
             log.format(format)?;
@@ -108,7 +119,7 @@ impl<W: Write> Encoder<W> {
         }
         let mut data = log.data();
         let mut subscribe = |format: &Format| data.subscribe(format);
-        let [sensors, commands, control, truth, vehicle, fault, recorded] = &formats;
+        let [sensors, commands, control, truth, vehicle, fault, recorded, hash] = &formats;
         let topics = Topics {
             sensors: subscribe(sensors)?,
             commands: subscribe(commands)?,
@@ -117,12 +128,15 @@ impl<W: Write> Encoder<W> {
             vehicle: subscribe(vehicle)?,
             fault: subscribe(fault)?,
             recorded: subscribe(recorded)?,
+            hash: subscribe(hash)?,
         };
         Ok(Self {
             data,
             topics,
             row: Row::default(),
+            selection: Selection::new(rate, period_us, time),
             hash: RunHash::default(),
+            hash_every: u64::from(HASH_EVERY_US / period_us.max(1)).max(1),
             time,
             told: time,
             wishes: VecDeque::new(),
@@ -138,17 +152,40 @@ impl<W: Write> Encoder<W> {
         })
     }
 
-    /// Adds an entry that is neither the beginning nor the end of a flight.
+    /// Adds an entry that is neither the beginning nor the end of a flight. It is written half a second of simulation
+    /// time later, unless every step has its rows.
     ///
     /// # Errors
     /// What the output says.
     pub fn add(&mut self, entry: Entry) -> io::Result<()> {
+        self.selection.push(entry);
+        self.write_selected()
+    }
+
+    /// Writes what waits, with all rows: no control step comes for a while.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn settle(&mut self) -> io::Result<()> {
+        self.selection.settle();
+        self.write_selected()
+    }
+
+    fn write_selected(&mut self) -> io::Result<()> {
+        while let Some((entry, has_rows)) = self.selection.pop() {
+            self.write(entry, has_rows)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, entry: Entry, has_rows: bool) -> io::Result<()> {
         if self.written() >= self.sync_at {
             self.sync()?;
         }
         match entry {
             Entry::Begin(_) | Entry::End(_) => Ok(()),
-            Entry::Step(step) => self.step(&step),
+            Entry::Step(step) => self.step(&step, has_rows),
+            Entry::Parameters(parameters) => self.change_parameters(&parameters),
             Entry::Recorded { time, moment, what } => self.recorded(time, moment, &what),
             Entry::Fault { time, entry } => {
                 self.time = time;
@@ -176,9 +213,20 @@ impl<W: Write> Encoder<W> {
         }
     }
 
-    fn step(&mut self, step: &Step) -> io::Result<()> {
+    fn step(&mut self, step: &Step, has_rows: bool) -> io::Result<()> {
         self.time = step.time;
         self.hash.step(step.time, &step.sensors, &step.actuators);
+        if has_rows {
+            self.rows(step)?;
+        }
+        if !self.hash.steps().is_multiple_of(self.hash_every) {
+            return Ok(());
+        }
+        topics::hash_row(&mut self.row, step.time, &self.hash);
+        self.data.row(self.topics.hash, &self.row)
+    }
+
+    fn rows(&mut self, step: &Step) -> io::Result<()> {
         let Self { data, topics, row, .. } = self;
         topics::sensors_row(row, step.time, &step.sensors);
         data.row(topics.sensors, row)?;
@@ -306,11 +354,7 @@ impl<W: Write> Encoder<W> {
         self.data.info("plant_header", Value::Text(&String::from_utf8_lossy(&all)))
     }
 
-    /// A ground station has changed parameters.
-    ///
-    /// # Errors
-    /// What the output says.
-    pub fn set_parameters(&mut self, now: &Parameters) -> io::Result<()> {
+    fn change_parameters(&mut self, now: &Parameters) -> io::Result<()> {
         for row in table() {
             let value = row.value(now);
             if value != row.value(&self.parameters) {
@@ -355,7 +399,10 @@ impl<W: Write> Encoder<W> {
     /// What the output says.
     pub fn end(mut self, why: End) -> io::Result<W> {
         if why == End::Full {
+            // There is no room for what waits.
             self.text(Level::Warning, "The log ends here: it has reached its limit")?;
+        } else {
+            self.settle()?;
         }
         self.data.info("run_hash", Value::Text(&self.hash.hex()))?;
         self.data.info("control_steps", Value::U64(self.hash.steps()))?;

@@ -9,6 +9,7 @@ use icd::{Actuators, Sensors, SimTime};
 
 use super::{ControlHeader, Moment, Recorded};
 use crate::event::Event;
+use crate::parameters::Parameters;
 use crate::vehicle::Mode;
 
 /// One entry. A control step is plain data, so that a tick allocates nothing.
@@ -62,6 +63,8 @@ pub enum Entry {
         /// Its bytes.
         bytes: Box<[u8]>,
     },
+    /// A ground station has changed parameters: all of them.
+    Parameters(Box<Parameters>),
     /// The flight is over.
     End(End),
 }
@@ -71,7 +74,7 @@ pub enum Entry {
 pub struct Begin {
     /// Simulation time of the first packet.
     pub time: SimTime,
-    /// The control side; the recorder fills in the parameter hash.
+    /// The control side; the recorder fills in the parameter hash and how many steps have rows.
     pub header: ControlHeader,
 }
 

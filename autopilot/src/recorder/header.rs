@@ -30,6 +30,9 @@ pub struct ControlHeader {
     pub session: String,
     /// Control period, us.
     pub period_us: u32,
+    /// One of so many control steps has its rows wherever it is ([`super::LogRate`]); older logs have all rows.
+    #[serde(default = "every_step")]
+    pub row_every: u32,
     /// The first packet was not the flight's first: such a log cannot be flown again.
     pub joined_in_flight: bool,
     /// What the controller believes about the aircraft.
@@ -48,6 +51,10 @@ pub struct ControlHeader {
     pub fault_injection: bool,
     /// SHA-256 of the parameters ([`parameter_hash`]).
     pub parameter_hash: String,
+}
+
+const fn every_step() -> u32 {
+    1
 }
 
 /// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. Values are written so that they

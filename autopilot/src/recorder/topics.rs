@@ -9,12 +9,15 @@ use icd::{Actuators, Sensors, SimTime};
 use ulog::format::{Field, FieldType, Format};
 use ulog::writer::Row;
 
-use super::Moment;
+use super::{Moment, RunHash};
 use crate::event::Axis;
 use crate::vehicle::Mode;
 
 /// Characters of one row of the topic `recorded`; longer entries take several rows.
 pub const PIECE_CHARS: usize = 200;
+
+/// Characters of a run hash.
+const HASH_CHARS: usize = 64;
 
 /// Columns of the topic `commands`.
 pub const COMMAND_NAMES: [&str; 8] = [
@@ -255,6 +258,21 @@ pub fn recorded() -> Format {
             Field::array(Char, PIECE_CHARS, "text"),
         ],
     )
+}
+
+/// The run hash of all control steps so far, their number with it.
+#[must_use]
+pub fn hash() -> Format {
+    let columns = [
+        Field::new(FieldType::U64, "steps"),
+        Field::array(FieldType::Char, HASH_CHARS, "run_hash"),
+    ];
+    topic("hash", columns)
+}
+
+/// Row of [`hash`], after the control step of this time.
+pub fn hash_row(row: &mut Row, time: SimTime, hash: &RunHash) {
+    row.begin(time.as_micros()).u64(hash.steps()).chars(hash.hex().as_bytes(), HASH_CHARS);
 }
 
 /// Row of [`sensors`].

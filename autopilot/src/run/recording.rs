@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::io::store::{NoPath, path_or_none, user_data_folder};
+use crate::recorder::LogRate;
 
 /// The folder inside the user's data folder.
 const FOLDER: &str = "two-step/logs";
@@ -33,6 +34,9 @@ pub struct RecordingArgs {
     /// Size of all flight logs in that folder together, MB; the oldest are removed when a flight begins
     #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = parse_limit)]
     pub log_limit_mb: u64,
+    /// How many control steps a flight log has rows of
+    #[arg(long, value_name = "RATE", value_enum, default_value_t)]
+    pub log_rate: LogRate,
 }
 
 impl RecordingArgs {
@@ -68,7 +72,8 @@ mod tests {
 
     #[test]
     fn a_flight_of_record_writes_a_log_only_where_it_is_asked_for() {
-        let args = |log_dir| RecordingArgs { log_dir, log_limit_mb: 1 };
+        let args =
+            |log_dir| RecordingArgs { log_dir, log_limit_mb: 1, log_rate: LogRate::default() };
         assert_eq!(args(None).folder(true), None);
         let here = LogFolder::At(PathBuf::from("here"));
         assert_eq!(args(Some(here.clone())).folder(true), Some(PathBuf::from("here")));

@@ -64,6 +64,9 @@ pub struct LaunchArgs {
     /// Size of all flight logs in that folder together, MB [default: 4000]
     #[arg(long, allow_negative_numbers = true, value_name = "MB")]
     log_limit_mb: Option<String>,
+    /// How many control steps a flight log has rows of: events (50 each second, all around events) or full [default: events]
+    #[arg(long, value_name = "RATE")]
+    log_rate: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960]
     #[arg(long, value_name = "IP:PORT")]
     plant_link: Option<String>,
@@ -157,6 +160,7 @@ impl LaunchArgs {
         add(&mut words, "--signing-key", &self.signing_key);
         add(&mut words, "--log-dir", &self.log_dir);
         add(&mut words, "--log-limit-mb", &self.log_limit_mb);
+        add(&mut words, "--log-rate", &self.log_rate);
         for setting in &self.param {
             words.push(format!("--param={setting}"));
         }

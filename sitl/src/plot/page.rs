@@ -108,13 +108,19 @@ fn header(flight: &Flight) -> Markup {
     };
     let info = |key| log.info_text(key).map(short);
     let setup = flight.plant.as_ref().map(|plant| &plant.setup);
-    let seconds = format!("{:.3} s of simulation time ({} control steps)", to - from, flight.steps);
+    let seconds =
+        format!("{:.3} s of simulation time ({} control steps have rows)", to - from, flight.steps);
+    let rate = flight.control.as_ref().map(|control| match control.row_every {
+        1 => "every control step".to_owned(),
+        n => format!("one of {n} control steps, and all of them around events"),
+    });
     html! {
         table {
             (fact("Scenario", flight.plant.as_ref().map(|plant| plant.scenario.clone())))
             (fact("Seed, run", setup.map(|setup| format!("{}, {}", setup.seed, setup.run))))
             (fact("Duration", Some(seconds)))
             (fact("Control period", setup.map(|s| format!("{} ms", 1.0e3 * s.period.as_seconds()))))
+            (fact("Rows of the log", rate))
             (fact("Turbulence", setup.map(|s| format!("{} m/s rms", s.wind.turbulence_m_s))))
             (fact("Autopilot", info("ver_sw").map(|v| format!("version {v}"))))
             (fact("Plant", flight.plant.as_ref().map(|plant| format!("version {}", plant.version))))

@@ -60,6 +60,24 @@ fn every_drawing_is_one_that_a_rasteriser_understands() {
 }
 
 #[test]
+fn a_log_with_some_of_the_rows_has_every_figure_too() {
+    let page =
+        page_of(testing::log(&setup(3), &spoken(), Without { rows: 10, ..Without::default() }));
+    for word in [
+        "The log is complete.",
+        "one of 10 control steps, and all of them around events",
+        "3.000 s of simulation time",
+        "true F",
+        "left elevator: stuck",
+        "the compensator wakes",
+        "end of travel",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(!page.contains("Not in this log") && !page.contains("Not drawn"), "{}", &page[..3_000]);
+}
+
+#[test]
 fn a_log_without_truth_or_headers_is_drawn_and_says_what_is_missing() {
     let without = Without { truth: true, ..Without::default() };
     let page = page_of(testing::log(&setup(1), &spoken(), without));

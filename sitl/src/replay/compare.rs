@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use autopilot::recorder::RunHash;
 use icd::SimTime;
 use ulog::reader::{Log, Row, Topic};
 
@@ -39,12 +40,15 @@ pub struct Rows<'a> {
     topic: Option<Topic<'a>>,
     next: usize,
     is_damaged: bool,
+    /// One of so many control steps has a row wherever it is.
+    every: u64,
 }
 
 impl<'a> Rows<'a> {
     /// Of a topic of this name.
-    pub fn new(log: &'a Log, name: &'static str) -> Self {
-        Self { name, topic: log.topic(name), next: 0, is_damaged: !log.damages().is_empty() }
+    pub fn new(log: &'a Log, name: &'static str, every: u64) -> Self {
+        let is_damaged = !log.damages().is_empty();
+        Self { name, topic: log.topic(name), next: 0, is_damaged, every }
     }
 
     /// The log has a row of this time, or an older one that was not compared.
@@ -53,7 +57,7 @@ impl<'a> Rows<'a> {
         next.is_some_and(|row| row.timestamp_us() <= time.as_micros())
     }
 
-    /// Compares the row of this tick; signals without a column count as equal.
+    /// Compares the row of this tick, if it has one; signals without a column count as equal.
     ///
     /// # Errors
     /// The first signal that differs, or a row at another time than that of the tick.
@@ -64,18 +68,24 @@ impl<'a> Rows<'a> {
         signals: impl IntoIterator<Item = (&'n str, f64)>,
     ) -> Result<(), Box<Difference>> {
         // Where the log ends there is nothing to compare.
-        let Some(row) = self.topic.and_then(|topic| topic.row(self.next)) else { return Ok(()) };
+        let us = time.as_micros();
+        let Some(topic) = self.topic else { return Ok(()) };
+        // A damaged time is behind those that follow.
+        while self.is_damaged && topic.row(self.next).is_some_and(|row| row.timestamp_us() < us) {
+            self.next += 1;
+        }
+        let Some(row) = topic.row(self.next) else { return Ok(()) };
         let differ = |name: &str, logged: String, flown: String| {
             let signal = format!("{}.{name}", self.name);
             Err(Box::new(Difference { step, time, signal, logged, flown }))
         };
-        if self.is_damaged && row.timestamp_us() > time.as_micros() {
-            // The row of this tick is lost.
+        if row.timestamp_us() > us && (self.is_damaged || !step.is_multiple_of(self.every)) {
+            // The row of this tick is lost, or there was none.
             return Ok(());
         }
-        if row.timestamp_us() != time.as_micros() {
+        if row.timestamp_us() != us {
             let at = |us: u64| format!("{us} us");
-            return differ("timestamp", at(row.timestamp_us()), at(time.as_micros()));
+            return differ("timestamp", at(row.timestamp_us()), at(us));
         }
         self.next += 1;
         for (name, flown) in signals {
@@ -86,6 +96,49 @@ impl<'a> Rows<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// The run hashes that a log has on its course, by the number of control steps.
+#[derive(Debug)]
+pub struct Hashes<'a> {
+    topic: Option<Topic<'a>>,
+    next: usize,
+    /// Control steps of the last hash that was the same.
+    same: u64,
+}
+
+impl<'a> Hashes<'a> {
+    /// Of a log; one without the topic has none.
+    pub fn new(log: &'a Log) -> Self {
+        Self { topic: log.topic("hash"), next: 0, same: 0 }
+    }
+
+    /// Compares the hash after so many control steps, if the log has it.
+    ///
+    /// # Errors
+    /// Another hash: the flights differ somewhere since the last one that was the same.
+    pub fn check(&mut self, time: SimTime, flown: &RunHash) -> Result<(), Box<Difference>> {
+        let steps = flown.steps();
+        let Some(topic) = self.topic else { return Ok(()) };
+        let number = |row: &Row<'_>| row.unsigned("steps").unwrap_or(0);
+        while topic.row(self.next).is_some_and(|row| number(&row) < steps) {
+            self.next += 1;
+        }
+        let Some(row) = topic.row(self.next).filter(|row| number(row) == steps) else {
+            return Ok(());
+        };
+        self.next += 1;
+        let logged =
+            String::from_utf8_lossy(row.bytes("run_hash").unwrap_or_default()).into_owned();
+        let flown = flown.hex();
+        if logged == flown {
+            self.same = steps;
+            return Ok(());
+        }
+        let step = steps.saturating_sub(1);
+        let signal = format!("run hash of the control steps {} to {step}", self.same);
+        Err(Box::new(Difference { step, time, signal, logged, flown }))
     }
 }
 

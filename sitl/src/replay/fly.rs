@@ -1,7 +1,7 @@
 //! The flight itself: the closed loop in one process, with the inputs of a log at their places.
 
 use core::fmt;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 
 use autopilot::autopilot::Autopilot;
 use autopilot::recorder::{
@@ -14,7 +14,7 @@ use icd::wire::REPORTS_MAX;
 use icd::{Actuators, Sensors, SimTime};
 use plant_sim::Plant;
 
-use super::compare::{Difference, Rows};
+use super::compare::{Difference, Hashes, Rows};
 use super::recording::{CannotFly, Input, Recording};
 
 /// What came of a replay.
@@ -28,10 +28,12 @@ pub struct Verdict {
     pub logged_hash: Option<String>,
     /// The first signal that differs.
     pub difference: Option<Difference>,
-    /// Control steps that a damaged log does not have.
+    /// Control steps that a damaged log should have rows of, and does not.
     pub missing: u64,
-    /// The first of them.
-    first_missing: Option<SimTime>,
+    /// Control steps that it should have rows of.
+    due: u64,
+    /// Where it is damaged first.
+    first_damage: Option<SimTime>,
 }
 
 /// What a [`Verdict`] comes to.
@@ -58,21 +60,21 @@ impl Verdict {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         let is_hash_other = self.logged_hash.as_ref().is_some_and(|h| *h != self.run_hash);
-        match (&self.difference, self.first_missing) {
+        match (&self.difference, self.first_damage) {
             (None, None) if is_hash_other => Outcome::Different,
-            (None, None) => Outcome::Same,
             (None, Some(_)) if is_hash_other => Outcome::Unknown,
-            (None, Some(_)) => Outcome::SameWhereReadable,
+            (None, _) if self.missing == 0 => Outcome::Same,
+            (None, _) => Outcome::SameWhereReadable,
             (Some(difference), Some(first)) if difference.time >= first => Outcome::Unknown,
             (Some(_), _) => Outcome::Different,
         }
     }
 
     fn of_damaged(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { steps, missing, difference, run_hash, logged_hash, .. } = self;
+        let Self { due, missing, difference, run_hash, logged_hash, .. } = self;
         match (self.outcome(), difference) {
             (Outcome::SameWhereReadable, _) => {
-                let readable = steps.saturating_sub(*missing);
+                let readable = due.saturating_sub(*missing);
                 write!(
                     f,
                     "damaged; all {readable} readable control steps are the same, {missing} are missing"
@@ -130,6 +132,7 @@ impl fmt::Display for Verdict {
 /// [`CannotFly::Start`] if the plant refuses the setup.
 pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, CannotFly> {
     let mut flight = Flight::new(recording)?;
+    let every = recording.row_every();
     let difference = flight.run(each).err().map(|difference| *difference);
     Ok(Verdict {
         steps: flight.hash.steps(),
@@ -137,7 +140,8 @@ pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, 
         logged_hash: recording.run_hash().map(str::to_owned),
         difference,
         missing: recording.missing().len() as u64,
-        first_missing: recording.missing().first().copied().map(SimTime::from_micros),
+        due: flight.hash.steps().div_ceil(every),
+        first_damage: recording.first_damage_us().map(SimTime::from_micros),
     })
 }
 
@@ -150,6 +154,7 @@ struct Flight<'a> {
     commands: Rows<'a>,
     control: Rows<'a>,
     truth: Rows<'a>,
+    hashes: Hashes<'a>,
     /// The answer to the last request, and what a plant's pacer would report; leaves first.
     replies: VecDeque<PlantReport>,
     /// Control steps flown.
@@ -157,8 +162,7 @@ struct Flight<'a> {
     /// Control steps of the log.
     steps: u64,
     is_cut: bool,
-    missing: &'a BTreeSet<u64>,
-    period_us: u64,
+    recording: &'a Recording,
     over: bool,
 }
 
@@ -170,22 +174,22 @@ impl<'a> Flight<'a> {
         let plant = Plant::new(setup)?;
         let mut autopilot = Autopilot::new(&recording.settings());
         autopilot.begin_flight(setup.period, plant.time(), false);
-        let log = &recording.log;
+        let (log, every) = (&recording.log, recording.row_every());
         Ok(Self {
             plant,
             autopilot,
             inputs: recording.inputs(),
             hash: RunHash::default(),
-            sensors: Rows::new(log, "sensors"),
-            commands: Rows::new(log, "commands"),
-            control: Rows::new(log, "control"),
-            truth: Rows::new(log, "truth"),
+            sensors: Rows::new(log, "sensors", every),
+            commands: Rows::new(log, "commands", every),
+            control: Rows::new(log, "control", every),
+            truth: Rows::new(log, "truth", every),
+            hashes: Hashes::new(log),
             replies: VecDeque::new(),
             step: 0,
             steps: recording.steps(),
             is_cut: recording.run_hash().is_none(),
-            missing: recording.missing(),
-            period_us: setup.period.as_micros().into(),
+            recording,
             over: false,
         })
     }
@@ -344,10 +348,9 @@ impl<'a> Flight<'a> {
         self.is_cut && self.inputs.is_empty() && self.step + 1 >= self.steps
     }
 
-    /// The log lacks rows of this tick, or of the next one: a damage may begin inside the row before.
+    /// The log is damaged at this tick.
     fn is_damaged_at(&self, time: SimTime) -> bool {
-        let us = time.as_micros();
-        self.missing.contains(&us) || self.missing.contains(&us.saturating_add(self.period_us))
+        self.recording.is_damaged_at(time.as_micros())
     }
 
     /// A difference where the log is damaged is none of the flight.
@@ -386,6 +389,8 @@ impl<'a> Flight<'a> {
         self.unless_damaged(time, checked)?;
         let control = control_values(&output.log);
         let checked = self.control.check(step, time, CONTROL_NAMES.into_iter().zip(control));
+        self.unless_damaged(time, checked)?;
+        let checked = self.hashes.check(time, &self.hash);
         self.unless_damaged(time, checked)
     }
 }

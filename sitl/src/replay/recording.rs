@@ -12,12 +12,16 @@ use icd::wire;
 use plant_sim::io::header::PlantHeader;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use ulog::reader::{Log, ReadError, Row, Topic};
+use ulog::format::Field;
+use ulog::reader::{Damage, Log, ReadError, Row, Topic};
 
 use crate::flight_log;
 
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
+
+/// No log leaves out more rows than this between two of them: it has 50 each second.
+const ROW_EVERY_MAX: u32 = 20;
 
 /// Why a log cannot be flown again.
 #[derive(Debug, thiserror::Error)]
@@ -107,6 +111,8 @@ pub struct Recording {
     inputs: Vec<Input>,
     steps: u64,
     missing: BTreeSet<u64>,
+    /// First and last time of each damaged place, us.
+    damaged: Vec<(u64, u64)>,
 }
 
 impl Recording {
@@ -158,22 +164,31 @@ impl Recording {
         let topics: Vec<Topic<'_>> =
             COMPARED.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
         let rows = topics.iter().map(Topic::len).max().ok_or(CannotFly::Empty)? as u64;
-        let (steps, missing) = if log.damages().is_empty() {
-            (rows, BTreeSet::new())
+        let period_us = u64::from(plant.setup.period.as_micros()).max(1);
+        let every = row_every(&control);
+        let is_damaged = !log.damages().is_empty();
+        let times: Vec<Vec<u64>> = topics.iter().map(Topic::times_us).collect();
+        let steps = if every == 1 && !is_damaged {
+            rows
         } else {
-            let times: Vec<Vec<u64>> = topics.iter().map(Topic::times_us).collect();
             let last_us = times.iter().filter_map(|times| times.last()).copied().max().unwrap_or(0);
-            let period_us = u64::from(plant.setup.period.as_micros()).max(1);
-            let start_us = log.start_us();
-            let seen = last_us.saturating_sub(start_us) / period_us + 1;
-            // A damaged time leads nowhere: no log has more steps than bytes.
-            let steps = log.info_u64("control_steps").unwrap_or(seen).min(log.size() as u64);
-            let is_there = |us: &u64| times.iter().all(|times| times.binary_search(us).is_ok());
-            let all =
-                (0..steps).map(|step| start_us.saturating_add(step.saturating_mul(period_us)));
-            (steps, all.filter(|us| !is_there(us)).collect())
+            let seen = last_us.saturating_sub(log.start_us()) / period_us + 1;
+            let footer = log.info_u64("control_steps");
+            // A damaged time leads nowhere: no log has more rows than bytes for them.
+            let row_bytes: usize =
+                topics.iter().flat_map(|topic| topic.fields()).map(Field::size).sum();
+            let most = ((log.size() / row_bytes.max(1)) as u64 + 1).saturating_mul(every);
+            footer.unwrap_or(seen).min(most)
         };
-        Ok(Self { log, control, plant, inputs, steps, missing })
+        let (mut missing, mut damaged) = (BTreeSet::new(), Vec::new());
+        if is_damaged {
+            let is_there = |us: &u64| times.iter().all(|times| times.binary_search(us).is_ok());
+            let due = (0..steps.div_ceil(every)).map(|row| row * every);
+            let due = due.map(|step| log.start_us().saturating_add(step.saturating_mul(period_us)));
+            missing = due.filter(|us| !is_there(us)).collect();
+            damaged = log.damages().iter().map(|damage| damaged_us(&topics, damage)).collect();
+        }
+        Ok(Self { log, control, plant, inputs, steps, missing, damaged })
     }
 
     /// The same recording, of which no more than this many control steps are flown.
@@ -187,6 +202,26 @@ impl Recording {
     #[must_use]
     pub(super) fn missing(&self) -> &BTreeSet<u64> {
         &self.missing
+    }
+
+    /// The log lacks rows of this time or the next one, or cannot be read there: a damage may begin inside of a row
+    /// that keeps its length.
+    pub(super) fn is_damaged_at(&self, us: u64) -> bool {
+        let next = us.saturating_add(self.plant.setup.period.as_micros().into());
+        self.missing.range(us..=next).next().is_some()
+            || self.damaged.iter().any(|(from, to)| (*from..=*to).contains(&us))
+    }
+
+    /// The first time at which something may be lost, us.
+    pub(super) fn first_damage_us(&self) -> Option<u64> {
+        let places = self.damaged.iter().map(|(from, _)| *from);
+        places.chain(self.missing.first().copied()).min()
+    }
+
+    /// One of so many control steps has its rows wherever it is.
+    #[must_use]
+    pub fn row_every(&self) -> u64 {
+        row_every(&self.control)
     }
 
     /// Places of the log cannot be read.
@@ -276,6 +311,19 @@ impl Recording {
 struct Rules {
     #[serde(default)]
     flight_rules: u32,
+}
+
+fn row_every(control: &ControlHeader) -> u64 {
+    u64::from(control.row_every.clamp(1, ROW_EVERY_MAX))
+}
+
+/// From the last rows before a damaged place to the first ones behind it, us.
+fn damaged_us(topics: &[Topic<'_>], damage: &Damage) -> (u64, u64) {
+    let time = |topic: &Topic<'_>, row: Option<usize>| Some(topic.row(row?)?.timestamp_us());
+    let before = |topic: &Topic<'_>| time(topic, topic.rows_before(damage.offset).checked_sub(1));
+    let behind = |topic: &Topic<'_>| time(topic, Some(topic.rows_before(damage.resumed?)));
+    let from = topics.iter().filter_map(before).min().unwrap_or(0);
+    (from, topics.iter().filter_map(behind).max().unwrap_or(u64::MAX))
 }
 
 /// Versions of program and link: those of the log and those of this program.

@@ -21,6 +21,8 @@ pub struct Without {
     pub truth: bool,
     pub footer: bool,
     pub headers: bool,
+    /// Rows of all but one of so many control steps; 0 for none.
+    pub rows: u32,
 }
 
 /// Flies a setup and writes its log.
@@ -33,6 +35,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
         flight_rules: FLIGHT_RULES,
         session: "00000007".to_owned(),
         period_us: setup.plant.period.as_micros(),
+        row_every: without.rows.max(1),
         joined_in_flight: false,
         belief: settings.belief,
         gains: settings.gains,
@@ -85,22 +88,30 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
             }
             let actuators = if moment == Moment::Step {
                 let output = autopilot.step(time, &sensors);
+                let is_due = step.is_multiple_of(without.rows.max(1).into());
                 hash.step(time, &sensors, &output.actuators);
                 let row = &mut writer.row;
-                topics::sensors_row(row, time, &sensors);
-                writer.data.row(writer.sensors, row).unwrap();
-                topics::commands_row(row, time, &output.actuators);
-                writer.data.row(writer.commands, row).unwrap();
-                topics::control_row(row, time, &output.log);
-                writer.data.row(writer.control, row).unwrap();
-                let snapshot = autopilot.snapshot().unwrap();
-                let references = [snapshot.demand.altitude_m, 0.0, snapshot.demand.airspeed_m_s];
-                topics::vehicle_row(row, time, snapshot.mode, references, snapshot.terminated);
-                writer.data.row(writer.vehicle, row).unwrap();
-                if let Some(truth) = writer.truth {
-                    let values = plant.truth().to_row(plant.on_ground(), plant.is_broken());
-                    topics::truth_row(row, time, &values);
-                    writer.data.row(truth, row).unwrap();
+                if hash.steps().is_multiple_of(50) {
+                    topics::hash_row(row, time, hash);
+                    writer.data.row(writer.hash, row).unwrap();
+                }
+                if is_due {
+                    topics::sensors_row(row, time, &sensors);
+                    writer.data.row(writer.sensors, row).unwrap();
+                    topics::commands_row(row, time, &output.actuators);
+                    writer.data.row(writer.commands, row).unwrap();
+                    topics::control_row(row, time, &output.log);
+                    writer.data.row(writer.control, row).unwrap();
+                    let snapshot = autopilot.snapshot().unwrap();
+                    let references =
+                        [snapshot.demand.altitude_m, 0.0, snapshot.demand.airspeed_m_s];
+                    topics::vehicle_row(row, time, snapshot.mode, references, snapshot.terminated);
+                    writer.data.row(writer.vehicle, row).unwrap();
+                    if let Some(truth) = writer.truth {
+                        let values = plant.truth().to_row(plant.on_ground(), plant.is_broken());
+                        topics::truth_row(row, time, &values);
+                        writer.data.row(truth, row).unwrap();
+                    }
                 }
                 output.actuators
             } else {
@@ -144,6 +155,7 @@ struct Writer {
     vehicle: Topic,
     fault: Topic,
     recorded: Topic,
+    hash: Topic,
     truth: Option<Topic>,
 }
 
@@ -157,6 +169,7 @@ impl Writer {
             topics::fault(),
             topics::recorded(),
             topics::truth(),
+            topics::hash(),
         ];
         let mut log = Definitions::begin(Vec::new(), 0).unwrap();
         log.info("sys_name", Value::Text("Two-Step")).unwrap();
@@ -170,7 +183,7 @@ impl Writer {
             log.format(format).unwrap();
         }
         let mut data = log.data();
-        let [sensors, commands, control, vehicle, fault, recorded, truth] = &formats;
+        let [sensors, commands, control, vehicle, fault, recorded, truth, hash] = &formats;
         let writer = Self {
             row: Row::default(),
             sensors: data.subscribe(sensors).unwrap(),
@@ -179,6 +192,7 @@ impl Writer {
             vehicle: data.subscribe(vehicle).unwrap(),
             fault: data.subscribe(fault).unwrap(),
             recorded: data.subscribe(recorded).unwrap(),
+            hash: data.subscribe(hash).unwrap(),
             truth: (!without.truth).then(|| data.subscribe(truth).unwrap()),
             data,
         };

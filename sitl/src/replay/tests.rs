@@ -78,6 +78,63 @@ fn a_flight_with_every_kind_of_input_is_flown_again_bit_for_bit() {
     assert!(verdict.to_string().starts_with("same run hash "), "{verdict}");
 }
 
+const SPARSE: Without = Without { truth: false, footer: false, headers: false, rows: 10 };
+
+#[test]
+fn a_log_with_some_of_the_rows_is_flown_again_bit_for_bit() {
+    let bytes = testing::log(&setup(2), &spoken(), SPARSE);
+    let verdict = replay(bytes.clone()).unwrap();
+    assert!(verdict.is_same(), "{verdict}");
+    // The last row is that of step 1000, as it happens.
+    assert_eq!(verdict.steps, 1_001);
+    let without_footer = Without { footer: true, ..SPARSE };
+    let verdict = replay(testing::log(&setup(2), &spoken(), without_footer)).unwrap();
+    assert!(verdict.is_same() && verdict.logged_hash.is_none(), "{verdict}");
+    for part in [3, 5, 7] {
+        let verdict = replay(bytes[..bytes.len() * part / 8].to_vec()).unwrap();
+        assert!(verdict.is_same() && verdict.steps > 100, "{part}/8: {verdict}");
+    }
+}
+
+#[test]
+fn between_rows_the_hash_names_the_first_interval_that_differs() {
+    let mut bytes = testing::log(&setup(2), &[], SPARSE);
+    let log = Log::from_bytes(bytes.clone()).unwrap();
+    let hash = log.topic("hash").unwrap().row(7).unwrap();
+    assert_eq!(hash.unsigned("steps"), Some(400));
+    let text = hash.bytes("run_hash").unwrap().to_vec();
+    let place = bytes.windows(text.len()).position(|window| window == text).unwrap();
+    bytes[place] = if text[0] == b'0' { b'1' } else { b'0' };
+    let difference = replay(bytes).unwrap().difference.unwrap();
+    assert_eq!((difference.step, difference.time.as_micros()), (399, 798_000), "{difference}");
+    assert_eq!(difference.signal, "run hash of the control steps 350 to 399");
+}
+
+#[test]
+fn a_row_that_should_be_there_and_is_not_is_a_difference() {
+    let mut bytes = testing::log(&setup(1), &[], SPARSE);
+    let log = Log::from_bytes(bytes.clone()).unwrap();
+    assert_eq!(log.times_us("sensors").unwrap().len(), 51);
+    // The header claims more rows than there are.
+    let (from, to) = (b"\"row_every\":10,", b"\"row_every\": 5,");
+    let place = bytes.windows(from.len()).position(|window| window == from).unwrap();
+    bytes[place..place + to.len()].copy_from_slice(to);
+    let difference = replay(bytes).unwrap().difference.unwrap();
+    assert_eq!((difference.step, difference.signal.as_str()), (5, "sensors.timestamp"));
+}
+
+#[test]
+fn a_damaged_log_with_some_of_the_rows_is_the_same_flight_where_it_can_be_read() {
+    let mut bytes = testing::log(&setup(2), &[], SPARSE);
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 3_000].fill(0xFF);
+    let verdict = replay(bytes).unwrap();
+    assert_eq!(verdict.outcome(), Outcome::SameWhereReadable, "{verdict}");
+    assert!((1..30).contains(&verdict.missing), "{verdict}");
+    let readable = 101 - verdict.missing;
+    assert!(verdict.to_string().contains(&format!("all {readable} readable")), "{verdict}");
+}
+
 #[test]
 fn without_its_inputs_it_is_another_flight() {
     let bytes = testing::log(&setup(1), &spoken(), Without::default());

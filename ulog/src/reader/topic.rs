@@ -124,6 +124,12 @@ impl<'a> Topic<'a> {
         self.rows.iter().map(move |start| topic.row_at(*start))
     }
 
+    /// Rows that begin before this byte of the file.
+    #[must_use]
+    pub fn rows_before(&self, offset: usize) -> usize {
+        self.rows.partition_point(|start| *start < offset)
+    }
+
     /// Timestamps of the rows, us.
     #[must_use]
     pub fn times_us(&self) -> Vec<u64> {

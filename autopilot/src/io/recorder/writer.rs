@@ -12,7 +12,7 @@ use tracing::{debug, info, warn};
 use ulog::writer::Level;
 
 use super::file::LogFile;
-use super::{FLUSH_EVERY, RecorderConfig, folder};
+use super::{FLUSH_EVERY, RecorderConfig, SETTLE_AFTER, folder};
 use crate::io::tlog;
 use crate::parameters::Parameters;
 use crate::recorder::{Begin, Encoder, End, Entry};
@@ -28,6 +28,8 @@ pub struct LogThread {
     flushed: Instant,
     /// Tells the control thread of a log that was removed.
     removed: Arc<AtomicBool>,
+    /// When the last control step came.
+    stepped: Instant,
 }
 
 struct OpenLog {
@@ -43,7 +45,8 @@ impl LogThread {
         changes: Receiver<Parameters>,
         removed: Arc<AtomicBool>,
     ) -> Self {
-        Self { config, changes, log: None, flushed: clock::now(), removed }
+        let now = clock::now();
+        Self { config, changes, log: None, flushed: now, stepped: now, removed }
     }
 
     /// Writes until the control thread ends.
@@ -51,6 +54,9 @@ impl LogThread {
         loop {
             match batches.recv_timeout(FLUSH_EVERY) {
                 Ok(mut batch) => {
+                    if batch.iter().any(|entry| matches!(entry, Entry::Step(_))) {
+                        self.stepped = clock::now();
+                    }
                     for entry in batch.drain(..) {
                         self.take(entry);
                     }
@@ -80,12 +86,12 @@ impl LogThread {
     fn take_parameters(&mut self) {
         while let Ok(now) = self.changes.try_recv() {
             self.config.parameters = now;
-            self.write(|encoder| encoder.set_parameters(&now));
+            self.write(|encoder| encoder.add(Entry::Parameters(Box::new(now))));
         }
     }
 
     fn begin(&mut self, begin: Begin) {
-        let RecorderConfig { folder, limit_bytes, parameters, .. } = &self.config;
+        let RecorderConfig { folder, limit_bytes, rate, parameters, .. } = &self.config;
         if let Err(problem) = std::fs::create_dir_all(folder) {
             // The file cannot be made either, which says the same.
             debug!(%problem, "the folder of the logs cannot be made again");
@@ -93,7 +99,7 @@ impl LogThread {
         folder::make_room(folder, *limit_bytes);
         let path = folder.join(folder::name(clock::utc_seconds(), &begin.header.session));
         let encoder = LogFile::create(&path)
-            .and_then(|file| Encoder::begin(file, begin, parameters))
+            .and_then(|file| Encoder::begin(file, begin, parameters, *rate))
             .and_then(|mut encoder| encoder.flush().map(|()| encoder));
         match encoder {
             Ok(encoder) => {
@@ -125,6 +131,9 @@ impl LogThread {
         let now = clock::now();
         if now - self.flushed >= FLUSH_EVERY {
             self.flushed = now;
+            if now - self.stepped >= SETTLE_AFTER {
+                self.write(Encoder::settle);
+            }
             self.write(|encoder| encoder.sync().and_then(|()| encoder.flush()));
             self.look_for_the_file();
         }

@@ -22,6 +22,7 @@ fn encoder() -> Encoder<Vec<u8>> {
         flight_rules: 0,
         session: "00000001".to_owned(),
         period_us: 2_000,
+        row_every: 1,
         joined_in_flight: false,
         belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
         gains: parameters.gains,
@@ -33,7 +34,7 @@ fn encoder() -> Encoder<Vec<u8>> {
         parameter_hash: String::new(),
     };
     let begin = Begin { time: SimTime::ZERO, header };
-    Encoder::begin(Vec::new(), begin, &parameters).unwrap()
+    Encoder::begin(Vec::new(), begin, &parameters, LogRate::Full).unwrap()
 }
 
 fn bytes(entries: Vec<Entry>) -> Vec<u8> {
