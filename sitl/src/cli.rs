@@ -132,7 +132,7 @@ pub struct FalseAlarmArgs {
     #[arg(long, value_name = "FILE")]
     airframe: Option<PathBuf>,
     /// Seed of the first flight; each has its own
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     seed: u64,
 }
 
@@ -306,8 +306,21 @@ mod tests {
     }
 
     /// Options that take a number, by their names in the help.
-    const NUMBERS: [&str; 12] =
-        ["MS", "US", "N", "S", "M_S", "DEG_S", "MB", "CORE", "FACTOR|max", "COUNT", "HZ", "DEG"];
+    const NUMBERS: [&str; 13] = [
+        "MS",
+        "US",
+        "N",
+        "S",
+        "M_S",
+        "DEG_S",
+        "MB",
+        "CORE",
+        "FACTOR|max",
+        "COUNT",
+        "HZ",
+        "DEG",
+        "H",
+    ];
 
     fn check_numbers(command: &clap::Command, words: &[&str], tried: &mut u32) {
         for option in command.get_arguments().filter(|option| option.get_long().is_some()) {
