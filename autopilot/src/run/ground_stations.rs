@@ -161,7 +161,11 @@ impl ConfigFile {
         Self::from_toml(&path.display().to_string(), &config::read(path)?)
     }
 
-    fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+    /// Reads the text of a file; `file` is its name for error messages.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the file, and line, key, value and allowed form.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let syntax =
             |source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) };
         toml::from_str(text).map_err(syntax)

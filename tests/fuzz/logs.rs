@@ -1,0 +1,95 @@
+//! Flight logs: read, drawn, flown again.
+
+use std::sync::Arc;
+
+use autopilot::event::Wish;
+use autopilot::recorder::Moment;
+use autopilot::script::Script;
+use autopilot::vehicle::{Mode, Reference};
+use icd::{ControlPeriod, SimTime};
+use plant_sim::EarthModel;
+use sitl::closed_loop::FlightSetup;
+use sitl::paper::cases::{Case, Conditions};
+use ulog::reader::Log;
+
+use super::choices::Choices;
+use super::testing::{self, Without};
+
+/// Flight time of the log that is damaged.
+const SEED_US: u64 = 60_000;
+/// Control steps of a log that is flown again, at most.
+const STEPS_MAX: u64 = 60;
+/// Bytes of a page for each byte of its log, and of one without a flight.
+const PAGE_PER_BYTE: usize = 12;
+const PAGE_BYTES: usize = 600_000;
+
+/// A short flight with a fault and with inputs of an operator, as the recorder writes it.
+fn seed() -> Vec<u8> {
+    let conditions = Conditions {
+        earth: EarthModel::Wgs84,
+        period: ControlPeriod::DEFAULT,
+        step_us: 1_000,
+        gyro_noise_rad_s: 1.0e-3,
+        turbulence_m_s: 1.5,
+        seed: 7,
+    };
+    let setup = Case::new(1, &conditions).unwrap().setup;
+    let setup = FlightSetup { duration: SimTime::from_micros(SEED_US), ..setup };
+    let script = Script::parse("a script", "at 0.02 s: fail rudder 50 % left\n").unwrap();
+    let spoken = [
+        (0, Moment::Step, Wish::Refer(Reference::Altitude(5_100.0))),
+        (2, Moment::Step, Wish::Script(Arc::new(script))),
+        (5, Moment::Step, Wish::Mode(Mode::Hold)),
+    ];
+    testing::log(&setup, &spoken, Without::default())
+}
+
+fn damaged(seed: &[u8], input: &[u8]) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    Choices::new(input).damage(&mut bytes);
+    bytes
+}
+
+#[test]
+fn ulog_reader() {
+    let seed = seed();
+    bolero::check!().for_each(|input: &[u8]| {
+        let bytes = damaged(&seed, input);
+        let Ok(log) = Log::from_bytes(bytes) else { return };
+        for topic in log.topics() {
+            let name = topic.name();
+            let times = log.times_us(name).map_or(0, |times| times.len());
+            if let Some(column) = log.column(name, "timestamp") {
+                assert_eq!(column.len(), times, "{name}");
+            }
+        }
+        for info in log.infos() {
+            // Of any type, as either.
+            let _ = (info.text(), info.unsigned());
+        }
+    });
+}
+
+#[test]
+fn plot() {
+    let seed = seed();
+    bolero::check!().for_each(|input: &[u8]| {
+        let bytes = damaged(&seed, input);
+        let length = bytes.len();
+        if let Ok(page) = sitl::plot::of_bytes(bytes) {
+            let most = PAGE_BYTES + PAGE_PER_BYTE * length;
+            assert!(page.html.len() < most, "{} bytes of {length}", page.html.len());
+        }
+    });
+}
+
+#[test]
+fn replay() {
+    let seed = seed();
+    bolero::check!().for_each(|input: &[u8]| {
+        let bytes = damaged(&seed, input);
+        if let Ok(verdict) = sitl::replay::of_bytes(bytes, STEPS_MAX) {
+            assert!(verdict.steps <= STEPS_MAX, "{} steps", verdict.steps);
+        }
+    });
+}
