@@ -13,6 +13,8 @@ use std::fs::{self, File};
 use std::os::unix::fs::FileTypeExt as _;
 use std::path::Path;
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
 use ground::Ground;
 use programs::{Program, autopilot};
@@ -62,11 +64,20 @@ fn refused(start: Start, path: &str, words: &[&str]) {
     let arguments: Vec<&str> = options.iter().copied().chain([path]).collect();
     let mut program = Program::start(name, &arguments);
     let code = program.end();
+    // What it said may arrive a moment after its end.
+    let is_said = |said: &str| {
+        said.contains(path) && (words.is_empty() || words.iter().any(|word| said.contains(word)))
+    };
+    for _ in 0..100 {
+        if is_said(&program.said()) {
+            break;
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
     let said = program.said();
     assert!(!matches!(code, Some(0 | 101) | None), "{start:?} {path}: {code:?}, {said}");
     assert!(said.contains(path), "{start:?} does not name {path}: {said}");
-    let is_said = words.is_empty() || words.iter().any(|word| said.contains(word));
-    assert!(is_said, "{start:?} {path}: none of {words:?} in {said}");
+    assert!(is_said(&said), "{start:?} {path}: none of {words:?} in {said}");
 }
 
 /// A pipe, a folder and a device; their paths.
@@ -138,7 +149,11 @@ fn a_log_folder_that_is_deleted_in_flight_is_noticed_and_made_again_for_the_next
     let (autopilot, link) = autopilot(ground.address(), &["--log-dir", option]);
     let plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
-    let count = || fs::read_dir(&logs).map_or(0, Iterator::count);
+    let is_log = |path: &Path| path.extension().is_some_and(|ending| ending == "ulg");
+    let count = || {
+        let entries = fs::read_dir(&logs).into_iter().flatten().flatten();
+        entries.filter(|entry| is_log(&entry.path())).count()
+    };
     assert_eq!(count(), 1);
     fs::remove_dir_all(&logs).expect("it is there");
     autopilot.wait_for("the flight log was removed");
