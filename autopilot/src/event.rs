@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::sync::Arc;
 
-use flight_control::{Authority, Demand, Gains, StepLog};
+use flight_control::{AltitudeLimit, Authority, Demand, Gains, StepLog};
 use icd::fault::{FaultEntry, FaultReply};
 use icd::pace::Pace;
 use icd::{ControlPeriod, FaultRequest, Sensors, SimTime};
@@ -142,6 +142,10 @@ pub enum EventKind {
     Saturated(Limit),
     /// It is inside its limits again.
     SaturationEnded(Limit),
+    /// The altitude is not held, because this is at its limit.
+    AltitudeNotHeld(AltitudeLimit),
+    /// It is held again, or the aircraft climbs or descends to its reference.
+    AltitudeHeld,
     /// A fault is on the plant's list, or off it (the plant says).
     Fault(FaultEntry),
     /// The aircraft touched the ground.

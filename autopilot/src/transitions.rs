@@ -31,6 +31,7 @@ pub struct Transitions {
     compensator: Compensator,
     limits: [Told; TOLD_LIMITS.len()],
     exhausted: [Told; Axis::ALL.len()],
+    not_held: Told,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -99,6 +100,9 @@ impl Transitions {
                     EventKind::SaturationEnded(limit)
                 });
             }
+        }
+        if self.not_held.step(log.altitude_limit.is_some(), AT_LIMIT_AFTER_US, elapsed_us) {
+            tell(log.altitude_limit.map_or(EventKind::AltitudeHeld, EventKind::AltitudeNotHeld));
         }
         let after_us =
             if self.compensator.told { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };

@@ -14,6 +14,7 @@ use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
 use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
+use crate::envelope;
 use crate::false_alarms;
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
@@ -52,6 +53,8 @@ enum Command {
     Paper(PaperArgs),
     /// Fly a demonstration mission and draw its track
     Mission(MissionArgs),
+    /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
+    Envelope(EnvelopeArgs),
     /// Count false alarms of the detector in hours of healthy flight, over its delay
     FalseAlarms(FalseAlarmArgs),
     /// Draw the flight of a log into a page
@@ -156,6 +159,14 @@ pub struct MissionArgs {
     seed: u64,
 }
 
+/// Options of `sitl envelope`.
+#[derive(Debug, Args)]
+pub struct EnvelopeArgs {
+    /// Folder for table and picture
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
 /// Options of `sitl linearize`.
 #[derive(Debug, Args)]
 pub struct LinearizeArgs {
@@ -178,6 +189,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Paper(args)) => return fly_paper(args, &program),
         Some(Command::Mission(args)) => mission::run(&args.options())?,
+        Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(&args.options())?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Replay(args)) => return replay::run(args),

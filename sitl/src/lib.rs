@@ -6,6 +6,7 @@ pub mod cli;
 pub mod closed_loop;
 pub mod dispersion;
 pub mod echo;
+pub mod envelope;
 pub mod false_alarms;
 pub mod figures;
 pub mod flight_log;

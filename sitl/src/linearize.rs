@@ -5,8 +5,8 @@
 
 use flight_control::Belief;
 use flight_control::belief::{
-    AirframeBelief, EffectorBelief, GeometryBelief, MassBelief, ServoBelief, SurfaceBelief,
-    TrimBelief,
+    AirframeBelief, EffectorBelief, GeometryBelief, LiftBelief, MassBelief, ServoBelief,
+    SurfaceBelief, TrimBelief,
 };
 use icd::{Body, Effector, PerEffector};
 use plant_sim::aerodynamics::{self, AirState, Coefficients};
@@ -47,6 +47,7 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
             nozzle_arm_m: airframe.nozzle_arm_m,
         },
         airframe: local.airframe_belief(),
+        lift: local.lift_belief(),
         surfaces: local.surface_belief(),
         effectors: effector_belief(airframe),
         trim: TrimBelief {
@@ -112,6 +113,24 @@ impl Local<'_> {
         }
     }
 
+    fn lift_belief(&self) -> LiftBelief {
+        let (alpha, still) = (self.trim.alpha_rad, Body::zero());
+        let d_alpha = difference(ANGLE_STEP_RAD, |d| self.clean(alpha + d, 0.0, still));
+        let d_q = difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body::new(0.0, d, 0.0)));
+        let d_elevator = difference(ANGLE_STEP_RAD, |d| {
+            let mut positions = PerEffector::default();
+            positions[Effector::LeftElevator] = d;
+            self.at(alpha, 0.0, still, &positions)
+        });
+        let per_chord = 2.0 * self.airspeed_m_s / self.airframe.aero.chord_m;
+        LiftBelief {
+            c_lift_0: rounded(self.clean(alpha, 0.0, still).lift - d_alpha.lift * alpha),
+            c_lift_alpha: rounded(d_alpha.lift),
+            c_lift_q: rounded(d_q.lift * per_chord),
+            c_lift_elevator: rounded(d_elevator.lift),
+        }
+    }
+
     fn surface_belief(&self) -> SurfaceBelief {
         let alpha = self.trim.alpha_rad;
         let slopes = Effector::SURFACES.map(|surface| {
@@ -131,16 +150,18 @@ impl Local<'_> {
 
 #[derive(Clone, Copy)]
 struct Slopes {
+    lift: f64,
     roll: f64,
     pitch: f64,
     yaw: f64,
 }
 
-/// Central difference of the moment coefficients.
+/// Central difference of the coefficients of lift and moments.
 fn difference(step: f64, at: impl Fn(f64) -> Coefficients) -> Slopes {
     let (above, below) = (at(step), at(-step));
     let slope = |a: f64, b: f64| (a - b) / (2.0 * step);
     Slopes {
+        lift: slope(above.lift, below.lift),
         roll: slope(above.roll, below.roll),
         pitch: slope(above.pitch, below.pitch),
         yaw: slope(above.yaw, below.yaw),

@@ -17,6 +17,8 @@ pub struct Belief {
     pub geometry: GeometryBelief,
     /// Moment coefficients with all surfaces at zero.
     pub airframe: AirframeBelief,
+    /// Lift coefficients.
+    pub lift: LiftBelief,
     /// Moment coefficients of each surface.
     pub surfaces: SurfaceBelief,
     /// How healthy effectors move.
@@ -81,6 +83,20 @@ pub struct AirframeBelief {
     pub stall_onset_rad: f64,
     /// No angle acts with more than this, rad.
     pub stall_ceiling_rad: f64,
+}
+
+/// Lift coefficients, per rad; the pitch rate in rad/s times c/2V.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiftBelief {
+    /// Lift at zero angle of attack.
+    pub c_lift_0: f64,
+    /// Lift per angle of attack.
+    pub c_lift_alpha: f64,
+    /// Lift per pitch rate.
+    pub c_lift_q: f64,
+    /// Lift per deflection of one elevator.
+    pub c_lift_elevator: f64,
 }
 
 /// Moment coefficients of the five surfaces, per rad, in the order left and right aileron, left and
@@ -206,13 +222,20 @@ impl Belief {
         // The compensator divides by the aileron pair's roll moment and by the inertia's determinant.
         let pair = surfaces.c_roll[1] - surfaces.c_roll[0];
         check("surfaces.c_roll (right minus left aileron)", pair, -10.0, -1.0e-6)?;
+        // The trim of level flight divides by the elevators' pitching moment and by the slope of the lift with
+        // the elevators that balance it.
+        let pair = surfaces.c_pitch[2] + surfaces.c_pitch[3];
+        check("surfaces.c_pitch (both elevators)", pair, -10.0, -1.0e-6)?;
+        let trimmed = -self.airframe.c_pitch_alpha / pair;
+        let slope = self.lift.c_lift_alpha + 2.0 * self.lift.c_lift_elevator * trimmed;
+        check("lift.c_lift_alpha (with balanced elevators)", slope, 1.0e-3, 100.0)?;
         let MassBelief { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)
     }
 
-    fn scalars(&self) -> [(&'static str, f64, f64, f64); 39] {
-        let Self { mass, geometry, airframe, effectors, trim, .. } = self;
+    fn scalars(&self) -> [(&'static str, f64, f64, f64); 43] {
+        let Self { mass, geometry, airframe, lift, effectors, trim, .. } = self;
         let EffectorBelief { aileron, elevator, rudder, nozzle, .. } = effectors;
         [
             ("mass.mass_kg", mass.mass_kg, 0.1, 1.0e6),
@@ -233,6 +256,10 @@ impl Belief {
             ("airframe.c_yaw_beta", airframe.c_yaw_beta, -10.0, 10.0),
             ("airframe.c_yaw_p", airframe.c_yaw_p, -100.0, 100.0),
             ("airframe.c_yaw_r", airframe.c_yaw_r, -100.0, 100.0),
+            ("lift.c_lift_0", lift.c_lift_0, -10.0, 10.0),
+            ("lift.c_lift_alpha", lift.c_lift_alpha, -100.0, 100.0),
+            ("lift.c_lift_q", lift.c_lift_q, -1.0e3, 1.0e3),
+            ("lift.c_lift_elevator", lift.c_lift_elevator, -10.0, 10.0),
             ("airframe.stall_onset_rad", airframe.stall_onset_rad, 1.0e-3, 1.5),
             (
                 "airframe.stall_ceiling_rad",

@@ -2,7 +2,7 @@
 //!
 //! ẇ = f(x) + g(x) u + g_T(x) u_T. It knows only the [`Belief`], never the plant.
 
-use icd::{Effector, PerEffector};
+use icd::{Effector, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use crate::belief::{Belief, MassBelief};
@@ -46,6 +46,20 @@ impl DesignModel {
     #[must_use]
     pub fn belief(&self) -> &Belief {
         &self.belief
+    }
+
+    /// Steady level flight at the design point.
+    #[must_use]
+    pub fn design_point(&self) -> State {
+        let trim = &self.belief.trim;
+        State {
+            attitude: EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 },
+            alpha: trim.theta_rad,
+            airspeed_m_s: trim.airspeed_m_s,
+            altitude_m: trim.altitude_m,
+            thrust_n: trim.thrust_n,
+            ..State::AT_REST
+        }
     }
 
     /// Dynamic pressure and arms at `state`.

@@ -74,7 +74,7 @@ impl Estimator {
 
 impl State {
     /// Stands in when the first sensor values of a flight are not finite.
-    const AT_REST: Self = Self {
+    pub(crate) const AT_REST: Self = Self {
         rates: Vector3::new(0.0, 0.0, 0.0),
         attitude: EulerAngles { phi: 0.0, theta: 0.0, psi: 0.0 },
         alpha: 0.0,

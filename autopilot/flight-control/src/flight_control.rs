@@ -3,6 +3,7 @@
 use icd::{Actuators, ControlPeriod, PerEffector, Sensors};
 
 use crate::activation::Activation;
+use crate::altitude_limit::AltitudeWatch;
 use crate::authority::authority;
 use crate::belief::Belief;
 use crate::compensator::compensate;
@@ -25,6 +26,7 @@ pub struct FlightControl {
     observer: Observer,
     activation: Activation,
     main_controller: MainController,
+    watch: AltitudeWatch,
     /// Backward signal one: where healthy effectors are, from what the mixer asked in earlier steps.
     applied: HealthyActuators,
     /// The same without the compensation, for the literal observer.
@@ -48,13 +50,15 @@ impl FlightControl {
     #[must_use]
     pub fn new(period: ControlPeriod, belief: &Belief, gains: &Gains) -> Self {
         let actuators = HealthyActuators::new(belief, period);
+        let model = DesignModel::new(*belief);
         Self {
             gains: *gains,
-            model: DesignModel::new(*belief),
             estimator: Estimator::default(),
             observer: Observer::new(&gains.observer, period),
             activation: Activation::new(period),
-            main_controller: MainController::new(&gains.main, period),
+            main_controller: MainController::new(&gains.main, &model, period),
+            model,
+            watch: AltitudeWatch::new(period),
             applied: actuators.clone(),
             main_only: actuators,
             saturation: Saturation::default(),
@@ -67,6 +71,7 @@ impl FlightControl {
         self.observer.reset();
         self.activation.reset();
         self.main_controller.reset();
+        self.watch.reset();
         self.applied.reset();
         self.main_only.reset();
         self.saturation = Saturation::default();
@@ -122,9 +127,11 @@ impl FlightControl {
         let compensation = compensate(&z2, wake.fade, &self.model, &at);
 
         let law = gains.selection.main;
+        let saturation = &self.saturation;
         let main =
-            self.main_controller.step(&state, demand, &self.saturation, &gains.main, law, belief);
+            self.main_controller.step(&state, &at, demand, saturation, &gains.main, law, belief);
         let mixed = mixer::mix(&main, &compensation, belief);
+        let altitude_limit = self.watch.step(&state, demand, &mixed.saturation, belief);
         let authority = authority(&mixed.commands, state.thrust_n, belief);
         let healthy_positions = *self.applied.positions();
         self.finish(&main, &mixed);
@@ -149,6 +156,7 @@ impl FlightControl {
             commands: mixed.commands,
             modelled: healthy_positions,
             authority,
+            altitude_limit,
             modelled_acceleration,
             health: health(implausible_input, &mixed.saturation),
         };

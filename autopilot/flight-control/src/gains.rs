@@ -51,10 +51,16 @@ pub struct AltitudeGains {
     pub error_max_m: f64,
     /// Slew limit of the altitude reference, m/s.
     pub slew_m_s: f64,
-    /// The integrator runs only while the altitude error is below this, m.
+    /// The integrator runs while the altitude error is below this, m.
     pub integral_band_m: f64,
+    /// Beyond the band it runs while the climb rate stays below this either way, m/s.
+    pub settled_climb_m_s: f64,
+    /// Time that the climb rate must have been below it, s.
+    pub settled_after_s: f64,
     /// Largest contribution of the integrator, rad.
     pub integral_max_rad: f64,
+    /// K_α: elevator per angle of attack beyond the stall onset of the model.
+    pub k_alpha: f64,
 }
 
 /// Gains of the roll law.
@@ -177,7 +183,10 @@ impl Gains {
                 error_max_m: 400.0,
                 slew_m_s: 100.0,
                 integral_band_m: 60.0,
+                settled_climb_m_s: 2.0,
+                settled_after_s: 3.0,
                 integral_max_rad: 0.20,
+                k_alpha: 8.0,
             },
             roll: RollGains {
                 k_p: 0.60,

@@ -28,6 +28,8 @@
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
+//! | not in the paper: trim of level flight and level turns | [`mod@level_turn`] |
+//! | not in the paper: why the altitude is not held | [`altitude_limit`] |
 //! | not in the paper: roll reference from a path | [`guidance`] |
 //!
 //! The crate is pure: no `std`, no allocation, no clock, no randomness, and nothing in a step can fail.
@@ -39,6 +41,7 @@
 extern crate std;
 
 pub mod activation;
+pub mod altitude_limit;
 pub mod authority;
 pub mod belief;
 pub mod compensator;
@@ -49,6 +52,7 @@ pub mod gains;
 pub mod guidance;
 pub mod health;
 pub mod healthy_actuators;
+pub mod level_turn;
 pub mod log;
 pub mod main_controller;
 pub mod mixer;
@@ -58,6 +62,7 @@ pub mod pid;
 #[cfg(test)]
 mod testing;
 
+pub use altitude_limit::AltitudeLimit;
 pub use authority::Authority;
 pub use belief::Belief;
 pub use compensator::Compensation;

@@ -4,6 +4,7 @@ use icd::PerEffector;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
 use crate::compensator::Compensation;
 use crate::estimator::State;
@@ -45,6 +46,8 @@ pub struct StepLog {
     pub modelled: PerEffector<f64>,
     /// What the compensator has left on each axis.
     pub authority: Authority,
+    /// Why the altitude is not held, when it is not and something is at its limit.
+    pub altitude_limit: Option<AltitudeLimit>,
     /// f + g u + g_T u_T: angular acceleration that the design model expects, rad/s².
     pub modelled_acceleration: Vector3<f64>,
     /// Flags.

@@ -4,8 +4,10 @@ use icd::ControlPeriod;
 use serde::{Deserialize, Serialize};
 
 use crate::belief::Belief;
+use crate::design_model::{DesignModel, FlightCondition};
 use crate::estimator::State;
 use crate::gains::{AltitudeGains, MainGains, MainLaw, RollGains, SpeedGains};
+use crate::level_turn::{LevelTurn, level_turn};
 use crate::mixer::Saturation;
 use crate::pid::Integral;
 
@@ -55,6 +57,10 @@ pub struct MainController {
     /// 1 - exp(-h/τ) of the lag on the roll reference.
     lag_fraction: f64,
     references: Option<References>,
+    /// The model's trim of the design point, about which [`Self::trim`] is a difference.
+    design: LevelTurn,
+    /// Without a climb for so long, s.
+    settled_s: f64,
     altitude: Integral,
     roll: Integral,
     speed: Integral,
@@ -63,12 +69,15 @@ pub struct MainController {
 impl MainController {
     /// With empty integrators.
     #[must_use]
-    pub fn new(gains: &MainGains, period: ControlPeriod) -> Self {
+    pub fn new(gains: &MainGains, model: &DesignModel, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
+        let state = model.design_point();
         Self {
             h,
             lag_fraction: lag_fraction(gains, h),
             references: None,
+            design: level_turn(model.belief(), &state, &model.condition(&state)),
+            settled_s: 0.0,
             altitude: Integral::default(),
             roll: Integral::default(),
             speed: Integral::default(),
@@ -83,6 +92,7 @@ impl MainController {
     /// Empties the integrators; the references start from the state of the next step.
     pub fn reset(&mut self) {
         self.references = None;
+        self.settled_s = 0.0;
         self.altitude = Integral::default();
         self.roll = Integral::default();
         self.speed = Integral::default();
@@ -94,10 +104,12 @@ impl MainController {
         self.references
     }
 
-    /// One step. `saturated` is what the mixer could not give in the last step.
+    /// One step. `saturated` is what the mixer could not give in the last step, `at` the condition of `state`.
+    #[expect(clippy::too_many_arguments, reason = "state, inputs, gains and model of one law each")]
     pub fn step(
         &mut self,
         state: &State,
+        at: &FlightCondition,
         demand: &Demand,
         saturated: &Saturation,
         gains: &MainGains,
@@ -105,8 +117,10 @@ impl MainController {
         belief: &Belief,
     ) -> MainCommand {
         let references = self.track(state, demand, gains);
+        let trim = self.trim(state, at, belief);
+        let altitude_m = references.altitude_m;
         let elevator_rad =
-            self.altitude_law(state, references.altitude_m, saturated, &gains.altitude, belief);
+            self.altitude_law(state, altitude_m, saturated, &gains.altitude, &trim, belief);
         let mut command = MainCommand {
             aileron_rad: self.roll_law(state, references.roll_rad, saturated, &gains.roll),
             elevator_rad,
@@ -132,30 +146,52 @@ impl MainController {
         references
     }
 
+    /// Trim of level flight at this airspeed, altitude, bank and thrust: that of the model file, plus what the
+    /// model says that is different from the design point. At the design point the difference is zero.
+    fn trim(&self, state: &State, at: &FlightCondition, belief: &Belief) -> LevelTurn {
+        let here = level_turn(belief, state, at);
+        LevelTurn {
+            theta_rad: belief.trim.theta_rad + (here.theta_rad - self.design.theta_rad),
+            elevator_rad: belief.trim.elevator_rad + (here.elevator_rad - self.design.elevator_rad),
+            pitch_rate_rad_s: here.pitch_rate_rad_s,
+        }
+    }
+
     /// Elevator that holds the altitude.
     ///
-    /// Implements Eq. (15), about the trim and with a limited altitude error.
+    /// Implements Eq. (15), about the trim of level flight and with a limited altitude error.
     ///
-    /// Differs from the paper: θ enters as θ - θ_trim and the law as a deviation from the trim elevator;
-    /// the altitude error is limited, the reference slews, and the integrator runs in a band, because the
-    /// paper's law would saturate the elevators for a step of 1000 m.
+    /// Differs from the paper: q, θ and the law enter as deviations from the trim of level flight at this
+    /// dynamic pressure and bank; the altitude error is limited, the reference slews, and the integrator runs
+    /// in a band and where the aircraft has stopped climbing, because the paper's law would saturate the
+    /// elevators for a step of 1000 m. Beyond the stall onset the angle of attack pushes the nose down.
     fn altitude_law(
         &mut self,
         state: &State,
         reference_m: f64,
         saturated: &Saturation,
         gains: &AltitudeGains,
+        trim: &LevelTurn,
         belief: &Belief,
     ) -> f64 {
         let error = state.altitude_m - reference_m;
-        if error.abs() < gains.integral_band_m && !saturated.elevator.blocks(error) {
+        let stall = (state.alpha - belief.airframe.stall_onset_rad).max(0.0);
+        let climbs = state.climb_rate_m_s.abs() >= gains.settled_climb_m_s;
+        self.settled_s =
+            if climbs { 0.0 } else { (self.settled_s + self.h).min(gains.settled_after_s) };
+        let runs = error.abs() < gains.integral_band_m || self.settled_s >= gains.settled_after_s;
+        // A negative error raises the nose.
+        let blocked = saturated.elevator.blocks(error) || (stall > 0.0 && error < 0.0);
+        let error = error.clamp(-gains.error_max_m, gains.error_max_m);
+        if runs && !blocked {
             self.altitude.add(gains.k_hi * error * self.h, gains.integral_max_rad);
         }
-        belief.trim.elevator_rad
-            + gains.k_q * state.rates.y
-            + gains.k_theta * (state.attitude.theta - belief.trim.theta_rad)
+        trim.elevator_rad
+            + gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
+            + gains.k_theta * (state.attitude.theta - trim.theta_rad)
             + gains.k_hd * state.climb_rate_m_s
-            + gains.k_h * error.clamp(-gains.error_max_m, gains.error_max_m)
+            + gains.k_h * error
+            + gains.k_alpha * stall
             + self.altitude.value()
     }
 

@@ -32,7 +32,7 @@ pub const COMMAND_NAMES: [&str; 8] = [
 ];
 
 /// Columns of the topic `control`: the signals of a control step ([`StepLog`]); flags are 0 or 1.
-pub const CONTROL_NAMES: [&str; 68] = [
+pub const CONTROL_NAMES: [&str; 69] = [
     "p_rad_s",
     "q_rad_s",
     "r_rad_s",
@@ -91,6 +91,8 @@ pub const CONTROL_NAMES: [&str; 68] = [
     "authority_roll_pct",
     "authority_pitch_pct",
     "authority_yaw_pct",
+    // 0: held, or nothing is at its limit; 1 engine, 2 elevator, 3 wing.
+    "altitude_limit",
     "modelled_roll_rad_s2",
     "modelled_pitch_rad_s2",
     "modelled_yaw_rad_s2",
@@ -124,6 +126,7 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         commands,
         modelled,
         authority,
+        altitude_limit,
         modelled_acceleration,
         health,
     } = log;
@@ -164,6 +167,7 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         .chain(*commands.as_array())
         .chain(*modelled.as_array())
         .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
+        .chain([altitude_limit.map_or(0.0, |limit| f64::from(limit.code()))])
         .chain(three(modelled_acceleration))
         .chain(flags.map(flag));
     let mut row = [0.0; CONTROL_NAMES.len()];
@@ -358,7 +362,7 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 mod tests {
     use super::*;
     use crate::config::{self, DEFAULT_BELIEF};
-    use flight_control::{Demand, FlightControl, Gains};
+    use flight_control::{AltitudeLimit, Demand, FlightControl, Gains};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
     use icd::{ControlPeriod, Effector};
 
@@ -405,6 +409,8 @@ mod tests {
             Value::Object(fields) => fields.values_mut().for_each(|field| number(field, next)),
             Value::Array(fields) => fields.iter_mut().for_each(|field| number(field, next)),
             Value::Bool(flag) => *flag = true,
+            // A code without a value.
+            Value::Null => {}
             _ => {
                 *next += 1;
                 *value = f64::from(*next).into();
@@ -432,11 +438,17 @@ mod tests {
         // The others are flags: true.
         let flags = values.iter().filter(|value| **value == 1.0).count();
         assert_eq!(flags, format!("{log:?}").matches("true").count());
-        assert_eq!(values.len(), numbers as usize - 1 + flags);
+        // The limit of the altitude is a code.
+        assert_eq!(values.len(), numbers as usize - 1 + flags + 1);
         let column = |name| CONTROL_NAMES.iter().position(|column| *column == name).unwrap();
         assert_eq!(values[column("level_pitch")], log.levels.y);
         assert_eq!(values[column("authority_yaw_pct")], log.authority.yaw_pct);
         assert_eq!(values[column("modelled_yaw_rad_s2")], log.modelled_acceleration.z);
+        let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..log };
+        assert_eq!(
+            [log, wing].map(|log| control_values(&log)[column("altitude_limit")]),
+            [0.0, 3.0]
+        );
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Signals that flicker, and what is told of them.
 
-use flight_control::{Authority, Belief, FlightControl, Gains};
+use flight_control::{AltitudeLimit, Authority, Belief, FlightControl, Gains};
 use icd::Sensors;
 
 use super::*;
@@ -151,4 +151,15 @@ fn limits_of_other_effectors_are_told_as_saturation() {
     assert_eq!(run(&mut transitions, 500, |_| log), [EventKind::Saturated(Limit::Elevator)]);
     let ended = EventKind::SaturationEnded(Limit::Elevator);
     assert_eq!(run(&mut transitions, 5_000, |_| calm()), [ended]);
+}
+
+#[test]
+fn an_altitude_that_is_not_held_is_told_with_what_is_at_its_limit_and_so_is_its_end() {
+    let mut transitions = Transitions::default();
+    let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..calm() };
+    let told = run(&mut transitions, 1_000, |_| wing);
+    assert_eq!(told, [EventKind::AltitudeNotHeld(AltitudeLimit::Wing)]);
+    // After 2 s without it.
+    assert_eq!(run(&mut transitions, 999, |_| calm()), []);
+    assert_eq!(run(&mut transitions, 2, |_| calm()), [EventKind::AltitudeHeld]);
 }

@@ -45,7 +45,10 @@ tunables! {
     "ALT_ERR_MAX", "m", 1.0, 5000.0, main.altitude.error_max_m, "Largest altitude error that the law sees; sets the climb rate";
     "ALT_SLEW", "m/s", 1.0, 1000.0, main.altitude.slew_m_s, "Slew limit of the altitude reference";
     "ALT_INT_BAND", "m", 1.0, 5000.0, main.altitude.integral_band_m, "Altitude integrator runs below this altitude error";
+    "ALT_INT_CLIMB", "m/s", 0.0, 100.0, main.altitude.settled_climb_m_s, "Beyond its band the altitude integrator runs while the climb rate stays below this";
+    "ALT_INT_WAIT", "s", 0.1, 600.0, main.altitude.settled_after_s, "Time that the climb rate must have been below ALT_INT_CLIMB";
     "ALT_INT_MAX", "rad", 0.001, 0.5, main.altitude.integral_max_rad, "Largest elevator of the altitude integrator";
+    "ALT_KALPHA", "-", 0.0, 100.0, main.altitude.k_alpha, "Elevator per angle of attack beyond the stall onset";
     "ROL_KP", "s", 0.001, 20.0, main.roll.k_p, "Aileron per roll rate";
     "ROL_KPHI", "-", 0.01, 20.0, main.roll.k_phi, "Aileron per roll angle error";
     "ROL_KPHII", "1/s", 1.0e-6, 10.0, main.roll.k_phi_i, "Aileron rate per roll angle error";

@@ -3,14 +3,28 @@ use crate::gains::Gains;
 use crate::mixer::Side;
 use crate::testing;
 
+fn model() -> DesignModel {
+    DesignModel::new(testing::belief())
+}
+
 fn controller() -> MainController {
-    MainController::new(&Gains::REFERENCE.main, ControlPeriod::DEFAULT)
+    MainController::new(&Gains::REFERENCE.main, &model(), ControlPeriod::DEFAULT)
+}
+
+fn saturated_step(
+    controller: &mut MainController,
+    state: &State,
+    demand: &Demand,
+    saturated: &Saturation,
+    law: MainLaw,
+) -> MainCommand {
+    let (model, gains) = (model(), Gains::REFERENCE.main);
+    let at = model.condition(state);
+    controller.step(state, &at, demand, saturated, &gains, law, model.belief())
 }
 
 fn step(controller: &mut MainController, state: &State, demand: &Demand) -> MainCommand {
-    let belief = testing::belief();
-    let gains = Gains::REFERENCE.main;
-    controller.step(state, demand, &Saturation::default(), &gains, MainLaw::Pid, &belief)
+    saturated_step(controller, state, demand, &Saturation::default(), MainLaw::Pid)
 }
 
 #[test]
@@ -62,8 +76,6 @@ fn the_altitude_reference_slews_and_the_error_is_limited() {
 
 #[test]
 fn a_saturated_aileron_freezes_the_roll_integrator_in_the_pushing_direction_only() {
-    let belief = testing::belief();
-    let gains = Gains::REFERENCE.main;
     let mut state = testing::level_state();
     state.attitude.phi = 0.5;
     let run = |side: Side| {
@@ -71,7 +83,7 @@ fn a_saturated_aileron_freezes_the_roll_integrator_in_the_pushing_direction_only
         let saturation = Saturation { aileron: side, ..Saturation::default() };
         let demand = testing::level_demand();
         for _ in 0..1000 {
-            controller.step(&state, &demand, &saturation, &gains, MainLaw::Pid, &belief);
+            saturated_step(&mut controller, &state, &demand, &saturation, MainLaw::Pid);
         }
         controller.roll.value()
     };
@@ -82,24 +94,77 @@ fn a_saturated_aileron_freezes_the_roll_integrator_in_the_pushing_direction_only
 
 #[test]
 fn the_ganged_nozzle_helps_the_elevator_and_the_fin() {
-    let belief = testing::belief();
-    let gains = Gains::REFERENCE.main;
     let mut state = testing::level_state();
     state.beta = 0.01;
     let demand = Demand { altitude_m: 4_000.0, ..testing::level_demand() };
     let mut controller = controller();
     let mut command = MainCommand::default();
     for _ in 0..100 {
-        command = controller.step(
-            &state,
-            &demand,
-            &Saturation::default(),
-            &gains,
-            MainLaw::PidGangedNozzle,
-            &belief,
-        );
+        let law = MainLaw::PidGangedNozzle;
+        command = saturated_step(&mut controller, &state, &demand, &Saturation::default(), law);
     }
     // Elevator down pitches down; so must the nozzle. Wind from the right wants the nose to the right.
     assert!(command.elevator_rad > 0.0 && command.nozzle_pitch_rad < 0.0);
     assert!((command.nozzle_yaw_rad - 0.04).abs() < 1.0e-12);
+}
+
+/// Level flight at this airspeed and altitude, trimmed as the model says, with this bank.
+fn trimmed(airspeed_m_s: f64, altitude_m: f64, bank_deg: f64) -> (State, LevelTurn, Demand) {
+    let model = model();
+    let mut state = State { airspeed_m_s, altitude_m, ..testing::level_state() };
+    state.attitude.phi = bank_deg.to_radians();
+    let trim = controller().trim(&state, &model.condition(&state), model.belief());
+    state.attitude.theta = trim.theta_rad;
+    state.rates.y = trim.pitch_rate_rad_s;
+    let demand = Demand { altitude_m, roll_rad: state.attitude.phi, airspeed_m_s };
+    (state, trim, demand)
+}
+
+#[test]
+fn away_from_the_design_point_a_trimmed_flight_on_its_reference_is_left_at_its_trim() {
+    let design = testing::belief().trim;
+    for (airspeed_m_s, altitude_m, bank_deg) in
+        [(180.0, 10_000.0, 0.0), (320.0, 600.0, 0.0), (250.0, 6_000.0, 60.0)]
+    {
+        let (state, trim, demand) = trimmed(airspeed_m_s, altitude_m, bank_deg);
+        let command = step(&mut controller(), &state, &demand);
+        assert!((command.elevator_rad - trim.elevator_rad).abs() < 1.0e-12);
+        assert!((trim.elevator_rad - design.elevator_rad).abs() > 0.01, "{trim:?}");
+    }
+}
+
+/// The integrator after 10 s with this error and climb rate.
+fn integrated(error_m: f64, climb_rate_m_s: f64, alpha: f64) -> f64 {
+    let mut controller = controller();
+    let level = testing::level_state();
+    let altitude_m = level.altitude_m + error_m;
+    // The reference stays where the first step found the aircraft.
+    step(&mut controller, &level, &testing::level_demand());
+    let state = State { altitude_m, climb_rate_m_s, alpha, ..level };
+    for _ in 0..5_000 {
+        step(&mut controller, &state, &testing::level_demand());
+    }
+    controller.altitude.value()
+}
+
+#[test]
+fn beyond_its_band_the_altitude_integrator_runs_when_the_aircraft_has_stopped_climbing() {
+    let alpha = testing::level_state().alpha;
+    assert_eq!(integrated(-300.0, 5.0, alpha), 0.0, "a climb");
+    // 7 s at 300 m and 0.00008 rad/(m s).
+    assert!((integrated(-300.0, 1.0, alpha) + 0.168).abs() < 0.001);
+    assert!(integrated(-30.0, 5.0, alpha) < 0.0, "inside the band it always runs");
+}
+
+#[test]
+fn beyond_the_stall_onset_the_nose_is_pushed_down_and_the_integrator_does_not_pull() {
+    let onset = testing::belief().airframe.stall_onset_rad;
+    let command = |alpha| {
+        let state = State { alpha, ..testing::level_state() };
+        step(&mut controller(), &state, &testing::level_demand()).elevator_rad
+    };
+    assert_eq!(command(onset), command(0.0));
+    assert!(command(onset + 0.05) > command(onset) + 0.3);
+    assert_eq!(integrated(-300.0, 0.0, onset + 0.01), 0.0);
+    assert!(integrated(300.0, 0.0, onset + 0.01) > 0.0);
 }

@@ -62,6 +62,11 @@ pub(super) fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavS
         EventKind::SaturationEnded(limit) => {
             (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))
         }
+        EventKind::AltitudeNotHeld(limit) => {
+            let text = format!("Altitude not held: {} at its limit", limit.name());
+            (S::MAV_SEVERITY_WARNING, text)
+        }
+        EventKind::AltitudeHeld => (S::MAV_SEVERITY_INFO, "Altitude held again".into()),
         EventKind::Fault(ref entry) => return fault_text(entry),
         EventKind::GroundContact => {
             (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use flight_control::AltitudeLimit;
 use icd::fault::{FaultKind, Timing, Travel};
 use icd::{Effector, SimTime};
 
@@ -85,6 +86,18 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
             "Injected: left elevator stuck at 30.0 deg, from 12.002 s",
         ),
         (E::Saturated(Limit::Rudder), Orange, "Saturated: rudder"),
+        (
+            E::AltitudeNotHeld(AltitudeLimit::Engine),
+            Orange,
+            "Altitude not held: engine at its limit",
+        ),
+        (
+            E::AltitudeNotHeld(AltitudeLimit::Elevator),
+            Orange,
+            "Altitude not held: elevator at its limit",
+        ),
+        (E::AltitudeNotHeld(AltitudeLimit::Wing), Orange, "Altitude not held: wing at its limit"),
+        (E::AltitudeHeld, Plain, "Altitude held again"),
         (E::PlantLost, Orange, "Plant link lost: simulation time stands still"),
         (E::LinkLost(LinkLossAction::Hold), Orange, "Ground station lost: Hold"),
         (E::EventsLost(7), Orange, "7 events were lost: the faults are listed anew"),
