@@ -100,15 +100,17 @@ mod tests {
     use super::*;
     use crate::gains::Gains;
 
-    fn step(activation: &mut Activation, roll: f64) -> Wakefulness {
+    /// One step with an estimate in roll, in units of its level.
+    fn step(activation: &mut Activation, level: f64) -> Wakefulness {
         let gains = Gains::REFERENCE.activation;
-        activation.step(&Vector3::new(roll, 0.0, 0.0), &gains, CompensatorMode::Armed)
+        let z2 = Vector3::new(level * gains.level_roll, 0.0, 0.0);
+        activation.step(&z2, &gains, CompensatorMode::Armed)
     }
 
     fn awake() -> Activation {
         let mut activation = Activation::new(ControlPeriod::DEFAULT);
         for _ in 0..50 {
-            step(&mut activation, 1.0);
+            step(&mut activation, 1.5);
         }
         activation
     }
@@ -117,9 +119,9 @@ mod tests {
     fn it_wakes_after_20_ms_above_the_level_and_not_before() {
         let mut activation = Activation::new(ControlPeriod::DEFAULT);
         for tick in 1..=9 {
-            assert!(!step(&mut activation, 0.71).active, "tick {tick}");
+            assert!(!step(&mut activation, 1.01).active, "tick {tick}");
         }
-        assert!(step(&mut activation, 0.71).active);
+        assert!(step(&mut activation, 1.01).active);
     }
 
     #[test]
@@ -127,16 +129,16 @@ mod tests {
         let mut activation = Activation::new(ControlPeriod::DEFAULT);
         for _ in 0..20 {
             for _ in 0..9 {
-                assert!(!step(&mut activation, 0.71).active);
+                assert!(!step(&mut activation, 1.01).active);
             }
-            assert!(!step(&mut activation, 0.69).active);
+            assert!(!step(&mut activation, 0.99).active);
         }
     }
 
     #[test]
     fn it_fades_in_over_50_ms() {
         let mut activation = Activation::new(ControlPeriod::DEFAULT);
-        let ticks = (1..200).find(|_| step(&mut activation, 1.0).fade >= 1.0 - 1.0e-9);
+        let ticks = (1..200).find(|_| step(&mut activation, 1.5).fade >= 1.0 - 1.0e-9);
         // 10 ticks to wake, the tenth of which already fades, then 25 of 2 ms.
         assert_eq!(ticks, Some(34));
     }
@@ -146,14 +148,14 @@ mod tests {
         let mut activation = awake();
         for _ in 0..10_000 {
             assert!(
-                step(&mut activation, 0.18).active,
+                step(&mut activation, 0.26).active,
                 "between release level and level it stays on"
             );
         }
         for _ in 0..2_499 {
-            assert!(step(&mut activation, 0.17).active);
+            assert!(step(&mut activation, 0.24).active);
         }
-        assert!(!step(&mut activation, 0.17).active);
+        assert!(!step(&mut activation, 0.24).active);
         for _ in 0..25 {
             step(&mut activation, 0.0);
         }

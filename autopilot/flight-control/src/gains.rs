@@ -200,9 +200,9 @@ impl Gains {
         },
         observer: ObserverGains { bandwidth: 50.0, rate_factor: 2.2, fal_width: 0.02 },
         activation: ActivationGains {
-            level_roll: 0.70,
-            level_pitch: 0.20,
-            level_yaw: 0.12,
+            level_roll: 1.05,
+            level_pitch: 0.30,
+            level_yaw: 0.18,
             on_dwell_s: 0.02,
             hysteresis: 0.25,
             off_dwell_s: 5.0,

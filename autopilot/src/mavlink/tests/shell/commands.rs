@@ -79,7 +79,7 @@ fn parameters_are_shown_found_by_pattern_and_explained() {
 fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
     let mut world = World::flying();
     let (wishes, text) = wishes(&mut world, "param set act_lvl_p 0.5");
-    assert_eq!(text, "ACT_LVL_P 0.7 -> 0.5\n");
+    assert_eq!(text, "ACT_LVL_P 1.05 -> 0.5\n");
     let [Wish::Gains(gains)] = &wishes[..] else { panic!("{wishes:?}") };
     assert_eq!(gains.activation.level_roll, 0.5);
     let values = values(&world);
