@@ -21,10 +21,11 @@ struct Qgc {
     spoken: u8,
 }
 
-/// Read in its source text. 4.3 and 4.4: `UASMessageHandler::handleTextMessage` (`severityIsError`, then
-/// `QGCApplication::showCriticalVehicleMessage`). 5.0: `StatusTextHandler::handleHTMLEscapedTextMessage` (the same,
-/// by `newErrorMessage`). Spoken: `Vehicle`, where a text comes in (NOTICE and worse). By number: 0 EMERGENCY,
-/// 2 CRITICAL, 3 ERROR, 4 WARNING, 5 NOTICE, 6 INFO.
+/// Read in its source text. Tags v4.3.0, v4.4.0, v4.4.4: `src/uas/UASMessageHandler.cc` (`handleTextMessage`,
+/// `severityIsError`, then `QGCApplication::showCriticalVehicleMessage`). Tag v5.0.0:
+/// `src/MAVLink/StatusTextHandler.cc` (`handleHTMLEscapedTextMessage`, the same by `newErrorMessage`). Spoken:
+/// `src/Vehicle/Vehicle.cc`, where a text comes in (NOTICE and worse). By number: 0 EMERGENCY, 2 CRITICAL, 3 ERROR,
+/// 4 WARNING, 5 NOTICE, 6 INFO.
 const QGC: [Qgc; 3] = [
     Qgc { version: "4.3", banner: 3, orange: 5, spoken: 5 },
     Qgc { version: "4.4", banner: 3, orange: 5, spoken: 5 },
