@@ -393,10 +393,11 @@ fn a_folder_that_cannot_be_written_stops_the_start_and_one_that_goes_away_does_n
     assert_eq!(refused.end(), Some(1));
     assert!(refused.said().contains(text(&inside)), "{}", refused.said());
 
-    // The folder goes away between start and flight.
+    // Between start and flight the folder gives way to a file, so that it cannot be made again.
     let gone = folder.path().join("gone");
     let (autopilot, link) = autopilot_with(&["--log-dir", text(&gone), "--no-gcs"]);
     fs::remove_dir_all(&gone).expect("it was created at the start");
+    fs::write(&gone, "").expect("its parent is there");
     let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "2"];
     let mut plant = Program::start("plant-sim", &plant);
     assert_eq!(plant.end(), Some(0), "{}", plant.said());
