@@ -55,7 +55,7 @@ impl Gust {
 ///
 /// White noise through first order along x and second order along y and z:
 /// σ √(2T) / (1 + T s) and σ √T (1 + √3 T s) / (1 + T s)², T = L / V, for white noise of one unit²·s.
-/// The rotation is in [`rotary`]. The filters are advanced by their exact solution from one control tick to the
+/// The rotation is in the file `wind/rotary.rs`. The filters are advanced by their exact solution from one control tick to the
 /// next, so that the gusts have their rms and spectrum at any period; between ticks the gust stands still.
 ///
 /// Left out: the low-altitude form (σ and L would change with height below 2000 ft).
