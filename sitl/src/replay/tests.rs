@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use autopilot::event::Wish;
-use autopilot::recorder::Moment;
+use autopilot::recorder::{FLIGHT_RULES, Moment};
 use autopilot::script::Script;
 use autopilot::vehicle::{LinkLossAction, Mode, Reference};
 use flight_control::Gains;
@@ -219,8 +219,10 @@ fn what_cannot_be_flown_says_why() {
     assert!(joined.to_string().contains("joined a flight under way"), "{joined}");
     let other = patch("\"belief\"", "\"gelief\"").unwrap_err().to_string();
     assert!(other.contains("control_header cannot be read by this version"), "{other}");
-    let rules = patch("\"flight_rules\":1", "\"flight_rules\":0").unwrap_err().to_string();
-    assert!(rules.contains("its flight follows rules 0, this program has rules 1"), "{rules}");
+    let present = format!("\"flight_rules\":{FLIGHT_RULES}");
+    let rules = patch(&present, "\"flight_rules\":0").unwrap_err().to_string();
+    let expected = format!("its flight follows rules 0, this program has rules {FLIGHT_RULES}");
+    assert!(rules.contains(&expected), "{rules}");
     let older = patch("\"flight_rules\"", "\"flight_times\"").unwrap_err();
     assert!(older.to_string().contains("rules 0"), "a log from before the number: {older}");
     let version = patch("\"version\":\"0.1.0\"", "\"version\":\"0.0.9\"").unwrap();
