@@ -22,10 +22,10 @@ const ECHO_MS: u64 = 150;
 #[derive(Debug, Clone, clap::Args)]
 pub struct BenchArgs {
     /// Simulation time of each flight, s
-    #[arg(long, allow_negative_numbers = true, value_name = "S", default_value_t = 20, value_parser = whole(1, 86_400))]
+    #[arg(long, allow_negative_numbers = true, value_name = "S", default_value_t = 20, value_parser = whole(1_u32, 86_400))]
     flight_s: u32,
     /// Repetitions; the median counts
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 11, value_parser = whole(1, 10_000))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 11, value_parser = whole(1_usize, 10_000))]
     repeat: usize,
     /// Measure the link in all arrangements of processes and cores, not only in the fastest
     #[arg(long)]

@@ -317,6 +317,31 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    /// A parser of another type than its field is found only when the value is taken.
+    #[test]
+    fn every_command_takes_its_defaults() {
+        let lines = [
+            "",
+            "paper --out x",
+            "mission --out x",
+            "envelope --out x",
+            "false-alarms --out x",
+            "plot a.ulg",
+            "replay a.ulg",
+            "linearize",
+            "autopilot --cpu 0",
+            "plant-sim --cpu 0 --step-us 500 --seed 3",
+            "parameters",
+            "bench",
+            "echo --to 127.0.0.1:9 --cpu 0",
+        ];
+        for line in lines {
+            let words = ["sitl"].into_iter().chain(line.split_whitespace());
+            let parsed = Cli::try_parse_from(words).map(drop).map_err(|error| error.to_string());
+            assert_eq!(parsed, Ok(()), "{line}");
+        }
+    }
+
     /// Options that take a number, by their names in the help.
     const NUMBERS: [&str; 13] = [
         "MS",

@@ -24,7 +24,7 @@ pub struct EchoArgs {
     #[arg(long, value_name = "IP:PORT")]
     to: Option<SocketAddr>,
     /// How long to measure, ms
-    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value_t = 100, value_parser = whole(1, 60_000))]
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value_t = 100, value_parser = whole(1_u64, 60_000))]
     for_ms: u64,
     /// Run on this core only
     #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = whole(0, CORE_MAX))]
