@@ -8,8 +8,10 @@ use super::cases::{Conditions, Run};
 use super::trace::{Sample, Trace};
 use super::*;
 use crate::metrics::DEG;
+use flight_control::gains::{ActivationGains, Gains};
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
+const LEVELS: ActivationGains = Gains::REFERENCE.activation;
 
 fn options(out: &Path) -> Options {
     Options {
@@ -151,13 +153,19 @@ fn every_limit_of_claims_1c_and_1d_fails_for_a_flight_spoilt_in_its_sense() {
                 edit(&mut f.compensated, 89.9, 91.0, |s| s.row.altitude_m = 5_979.0);
             }),
             ("1d", "largest z2 in roll before the fault, over its level", |f| {
-                edit(&mut f.compensated, 2.0, 2.0, |s| s.row.z2_p_rad_s2 = -0.071);
+                edit(&mut f.compensated, 2.0, 2.0, |s| {
+                    s.row.z2_p_rad_s2 = -0.11 * LEVELS.level_roll
+                });
             }),
             ("1d", "largest z2 in pitch before the fault, over its level", |f| {
-                edit(&mut f.compensated, 2.0, 2.0, |s| s.row.z2_q_rad_s2 = -0.021);
+                edit(&mut f.compensated, 2.0, 2.0, |s| {
+                    s.row.z2_q_rad_s2 = -0.11 * LEVELS.level_pitch
+                });
             }),
             ("1d", "largest z2 in yaw before the fault, over its level", |f| {
-                edit(&mut f.compensated, 2.0, 2.0, |s| s.row.z2_r_rad_s2 = -0.013);
+                edit(&mut f.compensated, 2.0, 2.0, |s| {
+                    s.row.z2_r_rad_s2 = -0.11 * LEVELS.level_yaw
+                });
             }),
             ("1d", "time until z2 in roll has 90 % of F", |f| {
                 edit(&mut f.compensated, 3.0, 3.21, |s| s.row.z2_p_rad_s2 *= 0.5);
@@ -280,13 +288,17 @@ fn every_limit_of_claims_2d_and_2e_fails_for_a_flight_spoilt_in_its_sense() {
         claims,
         &[
             ("2d", "largest z2 in roll before the fault, over its level", |f| {
-                edit(&mut f.compensated, 0.5, 0.5, |s| s.row.z2_p_rad_s2 = 0.071);
+                edit(&mut f.compensated, 0.5, 0.5, |s| {
+                    s.row.z2_p_rad_s2 = 0.11 * LEVELS.level_roll
+                });
             }),
             ("2d", "largest z2 in pitch before the fault, over its level", |f| {
-                edit(&mut f.compensated, 0.5, 0.5, |s| s.row.z2_q_rad_s2 = 0.021);
+                edit(&mut f.compensated, 0.5, 0.5, |s| {
+                    s.row.z2_q_rad_s2 = 0.11 * LEVELS.level_pitch
+                });
             }),
             ("2d", "largest z2 in yaw before the fault, over its level", |f| {
-                edit(&mut f.compensated, 0.5, 0.5, |s| s.row.z2_r_rad_s2 = 0.013);
+                edit(&mut f.compensated, 0.5, 0.5, |s| s.row.z2_r_rad_s2 = 0.11 * LEVELS.level_yaw);
             }),
             ("2d", "time until z2 in roll has 90 % of F", |f| {
                 edit(&mut f.compensated, 1.0, 1.21, |s| s.row.z2_p_rad_s2 *= 0.5);
@@ -366,7 +378,7 @@ fn every_limit_of_claim_4_fails_for_a_flight_spoilt_in_its_sense() {
                 edit(&mut f.compensated, 0.5, 0.5, |s| s.row.compensator_active = 1.0);
             }),
             ("4", "largest healthy z2, over its level", |f| {
-                edit(&mut f.no_fault, 5.0, 5.0, |s| s.row.z2_r_rad_s2 = -0.109);
+                edit(&mut f.no_fault, 5.0, 5.0, |s| s.row.z2_r_rad_s2 = -0.91 * LEVELS.level_yaw);
             }),
             ("4", "case 2: smallest mean roll of the last 10 s", |f| {
                 edit(&mut f.compensated, 30.0, 41.0, |s| s.row.phi_rad -= 3.0 * DEG);
