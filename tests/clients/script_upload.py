@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import tempfile
 
 from mavsdk import ComponentType, Configuration, Mavsdk
@@ -72,13 +73,17 @@ def fly_chain(c, station, start, since, who):
     c.expect(f"{who}: exactly these fail", sorted(onset) == [LEFT_ELEVATOR, RUDDER], onset)
     later = onset.get(RUDDER, 0.0) - onset.get(LEFT_ELEVATOR, 0.0)
     c.expect(f"{who}: the rudder 2 s after the elevator", abs(later - 2.0) < 1e-3, f"{later:.4f} s")
-    for words in [
-        "Injected: left elevator stuck at 2.0 deg, for 2 s",
-        "Cleared: left elevator stuck at 2.0 deg",
-        "Injected: rudder 50 % left",
-        "Cleared: rudder 50 % left",
-    ]:
+    for words in ["Cleared: left elevator stuck at 2.0 deg", "Cleared: rudder 50 % left"]:
         c.expect(f"{who}: {words!r} is told", station.wait(lambda: words in station.texts(since), 3.0))
+    for effector, form in [
+        (LEFT_ELEVATOR, r"Injected: left elevator stuck at 2\.0 deg, from ([0-9.]+) s, for 2 s"),
+        (RUDDER, r"Injected: rudder 50 % left, from ([0-9.]+) s"),
+    ]:
+        found = [m for m in (re.fullmatch(form, text) for text in station.texts(since)) if m]
+        times = [float(m[1]) for m in found]
+        # The list of faults has single precision.
+        on_time = len(times) == 1 and abs(times[0] - onset.get(effector, -1.0)) < 1e-3
+        c.expect(f"{who}: {form!r} once, with the time of its onset", on_time, times)
     banks = [m.roll for m in station.of("ATTITUDE", since)]
     c.expect(f"{who}: it was in the turn", max(banks) > 0.17, f"{max(banks):.2f} rad")
 
