@@ -154,17 +154,17 @@ fn every_limit_of_claims_1c_and_1d_fails_for_a_flight_spoilt_in_its_sense() {
             }),
             ("1d", "largest z2 in roll before the fault, over its level", |f| {
                 edit(&mut f.compensated, 2.0, 2.0, |s| {
-                    s.row.z2_p_rad_s2 = -0.11 * LEVELS.level_roll
+                    s.row.z2_p_rad_s2 = -0.11 * LEVELS.level_roll;
                 });
             }),
             ("1d", "largest z2 in pitch before the fault, over its level", |f| {
                 edit(&mut f.compensated, 2.0, 2.0, |s| {
-                    s.row.z2_q_rad_s2 = -0.11 * LEVELS.level_pitch
+                    s.row.z2_q_rad_s2 = -0.11 * LEVELS.level_pitch;
                 });
             }),
             ("1d", "largest z2 in yaw before the fault, over its level", |f| {
                 edit(&mut f.compensated, 2.0, 2.0, |s| {
-                    s.row.z2_r_rad_s2 = -0.11 * LEVELS.level_yaw
+                    s.row.z2_r_rad_s2 = -0.11 * LEVELS.level_yaw;
                 });
             }),
             ("1d", "time until z2 in roll has 90 % of F", |f| {
@@ -289,12 +289,12 @@ fn every_limit_of_claims_2d_and_2e_fails_for_a_flight_spoilt_in_its_sense() {
         &[
             ("2d", "largest z2 in roll before the fault, over its level", |f| {
                 edit(&mut f.compensated, 0.5, 0.5, |s| {
-                    s.row.z2_p_rad_s2 = 0.11 * LEVELS.level_roll
+                    s.row.z2_p_rad_s2 = 0.11 * LEVELS.level_roll;
                 });
             }),
             ("2d", "largest z2 in pitch before the fault, over its level", |f| {
                 edit(&mut f.compensated, 0.5, 0.5, |s| {
-                    s.row.z2_q_rad_s2 = 0.11 * LEVELS.level_pitch
+                    s.row.z2_q_rad_s2 = 0.11 * LEVELS.level_pitch;
                 });
             }),
             ("2d", "largest z2 in yaw before the fault, over its level", |f| {
