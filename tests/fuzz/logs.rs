@@ -71,7 +71,6 @@ fn ulog_reader() {
 }
 
 #[test]
-#[ignore = "found logs on which a page takes longer than its bound; comes back when that is mended"]
 fn plot() {
     let seed = seed();
     bolero::check!().for_each(|input: &[u8]| {

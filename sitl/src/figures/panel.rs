@@ -287,8 +287,10 @@ pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let step = [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|step| *step >= coarse);
     let step = step.unwrap_or(10.0 * power);
     let first = libm::ceil(low / step - 1.0e-9);
-    let ticks = (0..).map(|k| (first + f64::from(k)) * step);
-    let ticks = ticks.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
+    // Counted, not only compared: where the step is below the spacing of the numbers, adding it does not get on.
+    let count = (0..=TICKS_MAX as u32).map(|k| (first + f64::from(k)) * step);
+    let mut ticks: Vec<f64> = count.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
+    ticks.dedup();
     let decimals = (-libm::floor(libm::log10(step * 1.000_001))).max(0.0);
     #[expect(
         clippy::cast_possible_truncation,
@@ -324,5 +326,24 @@ mod tests {
             ["-0.03", "-0.02", "-0.01", "0.00", "0.01", "0.02", "0.03"]
         );
         assert_eq!(labels((-2.2, 2.4)), ["-2", "-1", "0", "1", "2"]);
+    }
+
+    #[test]
+    fn labels_are_few_at_any_two_numbers() {
+        let large = 1.0e300_f64;
+        for range in [
+            (large, large),
+            (large, large.next_up()),
+            (-large, (-large).next_up()),
+            (-f64::MAX, f64::MAX),
+            (0.0, f64::MIN_POSITIVE),
+            (1.0, 1.0),
+            (f64::NAN, 1.0),
+            (0.0, f64::INFINITY),
+        ] {
+            let (ticks, decimals) = ticks(range);
+            assert!(ticks.len() <= TICKS_MAX as usize + 1, "{range:?}: {}", ticks.len());
+            assert!(decimals <= 400, "{range:?}: {decimals}");
+        }
     }
 }
