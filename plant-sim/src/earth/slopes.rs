@@ -199,10 +199,11 @@ mod tests {
             let ours = slopes.nearby(&earth, &start, &earth.place(&start), &position, &WIND);
             let place = earth.place(&position);
             let exact = place.nearby(&WIND);
-            // Distance to the centre of the Earth and radius below, at the start and at the place: four
-            // roundings of numbers with a spacing of 9.3e-10 m, each good to two spacings.
+            // Roundings of distances to the centre of the Earth, numbers with a spacing of 9.3e-10 m; 5.03e-9 m is
+            // the largest that was met, none of 30 million positions has 6e-9. Without the square of the way over the
+            // radius it would be up to 2e-7.
             let rise = ours.geopotential_altitude_m - exact.geopotential_altitude_m;
-            prop_assert!(rise.abs() < 8e-9, "{} m", rise);
+            prop_assert!(rise.abs() < 6e-9, "{} m", rise);
             // Square of way over radius, and slopes from some metres away.
             let gravity = (ours.gravity - exact.gravity).norm();
             prop_assert!(gravity < 2e-11, "{} m/s2", gravity);
