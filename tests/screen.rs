@@ -10,11 +10,11 @@ mod programs;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nix::pty::{OpenptyResult, Winsize, openpty};
 use nix::sys::signal::{Signal, kill};
-use nix::sys::termios::{Termios, tcgetattr};
+use nix::sys::termios::{FlowArg, Termios, tcflow, tcgetattr};
 use nix::unistd::Pid;
 use programs::{PATIENCE, free_port, program};
 use rustix::termios::tcsetwinsize;
@@ -165,6 +165,26 @@ fn a_signal_and_the_death_of_the_plant_leave_the_terminal_as_it_was() {
     assert!(!status.success());
     let left = shown.split_once(GIVEN_BACK).expect("given back").1;
     assert!(left.contains("plant-sim ended"), "the reason stays: {left}");
+}
+
+#[test]
+fn a_terminal_whose_output_is_stopped_does_not_keep_a_signal_from_ending_the_flight() {
+    let mut it = OnTerminal::start();
+    it.read_until("flying");
+    tcflow(&it.terminal.slave, FlowArg::TCOOFF).expect("a terminal can be stopped");
+    std::thread::sleep(Duration::from_millis(500));
+    kill(Pid::from_raw(it.sitl.id().try_into().expect("a number")), Signal::SIGTERM)
+        .expect("it runs");
+    let until = Instant::now() + PATIENCE;
+    let status = loop {
+        if let Some(status) = it.sitl.try_wait().expect("a child can be asked") {
+            break status;
+        }
+        assert!(Instant::now() < until, "it waits for its terminal");
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert!(status.success(), "{status}");
+    tcflow(&it.terminal.slave, FlowArg::TCOON).expect("a terminal can go on");
 }
 
 /// Number of the child of `parent` whose command line has this word.

@@ -91,6 +91,4 @@ pub fn of_bytes(bytes: Vec<u8>) -> Result<Page, Box<dyn Error>> {
 pub struct NothingToDraw;
 
 #[cfg(test)]
-mod hostile;
-#[cfg(test)]
 mod tests;

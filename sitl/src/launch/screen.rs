@@ -164,6 +164,9 @@ impl Screen {
     pub(super) fn end(mut self, program: &Path) -> io::Result<()> {
         if let Some(terminal) = self.terminal.take() {
             drop(terminal);
+            if !terminal::takes_output(&io::stdout()) {
+                return Ok(());
+            }
             let is_warning = |line: &&str| line.contains("WARN") || line.contains("ERROR");
             let warnings: Vec<&str> = self.state.messages().filter(is_warning).collect();
             let first = warnings.len().saturating_sub(WARNINGS_MAX);

@@ -2,6 +2,8 @@ use super::*;
 use crate::replay::testing::{self, Without};
 use crate::replay::tests::{setup, spoken};
 
+mod hostile;
+
 fn page_of(bytes: Vec<u8>) -> String {
     page("a.ulg", Log::from_bytes(bytes).unwrap()).unwrap().html
 }

@@ -1,6 +1,7 @@
 //! The terminal as a screen of lines: taken over, redrawn where it changed, given back.
 
 use std::io::{self, IsTerminal, Stdout, Write};
+use std::os::fd::AsFd;
 use std::panic;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,6 +12,7 @@ use crossterm::terminal::{
     Clear, ClearType, DisableLineWrap, EnableLineWrap, EnterAlternateScreen, LeaveAlternateScreen,
 };
 use crossterm::{execute, queue};
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::unistd::{getpgrp, tcgetpgrp};
 use rustix::termios::tcgetwinsize;
 
@@ -57,9 +59,9 @@ impl Terminal {
     }
 
     /// Shows these lines, as many as [`Terminal::size`] has rows at most. Writes only those that have changed, so that
-    /// a selection in the others stays. Nothing while a shell has the terminal.
+    /// a selection in the others stays. Nothing while a shell has the terminal, or while its output is stopped (Ctrl-S).
     pub(super) fn draw(&mut self, lines: Vec<Line>) -> io::Result<()> {
-        if is_in_background(&self.out) {
+        if is_in_background(&self.out) || !takes_output(&self.out) {
             return Ok(());
         }
         let mut bytes = Vec::new();
@@ -99,9 +101,10 @@ impl Drop for Terminal {
 }
 
 fn give_back(taken: &AtomicBool) {
-    if taken.swap(false, Ordering::Relaxed) {
+    let mut out = io::stdout();
+    if taken.swap(false, Ordering::Relaxed) && takes_output(&out) {
         // A terminal that has gone needs no restoring.
-        let _ = execute!(io::stdout(), EnableLineWrap, Show, LeaveAlternateScreen);
+        let _ = execute!(out, EnableLineWrap, Show, LeaveAlternateScreen);
     }
 }
 
@@ -126,4 +129,12 @@ fn clamp(row: usize) -> u16 {
 /// Whether another process group has the terminal. One that is nobody's is not the background.
 fn is_in_background(out: &Stdout) -> bool {
     tcgetpgrp(out).is_ok_and(|foreground| foreground != getpgrp())
+}
+
+/// Whether a write returns at once. It does not on a terminal whose output was stopped (Ctrl-S): a write would wait
+/// until somebody lets it go on, and a request to stop with it. An output that cannot be asked is taken as ready, and
+/// the write finds out.
+pub(super) fn takes_output(out: &Stdout) -> bool {
+    let mut asked = [PollFd::new(out.as_fd(), PollFlags::POLLOUT)];
+    poll(&mut asked, PollTimeout::ZERO) != Ok(0)
 }
