@@ -65,10 +65,10 @@ fn compatibility(row: &CompatibilityParameter) -> Value {
         "type": type_name(row.kind),
         "group": COMPATIBILITY_GROUP,
         "category": "System",
-        "shortDesc": "Only for ground stations, read-only",
+        "shortDesc": row.title,
         "longDesc": format!(
-            "A parameter of PX4 that ground stations look for. Its value is there for the station and has no effect. \
-             {}.",
+            "Read-only: a parameter of PX4 that ground stations look for. Its value is there for the station and has no \
+             effect. {}.",
             row.reason
         ),
         "default": row.value,

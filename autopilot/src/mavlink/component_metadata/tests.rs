@@ -103,6 +103,8 @@ fn compatibility_parameters_stand_apart_and_are_read_only() {
     let (compatibility, faults) = others.split_at(COMPATIBILITY.len());
     for entry in compatibility {
         assert_eq!(entry["group"], "Ground station compatibility");
+        let same = compatibility.iter().filter(|other| other["shortDesc"] == entry["shortDesc"]);
+        assert_eq!(same.count(), 1, "a label that QGroundControl prints: {}", entry["shortDesc"]);
         assert_eq!(entry["readOnly"], true);
         assert!(entry["longDesc"].as_str().unwrap().contains("there for the station"), "{entry}");
     }
