@@ -27,6 +27,7 @@
 //! | design model f, g, g_T, g_c | [`design_model`] |
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
+//! | not in the paper: demand to any number of effectors | [`allocation`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
 //! | not in the paper: trim of level flight and level turns | [`mod@level_turn`] |
 //! | not in the paper: why the altitude is not held | [`altitude_limit`] |
@@ -41,6 +42,7 @@
 extern crate std;
 
 pub mod activation;
+pub mod allocation;
 pub mod altitude_limit;
 pub mod authority;
 pub mod belief;
