@@ -41,9 +41,13 @@ pub mod sensors;
 pub mod servos;
 pub mod setup;
 pub mod step_limit;
+pub mod tables;
 pub mod trim;
 pub mod truth;
 pub mod wind;
+
+#[cfg(test)]
+mod testing;
 
 pub use airframe::Airframe;
 pub use config::{ConfigError, RangeError};

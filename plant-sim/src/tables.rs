@@ -1,0 +1,163 @@
+//! Tables of an airframe file: values over one or more inputs, linear between breakpoints.
+//!
+//! A table stands in the file as comma-separated values. The first columns are the inputs, the last of them changing
+//! fastest; every further column is a function of them. What the functions are used for is said by sums of terms
+//! ([`sum`]), and [`lookup`] evaluates sums and tables together.
+//!
+//! ```toml
+//! [[aerodynamics.table]]
+//! inputs = ["elevator_deg", "alpha_deg"]
+//! outside = "clamp"
+//! csv = """
+//! elevator_deg, alpha_deg, c_x, c_pitch
+//! -24, -10, -0.099, 0.205
+//! ..."""
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::RangeError;
+
+pub mod aerodynamics;
+mod csv;
+pub mod lookup;
+pub mod sum;
+pub mod thrust;
+
+pub use csv::TableError;
+
+/// Most inputs of a table.
+pub const INPUTS_MAX: usize = 4;
+
+/// Most breakpoints of an input.
+pub const BREAKPOINTS_MAX: usize = 200;
+
+/// Most tables in one part of an airframe file.
+pub const TABLES_MAX: usize = 64;
+
+/// What a table says outside its breakpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outside {
+    /// The value at the nearest end.
+    Clamp,
+    /// The line through the last two breakpoints goes on.
+    Extrapolate,
+}
+
+/// A table as the file has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableText {
+    /// Names of the inputs with their units, as in the header of the values.
+    pub inputs: Vec<String>,
+    /// What holds outside the breakpoints.
+    pub outside: Outside,
+    /// An input, whose breakpoints begin at zero, in which all functions are odd: what is listed for +x holds for -x with
+    /// the other sign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub odd_in: Option<String>,
+    /// Header and rows.
+    pub csv: String,
+}
+
+/// A table that was read: every number finite, breakpoints in order, no row missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Inputs, the first one changing most slowly.
+    pub inputs: Vec<Input>,
+    /// What holds outside the breakpoints.
+    pub outside: Outside,
+    /// Index of the input in which the functions are odd.
+    pub odd_in: Option<usize>,
+    /// Names of the functions.
+    pub functions: Vec<String>,
+    /// Values row by row, the functions of a row side by side.
+    pub values: Vec<f64>,
+}
+
+/// An input of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// Name with unit, as in `alpha_deg`.
+    pub name: String,
+    /// Values at which the functions are listed, increasing, in the unit of the name.
+    pub breakpoints: Vec<f64>,
+}
+
+impl TableText {
+    /// Reads the table.
+    ///
+    /// # Errors
+    /// [`TableError`] with the line of the values, what stands there and what was expected.
+    pub fn read(&self) -> Result<Table, TableError> {
+        csv::read(self)
+    }
+}
+
+/// Why a part of an airframe file with tables was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TablesError {
+    /// A number outside its range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// A table.
+    #[error("[[{section}.table]] number {number}: {source}")]
+    Table {
+        /// The part of the file.
+        section: &'static str,
+        /// Which table, counted from 1 in the order of the file.
+        number: usize,
+        /// What is wrong.
+        source: TableError,
+    },
+    /// A sum.
+    #[error("[{section}] {source}")]
+    Sum {
+        /// The part of the file.
+        section: &'static str,
+        /// What is wrong.
+        source: sum::SumError,
+    },
+    /// A function stands in two tables.
+    #[error(
+        "[[{section}.table]] number {number}: the function {name} stands in another table too, expected one for each name"
+    )]
+    SameFunction {
+        /// The part of the file.
+        section: &'static str,
+        /// Which table, counted from 1 in the order of the file.
+        number: usize,
+        /// The function.
+        name: String,
+    },
+    /// More tables than anyone needs.
+    #[error("[[{section}.table]]: {found} tables, expected at most {TABLES_MAX}")]
+    TooMany {
+        /// The part of the file.
+        section: &'static str,
+        /// How many there are.
+        found: usize,
+    },
+}
+
+/// Reads all tables of a part of the file.
+fn read_all(section: &'static str, texts: &[TableText]) -> Result<Vec<Table>, TablesError> {
+    if texts.len() > TABLES_MAX {
+        return Err(TablesError::TooMany { section, found: texts.len() });
+    }
+    let mut tables: Vec<Table> = Vec::new();
+    for (index, text) in texts.iter().enumerate() {
+        let number = index + 1;
+        let table = text.read().map_err(|source| TablesError::Table { section, number, source })?;
+        let known = |name: &&String| tables.iter().any(|other| other.functions.contains(name));
+        if let Some(name) = table.functions.iter().find(known) {
+            return Err(TablesError::SameFunction { section, number, name: name.clone() });
+        }
+        tables.push(table);
+    }
+    Ok(tables)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,208 @@
+//! Aerodynamics as sums of terms over tables: what an airframe file has instead of derivatives.
+
+use icd::Body;
+use serde::{Deserialize, Serialize};
+
+use super::lookup::{SumText, Sums};
+use super::{Table, TableText, TablesError, read_all};
+use crate::aerodynamics::AirState;
+use crate::config::{RangeError, check_range};
+use crate::rigid_body::Wrench;
+
+/// Airspeed below which the rates over 2V do not grow any more, m/s: only so that nothing is divided by zero.
+const SLOWEST_M_S: f64 = 0.1;
+
+/// What a term may use beside the deflections, in SI units.
+///
+/// `p_span_2v` is the roll rate times span over 2V, `q_chord_2v` the pitch rate times chord over 2V, `r_span_2v` as the
+/// first.
+pub const AIR_INPUTS: [&str; 6] =
+    ["alpha_rad", "beta_rad", "mach", "p_span_2v", "q_chord_2v", "r_span_2v"];
+
+/// Most inputs: those of the air and 16 effectors.
+const INPUTS_MAX: usize = AIR_INPUTS.len() + 16;
+
+/// The table `[aerodynamics]` of an airframe file that lists tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableAero {
+    /// Reference area S, m².
+    pub area_m2: f64,
+    /// Span b, m.
+    pub span_m: f64,
+    /// Mean chord c, m.
+    pub chord_m: f64,
+    /// The point about which the moments of the coefficients are taken: from the centre of gravity, body axes, m.
+    #[serde(default)]
+    pub moment_reference_m: [f64; 3],
+    /// The coefficients.
+    pub sum: CoefficientSums,
+    /// The tables.
+    #[serde(default)]
+    pub table: Vec<TableText>,
+}
+
+/// Each coefficient as a sum of terms; one without a sum is zero.
+///
+/// Forces in body axes (x forward, y right, z down) or along the airflow, whatever the source has: both are added.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CoefficientSums {
+    /// Force forward.
+    pub c_x: Vec<String>,
+    /// Force to the right.
+    pub c_y: Vec<String>,
+    /// Force down.
+    pub c_z: Vec<String>,
+    /// Lift, normal to the airflow in the plane of symmetry.
+    pub c_lift: Vec<String>,
+    /// Drag, along the airflow in the plane of symmetry.
+    pub c_drag: Vec<String>,
+    /// Roll moment, reference length span.
+    pub c_roll: Vec<String>,
+    /// Pitch moment, reference length chord.
+    pub c_pitch: Vec<String>,
+    /// Yaw moment, reference length span.
+    pub c_yaw: Vec<String>,
+}
+
+/// How many coefficients there are.
+const COEFFICIENTS: usize = 8;
+
+/// Coefficients in the order of [`CoefficientSums`].
+pub type TableCoefficients = [f64; COEFFICIENTS];
+
+/// The same, ready for the equations of motion.
+#[derive(Debug, Clone)]
+pub struct AeroTables {
+    sums: Sums,
+    area_m2: f64,
+    span_m: f64,
+    chord_m: f64,
+    moment_reference: Body,
+}
+
+impl TableAero {
+    /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs behind [`AIR_INPUTS`], by
+    /// their names in SI units, as in `left_elevator_rad`.
+    ///
+    /// # Errors
+    /// [`TablesError`] with table, key, line and what was expected.
+    pub fn build(&self, effectors: &[String]) -> Result<AeroTables, TablesError> {
+        self.check()?;
+        let tables = self.tables()?;
+        let inputs: Vec<String> = AIR_INPUTS
+            .iter()
+            .map(|name| (*name).to_owned())
+            .chain(effectors.iter().take(16).cloned())
+            .collect();
+        let sums = Sums::new(&tables, &self.sum.texts(), &inputs)
+            .map_err(|source| TablesError::Sum { section: "aerodynamics.sum", source })?;
+        let [x, y, z] = self.moment_reference_m;
+        Ok(AeroTables {
+            sums,
+            area_m2: self.area_m2,
+            span_m: self.span_m,
+            chord_m: self.chord_m,
+            moment_reference: Body::new(x, y, z),
+        })
+    }
+
+    fn tables(&self) -> Result<Vec<Table>, TablesError> {
+        read_all("aerodynamics", &self.table)
+    }
+
+    fn check(&self) -> Result<(), RangeError> {
+        check_range("aerodynamics", "area_m2", self.area_m2, 0.01, 10_000.0)?;
+        check_range("aerodynamics", "span_m", self.span_m, 0.1, 200.0)?;
+        check_range("aerodynamics", "chord_m", self.chord_m, 0.01, 100.0)?;
+        for value in self.moment_reference_m {
+            check_range("aerodynamics", "moment_reference_m", value, -100.0, 100.0)?;
+        }
+        Ok(())
+    }
+}
+
+impl CoefficientSums {
+    fn texts(&self) -> [SumText<'_>; COEFFICIENTS] {
+        let Self { c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw } = self;
+        let sums = [
+            ("c_x", c_x),
+            ("c_y", c_y),
+            ("c_z", c_z),
+            ("c_lift", c_lift),
+            ("c_drag", c_drag),
+            ("c_roll", c_roll),
+            ("c_pitch", c_pitch),
+            ("c_yaw", c_yaw),
+        ];
+        let mut output = 0;
+        sums.map(|(key, terms)| {
+            output += 1;
+            SumText { output: output - 1, key, terms }
+        })
+    }
+}
+
+impl AeroTables {
+    /// Coefficients at `air`, with `deflections` (rad) in the order of the effectors given to [`TableAero::build`].
+    #[inline]
+    #[must_use]
+    pub fn coefficients(
+        &self,
+        air: &AirState,
+        mach: f64,
+        deflections: &[f64],
+    ) -> TableCoefficients {
+        let per_two_v = 0.5 / air.airspeed_m_s.max(SLOWEST_M_S);
+        let mut inputs = [0.0; INPUTS_MAX];
+        inputs[..AIR_INPUTS.len()].copy_from_slice(&[
+            air.alpha_rad,
+            air.beta_rad,
+            mach,
+            air.rates.0.x * self.span_m * per_two_v,
+            air.rates.0.y * self.chord_m * per_two_v,
+            air.rates.0.z * self.span_m * per_two_v,
+        ]);
+        for (input, deflection) in inputs[AIR_INPUTS.len()..].iter_mut().zip(deflections) {
+            *input = *deflection;
+        }
+        let mut coefficients = [0.0; COEFFICIENTS];
+        self.sums.add_to(&mut coefficients, &inputs);
+        coefficients
+    }
+
+    /// Force and moment about the centre of gravity. `velocity` is that relative to the air (m/s, body axes) and
+    /// belongs to `air`; `density` in kg/m³.
+    #[inline]
+    #[must_use]
+    pub fn wrench(
+        &self,
+        air: &AirState,
+        velocity: &Body,
+        density: f64,
+        coefficients: &TableCoefficients,
+    ) -> Wrench {
+        let [c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw] = *coefficients;
+        let (u, w) = (velocity.0.x, velocity.0.z);
+        let in_plane = (u * u + w * w).sqrt();
+        let (cos_alpha, sin_alpha) =
+            if in_plane > 0.0 { (u / in_plane, w / in_plane) } else { (1.0, 0.0) };
+        let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * self.area_m2;
+        let force = Body::new(
+            pressure_area * (c_x + c_lift * sin_alpha - c_drag * cos_alpha),
+            pressure_area * c_y,
+            pressure_area * (c_z - c_drag * sin_alpha - c_lift * cos_alpha),
+        );
+        let about_reference = Body::new(
+            pressure_area * self.span_m * c_roll,
+            pressure_area * self.chord_m * c_pitch,
+            pressure_area * self.span_m * c_yaw,
+        );
+        let moment = Body(about_reference.0 + self.moment_reference.0.cross(&force.0));
+        Wrench { force, moment }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,326 @@
+//! Sums and their tables made ready for the derivative: names resolved, units converted, no allocation.
+//!
+//! Breakpoints that several tables share are searched once; the functions of a table that are asked at the same inputs
+//! are interpolated side by side.
+
+use super::sum::{Factor, SumError, factors};
+use super::{Outside, Table};
+
+/// Most different pairs of input and breakpoints.
+const AXES_MAX: usize = 16;
+
+/// Most values out of tables.
+const VALUES_MAX: usize = 64;
+
+/// Most inputs in one term.
+const PRODUCT_MAX: usize = 3;
+
+/// Sums of terms over one list of inputs.
+#[derive(Debug, Clone)]
+pub struct Sums {
+    axes: Vec<Axis>,
+    grids: Vec<Grid>,
+    terms: Vec<Term>,
+}
+
+/// An input with breakpoints, in the SI unit of the input.
+#[derive(Debug, Clone, PartialEq)]
+struct Axis {
+    input: usize,
+    breakpoints: Vec<f64>,
+    per_width: Vec<f64>,
+    outside: Outside,
+    odd: bool,
+}
+
+/// Where an input stands on its axis.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spot {
+    /// Interval.
+    index: usize,
+    /// Fraction of the interval.
+    part: f64,
+    /// -1 where an odd table is asked for a negative input, else 1.
+    sign: f64,
+}
+
+/// Functions of one table at one set of inputs.
+#[derive(Debug, Clone)]
+struct Grid {
+    /// Indices of the axes, the slowest first.
+    axes: Vec<usize>,
+    /// Distance of neighbours along each axis in `values`.
+    strides: Vec<usize>,
+    /// Values of the functions that are used, side by side.
+    values: Vec<f64>,
+    /// How many functions.
+    width: usize,
+    /// Index of the first of them among all values.
+    first: usize,
+}
+
+/// A product that is added to an output.
+#[derive(Debug, Clone)]
+struct Term {
+    output: usize,
+    factor: f64,
+    value: Option<usize>,
+    inputs: Vec<usize>,
+}
+
+/// A sum as a file has it: where it goes, its key for errors, its terms.
+pub struct SumText<'a> {
+    /// Index of the output.
+    pub output: usize,
+    /// Key in the file.
+    pub key: &'a str,
+    /// The terms.
+    pub terms: &'a [String],
+}
+
+impl Sums {
+    /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may say
+    /// `alpha_deg` instead.
+    ///
+    /// # Errors
+    /// [`SumError`] with the key, the term and what was expected.
+    pub fn new(
+        tables: &[Table],
+        sums: &[SumText<'_>],
+        inputs: &[String],
+    ) -> Result<Self, SumError> {
+        let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
+        let mut products = Vec::new();
+        for sum in sums {
+            for text in sum.terms {
+                let form = |problem| SumError::Form {
+                    key: sum.key.to_owned(),
+                    term: text.clone(),
+                    problem,
+                };
+                products.push((sum.output, build.product(text).map_err(form)?));
+            }
+        }
+        let grids = build.grids();
+        let values = grids.iter().map(|grid| grid.width).sum();
+        for (what, found, max) in
+            [("inputs of tables", build.axes.len(), AXES_MAX), ("functions", values, VALUES_MAX)]
+        {
+            if found > max {
+                return Err(SumError::TooMany { what, found, max });
+            }
+        }
+        let term = |(output, Product { factor, function, inputs }): (usize, Product)| Term {
+            output,
+            factor,
+            value: function.map(|(grid, function)| grids[grid].first + function),
+            inputs,
+        };
+        let terms = products.into_iter().map(term).collect();
+        Ok(Self { axes: build.axes, grids, terms })
+    }
+
+    /// Adds every sum to its output. `inputs` in SI units, in the order of the names given to [`Sums::new`].
+    #[inline]
+    pub fn add_to(&self, outputs: &mut [f64], inputs: &[f64]) {
+        let mut spots = [Spot::default(); AXES_MAX];
+        for (spot, axis) in spots.iter_mut().zip(&self.axes) {
+            *spot = axis.find(inputs[axis.input]);
+        }
+        let mut values = [0.0; VALUES_MAX];
+        for grid in &self.grids {
+            grid.interpolate(&spots, &mut values[grid.first..grid.first + grid.width]);
+        }
+        for term in &self.terms {
+            let mut product = term.factor;
+            if let Some(value) = term.value {
+                product *= values[value];
+            }
+            for input in &term.inputs {
+                product *= inputs[*input];
+            }
+            outputs[term.output] += product;
+        }
+    }
+}
+
+impl Axis {
+    #[inline]
+    fn find(&self, input: f64) -> Spot {
+        let (x, sign) = if self.odd && input < 0.0 { (-input, -1.0) } else { (input, 1.0) };
+        // Without a branch: the breakpoints of an aircraft are few.
+        let inner = &self.breakpoints[1..self.breakpoints.len() - 1];
+        let index = inner.iter().map(|breakpoint| usize::from(x >= *breakpoint)).sum();
+        let part = (x - self.breakpoints[index]) * self.per_width[index];
+        let part = match self.outside {
+            Outside::Clamp if part > 1.0 => 1.0,
+            Outside::Clamp if part < 0.0 => 0.0,
+            _ => part,
+        };
+        Spot { index, part, sign }
+    }
+}
+
+impl Grid {
+    #[inline]
+    fn interpolate(&self, spots: &[Spot; AXES_MAX], out: &mut [f64]) {
+        let n = self.axes.len();
+        let (mut base, mut sign) = (0, 1.0);
+        for (axis, stride) in self.axes.iter().zip(&self.strides) {
+            base += spots[*axis].index * stride;
+            sign *= spots[*axis].sign;
+        }
+        for corner in 0..1_usize << n {
+            let (mut at, mut weight) = (base, sign);
+            for (k, (axis, stride)) in self.axes.iter().zip(&self.strides).enumerate() {
+                let part = spots[*axis].part;
+                if corner >> k & 1 == 1 {
+                    at += stride;
+                    weight *= part;
+                } else {
+                    weight *= 1.0 - part;
+                }
+            }
+            for (out, value) in out.iter_mut().zip(&self.values[at..at + self.width]) {
+                *out += weight * value;
+            }
+        }
+    }
+}
+
+/// A product before the places of the values are known.
+struct Product {
+    factor: f64,
+    /// Index among the uses of tables, and among the functions of that one.
+    function: Option<(usize, usize)>,
+    inputs: Vec<usize>,
+}
+
+/// Functions of a table at the same inputs.
+struct Use {
+    table: usize,
+    axes: Vec<usize>,
+    functions: Vec<usize>,
+}
+
+struct Build<'a> {
+    tables: &'a [Table],
+    inputs: &'a [String],
+    uses: Vec<Use>,
+    axes: Vec<Axis>,
+}
+
+impl Build<'_> {
+    fn product(&mut self, text: &str) -> Result<Product, String> {
+        let mut product = Product { factor: 1.0, function: None, inputs: Vec::new() };
+        for factor in factors(text)? {
+            match factor {
+                Factor::Number(number) => product.factor *= number,
+                Factor::Input(name) => {
+                    let (index, unit) = self.input(&name)?;
+                    product.factor /= unit;
+                    product.inputs.push(index);
+                }
+                Factor::Function { name, inputs } => {
+                    if product.function.replace(self.function(&name, &inputs)?).is_some() {
+                        return Err("has two functions, expected at most one".to_owned());
+                    }
+                }
+            }
+        }
+        if product.inputs.len() > PRODUCT_MAX {
+            return Err(format!(
+                "has {} inputs, expected at most {PRODUCT_MAX}",
+                product.inputs.len()
+            ));
+        }
+        Ok(product)
+    }
+
+    /// Index of an input, and how many SI units the unit of its name is.
+    fn input(&self, name: &str) -> Result<(usize, f64), String> {
+        let find = |name: &str| self.inputs.iter().position(|input| input == name);
+        let in_degrees = || find(&format!("{}_rad", name.strip_suffix("_deg")?));
+        find(name)
+            .map(|index| (index, 1.0))
+            .or_else(|| in_degrees().map(|index| (index, 1.0_f64.to_radians())))
+            .ok_or_else(|| {
+                format!("has {name}, expected a number or one of {}", self.inputs.join(", "))
+            })
+    }
+
+    fn function(&mut self, name: &str, inputs: &[String]) -> Result<(usize, usize), String> {
+        let column = |table: &Table| table.functions.iter().position(|function| function == name);
+        let found = self.tables.iter().enumerate().find_map(|(i, table)| Some((i, column(table)?)));
+        let Some((table, function)) = found else {
+            let known: Vec<&str> =
+                self.tables.iter().flat_map(|table| &table.functions).map(String::as_str).collect();
+            return Err(format!("has {name}(), expected one of {}", known.join(", ")));
+        };
+        let columns = &self.tables[table].inputs;
+        if columns.len() != inputs.len() {
+            return Err(format!(
+                "has {} inputs of {name}(), expected {}",
+                inputs.len(),
+                columns.len()
+            ));
+        }
+        let mut axes = Vec::new();
+        for k in 0..columns.len() {
+            let (input, unit) = self.input(&inputs[k])?;
+            if is_degrees(&inputs[k]) != is_degrees(&columns[k].name) {
+                let (found, column) = (&inputs[k], &columns[k].name);
+                return Err(format!(
+                    "has {found} as input of {name}(), expected the unit of its column {column}"
+                ));
+            }
+            axes.push(self.axis(table, k, input, unit));
+        }
+        let same = |other: &Use| other.table == table && other.axes == axes;
+        let index = self.uses.iter().position(same).unwrap_or_else(|| {
+            self.uses.push(Use { table, axes, functions: Vec::new() });
+            self.uses.len() - 1
+        });
+        Ok((index, index_or_push(&mut self.uses[index].functions, function)))
+    }
+
+    fn axis(&mut self, table: usize, k: usize, input: usize, unit: f64) -> usize {
+        let table = &self.tables[table];
+        let breakpoints: Vec<f64> = table.inputs[k].breakpoints.iter().map(|x| x * unit).collect();
+        let per_width = breakpoints.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
+        let (outside, odd) = (table.outside, table.odd_in == Some(k));
+        index_or_push(&mut self.axes, Axis { input, breakpoints, per_width, outside, odd })
+    }
+
+    /// The uses of tables with their values side by side.
+    fn grids(&self) -> Vec<Grid> {
+        let mut first = 0;
+        let grid = |used: &Use| {
+            let table = &self.tables[used.table];
+            let width = used.functions.len();
+            let values = table
+                .values
+                .chunks(table.functions.len())
+                .flat_map(|row| used.functions.iter().map(|function| row[*function]))
+                .collect();
+            let mut strides = vec![width; used.axes.len()];
+            for k in (1..strides.len()).rev() {
+                strides[k - 1] = strides[k] * table.inputs[k].breakpoints.len();
+            }
+            first += width;
+            Grid { axes: used.axes.clone(), strides, values, width, first: first - width }
+        };
+        self.uses.iter().map(grid).collect()
+    }
+}
+
+fn is_degrees(name: &str) -> bool {
+    name.ends_with("_deg")
+}
+
+fn index_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
+    list.iter().position(|other| *other == item).unwrap_or_else(|| {
+        list.push(item);
+        list.len() - 1
+    })
+}
