@@ -3,11 +3,14 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use icd::{Actuators, ControlPeriod};
+use icd::{Actuators, Body, ControlPeriod, PerEffector};
+use plant_sim::aerodynamics::{AirState, coefficients};
 use plant_sim::atmosphere::LocalDensity;
 use plant_sim::dynamics::Held;
 use plant_sim::earth::slopes::Slopes;
 use plant_sim::faults::Effects;
+use plant_sim::tables::aerodynamics::TableAero;
+use plant_sim::tables::thrust::{EngineAir, Propulsion};
 use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
 
 /// The nominal flight with one step for each period of 2 ms.
@@ -56,5 +59,34 @@ fn bench(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, bench);
+/// Forces by derivatives and by tables, side by side: what one evaluation of the derivative spends on them.
+fn forces(c: &mut Criterion) {
+    let airframe = Airframe::paper();
+    let air = AirState {
+        airspeed_m_s: 180.0,
+        alpha_rad: 0.06,
+        beta_rad: 0.02,
+        rates: Body::new(0.1, 0.05, -0.1),
+    };
+    let deflections = PerEffector::from_fn(|_| 0.05);
+    c.bench_function("aerodynamics/derivatives", |b| {
+        b.iter(|| coefficients(&airframe.aero, black_box(&air), black_box(&deflections)));
+    });
+    let f16: toml::Table =
+        toml::from_str(include_str!("../airframes/f16.toml")).expect("file of the crate");
+    let aero: TableAero = f16["aerodynamics"].clone().try_into().expect("file of the crate");
+    let surfaces = ["left_aileron", "right_aileron", "left_elevator", "right_elevator", "rudder"];
+    let aero = aero.build(&surfaces.map(|name| format!("{name}_rad"))).expect("file of the crate");
+    c.bench_function("aerodynamics/tables of the F-16", |b| {
+        b.iter(|| aero.coefficients(black_box(&air), black_box(0.5), black_box(&[0.05; 5])));
+    });
+    let engine: Propulsion = f16["propulsion"].clone().try_into().expect("file of the crate");
+    let engine = engine.build().expect("file of the crate");
+    let at = EngineAir { airspeed_m_s: 180.0, density: 0.9, mach: 0.5, altitude_m: 3_000.0 };
+    c.bench_function("thrust/tables of the F-16", |b| {
+        b.iter(|| engine.push(black_box(30_000.0), black_box(&at)));
+    });
+}
+
+criterion_group!(benches, bench, forces);
 criterion_main!(benches);
