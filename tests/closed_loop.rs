@@ -132,8 +132,8 @@ fn smaller_plant_steps_change_nothing_that_matters() {
 #[test]
 fn without_the_compensator_the_detector_still_speaks() {
     let mut setup = case_1(EarthModel::Wgs84);
-    setup.gains = Gains::REFERENCE;
-    setup.gains.selection.compensator = CompensatorMode::Off;
+    setup.parameters.gains = Gains::REFERENCE;
+    setup.parameters.gains.selection.compensator = CompensatorMode::Off;
     let records = fly(&setup);
     assert!(records.iter().any(|record| record.log.compensator_active));
     assert!(records.iter().all(|record| record.log.fade == 0.0));

@@ -11,8 +11,7 @@ use icd::SimTime;
 use nalgebra::Vector3;
 use plant_sim::EarthModel;
 use plant_sim::geodesy::{Geodetic, ecef};
-use sitl::closed_loop::FlightSetup;
-use sitl::guided::{self, Moment, Spoken};
+use sitl::closed_loop::{FlightSetup, Moment, Spoken, fly_spoken};
 use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 
 /// Items of the demonstration in the order in which they begin; the jump is flown twice and never listed.
@@ -209,7 +208,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
     setup.duration = SimTime::from_micros(300_000_000);
     let spoken = [at(20.0, Wish::Terminate), at(25.0, Wish::Mode(Mode::Hold))];
     let (mut terminated_at, mut last, mut told) = (None, None, 0);
-    let end = guided::fly(&setup, &spoken, &mut |moment: &Moment| {
+    let end = fly_spoken(&setup, &spoken, &mut |moment: &Moment| {
         told += moment.events.iter().filter(|event| event.kind == EventKind::Terminated).count();
         if moment.snapshot.terminated {
             terminated_at.get_or_insert(moment.truth.position);

@@ -93,15 +93,26 @@ pub fn script_file(path: &Path) -> Result<Script, ConfigError> {
 /// # Errors
 /// [`ConfigError`] names file, key, value and range.
 pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
-    let belief: Belief = parse(file, text)?;
+    checked(file, parse(file, text)?)
+}
+
+/// The same of a file that was read already and may have been changed since.
+///
+/// # Errors
+/// [`ConfigError`] names file, key, value and range.
+pub fn belief_of(file: &str, table: toml::Table) -> Result<Belief, ConfigError> {
+    checked(file, of_table(file, table)?)
+}
+
+fn checked(file: &str, belief: Belief) -> Result<Belief, ConfigError> {
     belief.validate().map_err(|source| ConfigError::Belief { file: file.to_owned(), source })?;
     Ok(belief)
 }
 
-/// A scenario file has one part for each process; the plant's stays unread here.
+/// The autopilot's part of a scenario file as written: the keys that there are. The plant's stays unread here.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ScenarioFile {
+pub struct ScenarioFile {
     #[serde(rename = "plant")]
     _plant: Option<IgnoredAny>,
     #[serde(default)]
@@ -121,9 +132,7 @@ struct AutopilotPart {
 /// # Errors
 /// [`ConfigError`] names file, key, value and range.
 pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigError> {
-    let scenario: ScenarioFile = parse(file, text)?;
-    ReferenceSchedule::new(scenario.autopilot.references)
-        .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
+    parse::<ScenarioFile>(file, text)?.autopilot.references(file)
 }
 
 /// Reads the script in a scenario, if there is one; `file` is its name for error messages.
@@ -131,14 +140,46 @@ pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigErr
 /// # Errors
 /// [`ConfigError`] names file, line and column, those of the script's own text.
 pub fn script(file: &str, text: &str) -> Result<Option<Script>, ConfigError> {
-    let scenario: ScenarioFile = parse(file, text)?;
-    let name = format!("script of {file}");
-    let script = scenario.autopilot.script.map(|script| Script::parse(&name, &script));
-    Ok(script.transpose()?)
+    parse::<ScenarioFile>(file, text)?.autopilot.script(file)
+}
+
+/// References and script of a scenario that was read already and may have been changed since.
+///
+/// # Errors
+/// As [`references`] and [`script`], without line and column of the file.
+pub fn scenario_of(
+    file: &str,
+    table: toml::Table,
+) -> Result<(ReferenceSchedule, Option<Script>), ConfigError> {
+    let part = of_table::<ScenarioFile>(file, table)?.autopilot;
+    let script = part.script(file)?;
+    Ok((part.references(file)?, script))
+}
+
+impl AutopilotPart {
+    fn references(self, file: &str) -> Result<ReferenceSchedule, ConfigError> {
+        ReferenceSchedule::new(self.references)
+            .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
+    }
+
+    fn script(&self, file: &str) -> Result<Option<Script>, ConfigError> {
+        let name = format!("script of {file}");
+        let script = self.script.as_ref().map(|script| Script::parse(&name, script));
+        Ok(script.transpose()?)
+    }
 }
 
 fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
     toml::from_str(text)
+        .map_err(|source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) })
+}
+
+fn of_table<T: serde::de::DeserializeOwned>(
+    file: &str,
+    table: toml::Table,
+) -> Result<T, ConfigError> {
+    table
+        .try_into()
         .map_err(|source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) })
 }
 

@@ -6,7 +6,7 @@
 //! replaced and the link stays.
 
 use std::fs::{self, DirBuilder, File, FileType, OpenOptions};
-use std::io::{self, ErrorKind, Read as _, Seek as _, Write as _};
+use std::io::{self, BufWriter, ErrorKind, Read as _, Seek as _, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, FileTypeExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::process;
@@ -165,6 +165,80 @@ pub fn beginning(content: &[u8]) -> &[u8] {
     &content[..line.min(KIND_BYTES)]
 }
 
+/// A file that is written beside the one that it replaces, and takes its name when it is complete: what ends before that
+/// leaves the old file as it was.
+#[derive(Debug)]
+pub struct NewFile {
+    file: BufWriter<File>,
+    /// Name until it is complete; `None` afterwards.
+    beside: Option<PathBuf>,
+    path: PathBuf,
+}
+
+impl NewFile {
+    /// Begins a file for a path that is free, or has a file that is empty or begins as `is_own` says.
+    ///
+    /// # Errors
+    /// [`FileProblem`]; then nothing has changed.
+    pub fn begin(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<Self, FileProblem> {
+        // Of a link, the file that it leads to is replaced and not the link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        match open(&path) {
+            Ok(file) => {
+                let mut beginning = Vec::new();
+                file.take(BEGINNING).read_to_end(&mut beginning)?;
+                if !beginning.is_empty() && !is_own(&beginning) {
+                    return Err(FileProblem::Foreign);
+                }
+            }
+            Err(problem) if problem.is_not_found() => {}
+            Err(problem) => return Err(problem),
+        }
+        let beside = beside(&path);
+        let file = File::create(&beside)?;
+        Ok(Self { file: BufWriter::new(file), beside: Some(beside), path })
+    }
+
+    /// Gives it its name.
+    ///
+    /// # Errors
+    /// What the system says; then the old file is as it was.
+    pub fn finish(mut self) -> Result<(), FileProblem> {
+        self.file.flush()?;
+        if let Some(beside) = &self.beside {
+            fs::rename(beside, &self.path)?;
+        }
+        self.beside = None;
+        Ok(())
+    }
+}
+
+impl io::Write for NewFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for NewFile {
+    fn drop(&mut self) {
+        if let Some(beside) = &self.beside {
+            // It was given up; the error that matters is told elsewhere.
+            let _ = fs::remove_file(beside);
+        }
+    }
+}
+
+/// Name of a file until it is complete. Two processes with one file do not write into each other's.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.new", process::id()));
+    path.with_file_name(name)
+}
+
 /// How the content of an own file reaches the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sync {
@@ -250,10 +324,7 @@ impl OwnFile {
             builder.mode(mode);
         }
         builder.create(folder)?;
-        let mut name = self.path.file_name().unwrap_or_default().to_os_string();
-        // Two processes with one file do not write into each other's new file.
-        name.push(format!(".{}.new", process::id()));
-        let new = folder.join(name);
+        let new = beside(&self.path);
         let written = self.write_new(&new, content).and_then(|()| fs::rename(&new, &self.path));
         if written.is_err() {
             // It may never have come to be; the error that matters is the one above.

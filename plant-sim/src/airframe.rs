@@ -7,9 +7,11 @@ use serde::{Deserialize, Serialize};
 use crate::aerodynamics::Aero;
 use crate::config::{self, ConfigError, RangeError, check_range};
 use crate::derivatives;
+use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
 use crate::rigid_body::MassProperties;
 use crate::servos::Servo;
+use crate::setup::{Start, StartTable};
 
 /// Text of the airframe file that comes with the crate.
 pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
@@ -51,6 +53,25 @@ pub struct Airframe {
     pub air_data: AirData,
     /// How the derivatives change with the Mach number; `None` where they do not.
     pub mach: Option<MachEffects>,
+    /// Where a scenario without a start begins, and where the controller's model is made.
+    #[serde(default = "of_earlier_logs::design_point")]
+    pub design_point: Start,
+    /// Beyond these it counts as lost.
+    #[serde(default = "of_earlier_logs::limits")]
+    pub limits: FlightLimits,
+}
+
+/// What logs leave out that were written before an airframe had it: their aircraft was the paper's.
+mod of_earlier_logs {
+    use super::{Airframe, FlightLimits, Start};
+
+    pub fn design_point() -> Start {
+        Airframe::paper().design_point
+    }
+
+    pub fn limits() -> FlightLimits {
+        Airframe::paper().limits
+    }
 }
 
 /// Where the air data sensors are: from the centre of gravity, body axes (x forward, y right, z down).
@@ -70,10 +91,15 @@ impl Airframe {
     /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
     /// for a number that cannot be.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
-        let airframe = config::parse::<File>(name, text)?.into_airframe();
-        airframe.check().map_err(config::in_file(name))?;
-        airframe.check_inertia().map_err(config::in_file(name))?;
-        Ok(airframe)
+        config::parse::<AirframeFile>(name, text)?.into_checked(name)
+    }
+
+    /// The same of a file that was read already and may have been changed since.
+    ///
+    /// # Errors
+    /// As [`Airframe::from_toml`], without line and column.
+    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+        config::of_table::<AirframeFile>(name, table)?.into_checked(name)
     }
 
     /// Text of the airframe file that comes with the crate.
@@ -144,6 +170,8 @@ impl Airframe {
         if let Some(mach) = &self.mach {
             mach.check()?;
         }
+        self.design_point.check_table("design_point")?;
+        self.limits.check()?;
         self.check_servos()
     }
 
@@ -199,10 +227,10 @@ const fn section(effector: Effector) -> &'static str {
     }
 }
 
-/// The airframe file as written.
+/// The airframe file as written: the keys that there are.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+pub struct AirframeFile {
     mass: Mass,
     aerodynamics: Aero,
     aileron: SurfaceTable,
@@ -212,6 +240,8 @@ struct File {
     engine: EngineTable,
     air_data: AirData,
     mach: Option<MachEffects>,
+    design_point: StartTable,
+    limits: LimitsTable,
 }
 
 #[derive(Deserialize)]
@@ -239,7 +269,14 @@ struct EngineTable {
     thrust_max_n: f64,
 }
 
-impl File {
+impl AirframeFile {
+    fn into_checked(self, name: &str) -> Result<Airframe, ConfigError> {
+        let airframe = self.into_airframe();
+        airframe.check().map_err(config::in_file(name))?;
+        airframe.check_inertia().map_err(config::in_file(name))?;
+        Ok(airframe)
+    }
+
     fn into_airframe(self) -> Airframe {
         let surface = |lag_s, rate_limit_deg_s: f64, travel_deg: f64| Servo {
             lag_s,
@@ -269,6 +306,8 @@ impl File {
             nozzle_arm_m: self.nozzle.arm_m,
             air_data: self.air_data,
             mach: self.mach,
+            design_point: self.design_point.into_start(),
+            limits: self.limits.into_limits(),
             aero: self.aerodynamics,
         }
     }

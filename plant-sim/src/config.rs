@@ -110,6 +110,16 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Co
         .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
 }
 
+/// The same of a file that was read already and may have been changed since.
+pub(crate) fn of_table<T: DeserializeOwned>(
+    file: &str,
+    table: toml::Table,
+) -> Result<T, ConfigError> {
+    table
+        .try_into()
+        .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
+}
+
 /// Puts the file's name before a range error.
 pub(crate) fn in_file(file: &str) -> impl Fn(RangeError) -> ConfigError + '_ {
     |source| ConfigError::Range { file: file.to_owned(), source }

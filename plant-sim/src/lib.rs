@@ -15,6 +15,7 @@
 //! | question | file |
 //! |---|---|
 //! | where does a fault act? | [`faults`], and nowhere else |
+//! | when is the aircraft lost? | [`limits`], with the numbers of the airframe file |
 //! | what are the numbers of the aircraft? | `airframes/tvc_jet.toml`, read by [`airframe`] |
 //! | what is flown, and what breaks when? | `scenarios/*.toml`, read by [`scenario`] |
 //! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
@@ -31,6 +32,7 @@ pub mod faults;
 pub mod geodesy;
 pub mod integrator;
 pub mod io;
+pub mod limits;
 pub mod mach;
 pub mod noise;
 pub mod plant;
@@ -53,6 +55,7 @@ pub use airframe::Airframe;
 pub use config::{ConfigError, RangeError};
 pub use earth::EarthModel;
 pub use faults::ScheduledFault;
+pub use limits::{Attained, Exceeded, FlightLimits};
 pub use plant::Plant;
 pub use scenario::{PlantPart, Scenario};
 pub use setup::{PlantSetup, SensorSettings, SetupError, Start, WindSettings};

@@ -11,7 +11,7 @@ use crate::airframe::Airframe;
 use crate::config::{self, ConfigError, check_range};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
-use crate::setup::{PlantSetup, SensorSettings, Start, WindSettings};
+use crate::setup::{PlantSetup, SensorSettings, Start, StartTable, WindSettings};
 
 mod fault_table;
 
@@ -23,6 +23,9 @@ pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
 pub const CASE1: &str = include_str!("../scenarios/case1.toml");
 /// The paper's second case: turn with a rudder that jams at +7 degrees.
 pub const CASE2: &str = include_str!("../scenarios/case2.toml");
+
+/// The scenarios that come with the program, by name.
+pub const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
 
 /// One scenario, as far as the plant is concerned.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,10 +39,10 @@ pub struct Scenario {
 pub struct PlantPart {
     /// Seed of the random streams.
     pub seed: u64,
-    /// How long a batch run flies, s; a live flight goes on.
-    pub duration_s: f64,
-    /// Where the flight starts.
-    pub start: Start,
+    /// How long it is flown, s; `None` where the scenario does not say.
+    pub duration_s: Option<f64>,
+    /// Where the flight starts; the design point of the airframe if the file does not say.
+    pub start: Option<Start>,
     /// What it flies over; flat if the file does not say.
     pub earth: EarthModel,
     /// How the air moves; calm if the file does not say.
@@ -58,8 +61,15 @@ impl Scenario {
     /// for a number that cannot be. Whether the aircraft can have the faults is found out by
     /// [`crate::Plant::new`].
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
-        let file = config::parse::<File>(name, text)?;
-        Ok(Self { plant: file.plant.into_part(name)? })
+        config::parse::<ScenarioFile>(name, text)?.into_scenario(name)
+    }
+
+    /// The same of a file that was read already and may have been changed since.
+    ///
+    /// # Errors
+    /// As [`Scenario::from_toml`], without line and column.
+    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+        config::of_table::<ScenarioFile>(name, table)?.into_scenario(name)
     }
 }
 
@@ -74,8 +84,8 @@ impl PlantPart {
         step_us: u32,
     ) -> PlantSetup {
         PlantSetup {
+            start: self.start.unwrap_or(airframe.design_point),
             airframe,
-            start: self.start,
             earth: self.earth,
             wind: self.wind,
             sensors: self.sensors,
@@ -88,35 +98,32 @@ impl PlantPart {
     }
 }
 
+/// The plant's part of a scenario file as written: the keys that there are.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+pub struct ScenarioFile {
     plant: PlantTable,
     #[serde(default, rename = "autopilot")]
     _autopilot: Option<IgnoredAny>,
+}
+
+impl ScenarioFile {
+    fn into_scenario(self, name: &str) -> Result<Scenario, ConfigError> {
+        Ok(Scenario { plant: self.plant.into_part(name)? })
+    }
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlantTable {
     seed: u64,
-    duration_s: f64,
+    duration_s: Option<f64>,
     earth: Option<EarthModel>,
-    start: StartTable,
+    start: Option<StartTable>,
     wind: Option<WindTable>,
     sensors: Option<SensorTable>,
     #[serde(default)]
     fault: Vec<FaultTable>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StartTable {
-    altitude_m: f64,
-    airspeed_m_s: f64,
-    heading_deg: f64,
-    latitude_deg: f64,
-    longitude_deg: f64,
 }
 
 #[derive(Deserialize)]
@@ -137,16 +144,12 @@ struct SensorTable {
 impl PlantTable {
     fn into_part(self, file: &str) -> Result<PlantPart, ConfigError> {
         let range = config::in_file(file);
-        check_range("plant", "duration_s", self.duration_s, 0.001, SimTime::MAX_SECONDS)
-            .map_err(&range)?;
-        let start = Start {
-            altitude_m: self.start.altitude_m,
-            airspeed_m_s: self.start.airspeed_m_s,
-            heading_rad: self.start.heading_deg.to_radians(),
-            latitude_rad: self.start.latitude_deg.to_radians(),
-            longitude_rad: self.start.longitude_deg.to_radians(),
-        };
-        start.check().map_err(&range)?;
+        if let Some(duration_s) = self.duration_s {
+            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)
+                .map_err(&range)?;
+        }
+        let start = self.start.map(StartTable::into_start);
+        start.map_or(Ok(()), |start| start.check()).map_err(&range)?;
         let wind = self.wind.map_or(WindSettings::CALM, |w| WindSettings {
             speed_m_s: w.speed_m_s,
             towards_rad: w.towards_deg.to_radians(),
@@ -187,7 +190,8 @@ mod tests {
     fn the_scenarios_of_the_crate_are_those_of_the_paper() {
         let nominal = Scenario::from_toml("nominal.toml", NOMINAL).unwrap().plant;
         assert_eq!(nominal.faults, []);
-        assert_eq!((nominal.start.airspeed_m_s, nominal.start.altitude_m), (264.0, 5_000.0));
+        // It begins at the design point of whatever airframe flies it.
+        assert_eq!((nominal.start, nominal.duration_s), (None, None));
 
         let case1 = Scenario::from_toml("case1.toml", CASE1).unwrap().plant;
         let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
@@ -196,11 +200,11 @@ mod tests {
             timing: Timing::at(SimTime::from_micros(seconds * 1_000_000)),
         };
         assert_eq!(case1.faults, [jam(Effector::LeftElevator, 30.0, 3)]);
-        assert_eq!(case1.duration_s, 90.0);
+        assert_eq!(case1.duration_s, Some(90.0));
 
         let case2 = Scenario::from_toml("case2.toml", CASE2).unwrap().plant;
         assert_eq!(case2.faults, [jam(Effector::Rudder, 7.0, 1)]);
-        assert_eq!(case2.duration_s, 40.0);
+        assert_eq!(case2.duration_s, Some(40.0));
     }
 
     #[test]
@@ -347,7 +351,7 @@ mod tests {
     #[test]
     fn values_out_of_range_name_key_value_and_range() {
         assert_eq!(
-            refusal(NOMINAL, "altitude_m = 5000.0", "altitude_m = -5.0"),
+            refusal(CASE1, "altitude_m = 5000.0", "altitude_m = -5.0"),
             "my.toml: [plant.start] altitude_m = -5 is outside 1 to 25000"
         );
         assert_eq!(

@@ -63,6 +63,29 @@ pub struct Start {
     pub longitude_rad: f64,
 }
 
+/// A start as it stands in a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartTable {
+    altitude_m: f64,
+    airspeed_m_s: f64,
+    heading_deg: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+impl StartTable {
+    pub(crate) fn into_start(self) -> Start {
+        Start {
+            altitude_m: self.altitude_m,
+            airspeed_m_s: self.airspeed_m_s,
+            heading_rad: self.heading_deg.to_radians(),
+            latitude_rad: self.latitude_deg.to_radians(),
+            longitude_rad: self.longitude_deg.to_radians(),
+        }
+    }
+}
+
 /// How the air moves over the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WindSettings {
@@ -137,18 +160,25 @@ impl Start {
         }
     }
 
-    /// Checks every number.
+    /// Checks every number of a scenario's start.
     ///
     /// # Errors
     /// [`RangeError`] for the first one that cannot be.
     pub fn check(&self) -> Result<(), RangeError> {
-        const SECTION: &str = "plant.start";
-        check_range(SECTION, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
-        check_range(SECTION, "airspeed_m_s", self.airspeed_m_s, 20.0, 1_000.0)?;
-        check_range(SECTION, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;
+        self.check_table("plant.start")
+    }
+
+    /// Checks every number; `section` is the table of the file that it stands in.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
+        check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
+        check_range(section, "airspeed_m_s", self.airspeed_m_s, 20.0, 1_000.0)?;
+        check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;
         // North and east lose their meaning at the poles.
-        check_range(SECTION, "latitude_deg", self.latitude_rad.to_degrees(), -89.0, 89.0)?;
-        check_range(SECTION, "longitude_deg", self.longitude_rad.to_degrees(), -180.0, 180.0)
+        check_range(section, "latitude_deg", self.latitude_rad.to_degrees(), -89.0, 89.0)?;
+        check_range(section, "longitude_deg", self.longitude_rad.to_degrees(), -180.0, 180.0)
     }
 }
 

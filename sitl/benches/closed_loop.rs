@@ -21,11 +21,11 @@ fn setup(step_us: u32) -> FlightSetup {
     let step = format!("--step-us={step_us}");
     let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step]);
     let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"]);
-    let (control, _) = autopilot.control_setup().expect("the shipped files are right");
+    let (control, parameters) = autopilot.control_setup().expect("the shipped files are right");
     FlightSetup {
         plant: plant.plant_setup().expect("the shipped files are right"),
         belief: control.belief,
-        gains: control.gains,
+        parameters,
         references: control.references,
         script: control.script,
         duration: SimTime::ZERO,
@@ -56,7 +56,7 @@ fn direct(c: &mut Criterion) {
 fn control(c: &mut Criterion) {
     let setup = setup(1_000);
     let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
-    let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.gains);
+    let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.parameters.gains);
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     // Four seconds: the fault of case 1 acts and the compensator is awake.
     for _ in 0..2_000 {

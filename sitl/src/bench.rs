@@ -132,12 +132,12 @@ fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>
     let step = format!("--step-us={step_us}");
     let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step])?;
     let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"])?;
-    let (control, _) = autopilot.control_setup()?;
+    let (control, parameters) = autopilot.control_setup()?;
     let duration = SimTime::from_micros(1_000_000 * u64::from(flight_s));
     Ok(FlightSetup {
         plant: plant.plant_setup()?,
         belief: control.belief,
-        gains: control.gains,
+        parameters,
         references: control.references,
         script: control.script,
         duration,

@@ -16,6 +16,7 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::envelope;
 use crate::false_alarms;
+use crate::fly::{self, FlyArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
 use crate::mission::{self, MissionOptions};
@@ -49,6 +50,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Fly a scenario in this process to its end, and say what became of it
+    Fly(Box<FlyArgs>),
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(PaperArgs),
     /// Fly a demonstration mission and draw its track
@@ -187,6 +190,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
     let program = std::env::current_exe()?;
     match &cli.command {
         None => launch::run(&cli.launch, &program)?,
+        Some(Command::Fly(args)) => return Ok(fly::run(args)),
         Some(Command::Paper(args)) => return fly_paper(args, &program),
         Some(Command::Mission(args)) => mission::run(&args.options())?,
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
@@ -322,6 +326,8 @@ mod tests {
     fn every_command_takes_its_defaults() {
         let lines = [
             "",
+            "fly nominal",
+            "fly case1 --seed 1..3 --set FTC_MODE=0 --out x",
             "paper --out x",
             "mission --out x",
             "envelope --out x",

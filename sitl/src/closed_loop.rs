@@ -1,19 +1,33 @@
 //! The closed loop in one process: plant and autopilot take turns, without sockets, threads or clocks.
 //!
-//! A run is a function of its [`FlightSetup`]; campaigns, tests and the paper's figures share it.
+//! A run is a function of its [`FlightSetup`] and of what operators put in; commands, campaigns, tests and the paper's
+//! figures share it.
+//!
+//! ```text
+//! FlightSetup ─> flight::run ─ every tick ─> Operator ─ inputs ─> flight::run
+//!                                │
+//!                                └─> fly (records), fly_spoken (inputs by time), replay (a log), fly command (outcome)
+//! ```
 
+use core::convert::Infallible;
+use core::ops::ControlFlow;
 use std::sync::Arc;
 
-use autopilot::autopilot::{Autopilot, Settings};
+use autopilot::autopilot::Settings;
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::{Belief, DesignModel, Gains, State, StepLog};
-use icd::fault::{PlantAction, PlantReport, PlantRequest};
+use flight_control::{Belief, DesignModel, State, StepLog};
 use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
-use plant_sim::{Plant, PlantSetup, SetupError, Truth};
+use plant_sim::{PlantSetup, SetupError, Truth};
 use serde::{Deserialize, Serialize};
+
+mod flight;
+mod spoken;
+
+pub use flight::{Exchange, Flown, Operator, Tick, run};
+pub use spoken::{Moment, Spoken, fly_spoken, fly_while};
 
 /// Everything that defines a flight of both sides.
 #[derive(Debug, Clone)]
@@ -22,8 +36,8 @@ pub struct FlightSetup {
     pub plant: PlantSetup,
     /// What the controller believes about the aircraft.
     pub belief: Belief,
-    /// Validated gains.
-    pub gains: Gains,
+    /// Validated parameters of the autopilot.
+    pub parameters: Parameters,
     /// References by time.
     pub references: ReferenceSchedule,
     /// What begins with the flight.
@@ -55,58 +69,33 @@ pub struct End {
 /// # Errors
 /// [`SetupError`] if the plant cannot start.
 pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, SetupError> {
-    let mut plant = Plant::new(&setup.plant)?;
-    let mut autopilot = Autopilot::new(&settings(setup));
-    autopilot.begin_flight(setup.plant.period, plant.time(), false);
-    let mut reply = None;
-    loop {
-        let time = plant.time();
-        let sensors = plant.sense();
-        report(&mut plant, reply.take(), &mut autopilot);
-        let output = autopilot.step(time, &sensors);
-        sink(&Record { truth: plant.truth(), log: output.log });
-        while autopilot.pop_event().is_some() {}
-        if time + setup.plant.period > setup.duration {
-            return Ok(End { time, on_ground: false });
-        }
-        reply = ask(&mut autopilot, &mut plant);
-        plant.advance(&output.actuators);
-        if plant.on_ground() {
-            return Ok(End { time: plant.time(), on_ground: true });
-        }
-    }
+    Ok(run(&setup.plant, &settings(setup), setup.duration, &mut Watcher(sink))?.end)
 }
 
-/// What the plant tells beside the sensors of a packet.
-pub(crate) fn report(plant: &mut Plant, reply: Option<PlantReport>, autopilot: &mut Autopilot) {
-    for report in reply.into_iter().chain(std::iter::from_fn(|| plant.pop_report())) {
-        autopilot.handle_report(&report);
-    }
-}
+/// Looks at every tick and puts nothing in.
+struct Watcher<'a>(&'a mut dyn FnMut(&Record));
 
-/// What the autopilot asks of the plant leaves with its answer to a packet, and the reply comes with the next one.
-pub(crate) fn ask(autopilot: &mut Autopilot, plant: &mut Plant) -> Option<PlantReport> {
-    match autopilot.next_request()? {
-        PlantRequest { number: request, action: PlantAction::Fault(fault) } => {
-            let reply = plant.request(&fault);
-            Some(PlantReport::FaultReply { request, reply })
-        }
-        // Time passes as fast as it can here, and the flight begins once.
-        _ => None,
+impl Operator for Watcher<'_> {
+    type Stop = Infallible;
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Infallible> {
+        (self.0)(&tick.record());
+        ControlFlow::Continue(())
     }
 }
 
 /// The control side of a setup.
 #[must_use]
 pub fn settings(setup: &FlightSetup) -> Settings {
+    let Parameters { gains, limits, navigation, failure, .. } = setup.parameters;
     Settings {
         belief: setup.belief,
-        gains: setup.gains,
-        limits: Parameters::default().limits,
-        navigation: Parameters::default().navigation,
+        gains,
+        limits,
+        navigation,
         references: setup.references.clone(),
         script: setup.script.clone(),
-        fault_injection: true,
+        fault_injection: failure.enabled,
     }
 }
 

@@ -67,7 +67,7 @@ pub enum LaunchError {
     System(#[from] io::Error),
 }
 
-/// Flies until the operator ends it. `program` is the `sitl` executable.
+/// Flies until the operator ends it, or the scenario's `duration_s`. `program` is the `sitl` executable.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
 ///
@@ -140,7 +140,9 @@ impl Flight<'_> {
             let plant = self.plant.as_mut();
             if let Some(error) = plant.and_then(|plant| plant.ended(news, &mut self.screen)) {
                 self.await_notice(news);
-                return Err(error);
+                // The plant ends in order at the scenario's duration_s.
+                let LaunchError::Ended { status, .. } = &error else { return Err(error) };
+                return if status.success() { Ok(()) } else { Err(error) };
             }
             if self.plant.is_none() && clock::now() - began > START_MAX {
                 return Err(LaunchError::Silent);

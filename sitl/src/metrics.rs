@@ -1,39 +1,13 @@
-//! Measures of signals and flights, each defined once.
+//! Measures of signals, each defined once. When an aircraft is lost stands in its airframe file.
 //!
 //! Angles in rad, times in s. Every function is total: no values give NaN unless the doc says otherwise, and a
 //! NaN in a signal comes out as NaN. A NaN passes no limit, so neither can hide a failure.
-
-use crate::table::Row;
-
-/// Beyond this roll angle a flight is lost, rad.
-pub const LOST_ROLL_RAD: f64 = 90.0 * DEG;
-/// Beyond this angle of attack a flight is lost, rad.
-pub const LOST_ALPHA_RAD: f64 = 25.0 * DEG;
-/// Beyond this sideslip a flight is lost, rad.
-pub const LOST_BETA_RAD: f64 = 20.0 * DEG;
-/// Beyond this pitch angle a flight is lost, rad.
-pub const LOST_PITCH_RAD: f64 = 74.5 * DEG;
-/// Below this altitude a flight is lost, m.
-pub const LOST_ALTITUDE_M: f64 = 500.0;
 
 /// One degree, rad.
 pub const DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// Quantile of the normal distribution for a two-sided interval of 95 %.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
-
-/// Whether the aircraft is lost at this tick: the one definition of the project.
-///
-/// Written so that a NaN counts as lost.
-#[must_use]
-pub fn is_lost(row: &Row) -> bool {
-    let inside = row.phi_rad.abs() <= LOST_ROLL_RAD
-        && row.alpha_rad.abs() <= LOST_ALPHA_RAD
-        && row.beta_rad.abs() <= LOST_BETA_RAD
-        && row.theta_rad.abs() <= LOST_PITCH_RAD
-        && row.altitude_m >= LOST_ALTITUDE_M;
-    !inside
-}
 
 /// Largest value.
 pub fn max(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -130,34 +104,6 @@ pub fn wilson_95(hits: u32, of: u32) -> (f64, f64) {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
-
-    fn level() -> Row {
-        Row { altitude_m: 5_000.0, ..Row::default() }
-    }
-
-    #[test]
-    fn a_flight_is_lost_beyond_each_limit_and_not_at_it() {
-        assert!(!is_lost(&level()));
-        let at_limit = Row {
-            phi_rad: -LOST_ROLL_RAD,
-            alpha_rad: LOST_ALPHA_RAD,
-            beta_rad: -LOST_BETA_RAD,
-            theta_rad: LOST_PITCH_RAD,
-            altitude_m: LOST_ALTITUDE_M,
-            ..level()
-        };
-        assert!(!is_lost(&at_limit));
-        for beyond in [
-            Row { phi_rad: -90.1 * DEG, ..level() },
-            Row { alpha_rad: 25.1 * DEG, ..level() },
-            Row { beta_rad: -20.1 * DEG, ..level() },
-            Row { theta_rad: 74.6 * DEG, ..level() },
-            Row { altitude_m: 499.9, ..level() },
-            Row { alpha_rad: f64::NAN, ..level() },
-        ] {
-            assert!(is_lost(&beyond), "{beyond:?}");
-        }
-    }
 
     #[test]
     fn a_nan_in_a_signal_and_a_signal_without_values_are_never_hidden() {

@@ -7,19 +7,18 @@ use std::sync::Arc;
 
 use autopilot::config;
 use autopilot::event::{EventKind, Wish};
+use autopilot::parameters::Parameters;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
-use flight_control::Gains;
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, EarthModel, Scenario, SetupError, scenario};
 
-use crate::closed_loop::FlightSetup;
+use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
 use crate::figures;
-use crate::guided::{self, Moment, Spoken};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
@@ -131,7 +130,7 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     Ok(FlightSetup {
         plant,
         belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?,
-        gains: Gains::REFERENCE,
+        parameters: Parameters::default(),
         references: config::references("nominal.toml", scenario::NOMINAL)?,
         script: None,
         duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
@@ -173,7 +172,7 @@ pub fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Result<Flown, SetupError> 
         tick += 1;
         t_s < over_s
     };
-    guided::fly_while(setup, spoken, &mut sink)?;
+    fly_while(setup, spoken, &mut sink)?;
     Ok(flown)
 }
 

@@ -100,6 +100,12 @@ pub enum PaperError {
         /// The scenario file.
         file: &'static str,
     },
+    /// A case must say how long it is flown.
+    #[error("{file}: [plant] duration_s is missing")]
+    NoDuration {
+        /// The scenario file.
+        file: &'static str,
+    },
     /// A run of a case could not be flown.
     #[error("case {case}, {run}: {reason}")]
     Flight {

@@ -36,7 +36,7 @@ pub fn page(
     let body = html! {
         h1 { "Two-step fault-tolerant control: the paper, flown" }
         (summary(evaluation))
-        (honesty::what_this_is())
+        (honesty::what_this_is(&evaluation.flown[0].case.setup.plant.airframe.limits))
         h2 { "What was flown" }
         (flown(options, evaluation))
         h2 { "Figures" }

@@ -5,9 +5,14 @@
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
+use host_io::clock;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
+
+/// What is over within this time needs no progress.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Without a terminal, a line is printed each time this share of the runs is done, percent.
 const LINE_EVERY_PERCENT: usize = 20;
@@ -16,7 +21,23 @@ const LINE_EVERY_PERCENT: usize = 20;
 ///
 /// `label` stands before the progress: a bar on a terminal, plain lines elsewhere.
 pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let progress = Progress::new(label, "runs", items.len());
+    map_with(&Progress::new(label, "runs", items.len()), items, run)
+}
+
+/// The same, without a word as long as it takes no longer than [`PATIENCE`].
+pub fn map_quietly<T: Sync, R: Send>(
+    label: &str,
+    items: &[T],
+    run: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    map_with(&Progress::new(label, "flights", items.len()).quiet_at_first(), items, run)
+}
+
+fn map_with<T: Sync, R: Send>(
+    progress: &Progress,
+    items: &[T],
+    run: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
     let one = |item: &T| {
         let result = run(item);
         progress.one_done();
@@ -35,6 +56,8 @@ pub(crate) struct Progress {
     total: usize,
     done: AtomicUsize,
     bar: Option<ProgressBar>,
+    /// Nothing is shown before.
+    from: Option<Instant>,
 }
 
 impl Progress {
@@ -49,14 +72,36 @@ impl Progress {
             }
             bar.with_message(label.to_owned())
         });
-        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar }
+        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar, from: None }
+    }
+
+    /// Nothing is shown of what is over within [`PATIENCE`].
+    pub(crate) fn quiet_at_first(mut self) -> Self {
+        self.from = Some(clock::now() + PATIENCE);
+        if let Some(bar) = &self.bar {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        self
+    }
+
+    /// Whether it is long enough to be shown.
+    fn is_shown(&self) -> bool {
+        let is_shown = self.from.is_none_or(|from| clock::now() >= from);
+        if let (true, Some(bar)) = (is_shown && self.from.is_some(), &self.bar)
+            && bar.is_hidden()
+        {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        is_shown
     }
 
     /// One more is done.
     pub(crate) fn one_done(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let is_shown = self.is_shown();
         match &self.bar {
             Some(bar) => bar.inc(1),
+            None if !is_shown => {}
             None => {
                 if let Some(percent) = line_due(done, self.total) {
                     // Progress is a courtesy: a closed standard error must not end the campaign.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use icd::ControlPeriod;
+use plant_sim::Attained;
 
 /// Rows of a file are at least this far apart, us: 100 Hz.
 const ROW_SPACING_US: u32 = 10_000;
@@ -117,6 +118,18 @@ columns! {
     ucf_nozzle_yaw_rad,
 }
 
+impl From<&Row> for Attained {
+    fn from(row: &Row) -> Self {
+        Self {
+            roll_rad: row.phi_rad,
+            pitch_rad: row.theta_rad,
+            alpha_rad: row.alpha_rad,
+            beta_rad: row.beta_rad,
+            altitude_m: row.altitude_m,
+        }
+    }
+}
+
 /// Control ticks from one row to the next: as close to 100 Hz as whole ticks come without exceeding it.
 ///
 /// 10 ms at periods of 1, 2 and 2.5 ms, 12 ms at 3 and 4 ms.
@@ -128,18 +141,26 @@ pub fn ticks_per_row(period: ControlPeriod) -> usize {
 /// Header and rows as comma-separated text; every value reads back as the same bits.
 #[must_use]
 pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
-    let mut text = Row::COLUMNS.join(",");
-    text.push('\n');
-    for row in rows {
-        for (index, value) in row.values().iter().enumerate() {
-            if index > 0 {
-                text.push(',');
-            }
-            push_value(&mut text, *value);
-        }
-        text.push('\n');
-    }
+    let mut text = header();
+    rows.into_iter().for_each(|row| push_row(&mut text, row));
     text
+}
+
+/// The first line of a table.
+#[must_use]
+pub fn header() -> String {
+    Row::COLUMNS.join(",") + "\n"
+}
+
+/// Adds the line of a row.
+pub fn push_row(text: &mut String, row: &Row) {
+    for (index, value) in row.values().iter().enumerate() {
+        if index > 0 {
+            text.push(',');
+        }
+        push_value(text, *value);
+    }
+    text.push('\n');
 }
 
 /// The shortest digits that read back as `value`, with an exponent where plain digits would be many.

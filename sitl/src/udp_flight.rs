@@ -130,7 +130,10 @@ fn fly_processes(
 ) -> Result<FlightReport, UdpFlightError> {
     let control = ControlSetup {
         belief: setup.belief,
-        gains: setup.gains,
+        gains: setup.parameters.gains,
+        limits: setup.parameters.limits,
+        navigation: setup.parameters.navigation,
+        fault_injection: setup.parameters.failure.enabled,
         references: setup.references.clone(),
         script: setup.script.clone(),
     };

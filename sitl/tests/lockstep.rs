@@ -45,11 +45,11 @@ fn setup() -> FlightSetup {
     let plant: PlantArgs =
         parse(&["plant-sim", "--scenario=case2", "--gyro-noise-deg-s=0.1", "--turbulence-m-s=1.5"]);
     let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case2"]);
-    let (control, _) = autopilot.control_setup().unwrap();
+    let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
         belief: control.belief,
-        gains: control.gains,
+        parameters,
         references: control.references,
         script: control.script,
         duration: SimTime::from_micros(3_000_000),

@@ -9,8 +9,7 @@ use clap::{Args, Command};
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
 use plant_sim::io::PlantArgs;
-use sitl::closed_loop::FlightSetup;
-use sitl::guided::fly;
+use sitl::closed_loop::{FlightSetup, fly_spoken};
 
 const CHAIN: &str =
     concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
@@ -23,11 +22,11 @@ fn parse<T: Args>(words: &[&str]) -> T {
 fn flight() -> FlightSetup {
     let plant: PlantArgs = parse(&["plant-sim", CHAIN]);
     let autopilot: AutopilotArgs = parse(&["autopilot", CHAIN]);
-    let (control, _) = autopilot.control_setup().unwrap();
+    let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
         belief: control.belief,
-        gains: control.gains,
+        parameters,
         references: control.references,
         script: control.script,
         duration: SimTime::from_micros(40_000_000),
@@ -43,7 +42,7 @@ struct Seen {
 fn seen() -> Seen {
     let setup = flight();
     let (mut truths, mut events) = (Vec::new(), Vec::new());
-    let end = fly(&setup, &[], &mut |moment| {
+    let end = fly_spoken(&setup, &[], &mut |moment| {
         truths.push(*moment.truth);
         events.extend(moment.events.iter().filter_map(|event| match event.kind {
             EventKind::Script { event: kind, .. } => Some((event.time, kind)),

@@ -20,11 +20,11 @@ fn parse<T: Args>(words: &[&str]) -> T {
 fn setup(plant: &[&str], autopilot: &[&str], seconds: u64) -> FlightSetup {
     let plant: PlantArgs = parse(plant);
     let autopilot: AutopilotArgs = parse(autopilot);
-    let (control, _) = autopilot.control_setup().unwrap();
+    let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
         belief: control.belief,
-        gains: control.gains,
+        parameters,
         references: control.references,
         script: control.script,
         duration: SimTime::from_micros(1_000_000 * seconds),
@@ -115,7 +115,7 @@ fn a_setup_that_cannot_fly_is_told_by_the_process_that_finds_it() {
         other => panic!("{other:?}"),
     }
     setup.plant.start.airspeed_m_s = 264.0;
-    setup.gains.observer.bandwidth = f64::NAN;
+    setup.parameters.gains.observer.bandwidth = f64::NAN;
     match fly_udp(program(), &setup, &mut |_| {}) {
         Err(UdpFlightError::Process { process: "autopilot", message, .. }) => {
             assert!(message.contains("OBS_W0"), "{message}");

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses what it needs")]
 
 use autopilot::config;
-use flight_control::Gains;
+use autopilot::parameters::Parameters;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 use sitl::closed_loop::{self, FlightSetup, Record};
@@ -15,10 +15,11 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
     FlightSetup {
         plant,
         belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
-        gains: Gains::REFERENCE,
+        parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
-        duration: SimTime::from_seconds(scenario.plant.duration_s)
+        // A scenario that does not say is given its length by the test.
+        duration: SimTime::from_seconds(scenario.plant.duration_s.unwrap_or(0.0))
             .expect("checked by the scenario"),
     }
 }

@@ -19,7 +19,7 @@ use crate::config::{self, ConfigError};
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, KeptPlan, ParameterFile};
-use crate::parameters::Parameters;
+use crate::parameters::{NavigationParameters, Parameters, ReferenceLimits};
 use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
@@ -58,7 +58,8 @@ impl Ftc {
     }
 
     /// Value of `FTC_MODE`.
-    const fn value(self) -> f64 {
+    #[must_use]
+    pub const fn value(self) -> f64 {
         match self {
             Self::Off => 0.0,
             Self::Armed => 1.0,
@@ -140,6 +141,12 @@ pub struct ControlSetup {
     pub belief: Belief,
     /// Gains.
     pub gains: Gains,
+    /// References that are accepted.
+    pub limits: ReferenceLimits,
+    /// Guidance.
+    pub navigation: NavigationParameters,
+    /// Scripts may break the aircraft.
+    pub fault_injection: bool,
     /// References by time.
     pub references: ReferenceSchedule,
     /// What begins with each flight.
@@ -219,6 +226,9 @@ impl AutopilotArgs {
         if let Some(path) = &self.setup {
             let setup = read_setup(path)?;
             parameters.gains = setup.gains;
+            parameters.limits = setup.limits;
+            parameters.navigation = setup.navigation;
+            parameters.failure.enabled = setup.fault_injection;
             return Ok((setup, parameters));
         }
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
@@ -237,7 +247,11 @@ impl AutopilotArgs {
         };
         let references = config::references(name, &text)?;
         let script = self.script.read(config::script(name, &text)?)?.map(Arc::new);
-        Ok((ControlSetup { belief, gains: parameters.gains, references, script }, parameters))
+        let Parameters { gains, limits, navigation, failure, .. } = parameters;
+        let fault_injection = failure.enabled;
+        let setup =
+            ControlSetup { belief, gains, limits, navigation, fault_injection, references, script };
+        Ok((setup, parameters))
     }
 }
 

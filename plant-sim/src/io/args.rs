@@ -13,13 +13,11 @@ pub use super::speed::Speed;
 use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
 use crate::earth::EarthModel;
 use crate::plant::Plant;
-use crate::scenario::{CASE1, CASE2, NOMINAL, Scenario};
+use crate::scenario::{PlantPart, SCENARIOS, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
 
 /// Name of the airframe that comes with the program, for messages.
 const DEFAULT_AIRFRAME_NAME: &str = "tvc_jet.toml";
-/// The scenarios that come with the program.
-const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
 /// Run number of a live flight; campaigns count from 0.
 const RUN: u64 = 0;
 
@@ -59,7 +57,7 @@ pub struct PlantArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     pub turbulence_m_s: Option<f64>,
-    /// End after this simulation time, or on the ground
+    /// End at this simulation time, or on the ground [default: at the scenario's duration_s, if it has one]
     #[arg(long, allow_negative_numbers = true, value_name = "S", value_parser = parse_seconds)]
     pub until_s: Option<SimTime>,
     /// Write the truth of every tick to this file
@@ -99,12 +97,7 @@ impl PlantArgs {
             let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
             return postcard::from_bytes(&bytes).map_err(|_| failed());
         }
-        let name = self.scenario.as_str();
-        let plant = match SCENARIOS.iter().find(|(known, _)| *known == name) {
-            Some((_, text)) => Scenario::from_toml(name, text)?,
-            None => Scenario::from_toml(name, &read_scenario(name)?)?,
-        }
-        .plant;
+        let plant = self.scenario()?;
         let airframe = match &self.airframe {
             None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
             Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
@@ -121,6 +114,26 @@ impl PlantArgs {
         let file = || self.scenario.clone();
         setup.check_faults().map_err(|source| RunError::Fault { file: file(), source })?;
         Ok(setup)
+    }
+
+    /// When the flight ends at the latest: at the time of the option, or else at that of the scenario.
+    ///
+    /// # Errors
+    /// [`RunError`] names file, key, value and allowed range.
+    pub fn until(&self) -> Result<Option<SimTime>, RunError> {
+        if self.until_s.is_some() || self.setup.is_some() {
+            return Ok(self.until_s);
+        }
+        Ok(self.scenario()?.duration_s.and_then(SimTime::from_seconds))
+    }
+
+    fn scenario(&self) -> Result<PlantPart, RunError> {
+        let name = self.scenario.as_str();
+        let scenario = match SCENARIOS.iter().find(|(known, _)| *known == name) {
+            Some((_, text)) => Scenario::from_toml(name, text)?,
+            None => Scenario::from_toml(name, &read_scenario(name)?)?,
+        };
+        Ok(scenario.plant)
     }
 }
 
@@ -214,6 +227,7 @@ fn parse_seconds(text: &str) -> Result<SimTime, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::NOMINAL;
     use clap::{Args, Command, FromArgMatches};
     use std::fs;
 
@@ -284,6 +298,15 @@ mod tests {
             let error = parse(&[option, value]).unwrap().plant_setup().unwrap_err().to_string();
             assert!(error.contains(key), "{error}");
         }
+    }
+
+    #[test]
+    fn a_flight_ends_at_the_duration_of_its_scenario_unless_an_option_says_otherwise() {
+        let until = |options: &[&str]| parse(options).unwrap().until().unwrap();
+        let seconds = |s: u64| Some(SimTime::from_micros(s * 1_000_000));
+        assert_eq!(until(&["--scenario", "nominal"]), None);
+        assert_eq!(until(&["--scenario", "case2"]), seconds(40));
+        assert_eq!(until(&["--scenario", "case2", "--until-s", "7"]), seconds(7));
     }
 
     #[test]

@@ -50,6 +50,8 @@ pub(super) struct Flight<'a> {
     pub(super) plant: Plant,
     pub(super) period: ControlPeriod,
     pub(super) until: Option<SimTime>,
+    /// Nobody is there to restart it on the ground.
+    pub(super) ends_on_ground: bool,
     /// Name of the airframe file, for messages.
     pub(super) airframe: &'a str,
     pub(super) link: &'a mut Link,
@@ -95,6 +97,7 @@ impl Flight<'_> {
             let next = self.plant.time() + self.period;
             if self.until.is_some_and(|until| next > until) {
                 let wall = clock::now() - began;
+                info!(t_s = self.plant.time().as_seconds(), "the flight is complete");
                 return self.take_leave(Phase::Holding, &sensors, wall);
             }
             let actuators = match self.wait_until_due(next, &sensors, actuators)? {
@@ -202,7 +205,7 @@ impl Flight<'_> {
                 "the flight is over: this quantity is beyond all bounds; the likely cause are the numbers of the airframe file"
             ),
         }
-        if self.until.is_some() {
+        if self.ends_on_ground {
             return self.take_leave(Phase::OnGround, sensors, wall);
         }
         loop {

@@ -161,13 +161,15 @@ fn fly(
     let mut plant = first;
     let mut envelopes = Envelopes::new(&args.scenario, setup).map_err(io::Error::from)?;
     let airframe = args.airframe_name();
+    let until = args.until()?;
     loop {
         pacer.begin_flight();
         envelopes.begin_flight();
         let mut flight = Flight {
             plant,
             period: setup.period,
-            until: args.until_s,
+            until,
+            ends_on_ground: args.until_s.is_some(),
             airframe: &airframe,
             link: &mut link,
             stop,

@@ -136,7 +136,7 @@ fn noticed(
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);
     let (effector, kind, timing) = (fault.effector, fault.kind, Timing::at(onset));
     setup.plant.faults = vec![ScheduledFault { effector, kind, timing }];
-    let mut detectors = Detectors::new(&setup.gains.activation, setup.plant.period);
+    let mut detectors = Detectors::new(&setup.parameters.gains.activation, setup.plant.period);
     let mut delays: Box<PerDetector<f64>> = Box::new([[f64::INFINITY; SCALES]; KINDS]);
     fly(&setup, &mut |record| {
         let after_s = record.truth.time.as_seconds() - FAULT_S;

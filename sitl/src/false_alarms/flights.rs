@@ -2,19 +2,18 @@
 
 use std::fmt::Write as _;
 
-use flight_control::{CompensatorMode, Gains};
+use autopilot::parameters::Parameters;
+use flight_control::CompensatorMode;
 use icd::{ControlPeriod, SimTime};
 use nalgebra::Vector3;
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, Scenario, Truth, scenario};
+use plant_sim::{Airframe, Scenario, Start, scenario};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES};
 use super::{Options, StudyError};
 use crate::closed_loop::{FlightSetup, fly};
-use crate::metrics::is_lost;
-use crate::table::Row;
 
 /// Length of a flight, s.
 pub const FLIGHT_S: f64 = 600.0;
@@ -119,18 +118,21 @@ pub fn setup(
     duration_s: f64,
 ) -> Result<FlightSetup, StudyError> {
     let mut plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
-    plant.start.altitude_m = condition.altitude_m;
-    plant.start.airspeed_m_s = condition.airspeed_m_s;
+    plant.start = Some(Start {
+        altitude_m: condition.altitude_m,
+        airspeed_m_s: condition.airspeed_m_s,
+        ..airframe.design_point
+    });
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.sensors.gyro_noise_rad_s = options.gyro_noise_deg_s.to_radians();
     plant.seed = seed;
     let period = ControlPeriod::DEFAULT;
-    let mut gains = Gains::REFERENCE;
-    gains.selection.compensator = CompensatorMode::Off;
+    let mut parameters = Parameters::default();
+    parameters.gains.selection.compensator = CompensatorMode::Off;
     Ok(FlightSetup {
         plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),
         belief: autopilot::config::belief("tvc_jet.toml", autopilot::config::DEFAULT_BELIEF)?,
-        gains,
+        parameters,
         references: autopilot::config::references("the study", references)?,
         script: None,
         duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
@@ -187,25 +189,12 @@ fn manoeuvres(t_s: f64) -> bool {
     t_s.rem_euclid(2.0 * PART_S) >= PART_S
 }
 
-/// What the definition of a lost aircraft looks at.
-fn attitude_and_altitude(truth: &Truth) -> Row {
-    let attitude = truth.euler();
-    Row {
-        phi_rad: attitude.phi,
-        theta_rad: attitude.theta,
-        alpha_rad: truth.alpha_rad,
-        beta_rad: truth.beta_rad,
-        altitude_m: truth.altitude_m,
-        ..Row::default()
-    }
-}
-
 /// Flies one healthy flight and runs all detectors on it.
 ///
 /// # Errors
 /// [`StudyError`] if it cannot be flown.
 pub fn watch(setup: &FlightSetup) -> Result<Watched, StudyError> {
-    let gains = &setup.gains.activation;
+    let gains = &setup.parameters.gains.activation;
     let levels = Vector3::new(gains.level_roll, gains.level_pitch, gains.level_yaw);
     let mut detectors = Detectors::new(gains, setup.plant.period);
     let mut watched = Watched::default();
@@ -215,7 +204,7 @@ pub fn watch(setup: &FlightSetup) -> Result<Watched, StudyError> {
     let h = setup.plant.period.as_seconds();
     fly(setup, &mut |record| {
         let (t_s, z2) = (record.truth.time.as_seconds(), &record.log.z2);
-        lost |= is_lost(&attitude_and_altitude(&record.truth));
+        lost |= setup.plant.airframe.limits.are_exceeded(&(&record.truth).into());
         detectors.step(z2, |kind, index| {
             if t_s >= again_s[kind][index] {
                 watched.alarms[kind][index] += 1;

@@ -97,7 +97,7 @@ impl Noisy {
         let is_turn = runs.case.number == 2;
         // The rudder has no pitch moment, so in case 2 there is no jump to compare with.
         let axes: &[Axis] = if is_turn { &[Axis::Roll, Axis::Yaw] } else { &Axis::ALL };
-        let gains = &runs.case.setup.gains.activation;
+        let gains = &runs.case.setup.parameters.gains.activation;
         let level = |row: &crate::table::Row| {
             (row.z2_p_rad_s2.abs() / gains.level_roll)
                 .max(row.z2_q_rad_s2.abs() / gains.level_pitch)

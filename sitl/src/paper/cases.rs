@@ -1,6 +1,7 @@
 //! The paper's two cases and the runs that each needs.
 
 use autopilot::config as autopilot_config;
+use autopilot::parameters::Parameters;
 use flight_control::{CompensatorMode, DesignModel, Gains};
 use icd::fault::FaultKind;
 use icd::{ControlPeriod, SimTime};
@@ -127,10 +128,10 @@ impl Case {
             setup: FlightSetup {
                 plant: setup,
                 belief: autopilot_config::belief("tvc_jet.toml", autopilot_config::DEFAULT_BELIEF)?,
-                gains: Gains::REFERENCE,
+                parameters: Parameters::default(),
                 references: autopilot_config::references(file, text)?,
                 script: None,
-                duration: seconds(plant.duration_s),
+                duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),
             },
         })
     }
@@ -147,7 +148,7 @@ impl Case {
     #[must_use]
     pub fn with_gains(&self, gains: Gains) -> Self {
         let mut case = self.clone();
-        case.setup.gains = gains;
+        case.setup.parameters.gains = gains;
         case
     }
 
@@ -167,7 +168,7 @@ impl Case {
             setup.plant.faults.clear();
         }
         if matches!(run, Run::PidOnly | Run::NoFaultOff) {
-            setup.gains.selection.compensator = CompensatorMode::Off;
+            setup.parameters.gains.selection.compensator = CompensatorMode::Off;
         }
         setup
     }
@@ -261,7 +262,7 @@ pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightEr
     let model = DesignModel::new(setup.belief);
     let mut samples = Vec::new();
     let end = fly(setup, &mut |record| samples.push(Sample::of(&model, record)))?;
-    Ok(Trace::new(samples, setup.plant.period, end.on_ground))
+    Ok(Trace::new(samples, setup.plant.period, end.on_ground, setup.plant.airframe.limits))
 }
 
 /// Durations come from checked scenario files; what is not a time is no flight at all.

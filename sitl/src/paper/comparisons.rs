@@ -239,7 +239,7 @@ fn turbulence(
                 ..*conditions
             };
             let mut case = Case { setup: level.clone(), ..case.clone() }.under(&conditions);
-            case.setup.gains.selection.compensator = mode;
+            case.setup.parameters.gains.selection.compensator = mode;
             let flight = fly_once(&case.setup, &in_process);
             flight
                 .map(|trace| Healthy::of(&trace))

@@ -100,7 +100,7 @@ pub fn not_lost(claim: Claim, run: &Trace) -> ClaimResult {
 /// Before the fault the estimates are nearly zero, each axis.
 #[must_use]
 pub fn quiet_before(claim: Claim, runs: &Runs) -> Vec<ClaimResult> {
-    let gains = &runs.case.setup.gains.activation;
+    let gains = &runs.case.setup.parameters.gains.activation;
     let before = runs.compensated.before(runs.case.fault_s);
     let axes = [
         (Axis::Roll, gains.level_roll),

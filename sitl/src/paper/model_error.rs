@@ -10,9 +10,8 @@ use super::claim::{Claim, ClaimResult, Limit};
 use super::{FlightError, PaperError};
 use crate::closed_loop;
 use crate::dispersion::{self, DERIVATIVES};
-use crate::metrics::{DEG, is_lost, max, min, wilson_95};
+use crate::metrics::{DEG, max, min, wilson_95};
 use crate::runner;
-use crate::table::Row;
 
 const MODEL_ERROR: Claim = Claim { id: "5", text: "and model error, controller unchanged" };
 
@@ -188,16 +187,10 @@ fn judge(case: &Case, changed: &Changed) -> Result<Judged, PaperError> {
 fn verdict(case: &Case, run: Run) -> Result<Verdict, FlightError> {
     let settled_from_s = case.duration_s() - SETTLED_S;
     let (mut lost, mut activated, mut sum, mut count) = (false, false, 0.0, 0.0);
+    let limits = case.setup.plant.airframe.limits;
     closed_loop::fly(&case.run(run), &mut |record| {
         let truth = &record.truth;
-        lost |= is_lost(&Row {
-            phi_rad: truth.euler().phi,
-            theta_rad: truth.euler().theta,
-            alpha_rad: truth.alpha_rad,
-            beta_rad: truth.beta_rad,
-            altitude_m: truth.altitude_m,
-            ..Row::default()
-        });
+        lost |= limits.are_exceeded(&truth.into());
         activated |= record.log.compensator_active;
         if truth.time.as_seconds() >= settled_from_s {
             sum += truth.euler().phi;

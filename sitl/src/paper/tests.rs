@@ -44,7 +44,7 @@ fn edit(trace: &mut Trace, from_s: f64, to_s: f64, change: impl Fn(&mut Sample))
     let mut samples = trace.samples().to_vec();
     let inside = |s: &&mut Sample| (from_s..=to_s).contains(&s.row.t_s);
     samples.iter_mut().filter(inside).for_each(change);
-    *trace = Trace::new(samples, PERIOD, trace.on_ground());
+    *trace = Trace::new(samples, PERIOD, trace.on_ground(), trace.limits());
 }
 
 type Spoil = fn(&mut Flown);
@@ -417,9 +417,15 @@ fn the_runs_differ_only_in_fault_and_compensator() {
     let case = &CASE_1.case;
     assert!(case.run(Run::NoFault).plant.faults.is_empty());
     assert_eq!(case.run(Run::PidOnly).plant, case.run(Run::Compensated).plant);
-    assert_ne!(case.run(Run::PidOnly).gains, case.run(Run::Compensated).gains);
-    assert_eq!(case.run(Run::NoFault).gains, case.run(Run::Compensated).gains);
-    assert_eq!(case.run(Run::NoFaultOff).gains, case.run(Run::PidOnly).gains);
+    assert_ne!(
+        case.run(Run::PidOnly).parameters.gains,
+        case.run(Run::Compensated).parameters.gains
+    );
+    assert_eq!(
+        case.run(Run::NoFault).parameters.gains,
+        case.run(Run::Compensated).parameters.gains
+    );
+    assert_eq!(case.run(Run::NoFaultOff).parameters.gains, case.run(Run::PidOnly).parameters.gains);
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use flight_control::{Compensation, DesignModel};
 use icd::{ControlPeriod, Effector};
+use plant_sim::FlightLimits;
 
 use crate::closed_loop::{Record, fault_acceleration};
-use crate::metrics::is_lost;
 use crate::table::{self, Row};
 
 /// Times closer than this are the same tick, s.
@@ -34,14 +34,15 @@ impl Sample {
         let (truth, log) = (&record.truth, &record.log);
         let fault = fault_acceleration(model, record);
         let (at, told) = (&truth.deflections, &log.commands);
+        let attitude = truth.euler();
         let row = Row {
             t_s: truth.time.as_seconds(),
             p_rad_s: truth.body_rates.0.x,
             q_rad_s: truth.body_rates.0.y,
             r_rad_s: truth.body_rates.0.z,
-            phi_rad: truth.euler().phi,
-            theta_rad: truth.euler().theta,
-            psi_rad: truth.euler().psi,
+            phi_rad: attitude.phi,
+            theta_rad: attitude.theta,
+            psi_rad: attitude.psi,
             airspeed_m_s: truth.airspeed_m_s,
             alpha_rad: truth.alpha_rad,
             beta_rad: truth.beta_rad,
@@ -110,19 +111,32 @@ pub struct Trace {
     samples: Vec<Sample>,
     period: ControlPeriod,
     on_ground: bool,
+    limits: FlightLimits,
 }
 
 impl Trace {
-    /// From the ticks of a flight, in order, one each control period; `on_ground` says how it ended.
+    /// From the ticks of a flight, in order, one each control period; `on_ground` says how it ended, `limits` when the
+    /// aircraft counts as lost.
     #[must_use]
-    pub fn new(samples: Vec<Sample>, period: ControlPeriod, on_ground: bool) -> Self {
-        Self { samples, period, on_ground }
+    pub fn new(
+        samples: Vec<Sample>,
+        period: ControlPeriod,
+        on_ground: bool,
+        limits: FlightLimits,
+    ) -> Self {
+        Self { samples, period, on_ground, limits }
     }
 
     /// Every tick.
     #[must_use]
     pub fn samples(&self) -> &[Sample] {
         &self.samples
+    }
+
+    /// When the aircraft counts as lost.
+    #[must_use]
+    pub fn limits(&self) -> FlightLimits {
+        self.limits
     }
 
     /// Whether the flight ended on the ground.
@@ -174,7 +188,8 @@ impl Trace {
     /// When the aircraft was lost, s; `None` if it was not.
     #[must_use]
     pub fn lost_at(&self) -> Option<f64> {
-        self.samples.iter().find(|s| is_lost(&s.row)).map(|s| s.row.t_s)
+        let lost = |s: &&Sample| self.limits.are_exceeded(&(&s.row).into());
+        self.samples.iter().find(lost).map(|s| s.row.t_s)
     }
 
     /// The rows of the table: every tick that [`table::ticks_per_row`] picks.
@@ -195,6 +210,10 @@ pub fn column(
 mod tests {
     use super::*;
 
+    fn limits() -> FlightLimits {
+        plant_sim::Airframe::paper().limits
+    }
+
     fn ramp(period_us: u32, ticks: u32) -> Trace {
         let period = ControlPeriod::from_micros(period_us).unwrap();
         let sample = |k: u32| Sample {
@@ -205,7 +224,7 @@ mod tests {
             },
             ..Sample::default()
         };
-        Trace::new((0..ticks).map(sample).collect(), period, false)
+        Trace::new((0..ticks).map(sample).collect(), period, false, limits())
     }
 
     #[test]
@@ -222,7 +241,7 @@ mod tests {
     fn after_the_end_the_last_tick_stands() {
         let trace = ramp(1_000, 100);
         assert_eq!(trace.at(7.0).unwrap().row.t_s, trace.end_s());
-        assert!(Trace::new(vec![], ControlPeriod::DEFAULT, false).at(0.0).is_none());
+        assert!(Trace::new(vec![], ControlPeriod::DEFAULT, false, limits()).at(0.0).is_none());
     }
 
     #[test]

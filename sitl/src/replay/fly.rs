@@ -1,21 +1,20 @@
-//! The flight itself: the closed loop in one process, with the inputs of a log at their places.
+//! The closed loop in one process, with the inputs of a log at their places, compared with its rows.
 
 use core::fmt;
+use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
-use autopilot::autopilot::Autopilot;
 use autopilot::recorder::{
     COMMAND_NAMES, CONTROL_NAMES, Moment, Recorded, RunHash, control_values,
 };
-use flight_control::StepOutput;
-use icd::fault::{PlantAction, PlantReport, PlantRequest};
+use icd::fault::PlantRequest;
 use icd::record::TRUTH_FIELDS;
-use icd::wire::REPORTS_MAX;
-use icd::{Actuators, Sensors, SimTime};
+use icd::{Sensors, SimTime};
 use plant_sim::Plant;
 
 use super::compare::{Difference, Hashes, Rows};
 use super::recording::{CannotFly, Input, Recording};
+use crate::closed_loop::{Exchange, Operator, Tick, run};
 
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,23 +130,25 @@ impl fmt::Display for Verdict {
 /// # Errors
 /// [`CannotFly::Start`] if the plant refuses the setup.
 pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, CannotFly> {
-    let mut flight = Flight::new(recording)?;
-    let every = recording.row_every();
-    let difference = flight.run(each).err().map(|difference| *difference);
+    let mut replay = Replay::new(recording, each);
+    // A log has its own end.
+    let until = SimTime::from_micros(u64::MAX);
+    let flown = run(&recording.plant.setup, &recording.settings(), until, &mut replay)?;
     Ok(Verdict {
-        steps: flight.hash.steps(),
-        run_hash: flight.hash.hex(),
+        steps: replay.hash.steps(),
+        run_hash: replay.hash.hex(),
         logged_hash: recording.run_hash().map(str::to_owned),
-        difference,
+        difference: flown.stopped.map(|difference| *difference),
         missing: recording.missing().len() as u64,
-        due: flight.hash.steps().div_ceil(every),
+        due: replay.hash.steps().div_ceil(recording.row_every()),
         first_damage: recording.first_damage_us().map(SimTime::from_micros),
     })
 }
 
-struct Flight<'a> {
-    plant: Plant,
-    autopilot: Autopilot,
+/// Puts the inputs of a log into the loop, and compares what comes out with its rows.
+struct Replay<'a> {
+    recording: &'a Recording,
+    each: &'a mut dyn FnMut(u64),
     inputs: VecDeque<Input>,
     hash: RunHash,
     sensors: Rows<'a>,
@@ -155,29 +156,88 @@ struct Flight<'a> {
     control: Rows<'a>,
     truth: Rows<'a>,
     hashes: Hashes<'a>,
-    /// The answer to the last request, and what a plant's pacer would report; leaves first.
-    replies: VecDeque<PlantReport>,
-    /// Control steps flown.
-    step: u64,
-    /// Control steps of the log.
-    steps: u64,
     is_cut: bool,
-    recording: &'a Recording,
-    over: bool,
+    /// Inputs that waited before the present exchange.
+    waiting: usize,
+    /// An input of the present exchange was taken.
+    heard: bool,
 }
 
 type Checked = Result<(), Box<Difference>>;
 
-impl<'a> Flight<'a> {
-    fn new(recording: &'a Recording) -> Result<Self, CannotFly> {
-        let setup = &recording.plant.setup;
-        let plant = Plant::new(setup)?;
-        let mut autopilot = Autopilot::new(&recording.settings());
-        autopilot.begin_flight(setup.period, plant.time(), false);
+impl Operator for Replay<'_> {
+    type Stop = Box<Difference>;
+
+    fn goes_on(&self, step: u64) -> bool {
+        step < self.recording.steps()
+    }
+
+    fn input(&mut self, exchange: &Exchange) -> Option<Recorded> {
+        let Exchange { step, moment, .. } = *exchange;
+        let between = moment != Moment::Step && !self.heard;
+        let input = self.inputs.pop_front_if(|input| {
+            let is_now = moment == Moment::Step
+                || input.moment == moment
+                || (between && input.moment == Moment::Between);
+            is_now && input.step == step && !matches!(input.what, Recorded::Request(_))
+        })?;
+        self.heard |= input.moment == moment;
+        Some(input.what)
+    }
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Box<Difference>> {
+        self.hash.step(tick.exchange.time, tick.sensors, &tick.output.actuators);
+        (self.each)(tick.exchange.step);
+        until_different(self.check_rows(tick))
+    }
+
+    fn request(
+        &mut self,
+        exchange: &Exchange,
+        flown: Option<&PlantRequest>,
+    ) -> ControlFlow<Box<Difference>> {
+        until_different(self.check_request(exchange, flown))
+    }
+
+    /// Something was taken or left in an exchange of this kind before the next control step.
+    fn holds(&mut self, exchange: &Exchange) -> bool {
+        self.heard = false;
+        self.waiting = self.inputs.len();
+        let mut now = self.inputs.iter().take_while(|input| input.step == exchange.step);
+        now.any(|input| input.moment == exchange.moment)
+    }
+
+    fn held(&mut self, exchange: &Exchange) -> ControlFlow<Box<Difference>> {
+        if self.inputs.len() == self.waiting
+            && let Some(input) = self.inputs.pop_front()
+        {
+            let moment = exchange.moment;
+            let flown = format!("nothing of this kind comes before an input of {moment:?}");
+            let logged = format!("{input:?}");
+            return ControlFlow::Break(differ(exchange, "recorded", logged, flown));
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn landed(&mut self, exchange: &Exchange, plant: &Plant) -> ControlFlow<Box<Difference>> {
+        until_different(self.check_truth(exchange, plant))
+    }
+}
+
+/// The first difference ends a replay.
+fn until_different(checked: Checked) -> ControlFlow<Box<Difference>> {
+    checked.map_or_else(ControlFlow::Break, ControlFlow::Continue)
+}
+
+fn differ(exchange: &Exchange, signal: &str, logged: String, flown: String) -> Box<Difference> {
+    let Exchange { step, time, .. } = *exchange;
+    Box::new(Difference { step, time, signal: signal.to_owned(), logged, flown })
+}
+
+impl<'a> Replay<'a> {
+    fn new(recording: &'a Recording, each: &'a mut dyn FnMut(u64)) -> Self {
         let (log, every) = (&recording.log, recording.row_every());
-        Ok(Self {
-            plant,
-            autopilot,
+        Self {
             inputs: recording.inputs(),
             hash: RunHash::default(),
             sensors: Rows::new(log, "sensors", every),
@@ -185,114 +245,19 @@ impl<'a> Flight<'a> {
             control: Rows::new(log, "control", every),
             truth: Rows::new(log, "truth", every),
             hashes: Hashes::new(log),
-            replies: VecDeque::new(),
-            step: 0,
-            steps: recording.steps(),
             is_cut: recording.run_hash().is_none(),
+            waiting: 0,
+            heard: false,
             recording,
-            over: false,
-        })
-    }
-
-    fn run(&mut self, each: &mut dyn FnMut(u64)) -> Checked {
-        while !self.over && self.step < self.steps {
-            if self.plant.on_ground() {
-                break;
-            }
-            let sensors = self.plant.sense();
-            let mut actuators = self.exchange(&sensors)?;
-            each(self.step);
-            self.step += 1;
-            actuators = self.hold(&sensors, actuators)?;
-            self.plant.advance(&actuators);
+            each,
         }
-        if !self.over && self.plant.on_ground() { self.stay_on_ground() } else { Ok(()) }
     }
 
-    /// The exchange of a control step.
-    fn exchange(&mut self, sensors: &Sensors) -> Result<Actuators, Box<Difference>> {
-        let time = self.plant.time();
-        self.tell_reports(REPORTS_MAX);
-        while let Some(input) = self.inputs.pop_front_if(|input| {
-            input.step == self.step && !matches!(input.what, Recorded::Request(_))
-        }) {
-            self.take(input.what);
-        }
-        let output = self.autopilot.step(time, sensors);
-        while self.autopilot.pop_event().is_some() {}
-        self.hash.step(time, sensors, &output.actuators);
-        self.check_rows(time, sensors, &output)?;
-        let logged = self.next_request(Moment::Step);
-        self.ask(Moment::Step, logged)?;
-        Ok(output.actuators)
-    }
-
-    /// What came in while time stood still after the last step.
-    fn hold(
-        &mut self,
-        sensors: &Sensors,
-        mut actuators: Actuators,
-    ) -> Result<Actuators, Box<Difference>> {
-        while !self.over && self.is_due(Moment::Holding) {
-            actuators = self.exchange_without_step(Moment::Holding, sensors)?;
-        }
-        Ok(actuators)
-    }
-
-    fn stay_on_ground(&mut self) -> Checked {
-        self.check_truth(self.plant.time())?;
-        let sensors = self.plant.sense();
-        while !self.over && self.is_due(Moment::OnGround) {
-            self.exchange_without_step(Moment::OnGround, &sensors)?;
-        }
-        Ok(())
-    }
-
-    /// Something was taken or left in an exchange of this kind before the next control step.
-    fn is_due(&self, moment: Moment) -> bool {
-        let mut now = self.inputs.iter().take_while(|input| input.step == self.step);
-        now.any(|input| input.moment == moment)
-    }
-
-    /// One exchange while time stands still, with the inputs up to the next request.
-    fn exchange_without_step(
-        &mut self,
-        moment: Moment,
-        sensors: &Sensors,
-    ) -> Result<Actuators, Box<Difference>> {
-        self.tell_reports(usize::MAX);
-        let waiting = self.inputs.len();
-        let mut heard = false;
-        while let Some(input) = self.inputs.pop_front_if(|input| {
-            let is_now = input.moment == moment || (!heard && input.moment == Moment::Between);
-            is_now && input.step == self.step && !matches!(input.what, Recorded::Request(_))
-        }) {
-            heard |= input.moment == moment;
-            self.take(input.what);
-        }
-        let actuators = self.autopilot.hold(sensors, moment == Moment::OnGround);
-        while self.autopilot.pop_event().is_some() {}
-        let logged = self.next_request(moment);
-        self.ask(moment, logged)?;
-        if self.inputs.len() == waiting
-            && let Some(input) = self.inputs.pop_front()
-        {
-            let flown = format!("nothing of this kind comes before an input of {moment:?}");
-            return Err(self.differ("recorded", format!("{input:?}"), flown));
-        }
-        Ok(actuators)
-    }
-
-    fn differ(&self, signal: &str, logged: String, flown: String) -> Box<Difference> {
-        let (step, time) = (self.step, self.plant.time());
-        Box::new(Difference { step, time, signal: signal.to_owned(), logged, flown })
-    }
-
-    /// The request that left in the present exchange, if one did.
-    fn next_request(&mut self, moment: Moment) -> Option<PlantRequest> {
+    /// The request that left in an exchange, if one did.
+    fn logged_request(&mut self, exchange: &Exchange) -> Option<PlantRequest> {
         let is_it = |input: &mut Input| {
-            input.step == self.step
-                && input.moment == moment
+            input.step == exchange.step
+                && input.moment == exchange.moment
                 && matches!(input.what, Recorded::Request(_))
         };
         match self.inputs.pop_front_if(is_it)?.what {
@@ -301,51 +266,29 @@ impl<'a> Flight<'a> {
         }
     }
 
-    fn take(&mut self, what: Recorded) {
-        match what {
-            Recorded::Intent(intent) => self.autopilot.handle_intent(intent),
-            Recorded::PlantLost => self.autopilot.plant_lost(),
-            Recorded::PlantBack => self.autopilot.plant_back(),
-            // Requests are what comes out of the autopilot.
-            Recorded::Request(_) => {}
-        }
-        while self.autopilot.pop_event().is_some() {}
-    }
-
-    /// The request that leaves now must be the one of the log; the plant does what it says.
-    fn ask(&mut self, moment: Moment, logged: Option<PlantRequest>) -> Checked {
-        let flown = self.autopilot.next_request();
-        if logged.is_none() && self.may_be_cut_off() {
+    /// The request that leaves now must be the one of the log.
+    fn check_request(&mut self, exchange: &Exchange, flown: Option<&PlantRequest>) -> Checked {
+        let logged = self.logged_request(exchange);
+        if logged.is_none() && self.may_be_cut_off(exchange) {
             return Ok(());
         }
-        let is_lost = logged.is_none() && self.is_damaged_at(self.plant.time());
-        if !is_lost && flown != logged {
-            let [logged, flown] = [logged, flown].map(|request| match request {
+        let is_lost = logged.is_none() && self.is_damaged_at(exchange.time);
+        if !is_lost && flown != logged.as_ref() {
+            let [logged, flown] = [logged.as_ref(), flown].map(|request| match request {
                 Some(request) => format!("{request:?}"),
                 None => "none".to_owned(),
             });
-            return Err(self.differ("request to the plant", logged, flown));
+            return Err(differ(exchange, "request to the plant", logged, flown));
         }
-        let Some(PlantRequest { number, action }) = flown else { return Ok(()) };
-        self.hash.request(self.step, moment, &action);
-        match action {
-            PlantAction::Fault(request) => {
-                let reply = self.plant.request(&request);
-                self.replies.push_back(PlantReport::FaultReply { request: number, reply });
-            }
-            PlantAction::ListFaults => self.plant.list_faults(),
-            PlantAction::Restart => self.over = true,
-            PlantAction::Pace(pace) => {
-                let at = self.plant.time();
-                self.replies.push_back(PlantReport::Paced { request: Some(number), pace, at });
-            }
+        if let Some(request) = flown {
+            self.hash.request(exchange.step, exchange.moment, &request.action);
         }
         Ok(())
     }
 
     /// What the log should have here may have been cut off with its end.
-    fn may_be_cut_off(&self) -> bool {
-        self.is_cut && self.inputs.is_empty() && self.step + 1 >= self.steps
+    fn may_be_cut_off(&self, exchange: &Exchange) -> bool {
+        self.is_cut && self.inputs.is_empty() && exchange.step + 1 >= self.recording.steps()
     }
 
     /// The log is damaged at this tick.
@@ -358,36 +301,27 @@ impl<'a> Flight<'a> {
         if self.is_damaged_at(time) { Ok(()) } else { checked }
     }
 
-    /// Reports of the plant to the autopilot, as many as an exchange carries.
-    fn tell_reports(&mut self, count: usize) {
-        for _ in 0..count {
-            let Some(report) = self.replies.pop_front().or_else(|| self.plant.pop_report()) else {
-                return;
-            };
-            self.autopilot.handle_report(&report);
-        }
-    }
-
-    fn check_truth(&mut self, time: SimTime) -> Checked {
+    fn check_truth(&mut self, exchange: &Exchange, plant: &Plant) -> Checked {
+        let Exchange { step, time, .. } = *exchange;
         // A plant sends its truth only where somebody records.
         if !self.truth.reach(time) {
             return Ok(());
         }
-        let truth = self.plant.truth().to_row(self.plant.on_ground(), self.plant.is_broken());
-        let checked = self.truth.check(self.step, time, TRUTH_FIELDS.into_iter().zip(truth));
+        let truth = plant.truth().to_row(plant.on_ground(), plant.is_broken());
+        let checked = self.truth.check(step, time, TRUTH_FIELDS.into_iter().zip(truth));
         self.unless_damaged(time, checked)
     }
 
-    fn check_rows(&mut self, time: SimTime, sensors: &Sensors, output: &StepOutput) -> Checked {
-        let step = self.step;
-        self.check_truth(time)?;
-        let signals = Sensors::NAMES.into_iter().zip(sensors.to_array());
+    fn check_rows(&mut self, tick: &Tick<'_>) -> Checked {
+        let Exchange { step, time, .. } = tick.exchange;
+        self.check_truth(&tick.exchange, tick.plant)?;
+        let signals = Sensors::NAMES.into_iter().zip(tick.sensors.to_array());
         let checked = self.sensors.check(step, time, signals);
         self.unless_damaged(time, checked)?;
-        let commands = *output.actuators.commands.as_array();
+        let commands = *tick.output.actuators.commands.as_array();
         let checked = self.commands.check(step, time, COMMAND_NAMES.into_iter().zip(commands));
         self.unless_damaged(time, checked)?;
-        let control = control_values(&output.log);
+        let control = control_values(&tick.output.log);
         let checked = self.control.check(step, time, CONTROL_NAMES.into_iter().zip(control));
         self.unless_damaged(time, checked)?;
         let checked = self.hashes.check(time, &self.hash);

@@ -1,16 +1,15 @@
 //! What the page does not prove.
 
 use maud::{Markup, html};
+use plant_sim::FlightLimits;
 
 use super::number;
-use crate::metrics::{
-    DEG, LOST_ALPHA_RAD, LOST_ALTITUDE_M, LOST_BETA_RAD, LOST_PITCH_RAD, LOST_ROLL_RAD,
-};
+use crate::metrics::DEG;
 use crate::paper::estimates::JUMP_S;
 use crate::paper::sensitivity::Sensitivity;
 
 /// Paper, and what could and could not be compared with it.
-pub fn what_this_is() -> Markup {
+pub fn what_this_is(limits: &FlightLimits) -> Markup {
     html! {
         p {
             "The paper is Wang, Chen, Ren, Liu, \u{201c}Two-Step Robust Fault-Tolerant Controller Design Based on "
@@ -21,10 +20,10 @@ pub fn what_this_is() -> Markup {
             "numbers on those words; they are this project\u{2019}s."
         }
         p {
-            "A flight is lost when the magnitude of the roll angle passes " (degrees(LOST_ROLL_RAD))
-            ", of the angle of attack " (degrees(LOST_ALPHA_RAD)) ", of the sideslip " (degrees(LOST_BETA_RAD))
-            ", of the pitch angle " (degrees(LOST_PITCH_RAD)) ", or when the altitude falls below "
-            (number(LOST_ALTITUDE_M)) " m, at any time. F is the true angular acceleration minus that which the "
+            "A flight is lost when the magnitude of the roll angle passes " (degrees(limits.roll_rad))
+            ", of the angle of attack " (degrees(limits.alpha_rad)) ", of the sideslip " (degrees(limits.beta_rad))
+            ", of the pitch angle " (degrees(limits.pitch_rad)) ", or when the altitude falls below "
+            (number(limits.altitude_min_m)) " m, at any time. F is the true angular acceleration minus that which the "
             "controller\u{2019}s model gives for healthy effectors at their modelled positions. The jump is the "
             "largest magnitude of F within " (number(JUMP_S)) " s of the fault."
         }

@@ -1,0 +1,214 @@
+//! From names, files and `--set` to a flight: what the commands that fly in one process have in common.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use autopilot::config::{self, DEFAULT_BELIEF};
+use autopilot::parameters::Parameters;
+use autopilot::script::Script;
+use autopilot::vehicle::schedule::ReferenceSchedule;
+use flight_control::Belief;
+use host_io::file::{self, FileProblem, TEXT_MAX};
+use plant_sim::airframe::DEFAULT_AIRFRAME;
+use plant_sim::scenario::SCENARIOS;
+use plant_sim::{Airframe, PlantPart, Scenario};
+use toml::Table;
+
+use crate::settings::{self, Setting, SettingError, Target};
+
+/// Name of the aircraft and of the model that come with the program.
+const SHIPPED: &str = "tvc_jet.toml";
+
+/// Which aircraft, which model of it, and what is changed in all that is flown.
+#[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
+pub struct AircraftArgs {
+    /// The aircraft, instead of the one that comes with the program
+    #[arg(long, value_name = "FILE")]
+    pub airframe: Option<PathBuf>,
+    /// The controller's model of the aircraft, instead of the one that comes with the program
+    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Set a key of the scenario (plant.wind.turbulence_m_s), the airframe (airframe.mass.mass_kg) or the model (model.…), or a
+    /// parameter (FTC_MODE); may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    pub settings: Vec<Setting>,
+}
+
+/// What cannot be flown.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigurationError {
+    /// A file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileProblem,
+    },
+    /// Neither a scenario that comes with the program nor a file.
+    #[error("{name}: there is no such scenario and no such file; the scenarios are {known}")]
+    NoScenario {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// A file is no TOML; the message has line and column.
+    #[error("{file}: {source}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the parser says.
+        source: Box<toml::de::Error>,
+    },
+    /// A `--set` that cannot be made.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// The plant's part of a file.
+    #[error(transparent)]
+    Plant(#[from] plant_sim::ConfigError),
+    /// The autopilot's part of a file.
+    #[error(transparent)]
+    Autopilot(#[from] config::ConfigError),
+}
+
+/// A file with its name for messages.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// Its name.
+    pub name: String,
+    /// Its text.
+    pub text: Cow<'static, str>,
+}
+
+/// A scenario, both parts of it.
+#[derive(Debug, Clone)]
+pub struct Flight {
+    /// The plant's part.
+    pub plant: PlantPart,
+    /// References by time.
+    pub references: ReferenceSchedule,
+    /// What begins with the flight.
+    pub script: Option<Script>,
+}
+
+impl Named {
+    /// A text that comes with the program.
+    #[must_use]
+    pub fn shipped(name: &str, text: &'static str) -> Self {
+        Self { name: name.to_owned(), text: Cow::Borrowed(text) }
+    }
+
+    /// A scenario by name, or from a file.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names the file, and the scenarios that there are.
+    pub fn scenario(name: &str) -> Result<Self, ConfigurationError> {
+        if let Some((name, text)) = SCENARIOS.iter().find(|(known, _)| *known == name) {
+            return Ok(Self::shipped(name, text));
+        }
+        Self::read(Path::new(name)).map_err(|error| match error {
+            ConfigurationError::Read { source, .. } if source.is_not_found() => {
+                let known = SCENARIOS.map(|(name, _)| name).join(", ");
+                ConfigurationError::NoScenario { name: name.to_owned(), known }
+            }
+            other => other,
+        })
+    }
+
+    /// A file of the user.
+    ///
+    /// # Errors
+    /// [`ConfigurationError::Read`] names it.
+    pub fn read(path: &Path) -> Result<Self, ConfigurationError> {
+        let text = file::read_text(path, TEXT_MAX);
+        let text =
+            text.map_err(|source| ConfigurationError::Read { path: path.to_path_buf(), source })?;
+        Ok(Self { name: path.display().to_string(), text: Cow::Owned(text) })
+    }
+
+    fn of(path: Option<&PathBuf>, shipped: &'static str) -> Result<Self, ConfigurationError> {
+        path.map_or_else(|| Ok(Self::shipped(SHIPPED, shipped)), |path| Self::read(path))
+    }
+}
+
+impl AircraftArgs {
+    /// Checks that every key of the settings exists.
+    ///
+    /// # Errors
+    /// [`ConfigurationError::Setting`] names the nearest key.
+    pub fn check(&self) -> Result<(), ConfigurationError> {
+        Ok(settings::check_keys(&self.settings)?)
+    }
+
+    /// The aircraft.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn airframe(&self) -> Result<Airframe, ConfigurationError> {
+        let file = Named::of(self.airframe.as_ref(), DEFAULT_AIRFRAME)?;
+        Ok(match self.changed(&file, Target::Airframe, "airframe.")? {
+            None => Airframe::from_toml(&file.name, &file.text)?,
+            Some((name, table)) => Airframe::from_table(&name, table)?,
+        })
+    }
+
+    /// The controller's model.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn model(&self) -> Result<Belief, ConfigurationError> {
+        let file = Named::of(self.model.as_ref(), DEFAULT_BELIEF)?;
+        Ok(match self.changed(&file, Target::Model, "model.")? {
+            None => config::belief(&file.name, &file.text)?,
+            Some((name, table)) => config::belief_of(&name, table)?,
+        })
+    }
+
+    /// A scenario with what is set in it.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn scenario(&self, file: &Named) -> Result<Flight, ConfigurationError> {
+        if let Some((name, table)) = self.changed(file, Target::Scenario, "")? {
+            let plant = Scenario::from_table(&name, table.clone())?.plant;
+            let (references, script) = config::scenario_of(&name, table)?;
+            return Ok(Flight { plant, references, script });
+        }
+        let (name, text) = (file.name.as_str(), file.text.as_ref());
+        Ok(Flight {
+            plant: Scenario::from_toml(name, text)?.plant,
+            references: config::references(name, text)?,
+            script: config::script(name, text)?,
+        })
+    }
+
+    /// Parameters, where those that are not set are as in `parameters`.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names parameter, value and range.
+    pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, ConfigurationError> {
+        settings::set_parameters(&mut parameters, &self.settings)?;
+        Ok(parameters)
+    }
+
+    /// A file with what is set in it, and its name with that; `None` if nothing is set.
+    fn changed(
+        &self,
+        file: &Named,
+        target: Target,
+        root: &str,
+    ) -> Result<Option<(String, Table)>, ConfigurationError> {
+        let settings = settings::of(&self.settings, target);
+        if settings.is_empty() {
+            return Ok(None);
+        }
+        let failed = |source| ConfigurationError::Syntax {
+            file: file.name.clone(),
+            source: Box::new(source),
+        };
+        let mut table: Table = toml::from_str(&file.text).map_err(failed)?;
+        settings::apply(&mut table, root, &settings)?;
+        Ok(Some((settings::describe(&file.name, &settings), table)))
+    }
+}

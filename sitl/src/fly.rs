@@ -1,0 +1,313 @@
+//! `sitl fly SCENARIO`: one flight in this process, or one for each seed, to its end.
+//!
+//! ```text
+//! scenario, airframe, model, --set ─> FlightSetup ─> closed_loop::run ─ every tick ─> Judge ─> Outcome
+//!                                                                            │           └─> line, exit status, outcome.json
+//!                                                                            └─> flight.csv, flight.ulg, flight.html
+//! ```
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use autopilot::config::ConfigError;
+use autopilot::parameters::{ParameterError, Parameters};
+use autopilot::run::{Ftc, ScriptArgs};
+use host_io::file::{self, FileProblem};
+use icd::{ControlPeriod, SimTime};
+use plant_sim::io::{parse_earth, parse_period, whole};
+use plant_sim::setup::default_step_us;
+use plant_sim::{EarthModel, SetupError};
+use serde::Serialize;
+use ulog::reader::{Log, ReadError};
+
+use crate::closed_loop::FlightSetup;
+use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::plot;
+use crate::report::GENERATOR;
+use crate::runner::Progress;
+use crate::table;
+
+mod files;
+mod judge;
+mod log;
+pub mod measures;
+pub mod outcome;
+pub mod seeds;
+
+use files::{FIGURES, Folder, LOG, OUTCOME, PROGRAM, SEEDS, TABLE};
+use judge::Keep;
+use log::FlightLog;
+use outcome::Outcome;
+use seeds::Seeds;
+
+/// A scenario that does not say how long it is flown is flown for this time, s.
+const DURATION_S: f64 = 60.0;
+/// Exit status where an aircraft was lost.
+const LOST: u8 = 1;
+/// Exit status where something could not be flown or written.
+const FAILED: u8 = 2;
+
+/// Options of `sitl fly`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct FlyArgs {
+    /// What is flown: nominal, case1, case2, or a file
+    #[arg(value_name = "SCENARIO")]
+    scenario: String,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
+    /// What begins with the flight.
+    #[command(flatten)]
+    script: ScriptArgs,
+    /// Whether the compensator acts
+    #[arg(long, value_enum, value_name = "MODE")]
+    ftc: Option<Ftc>,
+    /// Seed of all random streams, or seeds A..B, both included, each a flight of its own; instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "N|A..B")]
+    seed: Option<Seeds>,
+    /// Fly on after the loss of the aircraft, to the end or to the ground
+    #[arg(long)]
+    no_stop_at_loss: bool,
+    /// Folder for outcome.json and flight.csv; of several seeds outcome.json and seeds.csv
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The flight log too (flight.ulg)
+    #[arg(long, requires = "out")]
+    ulog: bool,
+    /// A page of figures too (flight.html)
+    #[arg(long, requires = "out")]
+    figures: bool,
+    /// Control period, 1 to 4 ms
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    period_ms: ControlPeriod,
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
+    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
+    step_us: Option<u32>,
+    /// flat or wgs84, instead of the scenario's
+    #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
+    earth: Option<EarthModel>,
+    /// White noise of the gyros, deg/s rms, instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S")]
+    gyro_noise_deg_s: Option<f64>,
+    /// Turbulence, m/s rms, instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
+    turbulence_m_s: Option<f64>,
+}
+
+/// What keeps a flight from being flown, or its results from being written.
+#[derive(Debug, thiserror::Error)]
+pub enum FlyError {
+    /// A file, a key or a value is wrong.
+    #[error(transparent)]
+    Configuration(#[from] ConfigurationError),
+    /// The script cannot be read.
+    #[error(transparent)]
+    Script(#[from] ConfigError),
+    /// The compensator's mode cannot be set.
+    #[error("--ftc: {0}")]
+    Ftc(#[from] ParameterError),
+    /// This aircraft cannot fly this scenario.
+    #[error("scenario {scenario}: {source}")]
+    Flight {
+        /// The scenario.
+        scenario: String,
+        /// Why not.
+        source: SetupError,
+    },
+    /// The plant cannot start.
+    #[error(transparent)]
+    Start(#[from] SetupError),
+    /// An option that is meant for one flight.
+    #[error("{option} is for one flight, not for a range of seeds")]
+    OneFlight {
+        /// The option.
+        option: &'static str,
+    },
+    /// `--out` is something else.
+    #[error("--out {}: this is no folder", path.display())]
+    NoFolder {
+        /// What was asked for.
+        path: PathBuf,
+    },
+    /// A file or folder cannot be written.
+    #[error("--out: cannot write {}: {source}", path.display())]
+    Write {
+        /// Which one.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileProblem,
+    },
+    /// The flight log or the outcome cannot be encoded, or the line not be printed.
+    #[error("{0}")]
+    Encode(#[from] io::Error),
+    /// The flight log cannot be read back for its figures.
+    #[error("figures: {0}")]
+    Log(#[from] ReadError),
+    /// The flight log has nothing to draw.
+    #[error("figures: {0}")]
+    Figures(#[from] plot::NothingToDraw),
+}
+
+/// Flies and says what became of it. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
+#[must_use]
+pub fn run(args: &FlyArgs) -> ExitCode {
+    match args.fly() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(LOST),
+        Err(error) => {
+            tracing::error!("{error}");
+            ExitCode::from(FAILED)
+        }
+    }
+}
+
+/// What `outcome.json` says of one flight or of many.
+#[derive(Serialize)]
+struct Written<'a, T> {
+    program: &'static str,
+    version: &'static str,
+    scenario: &'a str,
+    airframe: Option<String>,
+    model: Option<String>,
+    set: Vec<String>,
+    #[serde(flatten)]
+    flown: T,
+}
+
+/// Many flights in `outcome.json`.
+#[derive(Serialize)]
+struct Many<'a> {
+    flights: &'a [Outcome],
+    lost: usize,
+}
+
+impl FlyArgs {
+    /// Whether every aircraft was kept.
+    fn fly(&self) -> Result<bool, FlyError> {
+        let setup = self.setup()?;
+        if let Some(Seeds::Range { from, to }) = self.seed {
+            return self.fly_seeds(&setup, from, to);
+        }
+        // First, so that a folder that cannot be written is found before the flight.
+        let folder = self.out.as_deref().map(Folder::create).transpose()?;
+        let begin =
+            |folder: &Folder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
+        let mut rows = folder.as_ref().map(begin).transpose()?;
+        let wants_log = self.ulog || self.figures;
+        let seconds = setup.duration.as_seconds();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked seconds of a flight"
+        )]
+        let progress = Progress::new("fly", "s", seconds as usize + 1).quiet_at_first();
+        let keep = Keep {
+            table: rows.as_mut(),
+            log: wants_log.then(|| FlightLog::begin(&self.scenario, &setup)).transpose()?,
+            progress: Some(&progress),
+        };
+        let (outcome, log) = judge::fly(&setup, !self.no_stop_at_loss, keep)
+            .map_err(|error| self.of_scenario(error))?;
+        progress.finish();
+        if let Some(rows) = rows {
+            rows.finish()?;
+        }
+        if let (Some(folder), Some(log)) = (&folder, log) {
+            self.write_log(folder, log.end()?)?;
+        }
+        if let Some(folder) = &folder {
+            // Last: where it is, everything is.
+            folder.write_json(OUTCOME, &self.written(&outcome))?;
+        }
+        print(&format!("{}, {outcome}\n", self.scenario))?;
+        Ok(outcome.is_kept())
+    }
+
+    fn fly_seeds(&self, setup: &FlightSetup, from: u64, to: u64) -> Result<bool, FlyError> {
+        for (is_given, option) in [(self.ulog, "--ulog"), (self.figures, "--figures")] {
+            if is_given {
+                return Err(FlyError::OneFlight { option });
+            }
+        }
+        let folder = self.out.as_deref().map(Folder::create).transpose()?;
+        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss)
+            .map_err(|error| self.of_scenario(error))?;
+        if let Some(folder) = &folder {
+            folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
+            let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
+            folder.write_json(OUTCOME, &self.written(Many { flights: &flights, lost }))?;
+        }
+        print(&seeds::shown(&flights))?;
+        Ok(flights.iter().all(Outcome::is_kept))
+    }
+
+    fn write_log(&self, folder: &Folder, bytes: Vec<u8>) -> Result<(), FlyError> {
+        if self.ulog {
+            folder.write(LOG, &ulog::format::MAGIC, &bytes)?;
+        }
+        if self.figures {
+            let page = plot::page(&self.scenario, Log::from_bytes(bytes)?)?;
+            folder.write(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    fn written<T>(&self, flown: T) -> Written<'_, T> {
+        let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+        Written {
+            program: PROGRAM,
+            version: env!("CARGO_PKG_VERSION"),
+            scenario: &self.scenario,
+            airframe: name(&self.aircraft.airframe),
+            model: name(&self.aircraft.model),
+            set: self.aircraft.settings.iter().map(ToString::to_string).collect(),
+            flown,
+        }
+    }
+
+    fn of_scenario(&self, error: FlyError) -> FlyError {
+        match error {
+            FlyError::Start(source) => FlyError::Flight { scenario: self.scenario.clone(), source },
+            other => other,
+        }
+    }
+
+    /// The flight that the options ask for.
+    fn setup(&self) -> Result<FlightSetup, FlyError> {
+        let aircraft = &self.aircraft;
+        aircraft.check()?;
+        let flight = aircraft.scenario(&Named::scenario(&self.scenario)?)?;
+        let step_us = self.step_us.unwrap_or_else(|| default_step_us(self.period_ms));
+        let mut plant = flight.plant.setup(aircraft.airframe()?, 0, self.period_ms, step_us);
+        plant.earth = self.earth.unwrap_or(plant.earth);
+        if let Some(Seeds::One(seed)) = self.seed {
+            plant.seed = seed;
+        }
+        if let Some(noise) = self.gyro_noise_deg_s {
+            plant.sensors.gyro_noise_rad_s = noise.to_radians();
+        }
+        plant.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(plant.wind.turbulence_m_s);
+        plant.check()?;
+        plant.check_faults().map_err(|source| self.of_scenario(source.into()))?;
+        let mut parameters = Parameters::default();
+        if let Some(ftc) = self.ftc {
+            parameters.set("FTC_MODE", ftc.value())?;
+        }
+        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
+        Ok(FlightSetup {
+            plant,
+            belief: aircraft.model()?,
+            parameters: aircraft.parameters(parameters)?,
+            references: flight.references,
+            script: self.script.read(flight.script)?.map(Arc::new),
+            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
+        })
+    }
+}
+
+fn print(text: &str) -> Result<(), FlyError> {
+    let mut out = io::stdout();
+    Ok(out.write_all(text.as_bytes()).and_then(|()| out.flush())?)
+}

@@ -1,0 +1,394 @@
+//! The measures of a flight, taken tick by tick; docs/fly.md defines each.
+//!
+//! Nothing grows with the length of the flight: sums, the last 10 s, and the 10 s after the fault.
+
+use std::collections::VecDeque;
+
+use icd::fault::Reach;
+use icd::{Effector, PerEffector};
+use plant_sim::Airframe;
+
+use super::outcome::Metric;
+use crate::metrics::{DEG, wrap};
+use crate::paper::trace::Sample;
+use crate::table::Row;
+
+/// Transients are judged for so long after the fault, s.
+const TRANSIENT_S: f64 = 10.0;
+/// Steady flight is judged over the last seconds.
+const STEADY_S: f64 = 10.0;
+/// What has recovered stays within its band for so long until the end, s.
+const RECOVERED_S: f64 = 3.0;
+/// Bands of recovery: roll, rad, and altitude, m.
+const BANDS: [f64; 2] = [2.0 * DEG, 10.0];
+/// Longest lag of the estimate that is looked for, s.
+const LAG_MAX_S: f64 = 0.5;
+/// A command this close to the end of its travel is at it, of the travel.
+const AT_LIMIT: f64 = 1.0e-9;
+
+/// Signals that are tracked, with the unit of their error, of its integral, of its square, and of time times it.
+const TRACKED: [(&str, [&str; 4]); 6] = [
+    ("altitude", ["m", "m s", "m2 s", "m s2"]),
+    ("roll", ["rad", "rad s", "rad2 s", "rad s2"]),
+    ("airspeed", ["m/s", "m", "m2/s", "m s"]),
+    ("roll_rate", ["rad/s", "rad", "rad2/s", "rad s"]),
+    ("pitch_rate", ["rad/s", "rad", "rad2/s", "rad s"]),
+    ("yaw_rate", ["rad/s", "rad", "rad2/s", "rad s"]),
+];
+/// Of these, the ones that have a reference; no law has one for a rate, whose error is the rate.
+const REFERRED: usize = 3;
+/// Peaks of the transient.
+const PEAKS: [(&str, &str); 6] = [
+    ("roll_rate", "rad/s"),
+    ("pitch_rate", "rad/s"),
+    ("yaw_rate", "rad/s"),
+    ("roll_error", "rad"),
+    ("angle_of_attack", "rad"),
+    ("sideslip", "rad"),
+];
+/// Axes of the estimate.
+const AXES: [&str; 3] = ["roll", "pitch", "yaw"];
+
+/// What a tick is measured by.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// Truth, commands and estimate.
+    pub sample: &'a Sample,
+    /// Altitude, m; roll, rad; airspeed, m/s.
+    pub references: [f64; 3],
+    /// Commanded, rad; engine N.
+    pub commands: &'a PerEffector<f64>,
+    /// Where they are, rad; engine N.
+    pub positions: &'a PerEffector<f64>,
+    /// A fault acts.
+    pub is_broken: bool,
+}
+
+/// Sums over a flight.
+#[derive(Debug, Clone)]
+pub struct Measures {
+    period_s: f64,
+    reach: PerEffector<Reach>,
+    ticks: f64,
+    errors: [Sums; 6],
+    effectors: PerEffector<Moved>,
+    /// When a fault acted first, s, and the altitude then, m.
+    fault: Option<(f64, f64)>,
+    peaks: [f64; 6],
+    altitude_min_m: f64,
+    /// When roll and altitude were last outside of their bands after the fault, s.
+    outside_s: [Option<f64>; 2],
+    /// Time and errors of the last seconds.
+    steady: VecDeque<[f64; 1 + REFERRED]>,
+    /// z2 and F of the three axes in the transient.
+    transient: Vec<[[f64; 2]; 3]>,
+    /// z2 before the fault.
+    healthy: [Spread; 3],
+    /// z2 - F from the fault on.
+    estimate: [Spread; 3],
+    activation: Activation,
+    last_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    absolute: f64,
+    squares: f64,
+    timed: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Spread {
+    count: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Spread {
+    fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        self.sum += value;
+        self.squares += value * value;
+    }
+
+    /// Root of the mean square; `None` of nothing.
+    fn rms(&self) -> Option<f64> {
+        (self.count > 0.0).then(|| (self.squares / self.count).sqrt())
+    }
+
+    /// Standard deviation; `None` of nothing.
+    fn deviation(&self) -> Option<f64> {
+        let mean = self.sum / self.count;
+        (self.count > 0.0).then(|| (self.squares / self.count - mean * mean).max(0.0).sqrt())
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Moved {
+    effort: f64,
+    travel: f64,
+    reversals: f64,
+    at_limit: f64,
+    farthest: f64,
+    last: Option<f64>,
+    /// Sign of the last movement of the command.
+    side: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Activation {
+    is_active: bool,
+    toggles: f64,
+    false_alarms: f64,
+    /// First activation after the fault, s.
+    detected_s: Option<f64>,
+}
+
+impl Measures {
+    /// For an aircraft that is flown with this control period, s.
+    #[must_use]
+    pub fn new(airframe: &Airframe, period_s: f64) -> Self {
+        Self {
+            period_s,
+            reach: PerEffector::from_fn(|effector| airframe.servos[effector].reach()),
+            ticks: 0.0,
+            errors: [Sums::default(); 6],
+            effectors: PerEffector::from_fn(|_| Moved::default()),
+            fault: None,
+            peaks: [0.0; 6],
+            altitude_min_m: f64::INFINITY,
+            outside_s: [None; 2],
+            steady: VecDeque::new(),
+            transient: Vec::new(),
+            healthy: [Spread::default(); 3],
+            estimate: [Spread::default(); 3],
+            activation: Activation::default(),
+            last_s: 0.0,
+        }
+    }
+
+    /// Takes a tick.
+    pub fn tick(&mut self, measured: &Measured<'_>) {
+        let row = &measured.sample.row;
+        let [altitude, roll, airspeed] = measured.references;
+        let errors = [
+            altitude - row.altitude_m,
+            wrap(roll - row.phi_rad),
+            airspeed - row.airspeed_m_s,
+            row.p_rad_s,
+            row.q_rad_s,
+            row.r_rad_s,
+        ];
+        if measured.is_broken && self.fault.is_none() {
+            self.fault = Some((row.t_s, row.altitude_m));
+        }
+        self.ticks += 1.0;
+        self.last_s = row.t_s;
+        let since_s = row.t_s - self.fault.map_or(0.0, |(at_s, _)| at_s);
+        for (sums, error) in self.errors.iter_mut().zip(errors) {
+            sums.absolute += error.abs() * self.period_s;
+            sums.squares += error * error * self.period_s;
+            sums.timed += since_s * error.abs() * self.period_s;
+        }
+        self.track_steady(row.t_s, &errors);
+        self.track_effectors(measured);
+        self.track_activation(row);
+        let estimates = [
+            [row.z2_p_rad_s2, row.fault_p_rad_s2],
+            [row.z2_q_rad_s2, row.fault_q_rad_s2],
+            [row.z2_r_rad_s2, row.fault_r_rad_s2],
+        ];
+        if self.fault.is_none() {
+            for (spread, [z2, _]) in self.healthy.iter_mut().zip(estimates) {
+                spread.add(z2);
+            }
+            return;
+        }
+        for (spread, [z2, fault]) in self.estimate.iter_mut().zip(estimates) {
+            spread.add(z2 - fault);
+        }
+        for ((outside_s, band), error) in
+            self.outside_s.iter_mut().zip(BANDS).zip([errors[1], errors[0]])
+        {
+            if error.abs() > band {
+                *outside_s = Some(row.t_s);
+            }
+        }
+        if since_s > TRANSIENT_S {
+            return;
+        }
+        let signals =
+            [row.p_rad_s, row.q_rad_s, row.r_rad_s, errors[1], row.alpha_rad, row.beta_rad];
+        for (peak, signal) in self.peaks.iter_mut().zip(signals) {
+            *peak = peak.max(signal.abs());
+        }
+        self.altitude_min_m = self.altitude_min_m.min(row.altitude_m);
+        self.transient.push(estimates);
+    }
+
+    fn track_steady(&mut self, t_s: f64, errors: &[f64; 6]) {
+        self.steady.push_back([t_s, errors[0], errors[1], errors[2]]);
+        while self.steady.front().is_some_and(|[at_s, ..]| *at_s < t_s - STEADY_S) {
+            self.steady.pop_front();
+        }
+    }
+
+    fn track_effectors(&mut self, measured: &Measured<'_>) {
+        for effector in Effector::ALL {
+            let moved = &mut self.effectors[effector];
+            let (command, Reach { min, max, .. }) =
+                (measured.commands[effector], self.reach[effector]);
+            let step = command - moved.last.unwrap_or(command);
+            moved.last = Some(command);
+            moved.effort += command * command * self.period_s;
+            moved.travel += step.abs();
+            if step != 0.0 {
+                moved.reversals += f64::from(u8::from(step * moved.side < 0.0));
+                moved.side = step.signum();
+            }
+            let room = AT_LIMIT * (max - min);
+            let at_limit = command <= min + room || command >= max - room;
+            moved.at_limit += f64::from(u8::from(at_limit));
+            // Of the travel from neutral: zero for an angle, idle for an engine.
+            let position = measured.positions[effector];
+            let neutral = 0.0_f64.clamp(min, max);
+            let side = if position < neutral { neutral - min } else { max - neutral };
+            moved.farthest = moved.farthest.max((position - neutral).abs() / side);
+        }
+    }
+
+    fn track_activation(&mut self, row: &Row) {
+        let Activation { is_active, toggles, false_alarms, detected_s } = &mut self.activation;
+        let now = row.compensator_active > 0.0;
+        *toggles += f64::from(u8::from(now != *is_active));
+        match self.fault {
+            None => *false_alarms += f64::from(u8::from(now && !*is_active)),
+            Some((at_s, _)) if now => {
+                detected_s.get_or_insert(row.t_s - at_s);
+            }
+            Some(_) => {}
+        }
+        *is_active = now;
+    }
+
+    /// Every measure, with `lost_s`, when the aircraft was lost.
+    #[must_use]
+    pub fn metrics(&self, lost_s: Option<f64>) -> Vec<Metric> {
+        let mut all = Vec::new();
+        self.tracking(&mut all);
+        self.transient_and_steady(&mut all);
+        self.control(&mut all);
+        self.estimation(&mut all);
+        self.detection(&mut all);
+        let after_s = |lost_s: f64| lost_s - self.fault.map_or(0.0, |(at_s, _)| at_s);
+        all.push(Metric::new("time_to_loss", "s", lost_s.map(after_s)));
+        all
+    }
+
+    fn tracking(&self, all: &mut Vec<Metric>) {
+        let flown_s = self.ticks * self.period_s;
+        for ((name, [plain, integral, square, timed]), sums) in TRACKED.iter().zip(&self.errors) {
+            all.push(Metric::new(format!("{name}_iae"), integral, Some(sums.absolute)));
+            all.push(Metric::new(format!("{name}_ise"), square, Some(sums.squares)));
+            all.push(Metric::new(format!("{name}_itae"), timed, Some(sums.timed)));
+            let rmse = (sums.squares / flown_s).sqrt();
+            all.push(Metric::new(format!("{name}_rmse"), plain, Some(rmse)));
+        }
+    }
+
+    fn transient_and_steady(&self, all: &mut Vec<Metric>) {
+        let broken = self.fault.is_some();
+        for ((name, unit), peak) in PEAKS.iter().zip(self.peaks) {
+            all.push(Metric::new(format!("peak_{name}"), unit, broken.then_some(peak)));
+        }
+        let lost_m = self.fault.map(|(_, at_m)| (at_m - self.altitude_min_m).max(0.0));
+        all.push(Metric::new("altitude_lost", "m", lost_m));
+        for (name, outside_s) in ["roll", "altitude"].into_iter().zip(self.outside_s) {
+            let recovered = self.fault.and_then(|(at_s, _)| {
+                let back_s = outside_s.map_or(at_s, |outside_s| outside_s + self.period_s);
+                (self.last_s - back_s >= RECOVERED_S).then_some(back_s - at_s)
+            });
+            all.push(Metric::new(format!("recovery_time_{name}"), "s", recovered));
+        }
+        for (index, (name, [unit, ..])) in TRACKED.iter().take(REFERRED).enumerate() {
+            let sum: f64 = self.steady.iter().map(|tick| tick[1 + index]).sum();
+            #[expect(clippy::cast_precision_loss, reason = "ticks of ten seconds")]
+            let mean = sum / self.steady.len() as f64;
+            let is_long = self.last_s >= STEADY_S;
+            all.push(Metric::new(format!("steady_offset_{name}"), unit, is_long.then_some(mean)));
+        }
+    }
+
+    fn control(&self, all: &mut Vec<Metric>) {
+        let flown_s = self.ticks * self.period_s;
+        for (effector, moved) in self.effectors.iter() {
+            let units = if effector.is_angle() { ["rad2 s", "rad"] } else { ["N2 s", "N"] };
+            let key = effector.key();
+            let percent = |share: f64| Some(100.0 * share);
+            all.push(Metric::new(format!("effort_{key}"), units[0], Some(moved.effort)));
+            all.push(Metric::new(format!("travel_{key}"), units[1], Some(moved.travel)));
+            let reversals = moved.reversals / flown_s;
+            all.push(Metric::new(format!("reversals_{key}"), "1/s", Some(reversals)));
+            let at_limit = percent(moved.at_limit / self.ticks);
+            all.push(Metric::new(format!("at_limit_{key}"), "%", at_limit));
+            all.push(Metric::new(format!("authority_used_{key}"), "%", percent(moved.farthest)));
+        }
+    }
+
+    fn estimation(&self, all: &mut Vec<Metric>) {
+        for (axis, name) in AXES.iter().enumerate() {
+            let unit = "rad/s2";
+            let (rmse, noise) = (self.estimate[axis].rms(), self.healthy[axis].deviation());
+            all.push(Metric::new(format!("estimate_rmse_{name}"), unit, rmse));
+            all.push(Metric::new(format!("estimate_noise_{name}"), unit, noise));
+            all.push(Metric::new(format!("estimate_overshoot_{name}"), "%", self.overshoot(axis)));
+            all.push(Metric::new(format!("estimate_lag_{name}"), "s", self.lag_s(axis)));
+        }
+    }
+
+    /// How far the estimate's peak in the transient is beyond that of the truth, percent of the latter.
+    fn overshoot(&self, axis: usize) -> Option<f64> {
+        let peak = |which: usize| {
+            self.transient.iter().map(|tick| tick[axis][which].abs()).fold(0.0, f64::max)
+        };
+        (!self.transient.is_empty()).then(|| 100.0 * (peak(0) - peak(1)) / peak(1))
+    }
+
+    /// The shift with which the truth in the transient looks most like the estimate (least squares), s.
+    fn lag_s(&self, axis: usize) -> Option<f64> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few hundred ticks"
+        )]
+        let longest = (LAG_MAX_S / self.period_s) as usize;
+        let ticks = &self.transient;
+        // Every shift is judged by the same ticks of the estimate.
+        let judged = ticks.get(longest..).filter(|judged| judged.len() > longest)?;
+        let misfit = |shift: usize| -> f64 {
+            let truths = &ticks[longest - shift..];
+            let pairs = judged.iter().zip(truths);
+            pairs.map(|(z2, truth)| (z2[axis][0] - truth[axis][1]).powi(2)).sum()
+        };
+        let best = (0..=longest).map(|shift| (shift, misfit(shift)));
+        let (shift, _) = best.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+        let shift = shift as f64;
+        Some(shift * self.period_s)
+    }
+
+    fn detection(&self, all: &mut Vec<Metric>) {
+        let Activation { toggles, false_alarms, detected_s, .. } = self.activation;
+        let broken = self.fault.is_some();
+        let healthy_s = self.fault.map_or(self.ticks * self.period_s, |(at_s, _)| at_s);
+        let missed = f64::from(u8::from(detected_s.is_none()));
+        let per_hour = (healthy_s > 0.0).then(|| false_alarms * 3_600.0 / healthy_s);
+        let per_minute = toggles * 60.0 / (self.ticks * self.period_s);
+        let fault_s = self.fault.map(|(at_s, _)| at_s);
+        all.push(Metric::new("fault_at", "s", fault_s));
+        all.push(Metric::new("detection_delay", "s", detected_s));
+        all.push(Metric::new("fault_missed", "1", broken.then_some(missed)));
+        all.push(Metric::new("false_alarms", "1/h", per_hour));
+        all.push(Metric::new("activation_toggles", "1/min", Some(per_minute)));
+    }
+}

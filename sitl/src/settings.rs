@@ -1,0 +1,253 @@
+//! `--set KEY=VALUE`: any key of the files of a flight, and any parameter, from the command line.
+//!
+//! | key | what it changes |
+//! |---|---|
+//! | `plant.…`, `autopilot.…` | the scenario, as in its file: `plant.wind.turbulence_m_s`, `plant.fault.1.angle_deg` |
+//! | `airframe.…` | the airframe file: `airframe.mass.mass_kg` |
+//! | `model.…` | the controller's model: `model.mass.mass_kg` |
+//! | capitals | a parameter of the autopilot: `FTC_MODE` |
+//!
+//! Entries of a list are counted from 1; one more than there are adds one. The keys are those that the readers of the
+//! files know ([`keys`]), so there is no second list of them.
+
+use std::fmt;
+
+use autopilot::parameters::{ParameterError, Parameters, table};
+use toml::{Table, Value};
+
+pub mod keys;
+
+/// One `--set`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// What is set.
+    pub key: String,
+    /// To what, as written.
+    pub value: String,
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.key, self.value)
+    }
+}
+
+/// A setting that cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SettingError {
+    /// Nobody knows the key.
+    #[error("--set {key}: there is no such key{}", nearest.as_ref().map_or_else(String::new, |key| format!("; the nearest is {key}")))]
+    Unknown {
+        /// The key.
+        key: String,
+        /// The one that looks most like it.
+        nearest: Option<String>,
+    },
+    /// An entry that a list does not have.
+    #[error("--set {key}: entry {number} of {list} is outside 1 to {max}")]
+    Entry {
+        /// The key.
+        key: String,
+        /// The list.
+        list: String,
+        /// The entry asked for.
+        number: usize,
+        /// One more than the list has.
+        max: usize,
+    },
+    /// The file has something else in that place.
+    #[error("--set {key}: {place} is no table here")]
+    NoTable {
+        /// The key.
+        key: String,
+        /// The place.
+        place: String,
+    },
+    /// A parameter is a number.
+    #[error("--set {name}={value}: {name} is a number from {min} to {max} {unit}")]
+    NotANumber {
+        /// The parameter.
+        name: &'static str,
+        /// The refused value.
+        value: String,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+        /// Unit of the numbers.
+        unit: &'static str,
+    },
+    /// A parameter refuses its value.
+    #[error("--set: {0}")]
+    Parameter(#[from] ParameterError),
+}
+
+/// Which file a key belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// The scenario.
+    Scenario,
+    /// The airframe file.
+    Airframe,
+    /// The controller's model.
+    Model,
+    /// A parameter of the autopilot.
+    Parameter,
+}
+
+impl Setting {
+    /// Reads `KEY=VALUE`, for the command line.
+    ///
+    /// # Errors
+    /// Says what is expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((key, value)) if !key.trim().is_empty() => {
+                Ok(Self { key: key.trim().to_owned(), value: value.trim().to_owned() })
+            }
+            _ => Err(format!("{text} is not KEY=VALUE")),
+        }
+    }
+
+    /// The file that the key belongs to.
+    ///
+    /// # Errors
+    /// [`SettingError::Unknown`] names the nearest key.
+    pub fn target(&self) -> Result<Target, SettingError> {
+        let known = keys::all();
+        if table().iter().any(|row| row.name == self.key) {
+            return Ok(Target::Parameter);
+        }
+        if keys::is_known(&self.key) {
+            return Ok(match self.key.split('.').next() {
+                Some("airframe") => Target::Airframe,
+                Some("model") => Target::Model,
+                _ => Target::Scenario,
+            });
+        }
+        // What a ground station may not set either has its own reason.
+        if let Err(
+            error @ (ParameterError::ReadOnly { .. } | ParameterError::OnlyInFlight { .. }),
+        ) = Parameters::default().set(&self.key, 0.0)
+        {
+            return Err(error.into());
+        }
+        let names = table().iter().map(|row| row.name.to_owned());
+        let nearest = keys::nearest(&self.key, known.iter().cloned().chain(names));
+        Err(SettingError::Unknown { key: self.key.clone(), nearest })
+    }
+}
+
+/// The settings of one file.
+#[must_use]
+pub fn of(settings: &[Setting], target: Target) -> Vec<&Setting> {
+    settings.iter().filter(|setting| setting.target() == Ok(target)).collect()
+}
+
+/// Checks that every key exists.
+///
+/// # Errors
+/// [`SettingError::Unknown`] for the first one that does not.
+pub fn check_keys(settings: &[Setting]) -> Result<(), SettingError> {
+    settings.iter().try_for_each(|setting| setting.target().map(drop))
+}
+
+/// Puts settings into a file that was read; `root` is what their keys have before those of the file.
+///
+/// # Errors
+/// [`SettingError`] for a place that the file does not have.
+pub fn apply(file: &mut Table, root: &str, settings: &[&Setting]) -> Result<(), SettingError> {
+    for setting in settings {
+        let path = setting.key.strip_prefix(root).unwrap_or(&setting.key);
+        put(file, path, setting)?;
+    }
+    Ok(())
+}
+
+fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), SettingError> {
+    let words: Vec<&str> = path.split('.').collect();
+    let Some((first, rest)) = words.split_first() else { return Ok(()) };
+    let mut place = *first;
+    let mut here = entry(file, first, rest.first());
+    for (index, word) in rest.iter().enumerate() {
+        let next = rest.get(index + 1);
+        here = match (here, word.parse::<usize>()) {
+            (Value::Array(list), Ok(number)) => {
+                let max = list.len() + 1;
+                if !(1..=max).contains(&number) {
+                    let (key, list) = (setting.key.clone(), place.to_owned());
+                    return Err(SettingError::Entry { key, list, number, max });
+                }
+                if number == max {
+                    list.push(empty(next));
+                }
+                &mut list[number - 1]
+            }
+            (Value::Table(table), Err(_)) => entry(table, word, next),
+            _ => {
+                let (key, place) = (setting.key.clone(), place.to_owned());
+                return Err(SettingError::NoTable { key, place });
+            }
+        };
+        place = word;
+    }
+    *here = value(&setting.value);
+    Ok(())
+}
+
+fn entry<'a>(table: &'a mut Table, word: &str, next: Option<&&str>) -> &'a mut Value {
+    table.entry(word).or_insert_with(|| empty(next))
+}
+
+/// What stands in a place before something is put into it.
+fn empty(next: Option<&&str>) -> Value {
+    match next {
+        Some(word) if word.parse::<usize>().is_ok() => Value::Array(Vec::new()),
+        _ => Value::Table(Table::new()),
+    }
+}
+
+/// A value as it would stand in the file; what is none is a text, so that names need no quotes.
+fn value(text: &str) -> Value {
+    let line: Result<Table, _> = toml::from_str(&format!("value = {text}"));
+    match line {
+        Ok(mut table) if table.len() == 1 => table.remove("value"),
+        _ => None,
+    }
+    .unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+/// Sets the parameters among the settings, all at once, so that their order does not matter.
+///
+/// # Errors
+/// [`SettingError`] names parameter, value and range.
+pub fn set_parameters(
+    parameters: &mut Parameters,
+    settings: &[Setting],
+) -> Result<(), SettingError> {
+    let mut values = Vec::new();
+    for setting in of(settings, Target::Parameter) {
+        let Some(row) = table().iter().find(|row| row.name == setting.key) else { continue };
+        let value = setting.value.parse::<f64>().map_err(|_| SettingError::NotANumber {
+            name: row.name,
+            value: setting.value.clone(),
+            min: row.min,
+            max: row.max,
+            unit: row.unit,
+        })?;
+        values.push((row.name, value));
+    }
+    // A warning about Lemma 1 is no reason to refuse: whoever sets gains by hand knows it.
+    parameters.set_all(values)?;
+    Ok(())
+}
+
+/// A file's name with what was set in it, for messages.
+#[must_use]
+pub fn describe(name: &str, settings: &[&Setting]) -> String {
+    let set: Vec<String> = settings.iter().map(|setting| format!(" --set {setting}")).collect();
+    format!("{name}{}", set.concat())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,277 @@
+//! `sitl fly` with the real binary: what it prints, writes and returns, and what it refuses.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "waiting for real programs, with the wall clock as bound"
+)]
+
+mod programs;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use programs::program;
+use tempfile::TempDir;
+
+fn sitl(words: &[&str]) -> Output {
+    Command::new(program("sitl")).args(words).output().expect("the built program starts")
+}
+
+fn fly(words: &[&str]) -> Output {
+    let all: Vec<&str> = ["fly"].iter().chain(words).copied().collect();
+    sitl(&all)
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// A refusal: exit status 2, and these words on the standard error.
+fn assert_refused(words: &[&str], expected: &str) {
+    let output = fly(words);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{words:?}: {said}");
+    assert!(said.contains(expected), "{words:?} said {said}");
+    assert_eq!(out(&output), "", "{words:?}");
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder for the test")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a readable path")
+}
+
+fn outcome(folder: &Path) -> serde_json::Value {
+    let json = fs::read(folder.join("outcome.json")).expect("it was written");
+    serde_json::from_slice(&json).expect("it is JSON")
+}
+
+#[test]
+fn a_kept_aircraft_is_exit_status_0_and_a_lost_one_1_each_with_one_line() {
+    for (words, status, line) in [
+        (&["case2"][..], 0, "case2, seed 1: kept, 40.000 s flown"),
+        (&["case1", "--ftc", "off"], 1, "case1, seed 1: lost at 5.710 s, roll angle 90.0 deg"),
+        (&["case1", "--set", "FTC_MODE=0", "--seed", "4"], 1, "case1, seed 4: lost at 5.710 s"),
+    ] {
+        let output = fly(words);
+        assert_eq!(output.status.code(), Some(status), "{words:?}");
+        let said = out(&output);
+        assert!(said.starts_with(line) && said.lines().count() == 1, "{words:?} said {said}");
+    }
+}
+
+#[test]
+fn a_scenario_without_a_start_begins_at_the_design_point_of_the_airframe() {
+    let folder = folder();
+    let airframe = folder.path().join("high.toml");
+    let shipped = plant_sim::airframe::DEFAULT_AIRFRAME;
+    let at = "[design_point]\naltitude_m = 5000.0 ";
+    assert!(shipped.contains(at), "the file has another design point");
+    let high = shipped.replacen(at, "[design_point]\naltitude_m = 6500.0 ", 1);
+    fs::write(&airframe, high).expect("a free path");
+    let output = fly(&["nominal", "--airframe", text(&airframe), "--set", "plant.duration_s=2"]);
+    assert_eq!(
+        out(&output),
+        "nominal, seed 1: kept, 2.000 s flown, altitude 6500 m, reference 6500 m\n"
+    );
+}
+
+#[test]
+fn after_the_loss_the_flight_goes_on_only_where_that_is_asked_for() {
+    let ends_s = |more: &[&str]| {
+        let folder = folder();
+        let words = ["case1", "--ftc", "off", "--out", text(folder.path())];
+        let output = fly(&[&words[..], more].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let outcome = outcome(folder.path());
+        assert_eq!(outcome["lost_at_s"], 5.71);
+        outcome["end_s"].as_f64().expect("a time")
+    };
+    assert_eq!(ends_s(&[]), 5.71);
+    // To the ground, as `sitl paper` follows it.
+    let ground_s = ends_s(&["--no-stop-at-loss"]);
+    assert!((20.0..60.0).contains(&ground_s), "{ground_s} s");
+}
+
+#[test]
+fn the_limits_of_the_airframe_file_say_when_the_aircraft_is_lost() {
+    let output = fly(&["case2", "--set", "airframe.limits.roll_deg=8"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(out(&output).contains("roll angle 8.0 deg, limit 8 deg"), "{}", out(&output));
+}
+
+#[test]
+fn the_table_is_that_of_the_paper_and_every_measure_has_its_unit() {
+    let folder = folder();
+    let output = fly(&["case1", "--no-stop-at-loss", "--out", text(folder.path())]);
+    assert!(output.status.success());
+    let table = fs::read_to_string(folder.path().join("flight.csv")).expect("it was written");
+    let header = sitl::table::Row::COLUMNS.join(",");
+    assert_eq!(table.lines().next(), Some(header.as_str()));
+    assert_eq!(table.lines().count(), 1 + 9_001, "100 rows a second, both ends");
+    let outcome = outcome(folder.path());
+    let metrics = outcome["metrics"].as_object().expect("a map");
+    assert!(metrics.len() > 80, "{} measures", metrics.len());
+    assert!(metrics.values().all(|metric| metric["unit"].is_string()), "{metrics:?}");
+    let value = |name: &str| metrics[name]["value"].as_f64().expect(name);
+    assert_eq!(value("fault_at"), 3.0);
+    assert!(value("detection_delay") < 0.1, "{}", value("detection_delay"));
+    assert_eq!(value("fault_missed"), 0.0);
+    assert!(value("steady_offset_altitude").abs() < 5.0);
+    assert_eq!(metrics["time_to_loss"]["value"], serde_json::Value::Null);
+    let files = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(files, 2, "nothing else is left behind");
+}
+
+#[test]
+fn the_flight_log_is_flown_again_to_the_same_hash() {
+    let folder = folder();
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
+    let words = [scenario, "--turbulence-m-s", "2", "--out", text(folder.path())];
+    assert!(fly(&[&words[..], &["--ulog", "--figures"]].concat()).status.success());
+    let log = folder.path().join("flight.ulg");
+    let replay = sitl(&["replay", text(&log)]);
+    assert_eq!(replay.status.code(), Some(0), "{}", out(&replay));
+    assert!(out(&replay).contains("same run hash"), "{}", out(&replay));
+    let page = fs::read_to_string(folder.path().join("flight.html")).expect("it was written");
+    assert!(page.contains("<svg") && page.ends_with("</html>"), "no page of figures");
+}
+
+#[test]
+fn a_range_of_seeds_is_the_same_on_any_number_of_threads_and_as_each_alone() {
+    let words = [
+        "fly",
+        "case1",
+        "--seed",
+        "3..6",
+        "--set",
+        "plant.wind.turbulence_m_s=3",
+        "--set",
+        "plant.duration_s=8",
+        "--out",
+    ];
+    let of = |threads: &str| {
+        let folder = folder();
+        let mut command = Command::new(program("sitl"));
+        command.env("RAYON_NUM_THREADS", threads).args(words).arg(folder.path());
+        let output = command.output().expect("it starts");
+        assert_eq!(output.status.code(), Some(0));
+        let table = fs::read_to_string(folder.path().join("seeds.csv")).expect("it was written");
+        (out(&output), table, outcome(folder.path()))
+    };
+    let (said, table, many) = of("1");
+    assert_eq!(of("3"), (said.clone(), table.clone(), many.clone()));
+    assert_eq!(said.lines().count(), 1 + 4 + 1, "{said}");
+    assert!(said.contains("0 of 4 lost"), "{said}");
+    assert_eq!(table.lines().count(), 1 + 4);
+    let alone = folder();
+    let words = [
+        "case1",
+        "--seed",
+        "5",
+        "--set",
+        "plant.wind.turbulence_m_s=3",
+        "--set",
+        "plant.duration_s=8",
+        "--out",
+        text(alone.path()),
+    ];
+    assert!(fly(&words).status.success());
+    assert_eq!(outcome(alone.path())["metrics"], many["flights"][2]["metrics"]);
+    assert_ne!(many["flights"][1]["metrics"], many["flights"][2]["metrics"], "seeds differ");
+}
+
+#[test]
+fn a_range_with_a_lost_aircraft_is_exit_status_1() {
+    let output = fly(&["case1", "--ftc", "off", "--seed", "1..2"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(out(&output).contains("2 of 2 lost"), "{}", out(&output));
+}
+
+#[test]
+fn what_cannot_be_flown_is_refused_with_key_value_and_what_was_expected() {
+    for (words, expected) in [
+        (
+            &["case9"][..],
+            "case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2",
+        ),
+        (&["case1", "--airframe", "no.toml"], "no.toml: "),
+        (&["case1", "--model", "no.toml"], "no.toml: "),
+        (&["case1", "--script", "no.txt"], "no.txt: "),
+        (
+            &["case1", "--set", "plant.wind.turbulense_m_s=1"],
+            "plant.wind.turbulense_m_s: there is no such key; the nearest is plant.wind.turbulence_m_s",
+        ),
+        (
+            &["case1", "--set", "FTC_MOD=1"],
+            "FTC_MOD: there is no such key; the nearest is FTC_MODE",
+        ),
+        (&["case1", "--set", "FTC_MODE=7"], "FTC_MODE = 7 is outside 0 to 2"),
+        (&["case1", "--set", "FTC_MODE=on"], "FTC_MODE=on: FTC_MODE is a number from 0 to 2"),
+        (
+            &["case1", "--set", "plant.wind.turbulence_m_s=99"],
+            "turbulence_m_s = 99 is outside 0 to 20",
+        ),
+        (
+            &["case1", "--set", "plant.wind.turbulence_m_s=much"],
+            "--set plant.wind.turbulence_m_s=much: invalid type",
+        ),
+        (&["case1", "--set", "airframe.mass.mass_kg=-1"], "mass_kg = -1 is outside 1 to 1000000"),
+        (&["case1", "--set", "airframe.mass.mass_kg=900000"], "steady level flight"),
+        (&["case1", "--set", "model.mass.mass_kg=nan"], "mass_kg = NaN is outside"),
+        (
+            &["case1", "--set", "plant.fault.1.angle_deg=80"],
+            "angle 80.0 deg is outside -30.0 to 30.0 deg",
+        ),
+        (&["case1", "--set", "plant.fault.3.angle_deg=8"], "entry 3 of fault is outside 1 to 2"),
+        (&["case1", "--set", "nothing"], "nothing is not KEY=VALUE"),
+        (&["case1", "--seed", "9..2"], "9 is above 2"),
+        (&["case1", "--seed", "1..2", "--ulog", "--out", "x"], "--ulog is for one flight"),
+        (&["case1", "--ulog"], "--out"),
+        (&["case1", "--step-us", "300"], "300 us does not divide"),
+        (&["case1", "--turbulence-m-s", "NaN"], "turbulence_m_s = NaN"),
+        (&[], "SCENARIO"),
+    ] {
+        assert_refused(words, expected);
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_refused_and_nothing_is_replaced_that_is_not_ours() {
+    let folder = folder();
+    let file = folder.path().join("file");
+    fs::write(&file, "mine").expect("a free path");
+    assert_refused(&["case1", "--out", text(&file)], "this is no folder");
+    assert_refused(&["case1", "--out", text(&file.join("below"))], "cannot write");
+    assert_refused(&["case1", "--out", "/proc/none"], "cannot write /proc/none");
+    let foreign = folder.path().join("flight.csv");
+    fs::write(&foreign, "my own table").expect("a free path");
+    assert_refused(&["case1", "--out", text(folder.path())], "not written by this program");
+    assert_eq!(fs::read_to_string(&foreign).expect("still there"), "my own table");
+    fs::remove_file(&foreign).expect("ours");
+    fs::write(folder.path().join("outcome.json"), "{\"mine\": 1}\n").expect("a free path");
+    assert_refused(&["case1", "--out", text(folder.path())], "outcome.json: not empty");
+    // A second flight replaces the first.
+    fs::remove_file(folder.path().join("outcome.json")).expect("ours");
+    for seed in ["1", "2"] {
+        let words = ["case1", "--seed", seed, "--out", text(folder.path())];
+        assert!(fly(&words).status.success());
+        assert_eq!(outcome(folder.path())["seed"].to_string(), seed);
+    }
+}
+
+#[test]
+fn a_live_flight_ends_at_the_duration_of_its_scenario() {
+    let folder = folder();
+    let scenario = folder.path().join("short.toml");
+    let text = plant_sim::scenario::NOMINAL.replacen("[plant]\n", "[plant]\nduration_s = 1.5\n", 1);
+    fs::write(&scenario, text).expect("a free path");
+    let scenario = scenario.to_str().expect("a readable path");
+    let words =
+        ["--scenario", scenario, "--speed", "20", "--no-gcs", "--plant-link", "127.0.0.1:0"];
+    let mut live = programs::Program::start("sitl", &words);
+    assert_eq!(live.end(), Some(0), "{}", live.said());
+    assert!(live.said().contains("the flight is complete"), "{}", live.said());
+}
