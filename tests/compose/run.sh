@@ -35,7 +35,9 @@ log=$(mktemp)
 trap 'rm -f "$log"; compose down --volumes --timeout 5 >/dev/null 2>&1' EXIT
 compose down --volumes >/dev/null 2>&1 || true
 echo "building ..."
-compose build --quiet autopilot station 2>/dev/null || compose build autopilot station
+# Without optimisation as one program, which takes minutes and changes no bit.
+set -- --build-arg CARGO_PROFILE_RELEASE_LTO=off --build-arg CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16
+compose build --quiet "$@" autopilot station 2>/dev/null || compose build "$@" autopilot station
 
 fly_case_1() {
   code=0
