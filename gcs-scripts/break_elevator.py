@@ -18,6 +18,8 @@ USER_1 = 31010
 SERVO, OK, STUCK, LEFT_ELEVATOR, ANGLE_DEG = 102, 0, 2, 3, 1
 ACCEPTED = 0
 ANSWER_S = 5.0
+# The text with the reason follows the refusal.
+REASON_S = 1.0
 
 
 def main():
@@ -37,8 +39,8 @@ def main():
     if link.wait_heartbeat(timeout=ANSWER_S) is None:
         print(f"no aircraft is heard at {args.connect}", file=sys.stderr)
         return 2
-    kind, angle = (OK, 0.0) if args.mend else (STUCK, args.angle)
-    link.mav.command_long_send(1, 1, USER_1, 0, SERVO, kind, LEFT_ELEVATOR, ANGLE_DEG, angle, 0, 0)
+    kind, mode, angle = (OK, 0, 0.0) if args.mend else (STUCK, ANGLE_DEG, args.angle)
+    link.mav.command_long_send(1, 1, USER_1, 0, SERVO, kind, LEFT_ELEVATOR, mode, angle, 0, 0)
     until = time.monotonic() + ANSWER_S
     while time.monotonic() < until:
         message = link.recv_match(type=["COMMAND_ACK", "STATUSTEXT"], blocking=True, timeout=0.5)
@@ -47,9 +49,14 @@ def main():
         if message.get_type() == "STATUSTEXT":
             print(message.text)
         elif message.command == USER_1 and message.target_system == 254:
-            is_done = message.result == ACCEPTED
-            print("done" if is_done else f"refused, result {message.result}")
-            return 0 if is_done else 1
+            if message.result == ACCEPTED:
+                print("done")
+                return 0
+            print(f"refused, result {message.result}")
+            reason = link.recv_match(type="STATUSTEXT", blocking=True, timeout=REASON_S)
+            if reason is not None:
+                print(reason.text)
+            return 1
     print("no answer", file=sys.stderr)
     return 2
 

@@ -14,7 +14,8 @@ use crate::vehicle::Mode;
 /// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
 const FORCE: f32 = 21_196.0;
 
-const RESTART: &str = "restart it (command 246, p1 = 1)";
+/// QGroundControl has this command as *Reboot Vehicle*.
+const RESTART: &str = "reboot the vehicle";
 
 /// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
 pub fn set_mode(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
@@ -62,11 +63,9 @@ pub fn arm_or_disarm(command: &Command, asking: &mut Asking) -> Result<Decision,
 /// What keeps the aircraft from being armed and flown.
 fn not_ready(aircraft: &Aircraft) -> Option<String> {
     match aircraft.phase() {
-        Phase::Flying if aircraft.is_terminated() => {
-            Some(format!("the flight was terminated, {RESTART}"))
-        }
+        Phase::Flying if aircraft.is_terminated() => Some(format!("flight terminated, {RESTART}")),
         Phase::Flying => None,
-        Phase::OnGround => Some(format!("the flight is over, {RESTART}")),
+        Phase::OnGround => Some(format!("flight over, {RESTART}")),
         Phase::NoFlight => Some("no aircraft is connected".into()),
         Phase::Lost => Some("the plant link is lost".into()),
     }
@@ -83,6 +82,15 @@ pub fn prearm_checks(_: &Command, asking: &mut Asking) -> Result<Decision, Refus
         }
         Some(reason) => Ok(Decision::accept().noting(format!("PreArm: {reason}"))),
     }
+}
+
+/// PREFLIGHT_CALIBRATION: all zero stops a calibration, as QGroundControl does when its page of the radio opens; none
+/// ever runs, so that is done. Nothing here can be calibrated.
+pub fn calibrate(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+    if command.params.iter().all(|param| *param == 0.0) {
+        return Ok(Decision::accept());
+    }
+    Err(Refused::unsupported("Calibration refused: the sensors need none"))
 }
 
 /// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol wants FAILED for anything less.

@@ -12,7 +12,7 @@ use crate::mavlink::refused::Refused;
 type Rule = fn(&Command, &mut Asking) -> Result<Decision, Refused>;
 
 /// Number of each command (MAV_CMD), its name and its rule.
-const RULES: [(u16, &str, Rule); 33] = [
+const RULES: [(u16, &str, Rule); 34] = [
     (17, "NAV_LOITER_UNLIM", places::loiter),
     (20, "NAV_RETURN_TO_LAUNCH", state::return_home),
     (21, "NAV_LAND", state::land),
@@ -28,6 +28,7 @@ const RULES: [(u16, &str, Rule); 33] = [
     (192, "DO_REPOSITION", places::reposition),
     (193, "DO_PAUSE_CONTINUE", places::pause_or_continue),
     (224, "DO_SET_MISSION_CURRENT", mission::set_current),
+    (241, "PREFLIGHT_CALIBRATION", state::calibrate),
     (246, "PREFLIGHT_REBOOT_SHUTDOWN", simulation::restart),
     (262, "DO_SET_STANDARD_MODE", state::set_standard_mode),
     (300, "MISSION_START", mission::start),

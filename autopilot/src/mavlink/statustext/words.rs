@@ -57,7 +57,10 @@ pub(super) fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavS
             (S::MAV_SEVERITY_INFO, format!("Authority restored: {}", axis.name()))
         }
         EventKind::Saturated(limit) => {
-            (S::MAV_SEVERITY_WARNING, format!("Saturated: {}", limit.name()))
+            // Full or idle thrust is normal in a climb, a descent or after a change of speed.
+            let is_normal = limit == Limit::Thrust;
+            let severity = if is_normal { S::MAV_SEVERITY_INFO } else { S::MAV_SEVERITY_WARNING };
+            (severity, format!("Saturated: {}", limit.name()))
         }
         EventKind::SaturationEnded(limit) => {
             (S::MAV_SEVERITY_INFO, format!("No longer saturated: {}", limit.name()))

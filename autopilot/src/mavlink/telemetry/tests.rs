@@ -196,7 +196,7 @@ fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
         assert!(got.windows(2).all(|two| two[1].sequence == two[0].sequence.wrapping_add(1)));
         names.insert(name);
     }
-    let expected = ["authority", "correction", "estimate", "level"];
+    let expected = ["applied", "authority", "estimate", "level"];
     assert!(names.iter().eq(expected.iter()), "{names:?}");
     let log = world.autopilot.snapshot().unwrap().log;
     let last = world.got.iter().rev().filter_map(Got::read::<DEBUG_VECT_DATA>);

@@ -68,7 +68,7 @@ fn disarming_on_the_ground_is_a_fact_by_force_or_not() {
     world.send_command(400, one(0.0, FORCE));
     world.send_command(400, one(1.0, FORCE));
     assert_eq!(world.take_acks(), [ack(400, ACCEPTED), ack(400, ACCEPTED), ack(400, LATER)]);
-    assert!(world.said("PreArm: the flight is over, restart it"), "{:?}", world.texts());
+    assert!(world.said("PreArm: flight over, reboot the vehicle"), "{:?}", world.texts());
     assert_eq!(terminations(&mut world), 0);
 }
 
@@ -87,7 +87,20 @@ fn only_more_than_a_half_terminates_a_flight() {
     assert!(world.autopilot.snapshot().unwrap().terminated);
     world.send_command(400, one(1.0, 0.0));
     assert_eq!(world.take_acks(), [ack(400, LATER)]);
-    assert!(world.said("PreArm: the flight was terminated"), "{:?}", world.texts());
+    assert!(world.said("PreArm: flight terminated, reboot the vehicle"), "{:?}", world.texts());
+}
+
+#[test]
+fn a_station_may_stop_a_calibration_and_cannot_begin_one() {
+    let mut world = World::flying();
+    world.send_command(241, [0.0; 7]);
+    assert_eq!(world.take_acks(), [ack(241, ACCEPTED)]);
+    assert!(!world.said("alibration"), "a page that opens: {:?}", world.texts());
+    for params in [one(1.0, 0.0), one(NAN, 0.0)] {
+        world.send_command(241, params);
+        assert_eq!(world.take_acks(), [ack(241, UNSUPPORTED)]);
+    }
+    assert!(world.said("Calibration refused"));
 }
 
 #[test]
@@ -104,7 +117,7 @@ fn takeoff_and_landing_are_refused_with_the_reason() {
     let mut world = on_the_ground();
     world.send_command(22, [NAN; 7]);
     assert_eq!(world.take_acks(), [ack(22, LATER)]);
-    assert!(world.said("Takeoff refused: the flight is over, restart it"), "{:?}", world.texts());
+    assert!(world.said("Takeoff refused: flight over, reboot the vehicle"), "{:?}", world.texts());
 }
 
 #[test]
@@ -115,7 +128,7 @@ fn prearm_checks_are_rejected_in_the_air_and_tell_the_reason_elsewhere() {
     let mut world = on_the_ground();
     world.send_command(401, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(401, ACCEPTED)]);
-    assert!(world.said("PreArm: the flight is over"), "{:?}", world.texts());
+    assert!(world.said("PreArm: flight over"), "{:?}", world.texts());
 }
 
 #[test]

@@ -87,6 +87,7 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
             "Injected: left elevator stuck at 30.0 deg, from 12.002 s",
         ),
         (E::Saturated(Limit::Rudder), Orange, "Saturated: rudder"),
+        (E::Saturated(Limit::Thrust), Plain, "Saturated: thrust"),
         (
             E::AltitudeNotHeld(AltitudeLimit::Engine),
             Orange,

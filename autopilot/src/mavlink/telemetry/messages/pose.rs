@@ -77,6 +77,9 @@ pub fn local_position_ned(state: &Snapshot) -> Encoded {
 /// Satellites that GPS_RAW_INT reports. None is simulated: the navigation unit is ideal, and a station that shows a 3D fix
 /// with none, or with an unknown number (which QGroundControl shows as 0), would warn of it.
 const SATELLITES: u8 = 16;
+/// Dilution of precision that it reports, hundredths: a good one, since QGroundControl shows no number of satellites beside an
+/// unknown one.
+const DILUTION: u16 = 100;
 
 pub fn gps_raw_int(state: &Snapshot) -> Encoded {
     let sensors = &state.sensors;
@@ -89,9 +92,8 @@ pub fn gps_raw_int(state: &Snapshot) -> Encoded {
         lon: convert::degrees_e7(sensors.longitude_rad),
         alt: altitude,
         alt_ellipsoid: altitude,
-        // No satellites are simulated: their geometry is "unknown".
-        eph: u16::MAX,
-        epv: u16::MAX,
+        eph: DILUTION,
+        epv: DILUTION,
         satellites_visible: SATELLITES,
         vel: convert::centimetres_per_second_unsigned(libm::hypot(velocity.x, velocity.y)),
         cog: convert::heading_centidegrees(course_rad(&sensors.velocity)),

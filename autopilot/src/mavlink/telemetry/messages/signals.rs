@@ -14,7 +14,7 @@ use crate::mavlink::convert;
 struct Signal {
     /// Component id, of those that MAVLink leaves to the user (MAV_COMP_ID_USER1 is 25).
     component: u8,
-    /// Name, at most ten characters.
+    /// Name, at most nine characters: QGroundControl shows no more.
     name: &'static str,
     of: fn(&StepLog) -> [f64; 3],
 }
@@ -30,7 +30,7 @@ const SIGNALS: [Signal; 4] = [
     },
     Signal {
         component: 28,
-        name: "correction",
+        name: "applied",
         of: |log| {
             let applied = &log.applied_compensation;
             [applied.aileron_rad, applied.nozzle_pitch_rad, applied.nozzle_yaw_rad]
