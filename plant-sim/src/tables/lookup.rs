@@ -4,7 +4,7 @@
 //! are interpolated side by side.
 
 use super::sum::{Factor, SumError, factors};
-use super::{Outside, Table};
+use super::{INPUTS_MAX, Outside, Table};
 
 /// Most different pairs of input and breakpoints.
 const AXES_MAX: usize = 16;
@@ -12,15 +12,22 @@ const AXES_MAX: usize = 16;
 /// Most values out of tables.
 const VALUES_MAX: usize = 64;
 
+/// Functions that are interpolated side by side: those of a grid are filled up with zeros to a multiple.
+const LANES: usize = 2;
+
 /// Most inputs in one term.
 const PRODUCT_MAX: usize = 3;
+
+/// Most inputs; the place behind the last one holds the number one.
+pub const SUM_INPUTS_MAX: usize = 31;
 
 /// Sums of terms over one list of inputs.
 #[derive(Debug, Clone)]
 pub struct Sums {
     axes: Vec<Axis>,
     grids: Vec<Grid>,
-    terms: Vec<Term>,
+    /// The terms of each output.
+    sums: Vec<Vec<Term>>,
 }
 
 /// An input with breakpoints, in the SI unit of the input.
@@ -29,6 +36,7 @@ struct Axis {
     input: usize,
     breakpoints: Vec<f64>,
     per_width: Vec<f64>,
+    per_mean_width: f64,
     outside: Outside,
     odd: bool,
 }
@@ -51,21 +59,23 @@ struct Grid {
     axes: Vec<usize>,
     /// Distance of neighbours along each axis in `values`.
     strides: Vec<usize>,
+    /// Where the corners of an interval stand from its first one, the bits of a corner saying on which axes it is farther.
+    corners: Vec<usize>,
     /// Values of the functions that are used, side by side.
     values: Vec<f64>,
-    /// How many functions.
+    /// How many functions, with the zeros.
     width: usize,
     /// Index of the first of them among all values.
     first: usize,
 }
 
-/// A product that is added to an output.
+/// A product in a sum. What it has not stands for the number one: without a question the loop over all
+/// terms is twice as fast.
 #[derive(Debug, Clone)]
 struct Term {
-    output: usize,
     factor: f64,
-    value: Option<usize>,
-    inputs: Vec<usize>,
+    value: usize,
+    inputs: [usize; PRODUCT_MAX],
 }
 
 /// A sum as a file has it: where it goes, its key for errors, its terms.
@@ -89,6 +99,10 @@ impl Sums {
         sums: &[SumText<'_>],
         inputs: &[String],
     ) -> Result<Self, SumError> {
+        if inputs.len() > SUM_INPUTS_MAX {
+            let (found, max) = (inputs.len(), SUM_INPUTS_MAX);
+            return Err(SumError::TooMany { what: "inputs", found, max });
+        }
         let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
         let mut products = Vec::new();
         for sum in sums {
@@ -110,36 +124,37 @@ impl Sums {
                 return Err(SumError::TooMany { what, found, max });
             }
         }
-        let term = |(output, Product { factor, function, inputs }): (usize, Product)| Term {
-            output,
-            factor,
-            value: function.map(|(grid, function)| grids[grid].first + function),
-            inputs,
-        };
-        let terms = products.into_iter().map(term).collect();
-        Ok(Self { axes: build.axes, grids, terms })
+        let mut sums =
+            vec![Vec::new(); products.iter().map(|(output, _)| output + 1).max().unwrap_or(0)];
+        for (output, product) in products {
+            let value = product.function.map(|(grid, function)| grids[grid].first + function);
+            let mut inputs = [SUM_INPUTS_MAX; PRODUCT_MAX];
+            inputs.iter_mut().zip(&product.inputs).for_each(|(place, input)| *place = *input);
+            let value = value.unwrap_or(VALUES_MAX);
+            sums[output].push(Term { factor: product.factor, value, inputs });
+        }
+        Ok(Self { axes: build.axes, grids, sums })
     }
 
     /// Adds every sum to its output. `inputs` in SI units, in the order of the names given to [`Sums::new`].
     #[inline]
     pub fn add_to(&self, outputs: &mut [f64], inputs: &[f64]) {
+        let mut known = [1.0; SUM_INPUTS_MAX + 1];
+        known[..inputs.len()].copy_from_slice(inputs);
         let mut spots = [Spot::default(); AXES_MAX];
         for (spot, axis) in spots.iter_mut().zip(&self.axes) {
-            *spot = axis.find(inputs[axis.input]);
+            *spot = axis.find(known[axis.input]);
         }
-        let mut values = [0.0; VALUES_MAX];
+        let mut values = [0.0; VALUES_MAX + 1];
+        values[VALUES_MAX] = 1.0;
         for grid in &self.grids {
             grid.interpolate(&spots, &mut values[grid.first..grid.first + grid.width]);
         }
-        for term in &self.terms {
-            let mut product = term.factor;
-            if let Some(value) = term.value {
-                product *= values[value];
-            }
-            for input in &term.inputs {
-                product *= inputs[*input];
-            }
-            outputs[term.output] += product;
+        for (output, sum) in outputs.iter_mut().zip(&self.sums) {
+            *output += sum.iter().fold(0.0, |sum, term| {
+                let [first, second, third] = term.inputs.map(|input| known[input]);
+                sum + term.factor * values[term.value] * first * second * third
+            });
         }
     }
 }
@@ -148,9 +163,16 @@ impl Axis {
     #[inline]
     fn find(&self, input: f64) -> Spot {
         let (x, sign) = if self.odd && input < 0.0 { (-input, -1.0) } else { (input, 1.0) };
-        // Without a branch: the breakpoints of an aircraft are few.
-        let inner = &self.breakpoints[1..self.breakpoints.len() - 1];
-        let index = inner.iter().map(|breakpoint| usize::from(x >= *breakpoint)).sum();
+        // Even breakpoints give the interval at once; from there it is not far in any other table.
+        let last = self.per_width.len() - 1;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
+        let mut index = (((x - self.breakpoints[0]) * self.per_mean_width) as usize).min(last);
+        while index > 0 && x < self.breakpoints[index] {
+            index -= 1;
+        }
+        while index < last && x >= self.breakpoints[index + 1] {
+            index += 1;
+        }
         let part = (x - self.breakpoints[index]) * self.per_width[index];
         let part = match self.outside {
             Outside::Clamp if part > 1.0 => 1.0,
@@ -164,26 +186,31 @@ impl Axis {
 impl Grid {
     #[inline]
     fn interpolate(&self, spots: &[Spot; AXES_MAX], out: &mut [f64]) {
-        let n = self.axes.len();
-        let (mut base, mut sign) = (0, 1.0);
+        let mut base = 0;
+        let mut weights = [0.0; 1 << INPUTS_MAX];
+        weights[0] = 1.0;
+        let mut corners = 1;
         for (axis, stride) in self.axes.iter().zip(&self.strides) {
-            base += spots[*axis].index * stride;
-            sign *= spots[*axis].sign;
+            let Spot { index, part, sign } = spots[*axis];
+            base += index * stride;
+            for corner in 0..corners {
+                let weight = sign * weights[corner];
+                (weights[corner], weights[corner + corners]) =
+                    (weight * (1.0 - part), weight * part);
+            }
+            corners *= 2;
         }
-        for corner in 0..1_usize << n {
-            let (mut at, mut weight) = (base, sign);
-            for (k, (axis, stride)) in self.axes.iter().zip(&self.strides).enumerate() {
-                let part = spots[*axis].part;
-                if corner >> k & 1 == 1 {
-                    at += stride;
-                    weight *= part;
-                } else {
-                    weight *= 1.0 - part;
-                }
+        let values = &self.values[base..];
+        let corners = &self.corners[..corners];
+        for (pair, out) in out.chunks_exact_mut(LANES).enumerate() {
+            // Two names instead of an array: an array went through memory.
+            let (mut first, mut second) = (0.0, 0.0);
+            for (weight, corner) in weights.iter().zip(corners) {
+                let at = corner + pair * LANES;
+                first += weight * values[at];
+                second += weight * values[at + 1];
             }
-            for (out, value) in out.iter_mut().zip(&self.values[at..at + self.width]) {
-                *out += weight * value;
-            }
+            (out[0], out[1]) = (first, second);
         }
     }
 }
@@ -287,9 +314,16 @@ impl Build<'_> {
     fn axis(&mut self, table: usize, k: usize, input: usize, unit: f64) -> usize {
         let table = &self.tables[table];
         let breakpoints: Vec<f64> = table.inputs[k].breakpoints.iter().map(|x| x * unit).collect();
-        let per_width = breakpoints.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
+        let intervals = breakpoints.len() - 1;
+        #[expect(clippy::cast_precision_loss, reason = "there are at most 200")]
+        let per_mean_width = intervals as f64 / (breakpoints[intervals] - breakpoints[0]);
+        let per_width: Vec<f64> =
+            breakpoints.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
         let (outside, odd) = (table.outside, table.odd_in == Some(k));
-        index_or_push(&mut self.axes, Axis { input, breakpoints, per_width, outside, odd })
+        index_or_push(
+            &mut self.axes,
+            Axis { input, breakpoints, per_width, per_mean_width, outside, odd },
+        )
     }
 
     /// The uses of tables with their values side by side.
@@ -297,18 +331,24 @@ impl Build<'_> {
         let mut first = 0;
         let grid = |used: &Use| {
             let table = &self.tables[used.table];
-            let width = used.functions.len();
-            let values = table
-                .values
-                .chunks(table.functions.len())
-                .flat_map(|row| used.functions.iter().map(|function| row[*function]))
-                .collect();
+            let width = used.functions.len().next_multiple_of(LANES);
+            let mut values = Vec::new();
+            for row in table.values.chunks(table.functions.len()) {
+                values.extend(used.functions.iter().map(|function| row[*function]));
+                values.resize(values.len().next_multiple_of(LANES), 0.0);
+            }
             let mut strides = vec![width; used.axes.len()];
             for k in (1..strides.len()).rev() {
                 strides[k - 1] = strides[k] * table.inputs[k].breakpoints.len();
             }
             first += width;
-            Grid { axes: used.axes.clone(), strides, values, width, first: first - width }
+            let mut corners = vec![0];
+            for stride in &strides {
+                corners.extend_from_within(..);
+                let half = corners.len() / 2;
+                corners[half..].iter_mut().for_each(|corner| *corner += stride);
+            }
+            Grid { axes: used.axes.clone(), strides, corners, values, width, first: first - width }
         };
         self.uses.iter().map(grid).collect()
     }
