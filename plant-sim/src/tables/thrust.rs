@@ -12,6 +12,9 @@ use crate::config::{RangeError, check_range};
 /// What a term of the thrust may use: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];
 
+/// The same with a second lever.
+const END_INPUTS: [&str; 4] = ["throttle", "mach", "altitude_m", "other_throttle"];
+
 /// The table `[propulsion]` of an airframe file: what limits the thrust beside the travel of the engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -70,7 +73,12 @@ pub struct Push {
 #[derive(Debug, Clone)]
 pub enum Engine {
     /// Thrust out of tables.
-    Tables(Sums),
+    Tables {
+        /// Over [`THRUST_INPUTS`].
+        thrust: Sums,
+        /// At both ends of the lever, in one pass: over [`END_INPUTS`].
+        ends: Sums,
+    },
     /// Propeller and motor.
     Propeller(Propeller),
 }
@@ -82,7 +90,7 @@ impl Propulsion {
     /// [`TablesError`] with table, key, line and what was expected.
     pub fn build(&self) -> Result<Engine, TablesError> {
         match self {
-            Self::Tables(thrust) => thrust.build().map(Engine::Tables),
+            Self::Tables(thrust) => thrust.build(),
             Self::Propeller(propeller) => {
                 propeller.check()?;
                 Ok(Engine::Propeller(*propeller))
@@ -92,12 +100,30 @@ impl Propulsion {
 }
 
 impl ThrustTables {
-    fn build(&self) -> Result<Sums, TablesError> {
+    fn build(&self) -> Result<Engine, TablesError> {
         let tables = read_all("propulsion", &self.table)?;
-        let sum = [SumText { output: 0, key: "thrust_n", terms: &self.thrust_n }];
-        Sums::new(&tables, &sum, &THRUST_INPUTS.map(str::to_owned))
-            .map_err(|source| TablesError::Sum { section: "propulsion", source })
+        let sums = |terms: &[&[String]], inputs: &[&str]| {
+            let text = |(output, terms)| SumText { output, key: "thrust_n", terms };
+            let sums: Vec<SumText<'_>> = terms.iter().copied().enumerate().map(text).collect();
+            let inputs: Vec<String> = inputs.iter().map(|name| (*name).to_owned()).collect();
+            Sums::new(&tables, &sums, &inputs)
+                .map_err(|source| TablesError::Sum { section: "propulsion", source })
+        };
+        let thrust = sums(&[&self.thrust_n], &THRUST_INPUTS)?;
+        let other: Vec<String> = self.thrust_n.iter().map(|term| at_other_lever(term)).collect();
+        Ok(Engine::Tables { thrust, ends: sums(&[&self.thrust_n, &other], &END_INPUTS)? })
     }
+}
+
+/// The term with the second lever in place of the first.
+fn at_other_lever(term: &str) -> String {
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words = term.split_inclusive(|c| !is_name(c));
+    let renamed = words.map(|word| match word.strip_prefix("throttle") {
+        Some(rest) if !rest.starts_with(is_name) => format!("other_throttle{rest}"),
+        _ => word.to_owned(),
+    });
+    renamed.collect()
 }
 
 impl Engine {
@@ -106,10 +132,10 @@ impl Engine {
     #[must_use]
     pub fn thrust_at(&self, throttle: f64, at: &EngineAir) -> f64 {
         match self {
-            Self::Tables(sums) => {
-                let mut thrust = [0.0];
-                sums.add_to(&mut thrust, &[throttle, at.mach, at.altitude_m]);
-                thrust[0]
+            Self::Tables { thrust, .. } => {
+                let mut sum = [0.0];
+                thrust.add_to(&mut sum, &[throttle, at.mach, at.altitude_m]);
+                sum[0]
             }
             Self::Propeller(propeller) => {
                 let speed = propeller.speed_at_throttle(throttle, at);
@@ -121,14 +147,27 @@ impl Engine {
     /// What acts when the engine is to give `thrust_n`: that, as far as the ends of the lever allow.
     #[must_use]
     pub fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
-        let thrust_n = thrust_n.min(self.thrust_at(1.0, at)).max(self.thrust_at(0.0, at));
+        let [least, most] = self.ends(at);
+        let thrust_n = thrust_n.min(most).max(least);
         let roll_n_m = match self {
-            Self::Tables(_) => 0.0,
+            Self::Tables { .. } => 0.0,
             Self::Propeller(propeller) => {
                 -propeller.torque(propeller.speed_at_thrust(thrust_n, at), at)
             }
         };
         Push { thrust_n, roll_n_m }
+    }
+
+    /// Thrust with the lever at 0 and at 1, N.
+    fn ends(&self, at: &EngineAir) -> [f64; 2] {
+        match self {
+            Self::Tables { ends, .. } => {
+                let mut sums = [0.0; 2];
+                ends.add_to(&mut sums, &[0.0, at.mach, at.altitude_m, 1.0]);
+                sums
+            }
+            Self::Propeller(_) => [self.thrust_at(0.0, at), self.thrust_at(1.0, at)],
+        }
     }
 }
 

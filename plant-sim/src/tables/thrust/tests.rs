@@ -50,6 +50,14 @@ fn the_thrust_is_what_is_asked_for_between_the_ends_of_the_lever() {
     assert!((engine.push(-1.0e6, &at).thrust_n + 300.0 * LBF).abs() < 1.0e-6, "idle has drag");
 }
 
+#[test]
+fn only_the_lever_itself_is_taken_for_the_other_one() {
+    let term = "2 throttle throttle_max(throttle, mach) mach";
+    let renamed = "2 other_throttle throttle_max(other_throttle, mach) mach";
+    assert_eq!(at_other_lever(term), renamed);
+    assert_eq!(at_other_lever("throttle"), "other_throttle");
+}
+
 /// The propeller of the Aerosonde.
 const PROPELLER: Propeller = Propeller {
     diameter_m: 0.508,
