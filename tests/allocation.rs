@@ -103,8 +103,14 @@ fn faults_that_come_and_go_allocate_nothing() {
 fn a_control_step_of_a_mission_allocates_nothing() {
     let out = std::path::PathBuf::new();
     let earth = EarthModel::Wgs84;
-    let options =
-        sitl::mission::MissionOptions { earth, wind_m_s: 20.0, turbulence_m_s: 1.5, seed: 1, out };
+    let options = sitl::mission::MissionOptions {
+        earth,
+        wind_m_s: 20.0,
+        turbulence_m_s: 1.5,
+        seed: 1,
+        out,
+        aircraft: sitl::configuration::AircraftArgs::default(),
+    };
     let setup = sitl::mission::setup(&options).expect("the shipped aircraft");
     let plan = std::sync::Arc::new(sitl::mission::demo(sitl::mission::start(&setup)));
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");

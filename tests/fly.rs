@@ -79,6 +79,16 @@ fn a_scenario_without_a_start_begins_at_the_design_point_of_the_airframe() {
 }
 
 #[test]
+fn one_key_of_a_start_can_be_set_where_the_scenario_has_none() {
+    let output =
+        fly(&["nominal", "--set", "plant.start.altitude_m=3000", "--set", "plant.duration_s=2"]);
+    assert_eq!(
+        out(&output),
+        "nominal, seed 1: kept, 2.000 s flown, altitude 3000 m, reference 3000 m\n"
+    );
+}
+
+#[test]
 fn after_the_loss_the_flight_goes_on_only_where_that_is_asked_for() {
     let ends_s = |more: &[&str]| {
         let folder = folder();
@@ -129,7 +139,7 @@ fn the_table_is_that_of_the_paper_and_every_measure_has_its_unit() {
 fn the_flight_log_is_flown_again_to_the_same_hash() {
     let folder = folder();
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
-    let words = [scenario, "--turbulence-m-s", "2", "--out", text(folder.path())];
+    let words = [scenario, "--set", "plant.wind.turbulence_m_s=2", "--out", text(folder.path())];
     assert!(fly(&[&words[..], &["--ulog", "--figures"]].concat()).status.success());
     let log = folder.path().join("flight.ulg");
     let replay = sitl(&["replay", text(&log)]);
@@ -274,4 +284,26 @@ fn a_live_flight_ends_at_the_duration_of_its_scenario() {
     let mut live = programs::Program::start("sitl", &words);
     assert_eq!(live.end(), Some(0), "{}", live.said());
     assert!(live.said().contains("the flight is complete"), "{}", live.said());
+}
+
+#[test]
+fn paper_and_mission_take_aircraft_and_settings_and_refuse_what_has_an_option() {
+    for (command, setting, expected) in [
+        ("paper", "plant.seed=2", "--set plant.seed: this command has the option --seed for it"),
+        ("paper", "REF_ROL_MAX=2", "the nearest is REF_ROLL_MAX"),
+        ("mission", "plant.wind.speed_m_s=9", "this command has the option --wind-m-s for it"),
+        ("mission", "airframe.mass.mass_kg=900000", "steady level flight"),
+    ] {
+        let folder = folder();
+        let output = sitl(&[command, "--out", text(folder.path()), "--set", setting]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command} {setting}: {said}");
+        assert!(said.contains(expected), "{command} {setting}: {said}");
+    }
+    let folder = folder();
+    // Without the compensator its claims do not hold, and the page says what was changed.
+    let words = ["paper", "--out", text(folder.path()), "--set", "FTC_MODE=0", "--step-us", "2000"];
+    assert_eq!(sitl(&words).status.code(), Some(1));
+    let page = fs::read_to_string(folder.path().join("report.html")).expect("it was written");
+    assert!(page.contains("<th>Set</th><td>FTC_MODE=0</td>"), "the page hides what was changed");
 }

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use plant_sim::EarthModel;
 use plant_sim::geodesy::{Geodetic, ecef};
 use sitl::closed_loop::{FlightSetup, Moment, Spoken, fly_spoken};
+use sitl::configuration::AircraftArgs;
 use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 
 /// Items of the demonstration in the order in which they begin; the jump is flown twice and never listed.
@@ -19,7 +20,14 @@ const BEGUN: [u16; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 5, 6, 7, 8, 10, 11];
 
 fn setup(earth: EarthModel, wind_m_s: f64, turbulence_m_s: f64) -> FlightSetup {
     let out = std::path::PathBuf::new();
-    let options = MissionOptions { earth, wind_m_s, turbulence_m_s, seed: 1, out };
+    let options = MissionOptions {
+        earth,
+        wind_m_s,
+        turbulence_m_s,
+        seed: 1,
+        out,
+        aircraft: AircraftArgs::default(),
+    };
     mission::setup(&options).expect("the shipped aircraft")
 }
 

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
+use sitl::configuration::AircraftArgs;
 use sitl::paper::cases::Case;
 use sitl::paper::claim::ClaimResult;
 use sitl::paper::model_error::{self, Extent};
@@ -21,6 +22,7 @@ fn options(earth: EarthModel, period_us: u32) -> Options {
         full: false,
         out: PathBuf::new(),
         link: Link::InProcess,
+        aircraft: AircraftArgs::default(),
     }
 }
 

@@ -58,6 +58,6 @@ pub use faults::ScheduledFault;
 pub use limits::{Attained, Exceeded, FlightLimits};
 pub use plant::Plant;
 pub use scenario::{PlantPart, Scenario};
-pub use setup::{PlantSetup, SensorSettings, SetupError, Start, WindSettings};
+pub use setup::{PlantSetup, SensorSettings, SetupError, Start, StartPart, WindSettings};
 pub use trim::Trim;
 pub use truth::Truth;

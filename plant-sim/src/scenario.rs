@@ -11,7 +11,7 @@ use crate::airframe::Airframe;
 use crate::config::{self, ConfigError, check_range};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
-use crate::setup::{PlantSetup, SensorSettings, Start, StartTable, WindSettings};
+use crate::setup::{PlantSetup, SensorSettings, Start, StartPart, WindSettings};
 
 mod fault_table;
 
@@ -41,8 +41,8 @@ pub struct PlantPart {
     pub seed: u64,
     /// How long it is flown, s; `None` where the scenario does not say.
     pub duration_s: Option<f64>,
-    /// Where the flight starts; the design point of the airframe if the file does not say.
-    pub start: Option<Start>,
+    /// Where the flight starts; what the file does not say is as at the design point of the airframe.
+    pub start: StartPart,
     /// What it flies over; flat if the file does not say.
     pub earth: EarthModel,
     /// How the air moves; calm if the file does not say.
@@ -84,7 +84,7 @@ impl PlantPart {
         step_us: u32,
     ) -> PlantSetup {
         PlantSetup {
-            start: self.start.unwrap_or(airframe.design_point),
+            start: self.start.over(&airframe.design_point),
             airframe,
             earth: self.earth,
             wind: self.wind,
@@ -119,15 +119,17 @@ struct PlantTable {
     seed: u64,
     duration_s: Option<f64>,
     earth: Option<EarthModel>,
-    start: Option<StartTable>,
+    #[serde(default)]
+    start: StartPart,
     wind: Option<WindTable>,
     sensors: Option<SensorTable>,
     #[serde(default)]
     fault: Vec<FaultTable>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+/// What it does not say is calm.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
 struct WindTable {
     speed_m_s: f64,
     towards_deg: f64,
@@ -141,6 +143,15 @@ struct SensorTable {
     gyro_noise_deg_s: f64,
 }
 
+/// A start within all ranges, for a check of the keys that a scenario has.
+const ANYWHERE: Start = Start {
+    altitude_m: 1_000.0,
+    airspeed_m_s: 100.0,
+    heading_rad: 0.0,
+    latitude_rad: 0.0,
+    longitude_rad: 0.0,
+};
+
 impl PlantTable {
     fn into_part(self, file: &str) -> Result<PlantPart, ConfigError> {
         let range = config::in_file(file);
@@ -148,8 +159,7 @@ impl PlantTable {
             check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)
                 .map_err(&range)?;
         }
-        let start = self.start.map(StartTable::into_start);
-        start.map_or(Ok(()), |start| start.check()).map_err(&range)?;
+        self.start.over(&ANYWHERE).check().map_err(&range)?;
         let wind = self.wind.map_or(WindSettings::CALM, |w| WindSettings {
             speed_m_s: w.speed_m_s,
             towards_rad: w.towards_deg.to_radians(),
@@ -165,7 +175,7 @@ impl PlantTable {
         Ok(PlantPart {
             seed: self.seed,
             duration_s: self.duration_s,
-            start,
+            start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
             wind,
             sensors,
@@ -191,7 +201,7 @@ mod tests {
         let nominal = Scenario::from_toml("nominal.toml", NOMINAL).unwrap().plant;
         assert_eq!(nominal.faults, []);
         // It begins at the design point of whatever airframe flies it.
-        assert_eq!((nominal.start, nominal.duration_s), (None, None));
+        assert_eq!((nominal.start, nominal.duration_s), (StartPart::default(), None));
 
         let case1 = Scenario::from_toml("case1.toml", CASE1).unwrap().plant;
         let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
@@ -334,6 +344,21 @@ mod tests {
         ] {
             assert_eq!(with_fault(lines), Err(format!("my.toml: {problem}")));
         }
+    }
+
+    #[test]
+    fn a_start_and_a_wind_may_say_only_what_differs() {
+        let text = NOMINAL.split("[plant.wind]").next().unwrap();
+        let text = format!(
+            "{text}[plant.wind]\nturbulence_m_s = 2.0\n[plant.start]\naltitude_m = 3000.0\n"
+        );
+        let plant = Scenario::from_toml("my.toml", &text).unwrap().plant;
+        let airframe = Airframe::paper();
+        let at = airframe.design_point;
+        let start = Start { altitude_m: 3_000.0, ..at };
+        let setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+        assert_eq!(setup.start, start);
+        assert_eq!(setup.wind, WindSettings { turbulence_m_s: 2.0, ..WindSettings::CALM });
     }
 
     #[test]

@@ -63,7 +63,38 @@ pub struct Start {
     pub longitude_rad: f64,
 }
 
-/// A start as it stands in a file.
+/// What a scenario says about its start; the rest is as at the design point of the airframe.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StartPart {
+    /// Altitude, m.
+    pub altitude_m: Option<f64>,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: Option<f64>,
+    /// Heading of the nose, deg.
+    pub heading_deg: Option<f64>,
+    /// Geodetic latitude, deg.
+    pub latitude_deg: Option<f64>,
+    /// Longitude, deg.
+    pub longitude_deg: Option<f64>,
+}
+
+impl StartPart {
+    /// The start of a flight with this design point.
+    #[must_use]
+    pub fn over(&self, design_point: &Start) -> Start {
+        let angle = |degrees: Option<f64>, other| degrees.map_or(other, f64::to_radians);
+        Start {
+            altitude_m: self.altitude_m.unwrap_or(design_point.altitude_m),
+            airspeed_m_s: self.airspeed_m_s.unwrap_or(design_point.airspeed_m_s),
+            heading_rad: angle(self.heading_deg, design_point.heading_rad),
+            latitude_rad: angle(self.latitude_deg, design_point.latitude_rad),
+            longitude_rad: angle(self.longitude_deg, design_point.longitude_rad),
+        }
+    }
+}
+
+/// A start as it stands in an airframe file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartTable {

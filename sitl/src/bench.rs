@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::{self, Write};
 use std::path::Path;
+use std::process::{Command as Process, Stdio};
 
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
@@ -15,6 +16,8 @@ use crate::arrangement::{self, Arrangement};
 use crate::closed_loop::{FlightSetup, fly};
 use crate::udp_flight::time_udp;
 
+/// The scenario that is flown as a command.
+const COMMAND: &str = "case2";
 /// Time for each echo, ms.
 const ECHO_MS: u64 = 150;
 
@@ -45,6 +48,11 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
         let factor = median(args.repeat, || in_process(&setup))?;
         writeln!(out, "  plant step {step_us} us, control period 2000 us   {factor:10.0}")?;
     }
+    let ms = median(args.repeat, || command(program))?;
+    writeln!(
+        out,
+        "sitl fly {COMMAND}, 40 s flown, process start included   {ms:6.1} ms, wanted below 100"
+    )?;
     writeln!(
         out,
         "two processes over UDP, control period 2000 us; ratio: median, and range of the middle half"
@@ -142,6 +150,14 @@ fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>
         script: control.script,
         duration,
     })
+}
+
+/// Wall time of a whole flight as a command, ms.
+fn command(program: &Path) -> Result<f64, Box<dyn Error>> {
+    let began = clock::now();
+    let flown = Process::new(program).args(["fly", COMMAND]).stdout(Stdio::null()).status()?;
+    let ms = (clock::now() - began).as_secs_f64() * 1.0e3;
+    if flown.success() { Ok(ms) } else { Err(format!("sitl fly {COMMAND}: {flown}").into()) }
 }
 
 fn parse<T: Args>(words: &[&str]) -> Result<T, clap::Error> {

@@ -13,6 +13,7 @@ use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 
 use crate::bench::{self, BenchArgs};
+use crate::configuration::AircraftArgs;
 use crate::echo::{self, EchoArgs};
 use crate::envelope;
 use crate::false_alarms;
@@ -85,6 +86,9 @@ pub struct PaperArgs {
     /// Folder for tables, claims, figures and report
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
     /// Claims 4 and 5 too (a few minutes)
     #[arg(long)]
     full: bool,
@@ -148,6 +152,9 @@ pub struct MissionArgs {
     /// Folder for the figure
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
     /// flat or wgs84
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     earth: EarthModel,
@@ -231,6 +238,7 @@ impl PaperArgs {
             seed: self.seed,
             full: self.full,
             out: self.out.clone(),
+            aircraft: self.aircraft.clone(),
             link: match self.link {
                 LinkChoice::InProcess => Link::InProcess,
                 LinkChoice::Udp => Link::Udp,
@@ -255,8 +263,9 @@ impl FalseAlarmArgs {
 
 impl MissionArgs {
     fn options(&self) -> MissionOptions {
-        let Self { out, earth, wind_m_s, turbulence_m_s, seed } = self;
+        let Self { out, aircraft, earth, wind_m_s, turbulence_m_s, seed } = self;
         MissionOptions {
+            aircraft: aircraft.clone(),
             earth: *earth,
             wind_m_s: *wind_m_s,
             turbulence_m_s: *turbulence_m_s,

@@ -64,6 +64,14 @@ pub enum ConfigurationError {
     /// A `--set` that cannot be made.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// Something is set that this command has an option for, which would win.
+    #[error("--set {key}: this command has the option {option} for it")]
+    HasOption {
+        /// The key.
+        key: &'static str,
+        /// The option.
+        option: &'static str,
+    },
     /// The plant's part of a file.
     #[error(transparent)]
     Plant(#[from] plant_sim::ConfigError),
@@ -139,6 +147,23 @@ impl AircraftArgs {
     /// [`ConfigurationError::Setting`] names the nearest key.
     pub fn check(&self) -> Result<(), ConfigurationError> {
         Ok(settings::check_keys(&self.settings)?)
+    }
+
+    /// The same for a command that has `options` of its own for some keys, whatever a scenario says.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names the nearest key, or the option that is meant.
+    pub fn check_beside(
+        &self,
+        options: &[(&'static str, &'static str)],
+    ) -> Result<(), ConfigurationError> {
+        self.check()?;
+        for (key, option) in options.iter().copied() {
+            if self.settings.iter().any(|setting| setting.key == key) {
+                return Err(ConfigurationError::HasOption { key, option });
+            }
+        }
+        Ok(())
     }
 
     /// The aircraft.

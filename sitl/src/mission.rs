@@ -5,7 +5,6 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use autopilot::config;
 use autopilot::event::{EventKind, Wish};
 use autopilot::parameters::Parameters;
 use autopilot::vehicle::geodesy::{Horizon, Site};
@@ -15,9 +14,10 @@ use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, EarthModel, Scenario, SetupError, scenario};
+use plant_sim::{EarthModel, SetupError, scenario};
 
 use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
+use crate::configuration::{AircraftArgs, Named};
 use crate::figures;
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
@@ -30,6 +30,15 @@ const TRACK_EVERY: u64 = 250;
 const AFTER_S: f64 = 200.0;
 /// The longest flight, s.
 const DURATION_S: f64 = 7_200.0;
+
+/// What the mission takes from an option, whatever a scenario says.
+const OPTIONS: [(&str, &str); 5] = [
+    ("plant.seed", "--seed"),
+    ("plant.earth", "--earth"),
+    ("plant.wind.speed_m_s", "--wind-m-s"),
+    ("plant.wind.towards_deg", "--wind-m-s"),
+    ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
+];
 
 /// What a mission is flown with.
 #[derive(Debug, Clone)]
@@ -44,6 +53,8 @@ pub struct MissionOptions {
     pub seed: u64,
     /// Folder for the figure.
     pub out: PathBuf,
+    /// Which aircraft, and what is changed.
+    pub aircraft: AircraftArgs,
 }
 
 /// One point of a flown track.
@@ -114,14 +125,17 @@ pub fn demo(start: Place) -> Plan {
     Plan { id: 1, items }
 }
 
-/// The aircraft of the paper in level flight, with a wind.
+/// An aircraft in level flight, with a wind.
 ///
 /// # Errors
-/// What is wrong with the shipped files.
+/// What is wrong with a file or a value.
 pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
+    let aircraft = &options.aircraft;
+    aircraft.check_beside(&OPTIONS)?;
+    let nominal = aircraft.scenario(&Named::shipped("nominal.toml", scenario::NOMINAL))?;
     let period = ControlPeriod::DEFAULT;
-    let mut plant = nominal.plant.setup(Airframe::paper(), 0, period, default_step_us(period));
+    let airframe = aircraft.airframe()?;
+    let mut plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
     plant.earth = options.earth;
     plant.wind.speed_m_s = options.wind_m_s;
     plant.wind.towards_rad = WIND_TOWARDS_RAD;
@@ -129,10 +143,10 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     plant.seed = options.seed;
     Ok(FlightSetup {
         plant,
-        belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?,
-        parameters: Parameters::default(),
-        references: config::references("nominal.toml", scenario::NOMINAL)?,
-        script: None,
+        belief: aircraft.model()?,
+        parameters: aircraft.parameters(Parameters::default())?,
+        references: nominal.references,
+        script: nominal.script.map(Arc::new),
         duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
     })
 }

@@ -16,6 +16,7 @@ use icd::ControlPeriod;
 use plant_sim::EarthModel;
 
 use crate::closed_loop::{End, FlightSetup, Record, fly};
+use crate::configuration::{AircraftArgs, ConfigurationError};
 use crate::dispersion::UnknownDerivative;
 use crate::figures::{self, Figure, FigureError};
 use crate::{report, runner, table};
@@ -74,6 +75,8 @@ pub struct Options {
     pub out: PathBuf,
     /// How plant and autopilot talk in the paper's runs.
     pub link: Link,
+    /// Which aircraft, and what is changed.
+    pub aircraft: AircraftArgs,
 }
 
 /// How plant and autopilot talk.
@@ -88,6 +91,9 @@ pub enum Link {
 /// Why the paper could not be flown.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
+    /// A file, a key or a value is not what it should be.
+    #[error(transparent)]
+    Configuration(#[from] ConfigurationError),
     /// A shipped plant file is not what it should be.
     #[error(transparent)]
     PlantConfig(#[from] plant_sim::ConfigError),
@@ -187,7 +193,23 @@ pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<
     Ok(fly(setup, sink)?)
 }
 
+/// What every run takes from an option, whatever a scenario says.
+const OPTIONS: [(&str, &str); 4] = [
+    ("plant.seed", "--seed"),
+    ("plant.earth", "--earth"),
+    ("plant.sensors.gyro_noise_deg_s", "--gyro-noise-deg-s"),
+    ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
+];
+
 impl Options {
+    /// Checks the keys of the settings.
+    ///
+    /// # Errors
+    /// [`PaperError`] names the nearest key, or the option that is meant.
+    pub fn check(&self) -> Result<(), PaperError> {
+        Ok(self.aircraft.check_beside(&OPTIONS)?)
+    }
+
     /// What is the same in all of the paper's runs.
     #[must_use]
     pub fn conditions(&self) -> Conditions {
@@ -218,7 +240,8 @@ pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, PaperError> {
 /// [`PaperError`] if a run could not be flown.
 pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperError> {
     let conditions = options.conditions();
-    let cases = [Case::new(1, &conditions)?, Case::new(2, &conditions)?];
+    let case = |number| Case::with(number, &conditions, &options.aircraft);
+    let cases = [case(1)?, case(2)?];
     let parallel = options.link == Link::InProcess;
     let flown = [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
     let mut results = Vec::new();
@@ -291,6 +314,7 @@ pub fn fly_in_noise(
 /// [`PaperError`] if a run could not be flown or a file could not be written.
 pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let out = options.out.as_path();
+    options.check()?;
     // First, so that a folder that cannot be written is told before minutes of flying.
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
     let evaluation = fly_and_check(options, fly)?;
@@ -307,7 +331,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     }
     write_figures(out, &figures)?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
-    let sensitivity = sensitivity::study(&options.conditions())?;
+    let sensitivity = sensitivity::study(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
     write_over(&out.join("report.html"), page.as_bytes(), report::GENERATOR.as_bytes())?;
 

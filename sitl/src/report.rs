@@ -1,6 +1,7 @@
 //! Results for people: one page that opens without a network, and a table for the terminal.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -86,6 +87,16 @@ fn failed_ids(results: &[ClaimResult]) -> Vec<&'static str> {
     ids
 }
 
+/// Other files and settings than the shipped ones.
+fn changed(options: &Options) -> Vec<(&'static str, String)> {
+    let aircraft = &options.aircraft;
+    let files = [("Airframe", &aircraft.airframe), ("Model", &aircraft.model)];
+    let named =
+        |(what, path): (_, &Option<PathBuf>)| Some((what, path.as_ref()?.display().to_string()));
+    let settings = aircraft.settings.iter().map(|setting| ("Set", setting.to_string()));
+    files.into_iter().filter_map(named).chain(settings).collect()
+}
+
 fn flown(options: &Options, evaluation: &Evaluation) -> Markup {
     let [first, second] = &evaluation.flown;
     let plant = &first.case.setup.plant;
@@ -105,6 +116,7 @@ fn flown(options: &Options, evaluation: &Evaluation) -> Markup {
             tr { th { "Gyro noise" } td { (number(noise)) " deg/s rms of each control sample" } }
             tr { th { "Turbulence" } td { (number(options.turbulence_m_s)) " m/s rms (Dryden)" } }
             tr { th { "Seed" } td { (options.seed) } }
+            @for (what, value) in changed(options) { tr { th { (what) } td { (value) } } }
             tr { th { "Link" } td { (link_name(options.link)) } }
         }
     }

@@ -7,7 +7,7 @@ use flight_control::CompensatorMode;
 use icd::{ControlPeriod, SimTime};
 use nalgebra::Vector3;
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, Scenario, Start, scenario};
+use plant_sim::{Airframe, Scenario, scenario};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -118,11 +118,8 @@ pub fn setup(
     duration_s: f64,
 ) -> Result<FlightSetup, StudyError> {
     let mut plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
-    plant.start = Some(Start {
-        altitude_m: condition.altitude_m,
-        airspeed_m_s: condition.airspeed_m_s,
-        ..airframe.design_point
-    });
+    plant.start.altitude_m = Some(condition.altitude_m);
+    plant.start.airspeed_m_s = Some(condition.airspeed_m_s);
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.sensors.gyro_noise_rad_s = options.gyro_noise_deg_s.to_radians();
     plant.seed = seed;

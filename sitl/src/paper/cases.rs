@@ -1,16 +1,16 @@
 //! The paper's two cases and the runs that each needs.
 
-use autopilot::config as autopilot_config;
 use autopilot::parameters::Parameters;
 use flight_control::{CompensatorMode, DesignModel, Gains};
 use icd::fault::FaultKind;
 use icd::{ControlPeriod, SimTime};
-use plant_sim::{Airframe, EarthModel, PlantSetup, Scenario, scenario};
+use plant_sim::{Airframe, EarthModel, PlantSetup, scenario};
 use rayon::prelude::*;
 
 use super::trace::{Sample, Trace};
 use super::{Fly, PaperError};
 use crate::closed_loop::FlightSetup;
+use crate::configuration::{AircraftArgs, Named};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;
@@ -103,23 +103,35 @@ impl Run {
 }
 
 impl Case {
-    /// Case `number`, 1 or 2, from the scenario files of the plant.
+    /// Case `number`, 1 or 2, as shipped.
     ///
     /// # Errors
     /// [`PaperError`] if a shipped file is not what it should be.
     pub fn new(number: u32, conditions: &Conditions) -> Result<Self, PaperError> {
+        Self::with(number, conditions, &AircraftArgs::default())
+    }
+
+    /// Case `number`, 1 or 2, with another aircraft or changed values.
+    ///
+    /// # Errors
+    /// [`PaperError`] if a file or a value is not what it should be.
+    pub fn with(
+        number: u32,
+        conditions: &Conditions,
+        aircraft: &AircraftArgs,
+    ) -> Result<Self, PaperError> {
         let (file, text) = match number {
             1 => ("case1.toml", scenario::CASE1),
             _ => ("case2.toml", scenario::CASE2),
         };
-        let plant = Scenario::from_toml(file, text)?.plant;
-        let airframe = Airframe::from_toml("tvc_jet.toml", plant_sim::airframe::DEFAULT_AIRFRAME)?;
+        let flight = aircraft.scenario(&Named::shipped(file, text))?;
+        let plant = flight.plant;
         let fault = plant.faults.first().ok_or(PaperError::NoFault { file })?;
         let FaultKind::StuckAt { angle_rad, .. } = fault.kind else {
             return Err(PaperError::NoFault { file });
         };
         let fault_s = fault.onset().as_seconds();
-        let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
+        let mut setup = plant.setup(aircraft.airframe()?, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
         Ok(Self {
             number,
@@ -127,9 +139,9 @@ impl Case {
             jam_rad: angle_rad,
             setup: FlightSetup {
                 plant: setup,
-                belief: autopilot_config::belief("tvc_jet.toml", autopilot_config::DEFAULT_BELIEF)?,
-                parameters: Parameters::default(),
-                references: autopilot_config::references(file, text)?,
+                belief: aircraft.model()?,
+                parameters: aircraft.parameters(Parameters::default())?,
+                references: flight.references,
                 script: None,
                 duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),
             },
@@ -144,11 +156,11 @@ impl Case {
         case
     }
 
-    /// The same case flown by another set of gains and laws.
+    /// The same case flown with other gains and laws.
     #[must_use]
-    pub fn with_gains(&self, gains: Gains) -> Self {
+    pub fn with_gains(&self, change: impl Fn(&mut Gains)) -> Self {
         let mut case = self.clone();
-        case.setup.parameters.gains = gains;
+        change(&mut case.setup.parameters.gains);
         case
     }
 

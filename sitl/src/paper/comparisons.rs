@@ -2,9 +2,9 @@
 
 use std::array;
 
-use flight_control::{CompensatorMode, Gains, MainLaw, ObserverMode};
+use flight_control::{CompensatorMode, MainLaw, ObserverMode};
 use icd::SimTime;
-use plant_sim::{Scenario, scenario};
+use plant_sim::{PlantSetup, Scenario, scenario};
 use rayon::prelude::*;
 
 use super::cases::{Case, Conditions, Flown, Run, Runs, fly_once};
@@ -139,14 +139,8 @@ fn both_cases<T: Send>(
     Ok([first?, second?])
 }
 
-fn gains(change: impl Fn(&mut Gains)) -> Gains {
-    let mut gains = Gains::REFERENCE;
-    change(&mut gains);
-    gains
-}
-
 fn literal(flown: &Flown) -> Result<Literal, PaperError> {
-    let case = flown.case.with_gains(gains(|g| g.selection.observer = ObserverMode::Literal));
+    let case = flown.case.with_gains(|g| g.selection.observer = ObserverMode::Literal);
     let flight = case.fly(Run::Compensated, &in_process)?;
     let end = flight.last(SETTLED_S);
     let mean_of = |signal: fn(Axis, &crate::table::Row) -> f64| {
@@ -162,8 +156,7 @@ fn literal(flown: &Flown) -> Result<Literal, PaperError> {
 }
 
 fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, PaperError> {
-    let case =
-        flown.case.with_gains(gains(|g| g.selection.compensator = CompensatorMode::AlwaysOn));
+    let case = flown.case.with_gains(|g| g.selection.compensator = CompensatorMode::AlwaysOn);
     let (no_fault, compensated) = rayon::join(
         || case.fly(Run::NoFault, &in_process),
         || case.fly(Run::Compensated, &in_process),
@@ -198,7 +191,7 @@ fn performance_claims(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
-    let case = flown.case.with_gains(gains(|g| g.selection.main = MainLaw::PidGangedNozzle));
+    let case = flown.case.with_gains(|g| g.selection.main = MainLaw::PidGangedNozzle);
     let (no_fault, faulty) = rayon::join(
         || case.fly(Run::NoFaultOff, &in_process),
         || case.fly(Run::PidOnly, &in_process),
@@ -260,10 +253,11 @@ const LEVEL: &str = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n";
 
 /// Level flight with nothing asked and nothing broken.
 fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
-    let plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
     let like = &case.setup.plant;
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
+    let plant = nominal.setup(like.airframe.clone(), 0, like.period, like.step_us);
     Ok(FlightSetup {
-        plant: plant.setup(like.airframe.clone(), 0, like.period, like.step_us),
+        plant: PlantSetup { start: like.start, ..plant },
         references: autopilot::config::references("level flight", LEVEL)?,
         script: None,
         duration: SimTime::from_micros(TURBULENT_S * 1_000_000),

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::cases::{Case, Conditions, Run, Runs};
 use super::{PaperError, case1, case2, in_process};
+use crate::configuration::AircraftArgs;
 use crate::linearize::linearize;
 
 /// A parameter that a reader will doubt.
@@ -64,10 +65,13 @@ pub struct Sensitivity {
 /// Flies both cases for each doubt.
 ///
 /// # Errors
-/// [`PaperError`] if a shipped file is not what it should be.
-pub fn study(conditions: &Conditions) -> Result<Vec<Sensitivity>, PaperError> {
+/// [`PaperError`] if a file or a value is not what it should be.
+pub fn study(
+    conditions: &Conditions,
+    aircraft: &AircraftArgs,
+) -> Result<Vec<Sensitivity>, PaperError> {
     let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..*conditions };
-    let cases = [Case::new(1, &still)?, Case::new(2, &still)?];
+    let cases = [Case::with(1, &still, aircraft)?, Case::with(2, &still, aircraft)?];
     DOUBTS.par_iter().map(|doubt| one(&cases, doubt)).collect()
 }
 

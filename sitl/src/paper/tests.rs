@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use super::cases::{Conditions, Run};
 use super::trace::{Sample, Trace};
 use super::*;
+use crate::configuration::AircraftArgs;
 use crate::metrics::DEG;
 use flight_control::gains::{ActivationGains, Gains};
 
@@ -25,6 +26,7 @@ fn options(out: &Path) -> Options {
         full: false,
         out: out.to_path_buf(),
         link: Link::InProcess,
+        aircraft: AircraftArgs::default(),
     }
 }
 
