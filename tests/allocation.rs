@@ -11,7 +11,8 @@ use autopilot::event::{EventKind, Intent, Wish};
 use autopilot::vehicle::Mode;
 use flight_control::{Demand, FlightControl};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
-use icd::{Actuators, Effector, FaultKind, FaultRequest};
+use icd::tvc_jet;
+use icd::{Actuators, FaultKind, FaultRequest};
 use plant_sim::{EarthModel, Plant};
 use sitl::closed_loop::settings;
 
@@ -84,7 +85,7 @@ fn faults_that_come_and_go_allocate_nothing() {
     ];
     let before = allocations();
     let mut acted = 0_u32;
-    for (effector, kind) in Effector::SURFACES.into_iter().zip(kinds) {
+    for (effector, kind) in tvc_jet::ALL.into_iter().zip(kinds) {
         let reply = plant.request(&FaultRequest::Inject { effector, kind, timing });
         assert!(matches!(reply, FaultReply::Applied { .. }), "{reply:?}");
     }

@@ -4,7 +4,8 @@ mod flights;
 
 use flight_control::{CompensatorMode, Gains};
 use flights::{case_1, case_2, fly, healthy};
-use icd::{Effector, FaultKind};
+use icd::FaultKind;
+use icd::tvc_jet;
 use plant_sim::EarthModel;
 use sitl::closed_loop::{FlightSetup, Record};
 
@@ -12,8 +13,8 @@ use sitl::closed_loop::{FlightSetup, Record};
 fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
     let mut mirrored = setup.clone();
     for fault in &mut mirrored.plant.faults {
-        fault.effector = fault.effector.mirrored();
-        if let (Effector::Rudder, FaultKind::StuckAt { angle_rad, .. }) =
+        fault.effector = tvc_jet::effectors().mirrored(fault.effector);
+        if let (tvc_jet::RUDDER, FaultKind::StuckAt { angle_rad, .. }) =
             (fault.effector, &mut fault.kind)
         {
             *angle_rad = -*angle_rad;

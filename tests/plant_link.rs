@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use ground::Ground;
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
+use icd::tvc_jet;
 use icd::wire::{self, PACKET_MAX, Packet, Phase, RefusalReason, Reports};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use programs::{PATIENCE, Program, autopilot, autopilot_with};
@@ -72,7 +73,7 @@ fn ask(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
 fn a_neighbour_who_knows_the_session_cannot_speak_for_the_plant() {
     let (_autopilot, link) = autopilot_with(&["--no-gcs"]);
     let (ours, strange) = (socket(), socket());
-    let mut plant = PlantSide::new(0x0123_4567_89ab_cdef);
+    let mut plant = PlantSide::new(0x0123_4567_89ab_cdef, tvc_jet::aircraft());
     for tick in 0..100 {
         let asked = question(&mut plant, tick);
         // As the neighbour sees it: the right session, the right sequence number; before the plant and after it.
@@ -116,7 +117,7 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
     let (ours, strange) = (socket(), socket());
     let link = ours.local_addr().expect("it has one").to_string();
     let plant = Program::start("plant-sim", &["--autopilot", &link]);
-    let mut flight = FlightSide::new();
+    let mut flight = FlightSide::new(tvc_jet::aircraft());
     let mut buffer = [0; PACKET_MAX];
     let until = Instant::now() + PATIENCE;
     let mut ticks = 0;

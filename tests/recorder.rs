@@ -15,12 +15,13 @@ use std::time::Duration;
 use autopilot::event::Wish;
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::recorder::{
-    CONTROL_NAMES, ControlHeader, Moment, Recorded, RunHash, control_values, parameter_hash,
+    ControlHeader, Moment, Recorded, RunHash, control_names, control_values, parameter_hash,
 };
 use clap::{Args, Command, FromArgMatches};
 use ground::Ground;
 use host_io::tick_log::{Kind, TickLogReader};
-use icd::record::TRUTH_FIELDS;
+use icd::record::{FieldName, truth_fields};
+use icd::tvc_jet;
 use icd::{Actuators, Effector, PerEffector, Sensors, SimTime};
 use mavlink::dialects::common::{MavCmd, MavMessage, MavParamType, MavResult, PARAM_SET_DATA};
 use plant_sim::Truth;
@@ -51,8 +52,9 @@ fn text(path: &Path) -> &str {
 }
 
 /// Numbers of a row, by name.
-fn numbers<const N: usize>(row: &Row<'_>, names: &[&str; N]) -> [u64; N] {
-    names.map(|name| row.value(name).unwrap_or_else(|| panic!("no column {name}")).to_bits())
+fn numbers(row: &Row<'_>, names: &[FieldName]) -> Vec<u64> {
+    let of = |name: &FieldName| row.value(name).unwrap_or_else(|| panic!("no column {name}"));
+    names.iter().map(|name| of(name).to_bits()).collect()
 }
 
 fn topic<'a>(log: &'a Log, name: &str) -> Topic<'a> {
@@ -90,7 +92,8 @@ fn hash(log: &Log) -> RunHash {
         let values = Sensors::NAMES.map(|name| row.value(name).expect("a sensor"));
         let fields = topic(log, "commands").fields();
         let command = |e: Effector| commands.value(&fields[1 + e.index()].name).expect("a command");
-        let actuators = Actuators { commands: PerEffector::from_fn(command) };
+        let commands = PerEffector::from_values(tvc_jet::ALL.map(command));
+        let actuators = Actuators { commands };
         let time = SimTime::from_micros(row.timestamp_us());
         for (steps, moment, what) in
             requests.iter().filter(|(_, moment, _)| *moment != Moment::Step)
@@ -99,7 +102,7 @@ fn hash(log: &Log) -> RunHash {
                 hash.request(*steps, *moment, &request.action);
             }
         }
-        hash.step(time, &Sensors::from_array(&values), &actuators);
+        hash.step(time, &Sensors::from_array(&values), &actuators, tvc_jet::ALL.len());
         for (steps, moment, what) in
             requests.iter().filter(|(_, moment, _)| *moment == Moment::Step)
         {
@@ -143,12 +146,18 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     assert!(!log.is_cut() && log.damages().is_empty());
 
     // Every tick, bit for bit.
+    let list = tvc_jet::effectors();
+    let (truth_names, control_names): (Vec<_>, _) =
+        (truth_fields(&list).collect(), control_names(&list));
     let mut truths = TickLogReader::open(&truth, Kind::Truth).expect("a truth log");
     let mut ticks = 0;
     for row in topic(&log, "truth").rows() {
         let truth: Truth = truths.next_entry().expect("whole").expect("as many as the plant's");
         assert_eq!(row.timestamp_us(), truth.time.as_micros());
-        assert_eq!(numbers(&row, &TRUTH_FIELDS), truth.to_row(false, false).map(f64::to_bits));
+        let flown = truth.to_row(false, false);
+        assert!(
+            numbers(&row, &truth_names).into_iter().eq(flown.iter().map(|value| value.to_bits()))
+        );
         ticks += 1;
     }
     assert!(truths.next_entry::<Truth>().expect("whole").is_none() && ticks == 6_001, "{ticks}");
@@ -156,7 +165,8 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     for row in topic(&log, "control").rows() {
         let (time, step): LoggedStep = steps.next_entry().expect("whole").expect("as many");
         assert_eq!(row.timestamp_us(), time.as_micros());
-        assert_eq!(numbers(&row, &CONTROL_NAMES), control_values(&step).map(f64::to_bits));
+        let flown = control_values(&step, 8);
+        assert!(numbers(&row, &control_names).into_iter().eq(flown.into_iter().map(f64::to_bits)));
     }
     assert!(steps.next_entry::<LoggedStep>().expect("whole").is_none());
 
@@ -176,7 +186,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     let faults = topic(&log, "fault");
     let fault = faults.row(0).expect("the jam");
     let (step, _) = wish.expect("found above");
-    assert_eq!(fault.unsigned("effector"), Some(Effector::LeftElevator as u64));
+    assert_eq!(fault.unsigned("effector"), Some(u64::from(tvc_jet::LEFT_ELEVATOR.code())));
     assert_eq!(fault.unsigned("at_us"), Some(step * 2_000));
     assert!((fault.value("value_1").expect("an angle").to_degrees() - 30.0).abs() < 1.0e-5);
     let said = |part: &str| log.texts().iter().any(|text| text.text.contains(part));
@@ -232,11 +242,12 @@ fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
     }
     // Rows that are there are those of the full log, bit for bit, and so is the flight.
     let (some, all) = (topic(&log, "control"), topic(&full, "control"));
+    let names = control_names(&tvc_jet::effectors());
     let times = all.times_us();
     for row in some.rows() {
         let place = times.binary_search(&row.timestamp_us()).expect("a row at that time");
         let same = all.row(place).expect("found");
-        assert_eq!(numbers(&row, &CONTROL_NAMES), numbers(&same, &CONTROL_NAMES));
+        assert_eq!(numbers(&row, &names), numbers(&same, &names));
     }
     assert_eq!(log.info_text("run_hash"), full.info_text("run_hash"));
     let texts = |log: &Log| -> Vec<String> { log.texts().iter().map(|t| t.text.clone()).collect() };

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use flight_control::Belief;
 use flight_control::belief::BeliefError;
 use host_io::file::{self, FileProblem};
+use icd::EffectorList;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -73,14 +74,14 @@ pub fn read(path: &Path) -> Result<String, ConfigError> {
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source })
 }
 
-/// Reads a script; of what is too long nothing is read.
+/// Reads a script for an aircraft with these effectors; of what is too long nothing is read.
 ///
 /// # Errors
 /// [`ConfigError::Read`] or [`ConfigError::Script`] names the file.
-pub fn script_file(path: &Path) -> Result<Script, ConfigError> {
+pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, ConfigError> {
     let name = path.display().to_string();
     match file::read_text(path, TEXT_MAX as u64) {
-        Ok(text) => Ok(Script::parse(&name, &text)?),
+        Ok(text) => Ok(Script::parse(&name, &text, effectors)?),
         Err(FileProblem::TooLong { bytes, .. }) => {
             Err(Script::too_long(&name, usize::try_from(bytes).unwrap_or(usize::MAX)).into())
         }
@@ -139,8 +140,12 @@ pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigErr
 ///
 /// # Errors
 /// [`ConfigError`] names file, line and column, those of the script's own text.
-pub fn script(file: &str, text: &str) -> Result<Option<Script>, ConfigError> {
-    parse::<ScenarioFile>(file, text)?.autopilot.script(file)
+pub fn script(
+    file: &str,
+    text: &str,
+    effectors: &EffectorList,
+) -> Result<Option<Script>, ConfigError> {
+    parse::<ScenarioFile>(file, text)?.autopilot.script(file, effectors)
 }
 
 /// References and script of a scenario that was read already and may have been changed since.
@@ -150,9 +155,10 @@ pub fn script(file: &str, text: &str) -> Result<Option<Script>, ConfigError> {
 pub fn scenario_of(
     file: &str,
     table: toml::Table,
+    effectors: &EffectorList,
 ) -> Result<(ReferenceSchedule, Option<Script>), ConfigError> {
     let part = of_table::<ScenarioFile>(file, table)?.autopilot;
-    let script = part.script(file)?;
+    let script = part.script(file, effectors)?;
     Ok((part.references(file)?, script))
 }
 
@@ -162,9 +168,9 @@ impl AutopilotPart {
             .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
     }
 
-    fn script(&self, file: &str) -> Result<Option<Script>, ConfigError> {
+    fn script(&self, file: &str, effectors: &EffectorList) -> Result<Option<Script>, ConfigError> {
         let name = format!("script of {file}");
-        let script = self.script.as_ref().map(|script| Script::parse(&name, script));
+        let script = self.script.as_ref().map(|script| Script::parse(&name, script, effectors));
         Ok(script.transpose()?)
     }
 }
@@ -186,6 +192,7 @@ fn of_table<T: serde::de::DeserializeOwned>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::tvc_jet;
 
     #[test]
     fn the_shipped_belief_is_valid() {
@@ -201,51 +208,56 @@ mod tests {
 
     #[test]
     fn every_number_of_a_belief_that_is_not_finite_is_refused_by_its_key() {
-        let value: toml::Table = DEFAULT_BELIEF.parse().unwrap();
-        let mut keys = 0;
-        for (table, entries) in &value {
-            for (key, entry) in entries.as_table().unwrap() {
-                for bad in ["inf", "-inf", "nan"] {
-                    keys += refuse_each(&value, &[table, key], entry, bad);
-                }
+        let value: toml::Value = toml::Value::Table(DEFAULT_BELIEF.parse().unwrap());
+        let mut numbers = Vec::new();
+        collect(&value, &mut Vec::new(), &mut numbers);
+        assert!(numbers.len() > 120, "{} numbers", numbers.len());
+        for path in &numbers {
+            for bad in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+                let mut changed = value.clone();
+                let place = path.iter().fold(&mut changed, |at, step| match step {
+                    Step::Key(key) => &mut at[key.as_str()],
+                    Step::Place(place) => &mut at[*place],
+                });
+                *place = toml::Value::Float(bad);
+                let text = toml::to_string(&changed).unwrap();
+                let refused = belief("my.toml", &text).unwrap_err().to_string();
+                let key = path.iter().rev().find_map(|step| match step {
+                    Step::Key(key) => Some(key.as_str()),
+                    Step::Place(_) => None,
+                });
+                let named = refused.contains(key.unwrap());
+                assert!(refused.starts_with("my.toml: ") && named, "{key:?} = {bad}: {refused}");
             }
         }
-        assert!(keys > 3 * 50, "{keys} numbers were tried");
     }
 
-    /// Puts `bad` in the place of each number below `entry`, and expects a refusal that names the key.
-    fn refuse_each(all: &toml::Table, path: &[&str], entry: &toml::Value, bad: &str) -> usize {
-        let tried = |value: toml::Value| {
-            let mut changed = toml::Value::Table(all.clone());
-            let place = path.iter().fold(&mut changed, |at, key| &mut at[*key]);
-            *place = value;
-            let text = toml::to_string(&changed).unwrap();
-            let refused = belief("my.toml", &text).unwrap_err().to_string();
-            let named = refused.starts_with("my.toml: ") && refused.contains(path[path.len() - 1]);
-            // The ailerons are judged as a pair.
-            assert!(named || refused.contains("right minus left aileron"), "{path:?}: {refused}");
-        };
-        let bad_value = || toml::Value::Float(bad.parse().unwrap());
-        match entry {
-            toml::Value::Table(entries) => {
-                let each = entries.iter().map(|(key, entry)| {
-                    let path: Vec<&str> = path.iter().copied().chain([key.as_str()]).collect();
-                    refuse_each(all, &path, entry, bad)
-                });
-                each.sum()
-            }
-            toml::Value::Array(row) => {
-                for index in 0..row.len() {
-                    let mut row = row.clone();
-                    row[index] = bad_value();
-                    tried(toml::Value::Array(row));
+    /// One step on the way to a number of a file.
+    #[derive(Clone)]
+    enum Step {
+        Key(String),
+        Place(usize),
+    }
+
+    /// The ways to all numbers, but for those that are whole: they cannot be other than finite.
+    fn collect(value: &toml::Value, way: &mut Vec<Step>, numbers: &mut Vec<Vec<Step>>) {
+        match value {
+            toml::Value::Table(table) => {
+                for (key, value) in table {
+                    way.push(Step::Key(key.clone()));
+                    collect(value, way, numbers);
+                    way.pop();
                 }
-                row.len()
             }
-            _ => {
-                tried(bad_value());
-                1
+            toml::Value::Array(all) => {
+                for (place, value) in all.iter().enumerate() {
+                    way.push(Step::Place(place));
+                    collect(value, way, numbers);
+                    way.pop();
+                }
             }
+            toml::Value::Float(_) => numbers.push(way.clone()),
+            _ => {}
         }
     }
 
@@ -268,8 +280,8 @@ mod tests {
     #[test]
     fn the_script_of_a_scenario_is_read_and_an_error_names_its_line_and_column() {
         let scenario = |script: &str| format!("[autopilot]\nscript = \"\"\"\n{script}\"\"\"\n");
-        let read = |text: &str| script("s.toml", &scenario(text));
-        assert_eq!(script("s.toml", "[plant]\n").unwrap(), None);
+        let read = |text: &str| script("s.toml", &scenario(text), &tvc_jet::effectors());
+        assert_eq!(script("s.toml", "[plant]\n", &tvc_jet::effectors()).unwrap(), None);
         let found = read("at 3 s: fail rudder stuck\n").unwrap().unwrap();
         assert_eq!(found.lines().count(), 1);
         let error = read("at 3 s: fail rudder stuck\nfial rudder stuck\n").unwrap_err().to_string();

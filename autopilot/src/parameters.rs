@@ -18,7 +18,9 @@ pub use compatibility::{
 };
 pub use document::document;
 pub use failure::{FailureParameters, WrongMode};
-pub use faults::{FAULT_CHOICES, FAULTS, FaultParameter, fault};
+pub use faults::{
+    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
+};
 pub use groups::{
     LinkParameters, MODE_SLOTS, ModeSwitchParameters, NavigationParameters, ReferenceLimits,
     SticksLossAction, StreamParameters, SwitchChannel, SwitchMode,
@@ -171,7 +173,7 @@ pub enum ParameterError {
     )]
     OnlyInFlight {
         /// Parameter.
-        name: &'static str,
+        name: String,
     },
     /// Not finite or outside the range.
     #[error("{name} = {value} is outside {min} to {max} {unit}")]
@@ -289,10 +291,10 @@ impl Parameters {
     /// Sets one parameter that is inside its range; says nothing about the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let Some(row) = table().iter().find(|row| row.name == name) else {
-            return Err(match (compatibility(name), fault(name)) {
+            return Err(match (compatibility(name), is_fault(name)) {
                 (Some(row), _) => ParameterError::ReadOnly { name: row.name },
-                (None, Some(row)) => ParameterError::OnlyInFlight { name: row.name },
-                (None, None) => ParameterError::Unknown { name: name.to_owned() },
+                (None, true) => ParameterError::OnlyInFlight { name: name.to_owned() },
+                (None, false) => ParameterError::Unknown { name: name.to_owned() },
             });
         };
         let value = match row.kind {

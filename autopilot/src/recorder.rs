@@ -19,4 +19,4 @@ pub use hash::RunHash;
 pub use header::{ControlHeader, FLIGHT_RULES, parameter_hash};
 pub use recorded::{Moment, Recorded};
 pub use selection::{LogRate, Selection};
-pub use topics::{COMMAND_NAMES, CONTROL_NAMES, control_values};
+pub use topics::{command_names, control_names, control_values};

@@ -12,7 +12,7 @@
 
 use core::fmt;
 use icd::fault::Refusal;
-use icd::{Effector, FaultRequest};
+use icd::{Effector, EffectorList, FaultRequest};
 use serde::{Deserialize, Serialize};
 
 use crate::vehicle::{Mode, Reference};
@@ -36,12 +36,15 @@ pub const LINES_MAX: usize = 256;
 /// Sequences that a script may have, the first one included.
 pub const SEQUENCES_MAX: usize = 16;
 
-/// A script that was read without an error. As data it is its name and its text.
+/// A script that was read without an error. As data it is its name, its text and the effectors that it can
+/// name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Text", into = "Text")]
 pub struct Script {
     name: String,
     text: String,
+    /// Those of the aircraft that it was read for.
+    effectors: EffectorList,
     id: u32,
     sequences: Vec<Sequence>,
 }
@@ -100,23 +103,25 @@ pub enum Action {
 struct Text {
     name: String,
     text: String,
+    effectors: EffectorList,
 }
 
 impl Script {
-    /// Reads a script; `name` stands for it in messages.
+    /// Reads a script for an aircraft with these effectors; `name` stands for it in messages.
     ///
     /// # Errors
     /// [`ScriptError`] names line and column, what stands there and what is allowed.
-    pub fn parse(name: &str, text: &str) -> Result<Self, ScriptError> {
+    pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, ScriptError> {
         // Some editors put a byte order mark before the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let sequences = parser::sequences(text).map_err(|error| error.in_file(name))?;
+        let sequences = parser::sequences(text, effectors).map_err(|error| error.in_file(name))?;
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(name.as_bytes());
         hasher.update(&[0]);
         hasher.update(text.as_bytes());
         let id = hasher.finalize();
-        Ok(Self { name: name.to_owned(), text: text.to_owned(), id, sequences })
+        let (name, text) = (name.to_owned(), text.to_owned());
+        Ok(Self { name, text, effectors: *effectors, id, sequences })
     }
 
     /// What is wrong with a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
@@ -135,6 +140,12 @@ impl Script {
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// The effectors of the aircraft that it was read for.
+    #[must_use]
+    pub fn effectors(&self) -> &EffectorList {
+        &self.effectors
     }
 
     /// Number by which events name it: a checksum of name and text.
@@ -199,14 +210,14 @@ impl fmt::Display for Script {
 
 impl TryFrom<Text> for Script {
     type Error = ScriptError;
-    fn try_from(Text { name, text }: Text) -> Result<Self, ScriptError> {
-        Self::parse(&name, &text)
+    fn try_from(Text { name, text, effectors }: Text) -> Result<Self, ScriptError> {
+        Self::parse(&name, &text, &effectors)
     }
 }
 
 impl From<Script> for Text {
     fn from(script: Script) -> Self {
-        Self { name: script.name, text: script.text }
+        Self { name: script.name, text: script.text, effectors: script.effectors }
     }
 }
 
@@ -265,14 +276,17 @@ pub enum LineRefusal {
     NoAnswer,
 }
 
-impl fmt::Display for LineRefusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl LineRefusal {
+    /// In words, with the units of the effector.
+    #[must_use]
+    pub fn described(&self, effectors: &EffectorList) -> String {
         match self {
-            Self::Vehicle(refusal) => write!(f, "{refusal}"),
+            Self::Vehicle(refusal) => refusal.to_string(),
             Self::Plant { effector, refusal } => {
-                refusal.described(effector.is_none_or(Effector::is_angle)).fmt(f)
+                let is_angle = effector.is_none_or(|effector| effectors.is_angle(effector));
+                refusal.described(is_angle).to_string()
             }
-            Self::NoAnswer => f.write_str("the aircraft does not answer"),
+            Self::NoAnswer => "the aircraft does not answer".to_owned(),
         }
     }
 }

@@ -7,20 +7,25 @@
 //! interface (`icd`).
 
 use flight_control::Belief;
-use icd::{Effector, PerEffector};
+use flight_control::belief::EffectorBelief;
+use icd::{EffectorKind, PerEffector};
 
 /// Commands of a terminated flight: rad; thrust N.
 #[must_use]
 pub fn commands(belief: &Belief) -> PerEffector<f64> {
-    let effectors = &belief.effectors;
-    PerEffector::from_fn(|effector| match effector {
-        Effector::LeftAileron => effectors.aileron.travel_rad,
-        Effector::RightAileron => -effectors.aileron.travel_rad,
-        // Trailing edges up.
-        Effector::LeftElevator | Effector::RightElevator => -effectors.elevator.travel_rad,
-        // Trailing edge right.
-        Effector::Rudder => -effectors.rudder.travel_rad,
-        Effector::NozzlePitch | Effector::NozzleYaw | Effector::Engine => 0.0,
+    let EffectorBelief { list, servos, gains, .. } = &belief.effectors;
+    PerEffector::from_fn(|effector| {
+        let is_surface = list.kind(effector).is_some_and(EffectorKind::is_surface);
+        // Negative aileron, elevator and rudder commands roll right, pitch up and yaw right.
+        let direction = gains[effector].of([-1.0, -1.0, -1.0, 0.0]);
+        let servo = &servos[effector];
+        if !is_surface || direction == 0.0 {
+            0.0
+        } else if direction > 0.0 {
+            servo.max
+        } else {
+            servo.min
+        }
     })
 }
 
@@ -28,23 +33,20 @@ pub fn commands(belief: &Belief) -> PerEffector<f64> {
 mod tests {
     use super::*;
     use crate::config::{self, DEFAULT_BELIEF};
+    use icd::{Effector, tvc_jet};
 
     #[test]
     fn the_surfaces_stand_at_their_stops_for_a_spin_to_the_right_without_thrust() {
         let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
         let commands = commands(&belief);
         // The sign of a moment is that of the control derivatives times the commands.
-        let moment = |derivatives: &[f64; 5], surfaces: &[Effector]| -> f64 {
-            let of = |surface: &Effector| {
-                let place = Effector::SURFACES.iter().position(|other| other == surface).unwrap();
-                derivatives[place] * commands[*surface]
-            };
-            surfaces.iter().map(of).sum()
+        let moment = |derivatives: &PerEffector<f64>, surfaces: &[Effector]| -> f64 {
+            surfaces.iter().map(|surface| derivatives[*surface] * commands[*surface]).sum()
         };
-        let ailerons = [Effector::LeftAileron, Effector::RightAileron];
-        assert!(moment(&belief.surfaces.c_roll, &ailerons) > 0.0, "ailerons roll right");
-        assert!(moment(&belief.surfaces.c_pitch, &Effector::SURFACES) > 0.0, "pitches up");
-        assert!(moment(&belief.surfaces.c_yaw, &Effector::SURFACES) > 0.0, "yaws right");
-        assert_eq!(commands[Effector::Engine], 0.0);
+        let effectors = &belief.effectors;
+        assert!(moment(&effectors.c_roll, &tvc_jet::ALL[..2]) > 0.0, "ailerons roll right");
+        assert!(moment(&effectors.c_pitch, &tvc_jet::ALL[..5]) > 0.0, "pitches up");
+        assert!(moment(&effectors.c_yaw, &tvc_jet::ALL[..5]) > 0.0, "yaws right");
+        assert_eq!(commands[tvc_jet::ENGINE], 0.0);
     }
 }

@@ -1,152 +1,126 @@
-//! The eight things that move: seven deflections and the engine.
+//! The things that move: by their place in the list of the aircraft ([`crate::EffectorList`]).
 
-use core::fmt;
 use core::ops::{Index, IndexMut};
 
 use serde::{Deserialize, Serialize};
 
-/// An effector, in the order of the packets, logs and MAVLink instances.
+/// An effector: its place in the aircraft's list, which is the order of packets, logs and MAVLink outputs.
 ///
-/// Signs are in the table at the top of this crate.
+/// What it is (name, kind, side) stands in the list. Signs are in the table at the top of this crate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Effector {
-    /// Left aileron, trailing edge down positive.
-    LeftAileron,
-    /// Right aileron, trailing edge down positive.
-    RightAileron,
-    /// Left elevator, trailing edge down positive.
-    LeftElevator,
-    /// Right elevator, trailing edge down positive.
-    RightElevator,
-    /// Rudder, trailing edge left positive.
-    Rudder,
-    /// Nozzle pitch angle δz, positive pitches the nose up.
-    NozzlePitch,
-    /// Nozzle yaw angle δy, positive yaws the nose right.
-    NozzleYaw,
-    /// Engine, thrust in newton.
-    Engine,
+#[serde(try_from = "u8", into = "u8")]
+pub struct Effector(u8);
+
+/// A place beyond the room that every list has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoSuchEffector(u8);
+
+impl core::fmt::Display for NoSuchEffector {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "effector {} is outside 0 to {}", self.0, Effector::MAX - 1)
+    }
+}
+
+impl core::error::Error for NoSuchEffector {}
+
+impl TryFrom<u8> for Effector {
+    type Error = NoSuchEffector;
+
+    fn try_from(place: u8) -> Result<Self, NoSuchEffector> {
+        Self::from_index(place.into()).ok_or(NoSuchEffector(place))
+    }
+}
+
+impl From<Effector> for u8 {
+    fn from(effector: Effector) -> Self {
+        effector.0
+    }
 }
 
 impl Effector {
-    /// How many there are.
-    pub const COUNT: usize = 8;
+    /// Most effectors that an aircraft can have.
+    pub const MAX: usize = 16;
 
-    /// All of them, in order.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::LeftAileron,
-        Self::RightAileron,
-        Self::LeftElevator,
-        Self::RightElevator,
-        Self::Rudder,
-        Self::NozzlePitch,
-        Self::NozzleYaw,
-        Self::Engine,
-    ];
+    /// The first of every list.
+    pub const FIRST: Self = Self(0);
 
-    /// The five aerodynamic surfaces, in the order of the paper's `u`.
-    pub const SURFACES: [Self; 5] = [
-        Self::LeftAileron,
-        Self::RightAileron,
-        Self::LeftElevator,
-        Self::RightElevator,
-        Self::Rudder,
-    ];
-
-    /// Name for configuration keys and log columns.
+    /// The effector at this place, counted from 0; `None` from [`Effector::MAX`] on.
     #[must_use]
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::LeftAileron => "left_aileron",
-            Self::RightAileron => "right_aileron",
-            Self::LeftElevator => "left_elevator",
-            Self::RightElevator => "right_elevator",
-            Self::Rudder => "rudder",
-            Self::NozzlePitch => "nozzle_pitch",
-            Self::NozzleYaw => "nozzle_yaw",
-            Self::Engine => "engine",
-        }
+    pub const fn from_index(index: usize) -> Option<Self> {
+        #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+        if index < Self::MAX { Some(Self(index as u8)) } else { None }
     }
 
-    /// Name for people.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::LeftAileron => "left aileron",
-            Self::RightAileron => "right aileron",
-            Self::LeftElevator => "left elevator",
-            Self::RightElevator => "right elevator",
-            Self::Rudder => "rudder",
-            Self::NozzlePitch => "nozzle pitch",
-            Self::NozzleYaw => "nozzle yaw",
-            Self::Engine => "engine",
-        }
-    }
-
-    /// Whether the value is an angle in rad; only the engine's is not (newton).
-    #[must_use]
-    pub const fn is_angle(self) -> bool {
-        !matches!(self, Self::Engine)
-    }
-
-    /// The effector at `index` of [`Effector::ALL`].
-    #[must_use]
-    pub fn from_index(index: usize) -> Option<Self> {
-        Self::ALL.get(index).copied()
-    }
-
-    /// Position in [`Effector::ALL`].
+    /// Place in the list, from 0.
+    #[inline]
     #[must_use]
     pub const fn index(self) -> usize {
-        self as usize
+        self.0 as usize
     }
 
-    /// The one on the other side of the plane of symmetry; itself for those in it.
+    /// Place in the list, from 0, for packets and logs.
     #[must_use]
-    pub const fn mirrored(self) -> Self {
-        match self {
-            Self::LeftAileron => Self::RightAileron,
-            Self::RightAileron => Self::LeftAileron,
-            Self::LeftElevator => Self::RightElevator,
-            Self::RightElevator => Self::LeftElevator,
-            other => other,
-        }
+    pub const fn code(self) -> u8 {
+        self.0
+    }
+
+    /// The first `count` places, at most [`Effector::MAX`].
+    #[inline]
+    pub fn first(
+        count: usize,
+    ) -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator + Clone {
+        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        (0..count.min(Self::MAX) as u8).map(Self)
     }
 }
 
-impl fmt::Display for Effector {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// One value for each effector, indexed by [`Effector`].
+/// One value for each effector, indexed by [`Effector`]. There is room for [`Effector::MAX`]; what is beyond the
+/// effectors of the aircraft is zero, and is neither sent nor shown.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct PerEffector<T>([T; Effector::COUNT]);
+pub struct PerEffector<T>([T; Effector::MAX]);
 
 impl<T> PerEffector<T> {
-    /// From values in the order of [`Effector::ALL`].
-    pub const fn new(values: [T; Effector::COUNT]) -> Self {
+    /// From values in the order of the places.
+    pub const fn new(values: [T; Effector::MAX]) -> Self {
         Self(values)
     }
 
-    /// One value for each effector.
+    /// One value for each place.
     #[inline]
-    pub fn from_fn(value: impl FnMut(Effector) -> T) -> Self {
-        Self(Effector::ALL.map(value))
+    pub fn from_fn(mut value: impl FnMut(Effector) -> T) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+        Self(core::array::from_fn(|index| value(Effector(index as u8))))
     }
 
-    /// Each effector with its value.
+    /// Each place with its value.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (Effector, &T)> {
-        Effector::ALL.into_iter().zip(self.0.iter())
+        Effector::first(Effector::MAX).zip(self.0.iter())
     }
 
-    /// The values in the order of [`Effector::ALL`].
-    pub const fn as_array(&self) -> &[T; Effector::COUNT] {
+    /// The values in the order of the places.
+    #[inline]
+    pub const fn as_array(&self) -> &[T; Effector::MAX] {
         &self.0
+    }
+
+    /// The values of the first `count` effectors, at most all.
+    #[inline]
+    #[must_use]
+    pub fn first(&self, count: usize) -> &[T] {
+        &self.0[..count.min(Effector::MAX)]
+    }
+}
+
+impl<T: Copy + Default> PerEffector<T> {
+    /// The first of these values in their order, as many as there is room for; default for the rest.
+    pub fn from_values(values: impl IntoIterator<Item = T>) -> Self {
+        let mut all = Self::default();
+        for (place, value) in all.0.iter_mut().zip(values) {
+            *place = value;
+        }
+        all
     }
 }
 
@@ -154,13 +128,14 @@ impl<T> Index<Effector> for PerEffector<T> {
     type Output = T;
     #[inline]
     fn index(&self, effector: Effector) -> &T {
-        &self.0[effector as usize]
+        // The mask changes nothing and saves the check of the bound.
+        &self.0[effector.index() % Effector::MAX]
     }
 }
 
 impl<T> IndexMut<Effector> for PerEffector<T> {
     #[inline]
     fn index_mut(&mut self, effector: Effector) -> &mut T {
-        &mut self.0[effector as usize]
+        &mut self.0[effector.index() % Effector::MAX]
     }
 }

@@ -12,6 +12,9 @@
 //!
 //! # Signs of the effectors
 //!
+//! Which effectors an aircraft has stands in its files ([`EffectorList`]). Those of `tvc_jet`, the aircraft of the
+//! paper:
+//!
 //! | effector | positive means | moment of a positive deflection |
 //! |---|---|---|
 //! | left aileron | trailing edge down | +roll, +yaw |
@@ -39,6 +42,7 @@ extern crate std;
 pub mod actuators;
 pub mod angle;
 pub mod effector;
+pub mod effector_list;
 pub mod fault;
 pub mod frames;
 pub mod lockstep;
@@ -46,10 +50,12 @@ pub mod pace;
 pub mod record;
 pub mod sensors;
 pub mod time;
+pub mod tvc_jet;
 pub mod wire;
 
 pub use actuators::Actuators;
 pub use effector::{Effector, PerEffector};
+pub use effector_list::{AxisGains, EffectorKind, EffectorList, LateralSide};
 pub use fault::{FaultKind, FaultReply, FaultRequest};
 pub use frames::{Attitude, Body, EulerAngles, Ned};
 pub use sensors::Sensors;

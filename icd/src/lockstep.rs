@@ -23,8 +23,8 @@ use crate::fault::PlantRequest;
 use crate::sensors::Sensors;
 use crate::time::{ControlPeriod, SimTime};
 use crate::wire::{
-    self, ActuatorPacket, Packet, PacketBytes, Phase, RefusalPacket, RefusalReason, Reports,
-    SensorPacket, WireError,
+    self, ActuatorPacket, Aircraft, Packet, PacketBytes, Phase, RefusalPacket, RefusalReason,
+    Reports, SensorPacket, WireError,
 };
 
 /// Earlier sessions of the plant in flight, which began new ones; their late packets start nothing.
@@ -46,6 +46,7 @@ pub enum Ignored {
 /// The asking side.
 #[derive(Debug, Clone)]
 pub struct PlantSide {
+    aircraft: Aircraft,
     session: u64,
     sequence: u64,
     question: PacketBytes,
@@ -55,22 +56,27 @@ pub struct PlantSide {
 
 /// What a datagram means to the plant.
 #[derive(Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "short-lived and on the stack: the link may not allocate"
+)]
 pub enum PlantEvent<'a> {
     /// The answer: the plant may go on.
     Answer(ActuatorPacket),
     /// The autopilot will not talk to this plant.
     Refused(RefusalPacket),
-    /// The autopilot speaks another version: send these bytes back and tell the operator.
-    Refuse(&'a [u8], WireError),
+    /// The answer cannot be used: send these bytes back and tell the operator.
+    Refuse(&'a [u8], Refused),
     /// Nothing changes.
     Ignored(Ignored),
 }
 
 impl PlantSide {
-    /// A new flight. `session` must differ from those of earlier flights, and nobody may be able to guess it.
+    /// A new flight of this aircraft. `session` must differ from those of earlier flights, and nobody may be able to guess it.
     #[must_use]
-    pub fn new(session: u64) -> Self {
+    pub fn new(session: u64, aircraft: Aircraft) -> Self {
         Self {
+            aircraft,
             session,
             sequence: 0,
             question: PacketBytes::new(),
@@ -99,6 +105,7 @@ impl PlantSide {
         let packet = SensorPacket {
             session: self.session,
             sequence: self.sequence,
+            aircraft: self.aircraft,
             time,
             phase,
             period,
@@ -120,6 +127,11 @@ impl PlantSide {
     pub fn handle(&mut self, datagram: &[u8]) -> PlantEvent<'_> {
         match wire::decode(datagram) {
             Ok(Packet::Actuators(packet)) => {
+                if packet.aircraft != self.aircraft {
+                    let (session, sequence) = (packet.session, packet.sequence);
+                    refuse_with(session, sequence, RefusalReason::Aircraft, &mut self.scratch);
+                    return PlantEvent::Refuse(&self.scratch, Refused::Aircraft(packet.aircraft));
+                }
                 if self.waiting
                     && packet.session == self.session
                     && packet.sequence == self.sequence
@@ -141,7 +153,7 @@ impl PlantSide {
             }
             Ok(Packet::Sensors(_)) => PlantEvent::Ignored(Ignored::WrongWay),
             Err(error) => match refuse(&error, &mut self.scratch) {
-                true => PlantEvent::Refuse(&self.scratch, error),
+                true => PlantEvent::Refuse(&self.scratch, Refused::Packet(error)),
                 false => PlantEvent::Ignored(Ignored::Unreadable(error)),
             },
         }
@@ -149,8 +161,9 @@ impl PlantSide {
 }
 
 /// The answering side.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct FlightSide {
+    aircraft: Aircraft,
     current: Option<Exchange>,
     retired: ArrayVec<u64, RETIRED_MAX>,
     answer: PacketBytes,
@@ -185,20 +198,44 @@ pub enum FlightEvent<'a> {
     Ignored(Ignored),
 }
 
-/// Why the flight side sends a refusal.
+/// Why a side sends a refusal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refused {
     /// The packet cannot be used.
     Packet(WireError),
     /// A packet from another address while the plant in flight is heard.
     Busy,
+    /// The packet is about this aircraft, and not about that of this side.
+    Aircraft(Aircraft),
+}
+
+impl core::fmt::Display for Refused {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Packet(error) => error.fmt(f),
+            Self::Busy => f.write_str("another plant is in flight"),
+            Self::Aircraft(theirs) => write!(f, "it is about another aircraft, {theirs}"),
+        }
+    }
 }
 
 impl FlightSide {
-    /// Waits for any plant.
+    /// Waits for any plant that flies this aircraft.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub fn new(aircraft: Aircraft) -> Self {
+        Self {
+            aircraft,
+            current: None,
+            retired: ArrayVec::new(),
+            answer: PacketBytes::new(),
+            scratch: PacketBytes::new(),
+        }
+    }
+
+    /// The aircraft that it flies.
+    #[must_use]
+    pub fn aircraft(&self) -> Aircraft {
+        self.aircraft
     }
 
     /// Address of the plant in flight, once there is one.
@@ -230,23 +267,28 @@ impl FlightSide {
             }
         };
         match self.current {
+            Some(current) if current.plant == from && packet.aircraft != self.aircraft => {
+                self.other_aircraft(&packet)
+            }
             Some(current) if current.plant == from => self.same_plant(current, packet),
             Some(_) if !plant_is_silent => {
-                let refusal = RefusalPacket {
-                    version: wire::VERSION,
-                    session: packet.session,
-                    sequence: packet.sequence,
-                    reason: RefusalReason::Busy,
-                };
-                wire::encode_refusal(&refusal, &mut self.scratch);
+                let (session, sequence) = (packet.session, packet.sequence);
+                refuse_with(session, sequence, RefusalReason::Busy, &mut self.scratch);
                 FlightEvent::Refuse(&self.scratch, Refused::Busy)
             }
+            _ if packet.aircraft != self.aircraft => self.other_aircraft(&packet),
             _ => {
                 self.retired.clear();
                 self.open(&packet, from);
                 FlightEvent::NewFlight(packet)
             }
         }
+    }
+
+    fn other_aircraft(&mut self, packet: &SensorPacket) -> FlightEvent<'_> {
+        let (session, sequence) = (packet.session, packet.sequence);
+        refuse_with(session, sequence, RefusalReason::Aircraft, &mut self.scratch);
+        FlightEvent::Refuse(&self.scratch, Refused::Aircraft(packet.aircraft))
     }
 
     fn same_plant(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
@@ -294,6 +336,7 @@ impl FlightSide {
         let packet = ActuatorPacket {
             session: current.session,
             sequence: current.sequence,
+            aircraft: self.aircraft,
             time: current.time,
             actuators: *actuators,
             request,
@@ -311,15 +354,20 @@ fn refuse(error: &WireError, out: &mut PacketBytes) -> bool {
         WireError::Value { session, sequence, .. } => (session, sequence, RefusalReason::Value),
         _ => return false,
     };
+    refuse_with(session, sequence, reason, out);
+    true
+}
+
+fn refuse_with(session: u64, sequence: u64, reason: RefusalReason, out: &mut PacketBytes) {
     let refusal = RefusalPacket { version: wire::VERSION, session, sequence, reason };
     wire::encode_refusal(&refusal, out);
-    true
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frames::{Attitude, Body, Ned};
+    use crate::tvc_jet::aircraft;
     use core::net::Ipv4Addr;
     use std::vec::Vec;
 
@@ -347,7 +395,7 @@ mod tests {
 
     #[test]
     fn each_question_is_answered_once_and_repeats_come_from_memory() {
-        let (mut plant, mut flight) = (PlantSide::new(1), FlightSide::new());
+        let (mut plant, mut flight) = (PlantSide::new(1, aircraft()), FlightSide::new(aircraft()));
         let question = ask(&mut plant, 0);
         assert!(matches!(flight.handle(&question, HERE, false), FlightEvent::NewFlight(_)));
         let first = answer(&mut flight);
@@ -366,14 +414,14 @@ mod tests {
 
     #[test]
     fn an_autopilot_that_comes_later_joins_the_flight() {
-        let mut plant = PlantSide::new(1);
-        let mut first = FlightSide::new();
+        let mut plant = PlantSide::new(1, aircraft());
+        let mut first = FlightSide::new(aircraft());
         let question = ask(&mut plant, 0);
         first.handle(&question, HERE, false);
         let reply = answer(&mut first);
         plant.handle(&reply);
         let question = ask(&mut plant, 1);
-        let mut second = FlightSide::new();
+        let mut second = FlightSide::new(aircraft());
         match second.handle(&question, HERE, false) {
             FlightEvent::NewFlight(packet) => assert_eq!(packet.sequence, 1),
             other => panic!("{other:?}"),
@@ -384,9 +432,9 @@ mod tests {
 
     #[test]
     fn a_late_packet_of_an_ended_flight_starts_nothing() {
-        let mut flight = FlightSide::new();
-        let old = ask(&mut PlantSide::new(1), 0);
-        let new = ask(&mut PlantSide::new(2), 0);
+        let mut flight = FlightSide::new(aircraft());
+        let old = ask(&mut PlantSide::new(1, aircraft()), 0);
+        let new = ask(&mut PlantSide::new(2, aircraft()), 0);
         flight.handle(&old, HERE, false);
         answer(&mut flight);
         assert!(matches!(flight.handle(&new, HERE, false), FlightEvent::NewFlight(_)));
@@ -397,10 +445,10 @@ mod tests {
 
     #[test]
     fn a_second_plant_is_turned_away_while_the_first_is_alive() {
-        let mut flight = FlightSide::new();
-        flight.handle(&ask(&mut PlantSide::new(1), 0), HERE, false);
+        let mut flight = FlightSide::new(aircraft());
+        flight.handle(&ask(&mut PlantSide::new(1, aircraft()), 0), HERE, false);
         answer(&mut flight);
-        let mut intruder = PlantSide::new(2);
+        let mut intruder = PlantSide::new(2, aircraft());
         let question = ask(&mut intruder, 0);
         let refusal = match flight.handle(&question, THERE, false) {
             FlightEvent::Refuse(bytes, Refused::Busy) => bytes.to_vec(),
@@ -414,8 +462,8 @@ mod tests {
 
     #[test]
     fn a_stranger_gets_one_answer_whether_it_knows_the_session_or_not() {
-        let mut flight = FlightSide::new();
-        let mut plant = PlantSide::new(1);
+        let mut flight = FlightSide::new(aircraft());
+        let mut plant = PlantSide::new(1, aircraft());
         for tick in 0..3 {
             let question = ask(&mut plant, tick);
             flight.handle(&question, HERE, false);
@@ -424,7 +472,7 @@ mod tests {
         let next = ask(&mut plant, 3);
         // The session with every sequence number around the present one, and a wrong session.
         for (session, sequence) in [(1, 0), (1, 1), (1, 2), (1, 3), (1, 4), (7, 0), (7, 3)] {
-            let mut stranger = PlantSide::new(session);
+            let mut stranger = PlantSide::new(session, aircraft());
             stranger.sequence = sequence;
             let question = ask(&mut stranger, 3);
             match flight.handle(&question, THERE, false) {
@@ -458,8 +506,9 @@ mod tests {
 
     #[test]
     fn a_superseded_plant_is_taken_back_when_the_other_one_is_silent() {
-        let mut flight = FlightSide::new();
-        let (mut first, mut second) = (PlantSide::new(1), PlantSide::new(2));
+        let mut flight = FlightSide::new(aircraft());
+        let (mut first, mut second) =
+            (PlantSide::new(1, aircraft()), PlantSide::new(2, aircraft()));
         flight.handle(&ask(&mut first, 0), HERE, false);
         first.handle(&answer(&mut flight));
         let pending = ask(&mut first, 1);
@@ -481,10 +530,10 @@ mod tests {
 
     #[test]
     fn another_version_is_told_so_on_both_sides() {
-        let mut plant = PlantSide::new(1);
+        let mut plant = PlantSide::new(1, aircraft());
         let mut question = ask(&mut plant, 0);
         question[4] = 77;
-        let mut flight = FlightSide::new();
+        let mut flight = FlightSide::new(aircraft());
         let refusal = match flight.handle(&question, HERE, false) {
             FlightEvent::Refuse(bytes, Refused::Packet(WireError::Version { theirs: 77, .. })) => {
                 bytes.to_vec()
@@ -496,5 +545,31 @@ mod tests {
             other => panic!("{other:?}"),
         }
         assert_eq!(flight.plant(), None);
+    }
+
+    #[test]
+    fn a_plant_with_another_aircraft_is_refused_and_learns_why() {
+        let other = Aircraft { effectors: 7, ..aircraft() };
+        let (mut plant, mut flight) = (PlantSide::new(1, other), FlightSide::new(aircraft()));
+        let refusal = match flight.handle(&ask(&mut plant, 0), HERE, false) {
+            FlightEvent::Refuse(bytes, Refused::Aircraft(theirs)) => {
+                assert_eq!(theirs, other);
+                bytes.to_vec()
+            }
+            event => panic!("{event:?}"),
+        };
+        assert_eq!(flight.plant(), None, "it is not flown");
+        match plant.handle(&refusal) {
+            PlantEvent::Refused(RefusalPacket { reason: RefusalReason::Aircraft, .. }) => {}
+            event => panic!("{event:?}"),
+        }
+        // An answer with another number of commands moves nothing.
+        flight.handle(&ask(&mut PlantSide::new(1, aircraft()), 0), HERE, true);
+        let foreign = answer(&mut flight);
+        match plant.handle(&foreign) {
+            PlantEvent::Refuse(_, Refused::Aircraft(theirs)) => assert_eq!(theirs, aircraft()),
+            event => panic!("{event:?}"),
+        }
+        assert!(plant.unanswered().is_some());
     }
 }

@@ -5,17 +5,24 @@
 //!
 //! ```text
 //! offset  size  field
-//!  0      8*N   truth, f64, in the order of TRUTH_FIELDS
-//!  8*N    2     piece of the run header: index, from 0
+//!  0      2     N: values of the truth
+//!  2      8*N   truth, f64, in the order of truth_fields
+//!  ..     2     piece of the run header: index, from 0
 //!  ..     2     pieces in all; 0: none in this envelope
 //!  ..     ..    bytes of the piece
 //! ```
 
-use crate::wire::ENVELOPE_MAX;
-use arrayvec::ArrayVec;
+use core::ops::Deref;
 
-/// Names of the truth's values: axis or effector and unit. All angles rad, in NED and body axes.
-pub const TRUTH_FIELDS: [&str; 59] = [
+use arrayvec::{ArrayString, ArrayVec};
+
+use crate::effector::Effector;
+use crate::effector_list::EffectorList;
+use crate::wire::ENVELOPE_MAX;
+
+/// Names of the truth's first values: axis and unit. All angles rad, in NED and body axes. Behind them come those of
+/// the effectors, then [`TRUTH_TAIL`]; [`truth_fields`] has all of them.
+pub const TRUTH_HEAD: [&str; 29] = [
     "p_rad_s",
     "q_rad_s",
     "r_rad_s",
@@ -45,33 +52,14 @@ pub const TRUTH_FIELDS: [&str; 59] = [
     "wind_east_m_s",
     "wind_down_m_s",
     "density_kg_m3",
-    // What acts of each effector after the faults.
-    "effect_left_aileron_rad",
-    "effect_right_aileron_rad",
-    "effect_left_elevator_rad",
-    "effect_right_elevator_rad",
-    "effect_rudder_rad",
-    "effect_nozzle_pitch_rad",
-    "effect_nozzle_yaw_rad",
-    "effect_engine_n",
-    // Where each effector really is.
-    "position_left_aileron_rad",
-    "position_right_aileron_rad",
-    "position_left_elevator_rad",
-    "position_right_elevator_rad",
-    "position_rudder_rad",
-    "position_nozzle_pitch_rad",
-    "position_nozzle_yaw_rad",
-    "position_engine_n",
-    // Code of the fault that acts (FaultKind::code); 0 for none.
-    "fault_left_aileron",
-    "fault_right_aileron",
-    "fault_left_elevator",
-    "fault_right_elevator",
-    "fault_rudder",
-    "fault_nozzle_pitch",
-    "fault_nozzle_yaw",
-    "fault_engine",
+];
+
+/// Values of each effector in the truth: what acts of it after the faults, where it really is, and the code of the
+/// fault that acts (`FaultKind::code`), 0 for none. All effectors of one, then all of the next.
+pub const TRUTH_PER_EFFECTOR: [&str; 3] = ["effect", "position", "fault"];
+
+/// Names of the truth's last values.
+pub const TRUTH_TAIL: [&str; 6] = [
     // Quaternion of the attitude, body to NED, w first: without the loss of the angles at +-90 deg of pitch.
     "q_w",
     "q_x",
@@ -82,8 +70,63 @@ pub const TRUTH_FIELDS: [&str; 59] = [
     "broken",
 ];
 
-/// The truth of one tick, in the order of [`TRUTH_FIELDS`].
-pub type TruthRow = [f64; TRUTH_FIELDS.len()];
+/// Most values of the truth of one tick.
+pub const TRUTH_MAX: usize =
+    TRUTH_HEAD.len() + TRUTH_PER_EFFECTOR.len() * Effector::MAX + TRUTH_TAIL.len();
+
+/// The truth of one tick, in the order of [`truth_fields`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruthRow {
+    values: [f64; TRUTH_MAX],
+    count: usize,
+}
+
+/// As many as there is room for.
+impl FromIterator<f64> for TruthRow {
+    fn from_iter<I: IntoIterator<Item = f64>>(all: I) -> Self {
+        let mut row = Self { values: [0.0; TRUTH_MAX], count: 0 };
+        for (place, value) in row.values.iter_mut().zip(all) {
+            *place = value;
+            row.count += 1;
+        }
+        row
+    }
+}
+
+impl Deref for TruthRow {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+/// Name of a column of an effector.
+pub type FieldName = ArrayString<48>;
+
+/// Name of a column of an effector, with its unit: `position_left_aileron_rad`, or without anything before,
+/// `left_aileron_rad`; what is no length of the effector has no unit, `fault_left_aileron`.
+#[must_use]
+pub fn effector_field(before: &str, effectors: &EffectorList, effector: Effector) -> FieldName {
+    let mut name = FieldName::new();
+    let unit = if before == TRUTH_PER_EFFECTOR[2] { "" } else { effectors.unit(effector) };
+    let parts = [before, effectors.key(effector), unit];
+    for (place, part) in parts.into_iter().filter(|part| !part.is_empty()).enumerate() {
+        // Cannot fail: the longest name of an effector and the longest words around it fit.
+        let _fits = if place > 0 { name.try_push('_') } else { Ok(()) };
+        let _fits = name.try_push_str(part);
+    }
+    name
+}
+
+/// Names of the truth's values: axis or effector and unit.
+pub fn truth_fields(effectors: &EffectorList) -> impl Iterator<Item = FieldName> + '_ {
+    let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
+    let of_effectors = TRUTH_PER_EFFECTOR.into_iter().flat_map(move |before| {
+        effectors.all().map(move |effector| effector_field(before, effectors, effector))
+    });
+    TRUTH_HEAD.into_iter().map(fixed).chain(of_effectors).chain(TRUTH_TAIL.into_iter().map(fixed))
+}
 
 /// A piece of the run header: JSON text, cut where it happens to fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,10 +139,8 @@ pub struct Piece<'a> {
     pub bytes: &'a [u8],
 }
 
-const TRUTH_BYTES: usize = 8 * TRUTH_FIELDS.len();
-
-/// Longest piece of the run header, bytes.
-pub const PIECE_MAX: usize = ENVELOPE_MAX - TRUTH_BYTES - 4;
+/// Longest piece of the run header, bytes: what is left beside the truth of the largest aircraft.
+pub const PIECE_MAX: usize = ENVELOPE_MAX - 8 * TRUTH_MAX - 6;
 
 /// An encoded envelope.
 pub type EnvelopeBytes = ArrayVec<u8, ENVELOPE_MAX>;
@@ -111,7 +152,9 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
         // Everything fits, by the lengths above.
         let _fits = out.try_extend_from_slice(bytes);
     };
-    for value in truth {
+    #[expect(clippy::cast_possible_truncation, reason = "at most TRUTH_MAX")]
+    put(&(truth.len() as u16).to_le_bytes());
+    for value in truth.iter() {
         put(&value.to_le_bytes());
     }
     let Piece { index, count, bytes } = piece.unwrap_or(Piece { index: 0, count: 0, bytes: &[] });
@@ -123,11 +166,10 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
 /// Opens an envelope; `None` if it is empty or no envelope of this version.
 #[must_use]
 pub fn open(envelope: &[u8]) -> Option<(TruthRow, Option<Piece<'_>>)> {
-    let (truth, rest) = envelope.split_at_checked(TRUTH_BYTES)?;
-    let mut row = [0.0; TRUTH_FIELDS.len()];
-    for (value, bytes) in row.iter_mut().zip(truth.as_chunks::<8>().0) {
-        *value = f64::from_le_bytes(*bytes);
-    }
+    let (count, rest) = envelope.split_first_chunk::<2>()?;
+    let count = usize::from(u16::from_le_bytes(*count));
+    let (truth, rest) = rest.split_at_checked(8 * count).filter(|_| count <= TRUTH_MAX)?;
+    let row = truth.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     let (index, rest) = rest.split_first_chunk::<2>()?;
     let (count, bytes) = rest.split_first_chunk::<2>()?;
     let (index, count) = (u16::from_le_bytes(*index), u16::from_le_bytes(*count));
@@ -140,17 +182,31 @@ mod tests {
 
     #[test]
     fn what_is_sealed_comes_out_again() {
-        let mut truth = [0.5; TRUTH_FIELDS.len()];
-        truth[3] = -1.0 / 3.0;
+        let values = |count: u32| (0..count).map(|n| -1.0 / f64::from(n + 1));
+        let truth: TruthRow = values(83).collect();
         let bytes = [7; PIECE_MAX];
         let piece = Piece { index: 2, count: 3, bytes: &bytes };
         let mut envelope = EnvelopeBytes::new();
         seal(&truth, Some(piece), &mut envelope);
         assert_eq!(envelope.len(), ENVELOPE_MAX);
         assert_eq!(open(&envelope), Some((truth, Some(piece))));
+        let truth: TruthRow = values(59).collect();
         seal(&truth, None, &mut envelope);
         assert_eq!(open(&envelope), Some((truth, None)));
         assert_eq!(open(&[]), None);
         assert_eq!(open(&envelope[..100]), None);
+    }
+
+    #[test]
+    fn the_columns_of_the_jet_are_named_by_its_effectors() {
+        let list = crate::tvc_jet::effectors();
+        let names: std::vec::Vec<FieldName> = truth_fields(&list).collect();
+        assert_eq!(names.len(), 59);
+        assert_eq!(&names[29], "effect_left_aileron_rad");
+        assert_eq!(&names[36], "effect_engine_n");
+        assert_eq!(&names[41], "position_rudder_rad");
+        assert_eq!(&names[52], "fault_engine");
+        assert_eq!(&names[58], "broken");
+        assert_eq!(&effector_field("", &list, crate::tvc_jet::RUDDER), "rudder_rad");
     }
 }

@@ -17,6 +17,9 @@
 //! versions can tell each other that they differ. Times and sequence numbers are u64, values f64 as they
 //! were computed. Every value is checked for being finite when a packet is read.
 //!
+//! The body begins with the aircraft: the length of its name, u8, and the name, the number of effectors, u8, and
+//! the identity of their list, u32. Only so many commands or positions are in a packet.
+//!
 //! A sensor packet ends with an envelope and its length, u16: what the plant tells the recorder of the flight
 //! ([`crate::record`]). Nobody else opens it; it is no part of [`SensorPacket`].
 
@@ -24,6 +27,7 @@ use arrayvec::ArrayVec;
 
 use crate::actuators::Actuators;
 use crate::effector::{Effector, PerEffector};
+use crate::effector_list::{EffectorList, Name};
 use crate::fault::{PlantAction, PlantReport, PlantRequest};
 use crate::pace::Pace;
 use crate::sensors::Sensors;
@@ -41,16 +45,49 @@ pub use encode::{encode_actuators, encode_refusal, encode_sensors};
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 
 /// Largest packet, bytes.
-pub const PACKET_MAX: usize = 1400;
+pub const PACKET_MAX: usize = 1440;
 
 /// Longest envelope, bytes: what a sensor packet carries for the recorder ([`crate::record`]).
 pub const ENVELOPE_MAX: usize = 800;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
 pub const REPORTS_MAX: usize = 4;
+
+/// Which aircraft a packet is about: the two sides must mean the same one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Aircraft {
+    /// Its name, as in its files.
+    pub name: Name,
+    /// How many effectors it has; so many commands are in a packet.
+    pub effectors: u8,
+    /// Their number, order, names and kinds ([`EffectorList::identity`]).
+    pub identity: u32,
+}
+
+impl Aircraft {
+    /// The aircraft with this name and these effectors.
+    #[must_use]
+    pub fn new(name: Name, effectors: &EffectorList) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        let count = effectors.len() as u8;
+        Self { name, effectors: count, identity: effectors.identity() }
+    }
+
+    fn count(&self) -> usize {
+        usize::from(self.effectors)
+    }
+}
+
+/// `tvc_jet (8 effectors, 12ab34cd)`.
+impl core::fmt::Display for Aircraft {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { name, effectors, identity } = self;
+        write!(f, "{name} ({effectors} effectors, {identity:08x})")
+    }
+}
 
 /// An encoded packet.
 pub type PacketBytes = ArrayVec<u8, PACKET_MAX>;
@@ -76,6 +113,8 @@ pub struct SensorPacket {
     pub session: u64,
     /// Number of this exchange in the flight, from 0.
     pub sequence: u64,
+    /// The aircraft that senses.
+    pub aircraft: Aircraft,
     /// Simulation time at which the values were taken.
     pub time: SimTime,
     /// Whether this is a control step.
@@ -95,6 +134,8 @@ pub struct ActuatorPacket {
     pub session: u64,
     /// Number of the exchange that this answers.
     pub sequence: u64,
+    /// The aircraft that is commanded: that of the sensor packet.
+    pub aircraft: Aircraft,
     /// Simulation time of the sensor packet that this answers.
     pub time: SimTime,
     /// The commands, held until the next packet.
@@ -127,6 +168,8 @@ pub enum RefusalReason {
     Busy,
     /// A value in the packet is not finite or out of its range.
     Value,
+    /// The packet is about another aircraft than the refusing side has the files of.
+    Aircraft,
 }
 
 /// Any packet.

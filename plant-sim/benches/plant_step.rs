@@ -16,7 +16,8 @@ use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
 /// The nominal flight with one step for each period of 2 ms.
 fn plant(earth: EarthModel) -> Plant {
     let nominal =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL).expect("file of the crate");
+        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &Airframe::paper().effectors)
+            .expect("file of the crate");
     let mut setup = nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 2_000);
     setup.earth = earth;
     Plant::new(&setup).expect("the paper's aircraft can fly")
@@ -69,8 +70,9 @@ fn forces(c: &mut Criterion) {
         rates: Body::new(0.1, 0.05, -0.1),
     };
     let deflections = PerEffector::from_fn(|_| 0.05);
+    let ours = airframe.surfaces();
     c.bench_function("aerodynamics/derivatives", |b| {
-        b.iter(|| coefficients(&airframe.aero, black_box(&air), black_box(&deflections)));
+        b.iter(|| coefficients(&airframe.aero, &ours, black_box(&air), black_box(&deflections)));
     });
     let f16: toml::Table =
         toml::from_str(include_str!("../airframes/f16.toml")).expect("file of the crate");

@@ -1,19 +1,24 @@
 //! Motion through the air and effective deflections to force and moment, body axes.
 //!
-//! Every sum keeps left and right together, so that a mirrored flight gets mirrored bits.
+//! The aircraft without its surfaces is here, what the surfaces add is in [`surfaces`]. Every sum keeps left and right
+//! together, so that a mirrored flight gets mirrored bits.
 
-use icd::{Body, Effector, PerEffector, angle};
+use icd::{Body, PerEffector, angle};
 use serde::{Deserialize, Serialize};
 
 use crate::rigid_body::Wrench;
 
+pub mod surfaces;
+
+pub use surfaces::{SurfaceDerivatives, Surfaces};
+
 /// Airspeed below which the rate terms of the coefficients do not grow any more, m/s.
 pub const SLOWEST_M_S: f64 = 20.0;
 
-/// Aerodynamic derivatives and reference geometry. Derivatives are per radian, of rates per `rate length / 2V`.
+/// Aerodynamic derivatives of the aircraft without its surfaces, and reference geometry. Derivatives are per radian, of rates per `rate length / 2V`.
 ///
 /// The letters of the paper's parameter set stand behind each one; [`crate::derivatives`] finds them by
-/// these letters. Surfaces: "per side" is the effect of one of the pair.
+/// these letters.
 ///
 /// Read from the `[aerodynamics]` table of the airframe file, key by key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,8 +48,6 @@ pub struct Aero {
     pub c_lift_alpha: f64,
     /// CLq, lift of the pitch rate.
     pub c_lift_q: f64,
-    /// CLde, lift of one elevator, 1/rad.
-    pub c_lift_elevator: f64,
     /// CD0, drag without lift.
     pub c_drag_zero: f64,
     /// kCD, drag for the square of the lift without the elevators.
@@ -53,54 +56,30 @@ pub struct Aero {
     pub c_drag_beta: f64,
     /// CDst, flat-plate drag beyond the linear range.
     pub c_drag_stall: f64,
-    /// CDde, drag of one elevator, 1/rad².
-    pub c_drag_elevator: f64,
-    /// CDda, drag of one aileron, 1/rad².
-    pub c_drag_aileron: f64,
-    /// CDdr, drag of the rudder, 1/rad².
-    pub c_drag_rudder: f64,
     /// CYb, side force of the sideslip, 1/rad.
     pub c_side_beta: f64,
     /// CYp, side force of the roll rate.
     pub c_side_p: f64,
     /// CYr, side force of the yaw rate.
     pub c_side_r: f64,
-    /// CYda, side force of both ailerons, 1/rad.
-    pub c_side_aileron: f64,
-    /// CYdr, side force of the rudder, 1/rad.
-    pub c_side_rudder: f64,
     /// Clb, roll of the sideslip (dihedral), 1/rad.
     pub c_roll_beta: f64,
     /// Clp, roll damping.
     pub c_roll_p: f64,
     /// Clr, roll of the yaw rate.
     pub c_roll_r: f64,
-    /// Clde, roll of one elevator, 1/rad: plus for the left one.
-    pub c_roll_elevator: f64,
-    /// Clda, roll of both ailerons, 1/rad: negative, see the signs in `icd`.
-    pub c_roll_aileron: f64,
-    /// Cldr, roll of the rudder, 1/rad.
-    pub c_roll_rudder: f64,
     /// Cm0, pitch at zero angle of attack.
     pub c_pitch_zero: f64,
     /// Cma, pitch stiffness, 1/rad: negative is stable.
     pub c_pitch_alpha: f64,
     /// Cmq, pitch damping.
     pub c_pitch_q: f64,
-    /// Cmde, pitch of one elevator, 1/rad.
-    pub c_pitch_elevator: f64,
     /// Cnb, yaw stiffness, 1/rad: positive is stable.
     pub c_yaw_beta: f64,
     /// Cnp, yaw of the roll rate.
     pub c_yaw_p: f64,
     /// Cnr, yaw damping.
     pub c_yaw_r: f64,
-    /// rCnde, yaw over roll of one elevator.
-    pub yaw_per_roll_elevator: f64,
-    /// rCnda, yaw over roll of one aileron.
-    pub yaw_per_roll_aileron: f64,
-    /// Cndr, yaw of the rudder, 1/rad.
-    pub c_yaw_rudder: f64,
 }
 
 /// An angle that files for people have in degrees, and binary ones bit for bit as it is.
@@ -193,20 +172,19 @@ fn stalled(angle: f64, linear: f64) -> f64 {
     }
 }
 
-/// Coefficients at `air` with these effective deflections (rad; the engine's value is not read).
+/// Coefficients at `air` with these effective deflections, rad; what is no surface is not read.
 ///
 /// The moments are those of Eq. (7) and Eq. (8), the forces those that stand beside them in the parameter
 /// set. Total: finite input gives finite coefficients, also at rest.
 #[inline]
 #[must_use]
-pub fn coefficients(aero: &Aero, air: &AirState, deflections: &PerEffector<f64>) -> Coefficients {
+pub fn coefficients(
+    aero: &Aero,
+    surfaces: &Surfaces,
+    air: &AirState,
+    deflections: &PerEffector<f64>,
+) -> Coefficients {
     let a = aero;
-    let left_aileron = deflections[Effector::LeftAileron];
-    let right_aileron = deflections[Effector::RightAileron];
-    let left_elevator = deflections[Effector::LeftElevator];
-    let right_elevator = deflections[Effector::RightElevator];
-    let rudder = deflections[Effector::Rudder];
-
     let per_two_v = 0.5 / air.airspeed_m_s.max(SLOWEST_M_S);
     let p = air.rates.0.x * a.span_m * per_two_v;
     let q = air.rates.0.y * a.chord_m * per_two_v;
@@ -214,40 +192,22 @@ pub fn coefficients(aero: &Aero, air: &AirState, deflections: &PerEffector<f64>)
     let alpha = bent(air.alpha_rad, a.alpha_linear_rad, a.alpha_max_rad);
     let beta = bent(air.beta_rad, a.beta_linear_rad, a.beta_max_rad);
 
-    let elevators = left_elevator + right_elevator;
-    let aileron = 0.5 * (right_aileron - left_aileron);
-    let roll_aileron = a.c_roll_aileron * aileron;
-    let roll_elevator = a.c_roll_elevator * (left_elevator - right_elevator);
-    let base_lift = a.c_lift_zero + a.c_lift_alpha * alpha + a.c_lift_q * q;
+    let lift = a.c_lift_zero + a.c_lift_alpha * alpha + a.c_lift_q * q;
     let stall =
         stalled(air.alpha_rad, a.alpha_linear_rad) + stalled(air.beta_rad, a.beta_linear_rad);
 
-    Coefficients {
-        lift: base_lift + a.c_lift_elevator * elevators,
+    let clean = Coefficients {
+        lift,
         drag: a.c_drag_zero
-            + a.c_drag_induced * base_lift * base_lift
+            + a.c_drag_induced * lift * lift
             + a.c_drag_beta * beta * beta
-            + a.c_drag_stall * stall
-            + a.c_drag_elevator * (left_elevator * left_elevator + right_elevator * right_elevator)
-            + a.c_drag_aileron * (left_aileron * left_aileron + right_aileron * right_aileron)
-            + a.c_drag_rudder * rudder * rudder,
-        side: a.c_side_beta * beta
-            + (a.c_side_p * p + a.c_side_r * r)
-            + a.c_side_aileron * aileron
-            + a.c_side_rudder * rudder,
-        roll: a.c_roll_beta * beta
-            + (a.c_roll_p * p + a.c_roll_r * r)
-            + (roll_aileron + roll_elevator)
-            + a.c_roll_rudder * rudder,
-        pitch: a.c_pitch_zero
-            + a.c_pitch_alpha * alpha
-            + a.c_pitch_q * q
-            + a.c_pitch_elevator * elevators,
-        yaw: a.c_yaw_beta * beta
-            + (a.c_yaw_p * p + a.c_yaw_r * r)
-            + (a.yaw_per_roll_aileron * roll_aileron + a.yaw_per_roll_elevator * roll_elevator)
-            + a.c_yaw_rudder * rudder,
-    }
+            + a.c_drag_stall * stall,
+        side: a.c_side_beta * beta + (a.c_side_p * p + a.c_side_r * r),
+        roll: a.c_roll_beta * beta + (a.c_roll_p * p + a.c_roll_r * r),
+        pitch: a.c_pitch_zero + a.c_pitch_alpha * alpha + a.c_pitch_q * q,
+        yaw: a.c_yaw_beta * beta + (a.c_yaw_p * p + a.c_yaw_r * r),
+    };
+    surfaces.added_to(clean, deflections)
 }
 
 /// Force and moment about the centre of gravity from the air.
@@ -285,10 +245,15 @@ pub fn wrench(
 mod tests {
     use super::*;
     use crate::Airframe;
+    use icd::{Effector, tvc_jet};
     use proptest::prelude::*;
 
     fn aero() -> Aero {
         Airframe::paper().aero
+    }
+
+    fn coefficients(air: &AirState, deflections: &PerEffector<f64>) -> Coefficients {
+        super::coefficients(&aero(), &Airframe::paper().surfaces(), air, deflections)
     }
 
     fn level() -> AirState {
@@ -297,10 +262,10 @@ mod tests {
 
     /// Change of the coefficients from one degree of one effector.
     fn effect(effector: Effector) -> Coefficients {
-        let clean = coefficients(&aero(), &level(), &PerEffector::default());
+        let clean = coefficients(&level(), &PerEffector::default());
         let mut deflections = PerEffector::default();
         deflections[effector] = 1.0_f64.to_radians();
-        let c = coefficients(&aero(), &level(), &deflections);
+        let c = coefficients(&level(), &deflections);
         Coefficients {
             lift: c.lift - clean.lift,
             drag: c.drag - clean.drag,
@@ -315,11 +280,11 @@ mod tests {
     fn signs_of_the_surfaces_are_those_of_the_interface_document() {
         // (effector, roll, pitch, yaw): the table at the top of icd.
         let table = [
-            (Effector::LeftAileron, 1.0, 0.0, 1.0),
-            (Effector::RightAileron, -1.0, 0.0, -1.0),
-            (Effector::LeftElevator, 1.0, -1.0, 1.0),
-            (Effector::RightElevator, -1.0, -1.0, -1.0),
-            (Effector::Rudder, 1.0, 0.0, -1.0),
+            (tvc_jet::LEFT_AILERON, 1.0, 0.0, 1.0),
+            (tvc_jet::RIGHT_AILERON, -1.0, 0.0, -1.0),
+            (tvc_jet::LEFT_ELEVATOR, 1.0, -1.0, 1.0),
+            (tvc_jet::RIGHT_ELEVATOR, -1.0, -1.0, -1.0),
+            (tvc_jet::RUDDER, 1.0, 0.0, -1.0),
         ];
         for (effector, roll, pitch, yaw) in table {
             let c = effect(effector);
@@ -327,17 +292,17 @@ mod tests {
                 [("roll", c.roll, roll), ("pitch", c.pitch, pitch), ("yaw", c.yaw, yaw)]
             {
                 let agrees = if sign == 0.0 { ours == 0.0 } else { ours * sign > 1e-6 };
-                assert!(agrees, "{effector}: {axis} coefficient changed by {ours}");
+                assert!(agrees, "{effector:?}: {axis} coefficient changed by {ours}");
             }
         }
-        assert!(effect(Effector::Rudder).side > 0.0, "rudder: +Y force");
+        assert!(effect(tvc_jet::RUDDER).side > 0.0, "rudder: +Y force");
     }
 
     #[test]
     fn nozzle_and_engine_are_not_aerodynamic() {
-        for effector in [Effector::NozzlePitch, Effector::NozzleYaw, Effector::Engine] {
+        for effector in [tvc_jet::NOZZLE_PITCH, tvc_jet::NOZZLE_YAW, tvc_jet::ENGINE] {
             let c = effect(effector);
-            assert_eq!([c.lift, c.drag, c.side, c.roll, c.pitch, c.yaw], [0.0; 6], "{effector}");
+            assert_eq!([c.lift, c.drag, c.side, c.roll, c.pitch, c.yaw], [0.0; 6], "{effector:?}");
         }
     }
 
@@ -352,11 +317,12 @@ mod tests {
             let air = AirState { airspeed_m_s, alpha_rad, beta_rad, rates: Body::new(p, q, r) };
             let other =
                 AirState { airspeed_m_s, alpha_rad, beta_rad: -beta_rad, rates: Body::new(-p, q, -r) };
-            let deflections = PerEffector::<f64>::new(d);
-            let mut mirrored = PerEffector::from_fn(|e| deflections[e.mirrored()]);
-            mirrored[Effector::Rudder] = -deflections[Effector::Rudder];
-            let c = coefficients(&aero(), &air, &deflections);
-            let m = coefficients(&aero(), &other, &mirrored);
+            let list = tvc_jet::effectors();
+            let deflections = PerEffector::<f64>::from_values(d);
+            let mut mirrored = PerEffector::<f64>::from_fn(|e| deflections[list.mirrored(e)]);
+            mirrored[tvc_jet::RUDDER] = -deflections[tvc_jet::RUDDER];
+            let c = coefficients(&air, &deflections);
+            let m = coefficients(&other, &mirrored);
             prop_assert_eq!(
                 [c.lift, c.drag, -c.side, -c.roll, c.pitch, -c.yaw],
                 [m.lift, m.drag, m.side, m.roll, m.pitch, m.yaw]
@@ -369,7 +335,7 @@ mod tests {
         ) {
             let velocity = Body::new(u, v, w);
             let air = AirState::new(&velocity, Body::new(1.0, -1.0, 1.0));
-            let c = coefficients(&aero(), &air, &PerEffector::default());
+            let c = coefficients(&air, &PerEffector::default());
             let wrench = wrench(&aero(), &air, &velocity, 1.2, &c);
             prop_assert!(wrench.force.0.iter().chain(wrench.moment.0.iter()).all(|x| x.is_finite()));
         }
@@ -379,7 +345,7 @@ mod tests {
     fn at_rest_in_the_air_nothing_acts_and_nothing_divides_by_zero() {
         let velocity = Body::zero();
         let air = AirState::new(&velocity, Body::new(0.1, 0.2, 0.3));
-        let c = coefficients(&aero(), &air, &PerEffector::default());
+        let c = coefficients(&air, &PerEffector::default());
         let wrench = wrench(&aero(), &air, &velocity, 1.2, &c);
         assert_eq!(wrench.force.0.norm() + wrench.moment.0.norm(), 0.0);
     }
@@ -398,7 +364,7 @@ mod tests {
     fn lift_points_up_and_drag_backwards() {
         let velocity = Body::new(264.0, 0.0, 9.0);
         let air = AirState::new(&velocity, Body::zero());
-        let c = coefficients(&aero(), &air, &PerEffector::default());
+        let c = coefficients(&air, &PerEffector::default());
         let wrench = wrench(&aero(), &air, &velocity, 0.736, &c);
         assert!(wrench.force.0.z < 0.0, "z force {} N", wrench.force.0.z);
         assert!(wrench.force.0.dot(&velocity.0) < 0.0, "drag must take power");

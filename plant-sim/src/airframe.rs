@@ -1,17 +1,24 @@
 //! The aircraft as data: an airframe file becomes an [`Airframe`].
 
-use icd::{Effector, PerEffector};
+use icd::effector_list::Name;
+use icd::wire::Aircraft;
+use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use crate::aerodynamics::Aero;
+use crate::aerodynamics::{Aero, SurfaceDerivatives, Surfaces};
 use crate::config::{self, ConfigError, RangeError, check_range};
 use crate::derivatives;
-use crate::limits::{FlightLimits, LimitsTable};
+use crate::limits::FlightLimits;
 use crate::mach::MachEffects;
+use crate::propulsion::Jet;
 use crate::rigid_body::MassProperties;
 use crate::servos::Servo;
-use crate::setup::{Start, StartTable};
+use crate::setup::Start;
+
+mod file;
+
+pub use file::AirframeFile;
 
 /// Text of the airframe file that comes with the crate.
 pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
@@ -41,14 +48,22 @@ pub struct Mass {
 /// Everything that makes one aircraft differ from another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Airframe {
+    /// Name of the aircraft, which the controller's model must have too.
+    pub name: Name,
     /// Mass and inertia.
     pub mass: Mass,
-    /// Geometry and aerodynamic derivatives.
+    /// Geometry and aerodynamic derivatives without those of the surfaces.
     pub aero: Aero,
-    /// The actuators.
+    /// What the effectors are.
+    pub effectors: EffectorList,
+    /// Their actuators.
     pub servos: PerEffector<Servo>,
-    /// Distance of the nozzle behind the centre of gravity, m.
-    pub nozzle_arm_m: f64,
+    /// What each surface does in the air.
+    pub surface_derivatives: PerEffector<SurfaceDerivatives>,
+    /// How they follow a pilot, which is how the aircraft is trimmed.
+    pub gains: PerEffector<AxisGains>,
+    /// The nozzle; `None` for an aircraft without one.
+    pub nozzle: Option<Nozzle>,
     /// Where the air data come from.
     pub air_data: AirData,
     /// How the derivatives change with the Mach number; `None` where they do not.
@@ -74,6 +89,16 @@ mod of_earlier_logs {
     }
 }
 
+/// The nozzle that turns the jet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Nozzle {
+    /// Distance behind the centre of gravity, m.
+    pub arm_m: f64,
+    /// Thrust below which a controller shall not count on the nozzle, N. The plant does not read it.
+    pub thrust_floor_n: f64,
+}
+
 /// Where the air data sensors are: from the centre of gravity, body axes (x forward, y right, z down).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,8 +114,9 @@ impl Airframe {
     ///
     /// # Errors
     /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
-    /// for a number that cannot be.
+    /// for a number that cannot be, and with what replaces it for a key of an earlier version.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
+        file::refuse_old_keys(name, text)?;
         config::parse::<AirframeFile>(name, text)?.into_checked(name)
     }
 
@@ -99,6 +125,7 @@ impl Airframe {
     /// # Errors
     /// As [`Airframe::from_toml`], without line and column.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+        file::refuse_old_keys_of(name, &table)?;
         config::of_table::<AirframeFile>(name, table)?.into_checked(name)
     }
 
@@ -113,6 +140,30 @@ impl Airframe {
     pub fn paper() -> Self {
         Self::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME)
             .expect("a test reads the airframe file that is compiled in")
+    }
+
+    /// What packets say of it.
+    #[must_use]
+    pub fn aircraft(&self) -> Aircraft {
+        Aircraft::new(self.name, &self.effectors)
+    }
+
+    /// Its surfaces, ready to be evaluated.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces {
+        Surfaces::new(&self.effectors, &self.surface_derivatives)
+    }
+
+    /// Its engine and nozzle.
+    #[must_use]
+    pub fn jet(&self) -> Jet {
+        Jet::new(&self.effectors, self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m))
+    }
+
+    /// Where the effectors stand when they follow these commands: aileron, elevator, rudder, rad, and thrust, N.
+    #[must_use]
+    pub fn follow(&self, commands: [f64; 4]) -> PerEffector<f64> {
+        PerEffector::from_fn(|effector| self.gains[effector].of(commands))
     }
 
     /// Inertia tensor, kg m², body axes.
@@ -134,11 +185,35 @@ impl Airframe {
         MassProperties::new(self.mass.mass_kg, self.inertia())
     }
 
-    /// The aerodynamic derivative with these letters of the parameter set, as in `Cma`.
-    ///
-    /// `None` for any other name. For campaigns, which scale them.
-    pub fn derivative_mut(&mut self, name: &str) -> Option<&mut f64> {
-        derivatives::by_name(&mut self.aero, name)
+    /// Changes the aerodynamic derivative with these letters of the parameter set, as in `Cma`; one of surfaces, as
+    /// `Cmde`, on each of the kind. False if the aircraft has none. For campaigns, which scale them.
+    pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
+        derivatives::change(self, name, change)
+    }
+
+    /// The derivative with these letters, of surfaces that of the first one of the kind; `None` if the aircraft has none.
+    #[must_use]
+    pub fn derivative(&self, name: &str) -> Option<f64> {
+        let mut first = None;
+        self.clone().change_derivative(name, |value| {
+            first.get_or_insert(*value);
+        });
+        first
+    }
+
+    /// Gives the derivative with these letters another value, of surfaces the first one of the kind, and the mirrored
+    /// value to those that mirror it. The value before; `None` if the aircraft has none.
+    pub fn set_derivative(&mut self, name: &str, instead: f64) -> Option<f64> {
+        let before = self.derivative(name)?;
+        self.change_derivative(name, |value| {
+            *value = if *value == -before && before != 0.0 { -instead } else { instead };
+        });
+        Some(before)
+    }
+
+    /// The table of the airframe file that describes an effector, for errors.
+    pub(crate) fn section(&self, effector: Effector) -> String {
+        format!("effector.{}", self.effectors.key(effector))
     }
 
     /// Checks every number; a dispersed airframe has to pass it like one from a file.
@@ -151,7 +226,7 @@ impl Airframe {
         check_range("aerodynamics", "area_m2", a.area_m2, 0.01, 10_000.0)?;
         check_range("aerodynamics", "span_m", a.span_m, 0.1, 200.0)?;
         check_range("aerodynamics", "chord_m", a.chord_m, 0.01, 100.0)?;
-        derivatives::check(a)?;
+        derivatives::check(self)?;
         for (linear_key, max_key, linear, max) in [
             ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
             ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
@@ -160,7 +235,10 @@ impl Airframe {
             check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
             check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
         }
-        check_range("nozzle", "arm_m", self.nozzle_arm_m, 0.0, 100.0)?;
+        if let Some(nozzle) = &self.nozzle {
+            check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
+            check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
+        }
         let AirData { vanes_m, pitot_m } = self.air_data;
         for (key, place) in [("vanes_m", vanes_m), ("pitot_m", pitot_m)] {
             for value in place {
@@ -172,7 +250,7 @@ impl Airframe {
         }
         self.design_point.check_table("design_point")?;
         self.limits.check()?;
-        self.check_servos()
+        self.check_effectors()
     }
 
     fn check_mass(&self) -> Result<(), RangeError> {
@@ -198,124 +276,33 @@ impl Airframe {
         Ok(())
     }
 
-    fn check_servos(&self) -> Result<(), RangeError> {
-        for (effector, servo) in self.servos.iter() {
-            let section = section(effector);
-            check_range(section, "lag_s", servo.lag_s, LAG_MIN_S, 60.0)?;
-            if effector == Effector::Engine {
-                check_range(section, "thrust_min_n", servo.min, 0.0, 1.0e7)?;
-                check_range(section, "thrust_max_n", servo.max, servo.min, 1.0e7)?;
+    fn check_effectors(&self) -> Result<(), RangeError> {
+        for effector in self.effectors.all() {
+            let section = self.section(effector);
+            let servo = &self.servos[effector];
+            let check = |key, value, min, max| check_range(&section, key, value, min, max);
+            check("lag_s", servo.lag_s, LAG_MIN_S, 60.0)?;
+            if self.effectors.kind(effector) == Some(EffectorKind::Engine) {
+                check("thrust_min_n", servo.min, 0.0, 1.0e7)?;
+                check("thrust_max_n", servo.max, servo.min, 1.0e7)?;
             } else {
-                let rate_deg_s = servo.rate_limit.to_degrees();
-                check_range(section, "rate_limit_deg_s", rate_deg_s, 0.1, 10_000.0)?;
-                check_range(section, "travel_deg", servo.max.to_degrees(), 0.1, 90.0)?;
-                check_range(section, "travel_deg", -servo.min.to_degrees(), 0.1, 90.0)?;
+                check("rate_limit_deg_s", servo.rate_limit.to_degrees(), 0.1, 10_000.0)?;
+                check("travel_deg (lower end)", servo.min.to_degrees(), -90.0, 0.0)?;
+                let [lower, upper] = [servo.min, servo.max].map(f64::to_degrees);
+                check("travel_deg (upper end)", upper, (lower + 0.1).max(0.0), 90.0)?;
+            }
+            for (key, gain) in self.gains[effector].named() {
+                check(key, gain, -10.0, 10.0)?;
             }
         }
         Ok(())
     }
 }
 
-/// Table of the airframe file that describes an effector.
-const fn section(effector: Effector) -> &'static str {
-    match effector {
-        Effector::LeftAileron | Effector::RightAileron => "aileron",
-        Effector::LeftElevator | Effector::RightElevator => "elevator",
-        Effector::Rudder => "rudder",
-        Effector::NozzlePitch | Effector::NozzleYaw => "nozzle",
-        Effector::Engine => "engine",
-    }
-}
-
-/// The airframe file as written: the keys that there are.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AirframeFile {
-    mass: Mass,
-    aerodynamics: Aero,
-    aileron: SurfaceTable,
-    elevator: SurfaceTable,
-    rudder: SurfaceTable,
-    nozzle: NozzleTable,
-    engine: EngineTable,
-    air_data: AirData,
-    mach: Option<MachEffects>,
-    design_point: StartTable,
-    limits: LimitsTable,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SurfaceTable {
-    lag_s: f64,
-    rate_limit_deg_s: f64,
-    travel_deg: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NozzleTable {
-    arm_m: f64,
-    lag_s: f64,
-    rate_limit_deg_s: f64,
-    travel_deg: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EngineTable {
-    lag_s: f64,
-    thrust_min_n: f64,
-    thrust_max_n: f64,
-}
-
-impl AirframeFile {
-    fn into_checked(self, name: &str) -> Result<Airframe, ConfigError> {
-        let airframe = self.into_airframe();
-        airframe.check().map_err(config::in_file(name))?;
-        airframe.check_inertia().map_err(config::in_file(name))?;
-        Ok(airframe)
-    }
-
-    fn into_airframe(self) -> Airframe {
-        let surface = |lag_s, rate_limit_deg_s: f64, travel_deg: f64| Servo {
-            lag_s,
-            rate_limit: rate_limit_deg_s.to_radians(),
-            min: -travel_deg.to_radians(),
-            max: travel_deg.to_radians(),
-        };
-        let of = |t: &SurfaceTable| surface(t.lag_s, t.rate_limit_deg_s, t.travel_deg);
-        let (aileron, elevator, rudder) = (of(&self.aileron), of(&self.elevator), of(&self.rudder));
-        let n = &self.nozzle;
-        let nozzle = surface(n.lag_s, n.rate_limit_deg_s, n.travel_deg);
-        let engine = Servo {
-            lag_s: self.engine.lag_s,
-            rate_limit: f64::INFINITY,
-            min: self.engine.thrust_min_n,
-            max: self.engine.thrust_max_n,
-        };
-        Airframe {
-            mass: self.mass,
-            servos: PerEffector::from_fn(|effector| match effector {
-                Effector::LeftAileron | Effector::RightAileron => aileron,
-                Effector::LeftElevator | Effector::RightElevator => elevator,
-                Effector::Rudder => rudder,
-                Effector::NozzlePitch | Effector::NozzleYaw => nozzle,
-                Effector::Engine => engine,
-            }),
-            nozzle_arm_m: self.nozzle.arm_m,
-            air_data: self.air_data,
-            mach: self.mach,
-            design_point: self.design_point.into_start(),
-            limits: self.limits.into_limits(),
-            aero: self.aerodynamics,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::tvc_jet;
 
     fn refusal(from: &str, to: &str) -> String {
         assert!(DEFAULT_AIRFRAME.contains(from), "the file has no {from}");
@@ -328,7 +315,7 @@ mod tests {
         let airframe = Airframe::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME).unwrap();
         assert_eq!(airframe.mass.mass_kg, 9_295.0);
         assert_eq!(airframe.inertia()[(0, 2)], -1_331.0);
-        assert_eq!(airframe.servos[Effector::Engine].max, 60_000.0);
+        assert_eq!(airframe.servos[tvc_jet::ENGINE].max, 60_000.0);
     }
 
     #[test]
@@ -379,5 +366,76 @@ mod tests {
     fn a_missing_key_is_named() {
         let message = refusal("c_yaw_beta = 0.075", "");
         assert!(message.contains("c_yaw_beta"), "{message}");
+    }
+
+    #[test]
+    fn the_effectors_of_the_file_are_those_that_tests_and_studies_name() {
+        assert_eq!(Airframe::paper().effectors, tvc_jet::effectors());
+        assert_eq!(Airframe::paper().aircraft(), tvc_jet::aircraft());
+    }
+
+    #[test]
+    fn a_file_of_an_earlier_version_is_told_what_replaces_its_keys() {
+        let with = |more: &str| {
+            let text = format!("{more}\n{DEFAULT_AIRFRAME}");
+            Airframe::from_toml("old.toml", &text).unwrap_err().to_string()
+        };
+        assert_eq!(
+            with("elevator.lag_s = 0.05"),
+            "old.toml: [elevator] is of an earlier version of this file; instead there is an [[effector]] with \
+             kind = \"elevator\" for each"
+        );
+        assert_eq!(
+            refusal("c_lift_q", "c_lift_elevator"),
+            "jet.toml: [aerodynamics] c_lift_elevator is of an earlier version of this file; instead there is c_lift \
+             of each [[effector]] with kind = \"elevator\" (of one surface, with its sign)"
+        );
+        assert!(
+            refusal("thrust_floor_n", "travel_deg")
+                .contains("[nozzle] travel_deg is of an earlier")
+        );
+    }
+
+    #[test]
+    fn a_number_of_an_effector_is_refused_with_its_name() {
+        assert_eq!(
+            refusal("travel_deg = [-25.0, 25.0]", "travel_deg = [-25.0, 250.0]"),
+            "jet.toml: [effector.left_aileron] travel_deg (upper end) = 250 is outside 0 to 90"
+        );
+        assert_eq!(
+            refusal("c_drag = 0.015", "c_drag = -1"),
+            "jet.toml: [effector.left_aileron] c_drag = -1 is outside 0 to 1000"
+        );
+    }
+
+    #[test]
+    fn a_list_that_cannot_be_is_refused_with_the_effector() {
+        assert_eq!(
+            refusal("partner = \"left aileron\"", "partner = \"left wing\""),
+            "jet.toml: effector `left aileron`: partner = `right aileron` does not name this one as its partner"
+        );
+        let (name, _) = DEFAULT_AIRFRAME.split_once("[[effector]]").unwrap();
+        let sixteen_and_one: String = (1..=17)
+            .map(|n| format!("[[effector]]\nname = \"flap {n}\"\nkind = \"flap\"\ninstance = {n}\nlag_s = 0.1\n\
+                rate_limit_deg_s = 60.0\ntravel_deg = [-1.0, 1.0]\n"))
+            .collect();
+        let (_, behind) = DEFAULT_AIRFRAME.split_once("[air_data]").unwrap();
+        let text = format!("{name}{sixteen_and_one}[air_data]{behind}");
+        assert_eq!(
+            Airframe::from_toml("jet.toml", &text).unwrap_err().to_string(),
+            "jet.toml: there are more than 16 effectors, expected 1 to 16"
+        );
+    }
+
+    #[test]
+    fn a_key_that_the_kind_lacks_or_does_not_have_is_named() {
+        assert_eq!(
+            refusal("thrust_min_n = 8000.0", "travel_deg = [0.0, 1.0]"),
+            "jet.toml: effector `engine`: thrust_min_n is missing"
+        );
+        assert_eq!(
+            refusal("thrust_min_n = 8000.0", "thrust_min_n = 8000.0\nc_roll = 1.0"),
+            "jet.toml: effector `engine`: c_roll has no meaning for what is no surface"
+        );
     }
 }

@@ -2,7 +2,24 @@
 
 use std::fmt;
 
+use arrayvec::ArrayString;
+use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
+
+/// A table or key of a file; what is longer is cut.
+pub type Section = ArrayString<64>;
+
+/// As much of a text as fits.
+#[must_use]
+pub fn section(text: &str) -> Section {
+    let mut section = Section::new();
+    for letter in text.chars() {
+        if section.try_push(letter).is_err() {
+            break;
+        }
+    }
+    section
+}
 
 /// A value outside its allowed range; NaN is outside every range.
 ///
@@ -10,9 +27,9 @@ use serde::de::DeserializeOwned;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeError {
     /// Table of the configuration file, without brackets.
-    pub section: &'static str,
+    pub section: Section,
     /// Key in that table.
-    pub key: &'static str,
+    pub key: Section,
     /// The refused value.
     pub value: f64,
     /// Smallest allowed value.
@@ -42,8 +59,8 @@ fn tidy(value: f64) -> f64 {
 /// # Errors
 /// [`RangeError`] with the arguments if it is not, or is NaN.
 pub fn check_range(
-    section: &'static str,
-    key: &'static str,
+    section: &str,
+    key: &str,
     value: f64,
     min: f64,
     max: f64,
@@ -51,7 +68,13 @@ pub fn check_range(
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(RangeError { section, key, value, min, max })
+        Err(RangeError {
+            section: self::section(section),
+            key: self::section(key),
+            value,
+            min,
+            max,
+        })
     }
 }
 
@@ -73,6 +96,60 @@ pub enum ConfigError {
         file: String,
         /// Which one.
         source: RangeError,
+    },
+    /// The effectors are no list that can be.
+    #[error("{file}: {source}")]
+    Effectors {
+        /// Name of the file.
+        file: String,
+        /// What is wrong.
+        source: EffectorListError,
+    },
+    /// An effector lacks a key that its kind needs, or has one that its kind does not know.
+    #[error("{file}: effector `{effector}`: {key} {problem}")]
+    EffectorKey {
+        /// Name of the file.
+        file: String,
+        /// Name of the effector.
+        effector: String,
+        /// The key.
+        key: &'static str,
+        /// `is missing` or `has no meaning for this kind`.
+        problem: &'static str,
+    },
+    /// A name is too long.
+    #[error("{file}: name = `{name}` is too long, at most {longest} bytes")]
+    LongName {
+        /// Name of the file.
+        file: String,
+        /// The name.
+        name: String,
+        /// Longest one, bytes.
+        longest: usize,
+    },
+    /// A key of an earlier version of the file.
+    #[error("{file}: {key} is of an earlier version of this file; instead there is {instead}")]
+    OldKey {
+        /// Name of the file.
+        file: String,
+        /// The key.
+        key: String,
+        /// What replaces it.
+        instead: String,
+    },
+    /// A fault is of an effector that the aircraft lacks.
+    #[error(
+        "{file}: [[plant.fault]] number {number}: effector = `{effector}`, the aircraft has only {known}"
+    )]
+    FaultEffector {
+        /// Name of the file.
+        file: String,
+        /// Which fault, counted from 1 in the order of the file.
+        number: usize,
+        /// The effector.
+        effector: String,
+        /// Those that there are.
+        known: String,
     },
     /// A fault lacks a key that its kind needs, or has one that its kind does not know.
     #[error("{file}: [[plant.fault]] number {number}, kind {kind}: {key} {problem}")]

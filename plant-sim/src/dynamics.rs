@@ -5,7 +5,7 @@
 use icd::{Body, Effector, Ned, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::aerodynamics::{self, AirState};
+use crate::aerodynamics::{self, AirState, Surfaces};
 use crate::airframe::Airframe;
 use crate::atmosphere::{self, LocalDensity};
 use crate::earth::slopes::Slopes;
@@ -13,13 +13,13 @@ use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::mach::{MachEffects, MachTable};
-use crate::propulsion;
+use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::Drives;
 use crate::wind::Gust;
 
 /// Numbers of the rigid body and of the effectors together.
-const STATES: usize = rigid_body::STATES + Effector::COUNT;
+const STATES: usize = rigid_body::STATES + Effector::MAX;
 
 /// What moves: the body and the effectors on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +53,8 @@ pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
     drives: Drives,
+    surfaces: Surfaces,
+    jet: Jet,
     mach: Option<MachTable>,
     earth: Earth,
 }
@@ -94,7 +96,7 @@ impl State {
 
     #[inline]
     fn from_array(x: &[f64; STATES]) -> Self {
-        let (mut rigid, mut positions) = ([0.0; rigid_body::STATES], [0.0; Effector::COUNT]);
+        let (mut rigid, mut positions) = ([0.0; rigid_body::STATES], [0.0; Effector::MAX]);
         rigid.copy_from_slice(&x[..rigid_body::STATES]);
         positions.copy_from_slice(&x[rigid_body::STATES..]);
         Self { rigid: RigidState::from_array(&rigid), positions: PerEffector::new(positions) }
@@ -120,7 +122,9 @@ impl Dynamics {
     pub fn new(airframe: Airframe, earth: Earth) -> Option<Self> {
         let drives = Drives::new(&airframe.servos);
         let mach = airframe.mach.as_ref().map(MachEffects::table);
-        Some(Self { mass: airframe.mass_properties()?, drives, mach, airframe, earth })
+        let (surfaces, jet) = (airframe.surfaces(), airframe.jet());
+        let mass = airframe.mass_properties()?;
+        Some(Self { mass, drives, surfaces, jet, mach, airframe, earth })
     }
 
     /// The aircraft.
@@ -133,6 +137,12 @@ impl Dynamics {
     #[must_use]
     pub fn earth(&self) -> &Earth {
         &self.earth
+    }
+
+    /// The engine and its nozzle.
+    #[must_use]
+    pub fn jet(&self) -> &Jet {
+        &self.jet
     }
 
     /// Mass and inertia.
@@ -176,12 +186,16 @@ impl Dynamics {
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
         let at_mach = self.mach.as_ref().map(|mach| {
             let speed_of_sound = atmosphere::speed_of_sound(nearby.geopotential_altitude_m);
-            mach.at(&self.airframe.aero, air.airspeed_m_s / speed_of_sound)
+            let (aero, surfaces) = mach.at(&self.airframe, air.airspeed_m_s / speed_of_sound);
+            (aero, Surfaces::new(&self.airframe.effectors, &surfaces))
         });
-        let aero = at_mach.as_ref().unwrap_or(&self.airframe.aero);
-        let coefficients = aerodynamics::coefficients(aero, &air, effective);
+        let (aero, surfaces) = match &at_mach {
+            Some((aero, surfaces)) => (aero, surfaces),
+            None => (&self.airframe.aero, &self.surfaces),
+        };
+        let coefficients = aerodynamics::coefficients(aero, surfaces, &air, effective);
         let wrench = aerodynamics::wrench(aero, &air, &velocity, density, &coefficients)
-            .plus(&propulsion::wrench(self.airframe.nozzle_arm_m, effective));
+            .plus(&self.jet.wrench(effective));
         let gravity = &nearby.gravity;
         let derivative =
             rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &earth_rate, gravity);

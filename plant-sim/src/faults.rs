@@ -36,22 +36,21 @@
 //! change of an intermittent fault, each delayed command. What changes smoothly in between (a ramp, a swing, a
 //! drift) is held during each integration step at its value at the begin of the step.
 
-use std::fmt;
-
 use icd::fault::{
     FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Timing,
 };
-use icd::{Effector, PerEffector, SimTime, fault};
-use serde::{Deserialize, Serialize};
+use icd::{Effector, EffectorList, PerEffector, SimTime};
 
 mod acting;
 mod delay;
 mod effects;
 mod entry;
 mod plan;
+mod scheduled;
 
 pub use delay::COMMANDS_MAX;
 pub use effects::Effects;
+pub use scheduled::{ScheduledFault, check};
 
 use crate::servos::Servo;
 use acting::Acting;
@@ -62,32 +61,6 @@ use plan::Plan;
 
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
-
-/// A fault of the scenario.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ScheduledFault {
-    /// Which effector.
-    pub effector: Effector,
-    /// How it fails.
-    pub kind: FaultKind,
-    /// When, how fast, for how long, how often; at once means at the start of the flight.
-    pub timing: Timing,
-}
-
-impl ScheduledFault {
-    /// When it acts first.
-    #[must_use]
-    pub fn onset(&self) -> SimTime {
-        Plan::new(&self.timing, SimTime::ZERO).onset(0)
-    }
-}
-
-/// `rudder, stuck at 7.0 deg`.
-impl fmt::Display for ScheduledFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, {}", self.effector.name(), self.kind.described(self.effector.is_angle()))
-    }
-}
 
 /// The aircraft at the instant at which something happens to it.
 pub struct Scene<'a> {
@@ -102,6 +75,7 @@ pub struct Scene<'a> {
 /// The faults of one aircraft, present and future.
 #[derive(Debug, Clone)]
 pub struct Faults {
+    list: EffectorList,
     servos: PerEffector<Servo>,
     present: PerEffector<Option<Present>>,
     /// In the order in which they happen; of equal times in the order in which they were asked for.
@@ -120,10 +94,15 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// A healthy aircraft with these servos and commands (inside the travel, rad and N).
+    /// A healthy aircraft with these effectors, servos and commands (inside the travel, rad and N).
     #[must_use]
-    pub fn none(servos: &PerEffector<Servo>, commands: &PerEffector<f64>) -> Self {
+    pub fn none(
+        list: &EffectorList,
+        servos: &PerEffector<Servo>,
+        commands: &PerEffector<f64>,
+    ) -> Self {
         Self {
+            list: *list,
             servos: *servos,
             present: PerEffector::default(),
             schedule: Vec::with_capacity(SCHEDULE_MAX),
@@ -202,7 +181,7 @@ impl Faults {
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
         let ScheduledFault { effector, kind, timing } = *fault;
-        fault::check(effector, &kind, &timing, &self.servos[effector].reach())?;
+        check(&self.list, &self.servos, effector, &kind, &timing)?;
         let fault = self.number(effector, kind, timing, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
@@ -216,6 +195,11 @@ impl Faults {
     /// Does what a ground station asks, and says truthfully what became of it.
     pub fn request(&mut self, request: &FaultRequest, scene: &mut Scene<'_>) -> FaultReply {
         let reply = match *request {
+            FaultRequest::Clear { effector } if !self.list.contains(effector) => {
+                #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+                let count = self.list.len() as u8;
+                FaultReply::Refused(Refusal::NoSuchEffector { count })
+            }
             FaultRequest::Clear { effector } => {
                 self.clear(|e| e == effector, scene);
                 FaultReply::Cleared { at: scene.now }
@@ -242,7 +226,7 @@ impl Faults {
         timing: Timing,
         scene: &mut Scene<'_>,
     ) -> Result<FaultReply, Refusal> {
-        fault::check(effector, &kind, &timing, &self.servos[effector].reach())?;
+        check(&self.list, &self.servos, effector, &kind, &timing)?;
         let now = scene.now;
         if let Onset::At(at) = timing.onset
             && at > now
@@ -291,7 +275,7 @@ impl Faults {
     }
 
     fn clear(&mut self, is_meant: impl Fn(Effector) -> bool, scene: &mut Scene<'_>) {
-        for effector in Effector::ALL.into_iter().filter(|e| is_meant(*e)) {
+        for effector in self.list.all().filter(|e| is_meant(*e)) {
             self.remove(effector, scene);
         }
         let at = scene.now;
@@ -310,7 +294,7 @@ impl Faults {
             self.told = *commands;
             return;
         }
-        for effector in Effector::ALL {
+        for effector in self.list.all() {
             if let Some(due) = self.acting(effector).and_then(|acting| acting.due(now)) {
                 self.delayed[effector].push(due, commands[effector]);
             }
@@ -321,7 +305,7 @@ impl Faults {
 
     /// Brings what changes smoothly up to `now`; call it after each step in which nothing happened.
     pub fn vary(&mut self, now: SimTime, positions: &mut PerEffector<f64>) {
-        for effector in Effector::ALL {
+        for effector in self.list.all() {
             self.refresh(effector, now, &mut positions[effector]);
         }
         self.varies = self.any(|acting| acting.varies(now));
@@ -330,7 +314,7 @@ impl Faults {
     /// Lets happen what is due at the scene's time; call it when the integration has reached that time.
     pub fn act(&mut self, scene: &mut Scene<'_>) {
         let now = scene.now;
-        for effector in Effector::ALL {
+        for effector in self.list.all() {
             self.refresh(effector, now, &mut scene.positions[effector]);
             if let Some(present) = self.present[effector]
                 && present.acting.is_some()
@@ -438,7 +422,7 @@ impl Faults {
     }
 
     fn any(&self, is_so: impl Fn(&Acting) -> bool) -> bool {
-        Effector::ALL.into_iter().filter_map(|effector| self.acting(effector)).any(is_so)
+        self.list.all().filter_map(|effector| self.acting(effector)).any(is_so)
     }
 
     /// What comes next, after something has changed at `now`.
@@ -451,7 +435,7 @@ impl Faults {
             [within, present.turn(), self.delayed[effector].next()].into_iter().flatten().min()
         };
         let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
-        self.next_event = Effector::ALL.into_iter().filter_map(of_effector).chain(onset).min();
+        self.next_event = self.list.all().filter_map(of_effector).chain(onset).min();
     }
 
     fn number(

@@ -13,11 +13,13 @@
 
 use std::collections::BTreeMap;
 
+use icd::PerEffector;
 use serde::{Deserialize, Serialize};
 
-use crate::aerodynamics::Aero;
+use crate::Airframe;
+use crate::aerodynamics::{Aero, SurfaceDerivatives};
 use crate::config::{RangeError, check_range};
-use crate::derivatives::DERIVATIVES;
+use crate::derivatives::Place;
 
 /// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
 const MACH_MAX: f64 = 0.95;
@@ -35,10 +37,11 @@ pub struct MachEffects {
     pub growth: BTreeMap<DerivativeKey, f64>,
 }
 
-/// A derivative, in a file by its key in the table `[aerodynamics]`; its place in [`DERIVATIVES`].
+/// A derivative, in a file by its key in the table `[aerodynamics]`, or by that of surfaces and their kind, as in
+/// `c_pitch_elevator`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct DerivativeKey(usize);
+pub struct DerivativeKey(Place);
 
 /// A key that is none.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -49,21 +52,21 @@ impl TryFrom<String> for DerivativeKey {
     type Error = UnknownKey;
 
     fn try_from(key: String) -> Result<Self, UnknownKey> {
-        DERIVATIVES.iter().position(|d| d.key == key).map(Self).ok_or(UnknownKey(key))
+        Place::by_key(&key).map(Self).ok_or(UnknownKey(key))
     }
 }
 
 impl From<DerivativeKey> for String {
     fn from(key: DerivativeKey) -> Self {
-        DERIVATIVES[key.0].key.to_owned()
+        key.0.key()
     }
 }
 
-/// The same, ready to be evaluated: derivative by derivative in the order of [`DERIVATIVES`].
+/// The same, ready to be evaluated.
 #[derive(Debug, Clone)]
 pub(crate) struct MachTable {
     per_design: f64,
-    growth: [f64; DERIVATIVES.len()],
+    growth: Vec<(Place, f64)>,
 }
 
 impl MachEffects {
@@ -74,32 +77,32 @@ impl MachEffects {
     pub fn check(&self) -> Result<(), RangeError> {
         check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
         for (key, factor) in &self.growth {
-            check_range("mach.growth", DERIVATIVES[key.0].key, *factor, -FACTOR_MAX, FACTOR_MAX)?;
+            check_range("mach.growth", &key.0.key(), *factor, -FACTOR_MAX, FACTOR_MAX)?;
         }
         Ok(())
     }
 
     /// For the equations of motion.
     pub(crate) fn table(&self) -> MachTable {
-        let mut growth = [0.0; DERIVATIVES.len()];
-        for (key, k) in &self.growth {
-            growth[key.0] = *k;
-        }
+        let growth = self.growth.iter().map(|(key, k)| (key.0, *k)).collect();
         MachTable { per_design: 1.0 / compression(self.design_mach), growth }
     }
 }
 
 impl MachTable {
     /// The derivatives at a Mach number.
-    pub(crate) fn at(&self, aero: &Aero, mach: f64) -> Aero {
+    pub(crate) fn at(
+        &self,
+        airframe: &Airframe,
+        mach: f64,
+    ) -> (Aero, PerEffector<SurfaceDerivatives>) {
         let growth = compression(mach) * self.per_design - 1.0;
-        let mut aero = aero.clone();
-        for (derivative, k) in DERIVATIVES.iter().zip(self.growth) {
-            if k != 0.0 {
-                *(derivative.field)(&mut aero) *= 1.0 + k * growth;
-            }
+        let (mut aero, mut surfaces) = (airframe.aero.clone(), airframe.surface_derivatives);
+        for (place, k) in &self.growth {
+            let factor = 1.0 + k * growth;
+            place.change(&airframe.effectors, &mut aero, &mut surfaces, |value| *value *= factor);
         }
-        aero
+        (aero, surfaces)
     }
 }
 
@@ -113,7 +116,9 @@ fn compression(mach: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
-    use crate::{Airframe, atmosphere};
+    use crate::atmosphere;
+    use crate::derivatives::DERIVATIVES;
+    use icd::tvc_jet;
 
     fn variant() -> Airframe {
         Airframe::from_toml("tvc_jet_mach.toml", MACH_AIRFRAME).unwrap()
@@ -140,12 +145,20 @@ mod tests {
     fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
         let airframe = variant();
         let table = airframe.mach.as_ref().unwrap().table();
-        let mut at = table.at(&airframe.aero, 264.0 / atmosphere::speed_of_sound(5_000.0));
+        let (mut at, surfaces) = table.at(&airframe, 264.0 / atmosphere::speed_of_sound(5_000.0));
         let mut jet = Airframe::paper().aero;
         for d in &DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
             // The design Mach number stands in the file with ten digits.
             assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
+        }
+        let jet = Airframe::paper().surface_derivatives;
+        for effector in tvc_jet::ALL {
+            for field in &SurfaceDerivatives::FIELDS {
+                let ours = *(field.field)(&mut surfaces.clone()[effector]);
+                let theirs = *(field.field)(&mut jet.clone()[effector]);
+                assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}", field.key);
+            }
         }
     }
 
@@ -156,13 +169,16 @@ mod tests {
         mach.design_mach = 0.6;
         let key = |key: &str| DerivativeKey::try_from(key.to_owned()).unwrap();
         mach.growth = [(key("c_lift_alpha"), 0.5), (key("c_roll_aileron"), -1.0)].into();
-        let (table, aero) = (mach.table(), &airframe.aero);
+        let table = mach.table();
+        let aero = &airframe.aero;
+        let roll =
+            |surfaces: &PerEffector<SurfaceDerivatives>| surfaces[tvc_jet::LEFT_AILERON].c_roll;
         // 1/sqrt(1 - 0.36) = 1.25 and 1/sqrt(1 - 0.64) = 1.6667: larger by a third.
-        let faster = table.at(aero, 0.8);
+        let (faster, surfaces) = table.at(&airframe, 0.8);
         assert!((faster.c_lift_alpha / aero.c_lift_alpha - 7.0 / 6.0).abs() < 1e-12);
-        assert!((faster.c_roll_aileron / aero.c_roll_aileron - 2.0 / 3.0).abs() < 1e-12);
+        assert!((roll(&surfaces) / roll(&airframe.surface_derivatives) - 2.0 / 3.0).abs() < 1e-12);
         assert_eq!(faster.c_yaw_beta, aero.c_yaw_beta, "what is not named does not change");
-        let (beyond, at_end) = (table.at(aero, 3.0), table.at(aero, MACH_MAX));
+        let (beyond, at_end) = (table.at(&airframe, 3.0), table.at(&airframe, MACH_MAX));
         assert_eq!(beyond, at_end, "beyond the range it stays");
     }
 

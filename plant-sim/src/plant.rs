@@ -91,8 +91,12 @@ impl Plant {
         let mut plant = Self {
             truth: Truth::of(&dynamics, time, &state, &held, &present),
             present,
-            faults: Faults::none(&setup.airframe.servos, &state.positions),
-            sensors: SensorSet::new(setup.airframe.air_data, &setup.sensors, setup.seed, setup.run),
+            faults: Faults::none(
+                &setup.airframe.effectors,
+                &setup.airframe.servos,
+                &state.positions,
+            ),
+            sensors: SensorSet::new(&setup.airframe, &setup.sensors, setup.seed, setup.run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
             period_us: u64::from(setup.period.as_micros()),
@@ -277,9 +281,9 @@ impl Plant {
     fn schedule(&mut self, setup: &PlantSetup) -> Result<(), SetupError> {
         let Self { faults, reports, reports_dropped, .. } = self;
         for (index, fault) in setup.faults.iter().enumerate() {
-            faults.schedule(fault, &mut |report| push(reports, reports_dropped, report)).map_err(
-                |refusal| SetupError::Fault { number: index + 1, fault: Box::new(*fault), refusal },
-            )?;
+            faults
+                .schedule(fault, &mut |report| push(reports, reports_dropped, report))
+                .map_err(|refusal| setup.fault_error(index, refusal))?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 //! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is passed
 //! over unread, so that neither side needs to know the other's keys.
 
-use icd::{ControlPeriod, SimTime};
+use icd::{ControlPeriod, EffectorList, SimTime};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -54,22 +54,30 @@ pub struct PlantPart {
 }
 
 impl Scenario {
-    /// Reads a scenario file; `name` stands for it in errors.
+    /// Reads a scenario file for an aircraft with these effectors; `name` stands for it in errors.
     ///
     /// # Errors
     /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
     /// for a number that cannot be. Whether the aircraft can have the faults is found out by
     /// [`crate::Plant::new`].
-    pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
-        config::parse::<ScenarioFile>(name, text)?.into_scenario(name)
+    pub fn from_toml(
+        name: &str,
+        text: &str,
+        effectors: &EffectorList,
+    ) -> Result<Self, ConfigError> {
+        config::parse::<ScenarioFile>(name, text)?.into_scenario(name, effectors)
     }
 
     /// The same of a file that was read already and may have been changed since.
     ///
     /// # Errors
     /// As [`Scenario::from_toml`], without line and column.
-    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
-        config::of_table::<ScenarioFile>(name, table)?.into_scenario(name)
+    pub fn from_table(
+        name: &str,
+        table: toml::Table,
+        effectors: &EffectorList,
+    ) -> Result<Self, ConfigError> {
+        config::of_table::<ScenarioFile>(name, table)?.into_scenario(name, effectors)
     }
 }
 
@@ -108,8 +116,8 @@ pub struct ScenarioFile {
 }
 
 impl ScenarioFile {
-    fn into_scenario(self, name: &str) -> Result<Scenario, ConfigError> {
-        Ok(Scenario { plant: self.plant.into_part(name)? })
+    fn into_scenario(self, name: &str, effectors: &EffectorList) -> Result<Scenario, ConfigError> {
+        Ok(Scenario { plant: self.plant.into_part(name, effectors)? })
     }
 }
 
@@ -153,7 +161,7 @@ const ANYWHERE: Start = Start {
 };
 
 impl PlantTable {
-    fn into_part(self, file: &str) -> Result<PlantPart, ConfigError> {
+    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, ConfigError> {
         let range = config::in_file(file);
         if let Some(duration_s) = self.duration_s {
             check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)
@@ -179,7 +187,9 @@ impl PlantTable {
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
             wind,
             sensors,
-            faults: faults.map(|(i, f)| f.read(file, i + 1)).collect::<Result<_, _>>()?,
+            faults: faults
+                .map(|(i, f)| f.read(file, i + 1, effectors))
+                .collect::<Result<_, _>>()?,
         })
     }
 }
@@ -187,33 +197,34 @@ impl PlantTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icd::Effector;
     use icd::fault::{FaultKind, Repeat, Side, Timing, Travel};
+    use icd::tvc_jet;
 
     fn refusal(scenario: &str, from: &str, to: &str) -> String {
         assert!(scenario.contains(from), "the file has no {from}");
         let text = scenario.replacen(from, to, 1);
-        Scenario::from_toml("my.toml", &text).unwrap_err().to_string()
+        Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap_err().to_string()
     }
 
     #[test]
     fn the_scenarios_of_the_crate_are_those_of_the_paper() {
-        let nominal = Scenario::from_toml("nominal.toml", NOMINAL).unwrap().plant;
+        let nominal =
+            Scenario::from_toml("nominal.toml", NOMINAL, &tvc_jet::effectors()).unwrap().plant;
         assert_eq!(nominal.faults, []);
         // It begins at the design point of whatever airframe flies it.
         assert_eq!((nominal.start, nominal.duration_s), (StartPart::default(), None));
 
-        let case1 = Scenario::from_toml("case1.toml", CASE1).unwrap().plant;
+        let case1 = Scenario::from_toml("case1.toml", CASE1, &tvc_jet::effectors()).unwrap().plant;
         let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
             effector,
             kind: FaultKind::StuckAt { angle_rad: degrees.to_radians(), travel: Travel::Jump },
             timing: Timing::at(SimTime::from_micros(seconds * 1_000_000)),
         };
-        assert_eq!(case1.faults, [jam(Effector::LeftElevator, 30.0, 3)]);
+        assert_eq!(case1.faults, [jam(tvc_jet::LEFT_ELEVATOR, 30.0, 3)]);
         assert_eq!(case1.duration_s, Some(90.0));
 
-        let case2 = Scenario::from_toml("case2.toml", CASE2).unwrap().plant;
-        assert_eq!(case2.faults, [jam(Effector::Rudder, 7.0, 1)]);
+        let case2 = Scenario::from_toml("case2.toml", CASE2, &tvc_jet::effectors()).unwrap().plant;
+        assert_eq!(case2.faults, [jam(tvc_jet::RUDDER, 7.0, 1)]);
         assert_eq!(case2.duration_s, Some(40.0));
     }
 
@@ -226,7 +237,8 @@ mod tests {
              [[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = -5\n\
              travel = \"actuator_rate\"\nonset_s = 4\n"
         );
-        let faults = Scenario::from_toml("my.toml", &text).unwrap().plant.faults;
+        let faults =
+            Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap().plant.faults;
         assert_eq!(faults[0].timing.duration_s, Some(1.5));
         assert_eq!(faults[1].kind, FaultKind::PartialLoss { remaining: 0.4 });
         assert_eq!(faults[2].kind, FaultKind::Float);
@@ -238,7 +250,8 @@ mod tests {
     /// The nominal flight with one fault that has these lines beside its onset at 1 s.
     fn with_fault(lines: &str) -> Result<ScheduledFault, String> {
         let text = format!("{NOMINAL}\n[[plant.fault]]\nonset_s = 1\n{lines}\n");
-        let scenario = Scenario::from_toml("my.toml", &text).map_err(|error| error.to_string())?;
+        let scenario = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors())
+            .map_err(|error| error.to_string())?;
         Ok(scenario.plant.faults[0])
     }
 
@@ -272,7 +285,10 @@ mod tests {
         for (effector, kind, keys, expected) in table {
             let lines = format!("effector = \"{effector}\"\nkind = \"{kind}\"\n{keys}");
             let fault = with_fault(&lines).unwrap();
-            assert_eq!((fault.effector.key(), fault.kind), (effector, expected));
+            assert_eq!(
+                (tvc_jet::effectors().key(fault.effector), fault.kind),
+                (effector, expected)
+            );
         }
     }
 
@@ -352,7 +368,7 @@ mod tests {
         let text = format!(
             "{text}[plant.wind]\nturbulence_m_s = 2.0\n[plant.start]\naltitude_m = 3000.0\n"
         );
-        let plant = Scenario::from_toml("my.toml", &text).unwrap().plant;
+        let plant = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap().plant;
         let airframe = Airframe::paper();
         let at = airframe.design_point;
         let start = Start { altitude_m: 3_000.0, ..at };
@@ -364,7 +380,7 @@ mod tests {
     #[test]
     fn the_autopilots_table_is_not_read() {
         let text = format!("{NOMINAL}\n[autopilot.whatever]\nit = \"likes\"\n");
-        assert!(Scenario::from_toml("my.toml", &text).is_ok());
+        assert!(Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).is_ok());
     }
 
     #[test]

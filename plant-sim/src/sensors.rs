@@ -4,10 +4,10 @@
 //! add there stays in the air data. What the rotation of the aircraft itself adds is taken as corrected by the air
 //! data computer, exactly and with the true rates. So without turbulence the air data are the truth to the bit.
 
-use icd::{Body, Effector, Sensors};
+use icd::{Body, Effector, EffectorKind, Sensors};
 
 use crate::aerodynamics::AirState;
-use crate::airframe::AirData;
+use crate::airframe::{AirData, Airframe};
 use crate::dynamics::Motion;
 use crate::noise::{Normals, Source};
 use crate::setup::SensorSettings;
@@ -18,16 +18,18 @@ use crate::wind::Gust;
 #[derive(Debug, Clone)]
 pub struct SensorSet {
     places: AirData,
+    engine: Option<Effector>,
     gyro_noise_rad_s: f64,
     gyro: Normals,
 }
 
 impl SensorSet {
-    /// Air data from these places, gyros with the noise of `settings`; the random stream belongs to seed and run.
+    /// Air data from the places of an airframe, gyros with the noise of `settings`; the random stream belongs to seed and run.
     #[must_use]
-    pub fn new(places: AirData, settings: &SensorSettings, seed: u64, run: u64) -> Self {
+    pub fn new(airframe: &Airframe, settings: &SensorSettings, seed: u64, run: u64) -> Self {
         let gyro_noise_rad_s = settings.gyro_noise_rad_s;
-        Self { places, gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
+        let (places, engine) = (airframe.air_data, airframe.effectors.only(EffectorKind::Engine));
+        Self { places, engine, gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
     }
 
     /// One set of values; draws the noise of this tick. `motion` and `gust` are those of `truth`.
@@ -46,7 +48,7 @@ impl SensorSet {
             airspeed_m_s: pitot.airspeed_m_s,
             angle_of_attack_rad: vanes.alpha_rad,
             sideslip_rad: vanes.beta_rad,
-            thrust_n: truth.deflections[Effector::Engine],
+            thrust_n: self.engine.map_or(0.0, |engine| truth.deflections[engine]),
         }
     }
 

@@ -4,8 +4,8 @@ use icd::PerEffector;
 use icd::fault::Reach;
 use serde::{Deserialize, Serialize};
 
-/// One actuator: angles in rad, the engine in newton.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// One actuator: angles in rad, the engine in newton. All zeros where there is none: it stands still at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Servo {
     /// Time constant of the first-order lag, s.
     pub lag_s: f64,
@@ -33,10 +33,10 @@ impl Servo {
         self.rate_limit.min((self.max - self.min) / self.lag_s)
     }
 
-    /// How far and how fast it goes.
+    /// How far and how fast it goes; `is_angle` says in which unit.
     #[must_use]
-    pub fn reach(&self) -> Reach {
-        Reach { min: self.min, max: self.max, fastest: Some(self.fastest()) }
+    pub fn reach(&self, is_angle: bool) -> Reach {
+        Reach { is_angle, min: self.min, max: self.max, fastest: Some(self.fastest()) }
     }
 }
 
@@ -76,7 +76,10 @@ impl Drives {
     #[must_use]
     pub fn new(servos: &PerEffector<Servo>) -> Self {
         Self {
-            per_lag: PerEffector::from_fn(|e| 1.0 / servos[e].lag_s),
+            per_lag: PerEffector::from_fn(|e| {
+                let lag_s = servos[e].lag_s;
+                if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 }
+            }),
             rate_limit: PerEffector::from_fn(|e| servos[e].rate_limit),
         }
     }
@@ -117,7 +120,7 @@ pub fn accepted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icd::Effector;
+    use icd::tvc_jet;
 
     const SERVO: Servo = Servo { lag_s: 0.05, rate_limit: 1.4, min: -0.5, max: 0.5 };
 
@@ -125,7 +128,7 @@ mod tests {
     fn rate(command: f64, position: f64) -> f64 {
         let all = |value| PerEffector::from_fn(|_| value);
         let servos = PerEffector::from_fn(|_| SERVO);
-        Drives::new(&servos).rates(&all(command), &all(position))[Effector::Rudder]
+        Drives::new(&servos).rates(&all(command), &all(position))[tvc_jet::RUDDER]
     }
 
     #[test]
@@ -150,11 +153,11 @@ mod tests {
         let servos = PerEffector::from_fn(|_| SERVO);
         let held = PerEffector::from_fn(|_| 0.2);
         let mut commands = PerEffector::from_fn(|_| 0.3);
-        commands[Effector::Rudder] = f64::NAN;
-        commands[Effector::Engine] = f64::INFINITY;
+        commands[tvc_jet::RUDDER] = f64::NAN;
+        commands[tvc_jet::ENGINE] = f64::INFINITY;
         let accepted = accepted(&servos, &commands, &held);
-        assert_eq!(accepted[Effector::Rudder], 0.2);
-        assert_eq!(accepted[Effector::Engine], 0.2);
-        assert_eq!(accepted[Effector::LeftAileron], 0.3);
+        assert_eq!(accepted[tvc_jet::RUDDER], 0.2);
+        assert_eq!(accepted[tvc_jet::ENGINE], 0.2);
+        assert_eq!(accepted[tvc_jet::LEFT_AILERON], 0.3);
     }
 }

@@ -2,12 +2,13 @@
 
 use icd::ControlPeriod;
 use icd::fault::Refusal;
+use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
 use crate::config::{RangeError, check_range};
 use crate::earth::EarthModel;
-use crate::faults::ScheduledFault;
+use crate::faults::{self, ScheduledFault};
 use crate::geodesy::Geodetic;
 use crate::step_limit::TooQuick;
 use crate::trim::TrimError;
@@ -163,14 +164,24 @@ pub enum SetupError {
         period_us: u32,
     },
     /// A fault that the aircraft cannot have.
-    #[error("fault {number} ({fault}): {}", refusal.described(fault.effector.is_angle()))]
+    #[error("fault {number} ({fault}): {}", refusal.described(*is_angle))]
     Fault {
         /// Which one, counted from 1 in the order of the setup.
         number: usize,
-        /// It.
-        fault: Box<ScheduledFault>,
+        /// It, in words.
+        fault: String,
+        /// Whether its effector's values are angles.
+        is_angle: bool,
         /// Why not.
         refusal: Refusal,
+    },
+    /// The controller's model is of another aircraft.
+    #[error("the airframe is {airframe}, the controller's model is of {model}")]
+    OtherAircraft {
+        /// That of the airframe file.
+        airframe: Box<Aircraft>,
+        /// That of the model file.
+        model: Box<Aircraft>,
     },
     /// The integration cannot follow the aircraft.
     #[error(transparent)]
@@ -255,6 +266,18 @@ impl PlantSetup {
         Ok(())
     }
 
+    /// Checks that a controller's model is of this aircraft.
+    ///
+    /// # Errors
+    /// [`SetupError::OtherAircraft`] if it is not.
+    pub fn check_model(&self, model: Aircraft) -> Result<(), SetupError> {
+        let airframe = self.airframe.aircraft();
+        if airframe == model {
+            return Ok(());
+        }
+        Err(SetupError::OtherAircraft { airframe: Box::new(airframe), model: Box::new(model) })
+    }
+
     /// Checks that the aircraft's effectors can have the faults.
     ///
     /// # Errors
@@ -262,11 +285,19 @@ impl PlantSetup {
     pub fn check_faults(&self) -> Result<(), SetupError> {
         for (index, fault) in self.faults.iter().enumerate() {
             let ScheduledFault { effector, kind, timing } = fault;
-            let reach = self.airframe.servos[*effector].reach();
-            icd::fault::check(*effector, kind, timing, &reach).map_err(|refusal| {
-                SetupError::Fault { number: index + 1, fault: Box::new(*fault), refusal }
-            })?;
+            let Airframe { effectors, servos, .. } = &self.airframe;
+            faults::check(effectors, servos, *effector, kind, timing)
+                .map_err(|refusal| self.fault_error(index, refusal))?;
         }
         Ok(())
+    }
+
+    /// What is said of a fault that the aircraft cannot have.
+    pub(crate) fn fault_error(&self, index: usize, refusal: Refusal) -> SetupError {
+        let effectors = &self.airframe.effectors;
+        let (fault, is_angle) = self.faults.get(index).map_or_else(Default::default, |fault| {
+            (fault.described(effectors), effectors.is_angle(fault.effector))
+        });
+        SetupError::Fault { number: index + 1, fault, is_angle, refusal }
     }
 }

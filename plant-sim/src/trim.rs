@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use icd::{Attitude, Body, Effector, EulerAngles, Ned, PerEffector};
+use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::atmosphere::LocalDensity;
@@ -19,6 +19,9 @@ const STEPS_MAX: u32 = 40;
 /// Largest accepted residual, m/s² and rad/s²: a thousand roundings of one g.
 const TOLERANCE: f64 = 1.0e-11;
 
+/// Singular values below this are none, as a control that is not there.
+const SINGULAR: f64 = 1.0e-9;
+
 /// Longest Newton step in angle of attack, rad: the bent aerodynamics must not throw the search away.
 const ALPHA_STEP_MAX_RAD: f64 = 0.1;
 
@@ -29,14 +32,16 @@ pub struct Trim {
     pub alpha_rad: f64,
     /// Pitch angle, rad; the angle of attack unless the air rises or sinks.
     pub theta_rad: f64,
-    /// Both elevators, rad.
+    /// Main command to the elevators, rad.
     pub elevator_rad: f64,
-    /// Aileron, rad: right one; the left one is its negative. Zero on the flat Earth.
+    /// Main command to the ailerons, rad. Zero on the flat Earth.
     pub aileron_rad: f64,
-    /// Rudder, rad. Zero on the flat Earth.
+    /// Main command to the rudder, rad. Zero on the flat Earth.
     pub rudder_rad: f64,
     /// Thrust, N.
     pub thrust_n: f64,
+    /// The effectors in this flight, rad and N.
+    pub positions: PerEffector<f64>,
     /// Rate of the heading, rad/s: on a rotating Earth the turn that balances the Coriolis force. Zero on the
     /// flat Earth.
     pub turn_rate_rad_s: f64,
@@ -48,14 +53,7 @@ impl Trim {
     /// The effectors in this flight, rad and N.
     #[must_use]
     pub fn positions(&self) -> PerEffector<f64> {
-        PerEffector::from_fn(|effector| match effector {
-            Effector::LeftAileron => -self.aileron_rad,
-            Effector::RightAileron => self.aileron_rad,
-            Effector::LeftElevator | Effector::RightElevator => self.elevator_rad,
-            Effector::Rudder => self.rudder_rad,
-            Effector::NozzlePitch | Effector::NozzleYaw => 0.0,
-            Effector::Engine => self.thrust_n,
-        })
+        self.positions
     }
 
     /// Body and effectors together.
@@ -125,10 +123,12 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
     let place = earth.place(&earth.position(&start.geodetic()));
     let density = LocalDensity::around(place.geopotential_altitude_m);
     let problem = Problem { dynamics, start, wind, climb_rad: libm::asin(sine), density };
-    let engine = &dynamics.airframe().servos[Effector::Engine];
     let mut x = Unknowns::zeros();
     x[0] = 0.03;
-    x[2] = 0.5 * (engine.min + engine.max);
+    if let Some(engine) = dynamics.jet().engine() {
+        let engine = &dynamics.airframe().servos[engine];
+        x[2] = 0.5 * (engine.min + engine.max);
+    }
     let mut residual = problem.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
@@ -136,7 +136,10 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
             in_reach(dynamics, &trim)?;
             return Ok(trim);
         }
-        let Some(step) = problem.jacobian(&x).lu().solve(&residual) else { break };
+        let jacobian = problem.jacobian(&x);
+        // An aircraft that lacks a control has a singular one; then the shortest step serves.
+        let shortest = || jacobian.svd(true, true).solve(&residual, SINGULAR).ok();
+        let Some(step) = jacobian.lu().solve(&residual).or_else(shortest) else { break };
         let scale = (ALPHA_STEP_MAX_RAD / step[0].abs()).min(1.0);
         x -= step * scale;
         residual = problem.residual(&x);
@@ -150,13 +153,17 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
 
 fn in_reach(dynamics: &Dynamics, trim: &Trim) -> Result<(), RangeError> {
     let positions = trim.positions();
-    for (effector, servo) in dynamics.airframe().servos.iter() {
-        let (key, unit) = match effector {
-            Effector::Engine => ("thrust_n", 1.0),
-            _ => ("deflection_deg", 1.0_f64.to_degrees()),
+    let airframe = dynamics.airframe();
+    let list = &airframe.effectors;
+    for effector in list.all() {
+        let servo = &airframe.servos[effector];
+        let (key, unit) = if list.is_angle(effector) {
+            ("deflection_deg", 1.0_f64.to_degrees())
+        } else {
+            ("thrust_n", 1.0)
         };
         let value = positions[effector] * unit;
-        check_range(effector.key(), key, value, servo.min * unit, servo.max * unit)?;
+        check_range(list.key(effector), key, value, servo.min * unit, servo.max * unit)?;
     }
     Ok(())
 }
@@ -172,6 +179,7 @@ impl Problem<'_> {
             aileron_rad: x[3],
             rudder_rad: x[4],
             thrust_n: x[2],
+            positions: self.dynamics.airframe().follow([x[3], x[1], x[4], x[2]]),
             turn_rate_rad_s: x[5],
             rigid,
         }

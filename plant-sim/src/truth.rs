@@ -1,6 +1,6 @@
 //! What really happens: the judges may look at it, the autopilot may not.
 
-use icd::record::TRUTH_FIELDS;
+use icd::record::{TRUTH_HEAD, TRUTH_TAIL};
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +43,8 @@ pub struct Truth {
     pub specific_force: Body,
     /// Normal load factor, g: minus the z component of the specific force over 9.80665 m/s².
     pub normal_load_factor_g: f64,
+    /// How many effectors the aircraft has.
+    pub effectors: usize,
     /// What acts of each effector after the faults, rad; thrust, N.
     pub deflections: PerEffector<f64>,
     /// Where each effector really is, after the faults and before a loss of effect, rad; thrust, N.
@@ -79,7 +81,10 @@ impl Truth {
         let row = self.to_row(false, false);
         let index = row.iter().position(|value| value.is_nan() || value.abs() >= BOUND);
         // Where only the sum above is beyond it, the forces are the largest part.
-        Some(index.map_or("specific_force", |index| TRUTH_FIELDS[index]))
+        let tail =
+            |index: usize| TRUTH_TAIL.get((index + TRUTH_TAIL.len()).checked_sub(row.len())?);
+        let name = |index: usize| TRUTH_HEAD.get(index).or_else(|| tail(index)).copied();
+        Some(index.map_or("specific_force", |index| name(index).unwrap_or("effector")))
     }
 
     /// Of a state at `time`, with what is held there and what was found out about it.
@@ -113,6 +118,7 @@ impl Truth {
             angular_acceleration: e.motion.derivative.rates,
             specific_force,
             normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
+            effectors: dynamics.airframe().effectors.len(),
             deflections,
             positions: held.effects.positions(&state.positions),
             fault_codes: *held.effects.codes(),

@@ -7,6 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use flight_control::{Demand, FlightControl};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
+use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
@@ -74,8 +75,8 @@ fn link(c: &mut Criterion) {
     let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
     let sensors = plant.sense();
     let plant_address = std::net::SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 1));
-    let mut plant_side = PlantSide::new(1);
-    let mut flight_side = FlightSide::new();
+    let mut plant_side = PlantSide::new(1, tvc_jet::aircraft());
+    let mut flight_side = FlightSide::new(tvc_jet::aircraft());
     let mut autopilot = Autopilot::new(&settings(&setup));
     let actuators = autopilot.step(plant.time(), &sensors).actuators;
     c.bench_function("link exchange without socket", |b| {

@@ -207,7 +207,9 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Linearize(args)) => write_belief(args)?,
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
-        Some(Command::Parameters) => print!("{}", autopilot::parameters::document()),
+        Some(Command::Parameters) => {
+            print!("{}", autopilot::parameters::document(&Airframe::paper().effectors))
+        }
         Some(Command::Bench(args)) => bench::run(args, &program)?,
         Some(Command::Echo(args)) => echo::run(args)?,
     }
@@ -285,7 +287,7 @@ fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
             Airframe::from_toml(&name, &text)?
         }
     };
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
     let setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
     let text = linearize::to_toml(&linearize::linearize(&setup)?)?;
     file::write(&args.out, text.as_bytes(), linearize::MARK.as_bytes())

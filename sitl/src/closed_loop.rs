@@ -67,7 +67,7 @@ pub struct End {
 /// Flies a setup from its start to its end and hands every tick to `sink`.
 ///
 /// # Errors
-/// [`SetupError`] if the plant cannot start.
+/// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
 pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, SetupError> {
     Ok(run(&setup.plant, &settings(setup), setup.duration, &mut Watcher(sink))?.end)
 }
@@ -117,7 +117,7 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
         airspeed_m_s: truth.airspeed_m_s,
         altitude_m: truth.altitude_m,
         climb_rate_m_s: -truth.velocity.0.z,
-        thrust_n: truth.deflections[icd::Effector::Engine],
+        thrust_n: model.engine().map_or(0.0, |engine| truth.deflections[engine]),
     };
     beyond_model(model, &state, &truth.angular_acceleration.0, &log.modelled)
 }

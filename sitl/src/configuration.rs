@@ -9,6 +9,7 @@ use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::Belief;
 use host_io::file::{self, FileProblem, TEXT_MAX};
+use icd::EffectorList;
 use plant_sim::airframe::DEFAULT_AIRFRAME;
 use plant_sim::scenario::SCENARIOS;
 use plant_sim::{Airframe, PlantPart, Scenario};
@@ -190,21 +191,25 @@ impl AircraftArgs {
         })
     }
 
-    /// A scenario with what is set in it.
+    /// A scenario with what is set in it, for an aircraft with these effectors.
     ///
     /// # Errors
     /// [`ConfigurationError`] names file, key, value and range.
-    pub fn scenario(&self, file: &Named) -> Result<Flight, ConfigurationError> {
+    pub fn scenario(
+        &self,
+        file: &Named,
+        effectors: &EffectorList,
+    ) -> Result<Flight, ConfigurationError> {
         if let Some((name, table)) = self.changed(file, Target::Scenario, "")? {
-            let plant = Scenario::from_table(&name, table.clone())?.plant;
-            let (references, script) = config::scenario_of(&name, table)?;
+            let plant = Scenario::from_table(&name, table.clone(), effectors)?.plant;
+            let (references, script) = config::scenario_of(&name, table, effectors)?;
             return Ok(Flight { plant, references, script });
         }
         let (name, text) = (file.name.as_str(), file.text.as_ref());
         Ok(Flight {
-            plant: Scenario::from_toml(name, text)?.plant,
+            plant: Scenario::from_toml(name, text, effectors)?.plant,
             references: config::references(name, text)?,
-            script: config::script(name, text)?,
+            script: config::script(name, text, effectors)?,
         })
     }
 

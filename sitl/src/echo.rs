@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use host_io::{BindError, LinkSocket, Stop, Wait, clock, cpu};
 use icd::lockstep::{FlightSide, PlantSide};
+use icd::tvc_jet;
 use icd::wire::{PACKET_MAX, Phase, Reports};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use plant_sim::io::{CORE_MAX, whole};
@@ -112,8 +113,8 @@ fn packets() -> (Vec<u8>, Vec<u8>) {
     // The attitude must be one.
     values[6] = 1.0;
     let sensors = Sensors::from_array(&values);
-    let mut plant = PlantSide::new(1);
-    let mut flight = FlightSide::new();
+    let mut plant = PlantSide::new(1, tvc_jet::aircraft());
+    let mut flight = FlightSide::new(tvc_jet::aircraft());
     let period = ControlPeriod::DEFAULT;
     let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new(), &[]);
     let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use autopilot::config;
 use flight_control::{AltitudeLimit, Belief, Demand, FlightControl, Gains};
-use icd::{ControlPeriod, Effector};
+use icd::{ControlPeriod, EffectorKind};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
 
@@ -127,9 +127,10 @@ impl Sides {
     /// # Errors
     /// What is wrong with the shipped files.
     pub fn shipped() -> Result<Self, Box<dyn Error>> {
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?;
+        let airframe = Airframe::paper();
+        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
         let period = ControlPeriod::DEFAULT;
-        let plant = nominal.plant.setup(Airframe::paper(), 0, period, default_step_us(period));
+        let plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
         let belief = config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?;
         Ok(Self { plant, belief, gains: Gains::REFERENCE })
     }
@@ -269,7 +270,9 @@ fn summary(flown: &[Flown]) -> String {
     text
 }
 
-/// The engine's largest thrust and the elevators' travel of an airframe: N, rad.
+/// The engine's largest thrust and the travel of the elevator command of an airframe: N, rad.
 fn limits(airframe: &Airframe) -> (f64, f64) {
-    (airframe.servos[Effector::Engine].max, airframe.servos[Effector::RightElevator].max)
+    let largest =
+        |kind| airframe.effectors.of_kind(kind).map(|e| airframe.servos[e].max).fold(0.0, f64::max);
+    (largest(EffectorKind::Engine), largest(EffectorKind::Elevator))
 }

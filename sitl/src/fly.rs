@@ -278,9 +278,11 @@ impl FlyArgs {
     fn setup(&self) -> Result<FlightSetup, FlyError> {
         let aircraft = &self.aircraft;
         aircraft.check()?;
-        let flight = aircraft.scenario(&Named::scenario(&self.scenario)?)?;
+        let airframe = aircraft.airframe()?;
+        let effectors = airframe.effectors;
+        let flight = aircraft.scenario(&Named::scenario(&self.scenario)?, &airframe.effectors)?;
         let step_us = self.step_us.unwrap_or_else(|| default_step_us(self.period_ms));
-        let mut plant = flight.plant.setup(aircraft.airframe()?, 0, self.period_ms, step_us);
+        let mut plant = flight.plant.setup(airframe, 0, self.period_ms, step_us);
         plant.earth = self.earth.unwrap_or(plant.earth);
         if let Some(Seeds::One(seed)) = self.seed {
             plant.seed = seed;
@@ -301,7 +303,7 @@ impl FlyArgs {
             belief: aircraft.model()?,
             parameters: aircraft.parameters(parameters)?,
             references: flight.references,
-            script: self.script.read(flight.script)?.map(Arc::new),
+            script: self.script.read(flight.script, &effectors)?.map(Arc::new),
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
         })
     }

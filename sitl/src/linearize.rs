@@ -5,11 +5,11 @@
 
 use flight_control::Belief;
 use flight_control::belief::{
-    AirframeBelief, EffectorBelief, GeometryBelief, LiftBelief, MassBelief, ServoBelief,
-    SurfaceBelief, TrimBelief,
+    AirframeBelief, EffectorBelief, GeometryBelief, LiftBelief, MassBelief, NozzleBelief,
+    ServoBelief, TrimBelief,
 };
 use icd::{Body, Effector, PerEffector};
-use plant_sim::aerodynamics::{self, AirState, Coefficients};
+use plant_sim::aerodynamics::{self, AirState, Coefficients, Surfaces};
 use plant_sim::{Airframe, Plant, PlantSetup, SetupError, Trim};
 
 /// By this line a model is recognised as one of this program, which it may write over.
@@ -30,9 +30,12 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
     let plant = Plant::new(setup)?;
     let trim = plant.trim();
     let airframe = &setup.airframe;
-    let local = Local { airframe, airspeed_m_s: setup.start.airspeed_m_s, trim };
+    let surfaces = airframe.surfaces();
+    let airspeed_m_s = setup.start.airspeed_m_s;
+    let local = Local { airframe, surfaces, airspeed_m_s, trim };
     let mass = &airframe.mass;
     Ok(Belief {
+        aircraft: airframe.name,
         mass: MassBelief {
             mass_kg: mass.mass_kg,
             ixx_kg_m2: mass.ixx_kg_m2,
@@ -44,12 +47,14 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
             wing_area_m2: airframe.aero.area_m2,
             span_m: airframe.aero.span_m,
             chord_m: airframe.aero.chord_m,
-            nozzle_arm_m: airframe.nozzle_arm_m,
         },
         airframe: local.airframe_belief(),
         lift: local.lift_belief(),
-        surfaces: local.surface_belief(),
-        effectors: effector_belief(airframe),
+        nozzle: airframe.nozzle.map(|nozzle| NozzleBelief {
+            arm_m: nozzle.arm_m,
+            thrust_floor_n: nozzle.thrust_floor_n,
+        }),
+        effectors: local.effector_belief(),
         trim: TrimBelief {
             airspeed_m_s: setup.start.airspeed_m_s,
             altitude_m: setup.start.altitude_m,
@@ -63,6 +68,7 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
 /// The plant around its trim.
 struct Local<'a> {
     airframe: &'a Airframe,
+    surfaces: Surfaces,
     airspeed_m_s: f64,
     trim: &'a Trim,
 }
@@ -76,7 +82,7 @@ impl Local<'_> {
         positions: &PerEffector<f64>,
     ) -> Coefficients {
         let air = AirState { airspeed_m_s: self.airspeed_m_s, alpha_rad, beta_rad, rates };
-        aerodynamics::coefficients(&self.airframe.aero, &air, positions)
+        aerodynamics::coefficients(&self.airframe.aero, &self.surfaces, &air, positions)
     }
 
     fn clean(&self, alpha_rad: f64, beta_rad: f64, rates: Body) -> Coefficients {
@@ -117,33 +123,53 @@ impl Local<'_> {
         let (alpha, still) = (self.trim.alpha_rad, Body::zero());
         let d_alpha = difference(ANGLE_STEP_RAD, |d| self.clean(alpha + d, 0.0, still));
         let d_q = difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body::new(0.0, d, 0.0)));
-        let d_elevator = difference(ANGLE_STEP_RAD, |d| {
-            let mut positions = PerEffector::default();
-            positions[Effector::LeftElevator] = d;
-            self.at(alpha, 0.0, still, &positions)
-        });
         let per_chord = 2.0 * self.airspeed_m_s / self.airframe.aero.chord_m;
         LiftBelief {
             c_lift_0: rounded(self.clean(alpha, 0.0, still).lift - d_alpha.lift * alpha),
             c_lift_alpha: rounded(d_alpha.lift),
             c_lift_q: rounded(d_q.lift * per_chord),
-            c_lift_elevator: rounded(d_elevator.lift),
         }
     }
 
-    fn surface_belief(&self) -> SurfaceBelief {
+    fn effector_belief(&self) -> EffectorBelief {
+        let Airframe { effectors: list, servos, gains, .. } = self.airframe;
         let alpha = self.trim.alpha_rad;
-        let slopes = Effector::SURFACES.map(|surface| {
+        let slopes = PerEffector::from_fn(|effector: Effector| {
             difference(ANGLE_STEP_RAD, |d| {
                 let mut positions = PerEffector::default();
-                positions[surface] = d;
+                positions[effector] = d;
                 self.at(alpha, 0.0, Body::zero(), &positions)
             })
         });
-        SurfaceBelief {
-            c_roll: slopes.map(|slope| rounded(slope.roll)),
-            c_pitch: slopes.map(|slope| rounded(slope.pitch)),
-            c_yaw: slopes.map(|slope| rounded(slope.yaw)),
+        let column = |of: fn(&Slopes) -> f64| {
+            PerEffector::from_fn(|effector| rounded(of(&slopes[effector])))
+        };
+        let servo = |effector: Effector| {
+            let servo = &servos[effector];
+            if list.is_angle(effector) {
+                ServoBelief {
+                    lag_s: servo.lag_s,
+                    rate_limit: rounded(servo.rate_limit),
+                    min: rounded(servo.min),
+                    max: rounded(servo.max),
+                }
+            } else {
+                let (lag_s, min, max) = (servo.lag_s, servo.min, servo.max);
+                ServoBelief { lag_s, rate_limit: servo.rate_limit, min, max }
+            }
+        };
+        let mut beliefs = PerEffector::default();
+        for effector in list.all() {
+            beliefs[effector] = servo(effector);
+        }
+        EffectorBelief {
+            list: *list,
+            servos: beliefs,
+            c_lift: column(|slopes| slopes.lift),
+            c_roll: column(|slopes| slopes.roll),
+            c_pitch: column(|slopes| slopes.pitch),
+            c_yaw: column(|slopes| slopes.yaw),
+            gains: *gains,
         }
     }
 }
@@ -165,26 +191,6 @@ fn difference(step: f64, at: impl Fn(f64) -> Coefficients) -> Slopes {
         roll: slope(above.roll, below.roll),
         pitch: slope(above.pitch, below.pitch),
         yaw: slope(above.yaw, below.yaw),
-    }
-}
-
-fn effector_belief(airframe: &Airframe) -> EffectorBelief {
-    let servo = |effector: Effector| {
-        let servo = &airframe.servos[effector];
-        ServoBelief {
-            lag_s: servo.lag_s,
-            rate_limit_rad_s: rounded(servo.rate_limit),
-            travel_rad: rounded(servo.max),
-        }
-    };
-    let engine = &airframe.servos[Effector::Engine];
-    EffectorBelief {
-        aileron: servo(Effector::RightAileron),
-        elevator: servo(Effector::RightElevator),
-        rudder: servo(Effector::Rudder),
-        nozzle: servo(Effector::NozzlePitch),
-        thrust_min_n: engine.min,
-        thrust_max_n: engine.max,
     }
 }
 

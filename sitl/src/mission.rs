@@ -132,9 +132,10 @@ pub fn demo(start: Place) -> Plan {
 pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     let aircraft = &options.aircraft;
     aircraft.check_beside(&OPTIONS)?;
-    let nominal = aircraft.scenario(&Named::shipped("nominal.toml", scenario::NOMINAL))?;
-    let period = ControlPeriod::DEFAULT;
     let airframe = aircraft.airframe()?;
+    let file = Named::shipped("nominal.toml", scenario::NOMINAL);
+    let nominal = aircraft.scenario(&file, &airframe.effectors)?;
+    let period = ControlPeriod::DEFAULT;
     let mut plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
     plant.earth = options.earth;
     plant.wind.speed_m_s = options.wind_m_s;

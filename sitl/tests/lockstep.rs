@@ -11,8 +11,9 @@ use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use icd::fault::{PlantAction, PlantReport, Timing, Travel};
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
+use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
-use icd::{Effector, FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
+use icd::{FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
 use proptest::prelude::*;
@@ -220,9 +221,9 @@ fn fly_with_pauses(
     let sensors = plant.sense();
     let mut flight = Loop {
         plant,
-        plant_side: PlantSide::new(1),
+        plant_side: PlantSide::new(1, tvc_jet::aircraft()),
         autopilot: Autopilot::new(&settings(&setup)),
-        flight_side: FlightSide::new(),
+        flight_side: FlightSide::new(tvc_jet::aircraft()),
         questions: Wire::new(questions),
         answers: Wire::new(answers),
         reply: None,
@@ -268,7 +269,7 @@ fn fly_with_pauses(
 
 fn broken_elevator() -> FaultRequest {
     let kind = FaultKind::StuckAt { angle_rad: 0.1, travel: Travel::Jump };
-    FaultRequest::Inject { effector: Effector::LeftElevator, kind, timing: Timing::NOW }
+    FaultRequest::Inject { effector: tvc_jet::LEFT_ELEVATOR, kind, timing: Timing::NOW }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
+use icd::tvc_jet;
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
 use plant_sim::io::PlantArgs;
@@ -63,17 +64,17 @@ fn the_right_effector_fails_when_roll_passes_ten_degrees_and_the_next_one_two_se
     let onset = |effector| {
         seen.truths.iter().position(|truth| is_broken(truth, effector)).expect("it fails")
     };
-    let elevator = onset(Effector::LeftElevator);
+    let elevator = onset(tvc_jet::LEFT_ELEVATOR);
     let roll_deg = |tick: usize| seen.truths[tick].euler().phi.to_degrees();
     // Asked for at the tick at which roll is beyond, acting between that tick and the next.
     assert!(roll_deg(elevator - 2) <= 10.0 && roll_deg(elevator) > 10.0, "{}", roll_deg(elevator));
-    let rudder = onset(Effector::Rudder);
+    let rudder = onset(tvc_jet::RUDDER);
     let between = seen.truths[rudder].time.micros_since(seen.truths[elevator].time);
     assert_eq!(between, 2_000_000, "2 s after the line before");
     for truth in &seen.truths {
-        for effector in Effector::ALL {
-            let may = matches!(effector, Effector::LeftElevator | Effector::Rudder);
-            assert!(may || !is_broken(truth, effector), "{effector} at {}", truth.time);
+        for effector in tvc_jet::ALL {
+            let may = matches!(effector, tvc_jet::LEFT_ELEVATOR | tvc_jet::RUDDER);
+            assert!(may || !is_broken(truth, effector), "{effector:?} at {}", truth.time);
         }
     }
 }
@@ -94,7 +95,7 @@ fn every_line_of_the_script_is_executed_and_nothing_is_refused() {
     assert_eq!(lines, script.lines().map(|line| line.number).collect::<Vec<_>>());
     assert_eq!(seen.events.last().map(|(_, event)| *event), Some(ScriptEvent::Done));
     let last = seen.truths.last().unwrap();
-    assert!(Effector::ALL.into_iter().all(|effector| !is_broken(last, effector)), "mended");
+    assert!(tvc_jet::ALL.into_iter().all(|effector| !is_broken(last, effector)), "mended");
     assert!(last.euler().phi.abs() < 0.05, "wings level: {} rad", last.euler().phi);
     assert!((last.altitude_m - 5_200.0).abs() < 50.0, "altitude {} m", last.altitude_m);
 }

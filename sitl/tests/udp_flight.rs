@@ -7,7 +7,8 @@ use std::sync::Arc;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::Script;
 use clap::{Args, Command};
-use icd::{Effector, SimTime};
+use icd::SimTime;
+use icd::tvc_jet;
 use plant_sim::io::PlantArgs;
 use sitl::closed_loop::{End, FlightSetup, Record, fly};
 use sitl::udp_flight::{UdpFlightError, fly_udp};
@@ -70,7 +71,7 @@ fn a_flight_that_ends_on_the_ground_ends_at_the_same_tick_over_udp() {
 
 /// Codes of the faults that acted, each time they changed.
 fn faults_of(record: &Record, seen: &mut Vec<Vec<u8>>) {
-    let codes = Effector::ALL.map(|effector| record.truth.fault_codes[effector]).to_vec();
+    let codes = tvc_jet::ALL.map(|effector| record.truth.fault_codes[effector]).to_vec();
     if seen.last() != Some(&codes) {
         seen.push(codes);
     }
@@ -98,7 +99,7 @@ fn more_faults_in_one_step_than_may_wait_for_an_answer_act_at_the_same_ticks_ove
         + "fail engine 90 % left\nfail servo 1 biased 1 deg\nfail servo 2 slow 20 deg/s\n"
         + "sequence other\nwhen roll passes 5 deg: fail servo 5 biased 1 deg, for 500 ms\n"
         + "altitude 5100 m\nafter 1 s: clear all\n";
-    setup.script = Some(Arc::new(Script::parse("many", &text).unwrap()));
+    setup.script = Some(Arc::new(Script::parse("many", &text, &tvc_jet::effectors()).unwrap()));
     let mut seen = Vec::new();
     assert_same_with(&setup, &mut |record| faults_of(record, &mut seen));
     assert!(seen.len() > 10, "one after the other: {seen:?}");

@@ -61,7 +61,7 @@ fn icd_needs_nothing_but_numbers_and_bytes() {
 
 #[test]
 fn flight_control_needs_nothing_but_icd_and_numbers() {
-    assert_only("flight-control", &["icd", "nalgebra", "libm", "serde"]);
+    assert_only("flight-control", &["icd", "nalgebra", "libm", "serde", "arrayvec"]);
     assert_without("flight-control", &closure("flight-control"), &IMPURE);
 }
 

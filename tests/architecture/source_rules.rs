@@ -135,7 +135,7 @@ fn the_flight_software_never_names_the_truth() {
 #[test]
 fn only_the_recorder_opens_what_the_plant_tells_it() {
     // The link hands it on unopened; nobody else in the flight software may have it.
-    let words = ["envelope", "record::open", "TruthRow", "TRUTH_FIELDS"];
+    let words = ["envelope", "record::open", "TruthRow", "truth_fields"];
     let allowed = [
         "autopilot/src/recorder.rs",
         "autopilot/src/recorder/",
@@ -154,6 +154,34 @@ fn only_the_recorder_opens_what_the_plant_tells_it() {
     }
     assert_none("the truth belongs to the recorder and the judges", &offences);
     assert!(inside > 0, "no envelope found at all: the rule looks for the wrong words");
+}
+
+#[test]
+fn only_the_studies_of_the_paper_name_effectors() {
+    // Everything else takes them from the aircraft's list, by kind and side.
+    let allowed = [
+        "icd/src/",
+        "sitl/src/paper/",
+        "sitl/src/figures/",
+        "sitl/src/false_alarms/",
+        // The bare exchange of packets, without an aircraft.
+        "sitl/src/echo.rs",
+        // Logs without a header are of the time when there was one aircraft.
+        "sitl/src/plot/flight.rs",
+    ];
+    let (mut offences, mut inside) = (Vec::new(), 0);
+    for source in shipped() {
+        let uses = source.uses(&["tvc_jet"]);
+        if starts(&source.path, &allowed) {
+            inside += uses.len();
+        } else {
+            let is_file =
+                |line: &String| line.contains("tvc_jet.toml") || line.contains("tvc_jet_mach.toml");
+            offences.extend(uses.into_iter().filter(|line| !is_file(line)));
+        }
+    }
+    assert_none("effectors are data", &offences);
+    assert!(inside > 0, "nobody names one: the rule looks for the wrong word");
 }
 
 #[test]

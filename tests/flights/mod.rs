@@ -9,7 +9,8 @@ use sitl::closed_loop::{self, FlightSetup, Record};
 
 /// A scenario text with the shipped airframe, belief and gains at 2 ms and one plant step a millisecond.
 pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
-    let scenario = Scenario::from_toml(name, text).expect("a shipped scenario");
+    let effectors = Airframe::paper().effectors;
+    let scenario = Scenario::from_toml(name, text, &effectors).expect("a shipped scenario");
     let mut plant = scenario.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
     plant.earth = earth;
     FlightSetup {

@@ -1,5 +1,6 @@
 //! Flight logs: read, drawn, flown again.
 
+use icd::tvc_jet;
 use std::sync::Arc;
 
 use autopilot::event::Wish;
@@ -35,7 +36,9 @@ fn seed() -> Vec<u8> {
     };
     let setup = Case::new(1, &conditions).unwrap().setup;
     let setup = FlightSetup { duration: SimTime::from_micros(SEED_US), ..setup };
-    let script = Script::parse("a script", "at 0.02 s: fail rudder 50 % left\n").unwrap();
+    let script =
+        Script::parse("a script", "at 0.02 s: fail rudder 50 % left\n", &tvc_jet::effectors())
+            .unwrap();
     let spoken = [
         (0, Moment::Step, Wish::Refer(Reference::Altitude(5_100.0))),
         (2, Moment::Step, Wish::Script(Arc::new(script))),

@@ -2,6 +2,7 @@
 
 use icd::fault::{FaultReply, PlantAction, PlantReport, PlantRequest};
 use icd::lockstep::{FlightSide, PlantSide};
+use icd::tvc_jet;
 use icd::wire::{self, Packet, PacketBytes, Phase, Reports};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
@@ -23,7 +24,8 @@ fn seeds() -> [Vec<u8>; 3] {
         request: 3,
         reply: FaultReply::Applied { at: SimTime::ZERO },
     });
-    let (mut plant, mut flight) = (PlantSide::new(7), FlightSide::new());
+    let (mut plant, mut flight) =
+        (PlantSide::new(7, tvc_jet::aircraft()), FlightSide::new(tvc_jet::aircraft()));
     let question = plant
         .ask(
             SimTime::ZERO,
@@ -64,7 +66,8 @@ fn plant_link() {
     let seeds = seeds();
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
-        let (mut plant, mut flight) = (PlantSide::new(7), FlightSide::new());
+        let (mut plant, mut flight) =
+            (PlantSide::new(7, tvc_jet::aircraft()), FlightSide::new(tvc_jet::aircraft()));
         let from = ["127.0.0.1:9000", "127.0.0.1:9001"].map(|at| at.parse().unwrap());
         plant.ask(
             SimTime::ZERO,

@@ -4,6 +4,7 @@ use autopilot::config;
 use autopilot::parameters::{Parameters, from_text, table, to_text};
 use autopilot::run::ConfigFile;
 use autopilot::script::Script;
+use icd::tvc_jet;
 use icd::{Actuators, ControlPeriod};
 use plant_sim::{Airframe, Plant, Scenario};
 
@@ -122,7 +123,7 @@ fn scripts() {
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
         let text = damaged(SCRIPT, &mut choices);
-        if let Err(error) = Script::parse("a script", &text) {
+        if let Err(error) = Script::parse("a script", &text, &tvc_jet::effectors()) {
             assert!(!error.to_string().is_empty());
         }
     });
@@ -145,18 +146,18 @@ fn toml_scenarios() {
         let mut choices = Choices::new(input);
         let seed = SCENARIOS[choices.below(SCENARIOS.len())];
         let text = damaged(seed, &mut choices);
-        if let Ok(scenario) = Scenario::from_toml("scenario", &text) {
+        if let Ok(scenario) = Scenario::from_toml("scenario", &text, &tvc_jet::effectors()) {
             fly(&scenario, Airframe::paper());
         }
         // The autopilot's part; what is wrong with it is an error.
         let _ = config::references("scenario", &text);
-        let _ = config::script("scenario", &text);
+        let _ = config::script("scenario", &text, &tvc_jet::effectors());
     });
 }
 
 #[test]
 fn toml_airframes() {
-    let nominal = Scenario::from_toml("nominal", SCENARIOS[0]).unwrap();
+    let nominal = Scenario::from_toml("nominal", SCENARIOS[0], &tvc_jet::effectors()).unwrap();
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
         let text = damaged(plant_sim::airframe::DEFAULT_AIRFRAME, &mut choices);

@@ -1,10 +1,9 @@
 //! How much of its effectors the compensator still has: the reserve of each axis.
 
-use icd::{Effector, PerEffector};
+use icd::{EffectorKind, PerEffector};
 use serde::{Deserialize, Serialize};
 
-use crate::belief::Belief;
-use crate::compensator::THRUST_FLOOR_N;
+use crate::belief::{Belief, ServoBelief};
 
 /// Remaining authority of each axis, 0 (nothing left) to 100 (the effector is at neutral), percent.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -26,7 +25,7 @@ impl Authority {
 ///
 /// With δ the total command after limits, steps one and two together, and δ_max the travel of the effector:
 ///
-/// * roll: 100 (1 - |δ_a| / δ_a,max), δ_a + Δδ_a being the command of the aileron pair;
+/// * roll: 100 (1 - |δ_a| / δ_a,max), δ_a + Δδ_a being the command of the ailerons, by the one with most left;
 /// * pitch: 100 (1 - |δ_z| / δ_z,max);
 /// * yaw: 100 (1 - |δ_y| / δ_y,max).
 ///
@@ -36,18 +35,26 @@ impl Authority {
 #[must_use]
 pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, belief: &Belief) -> Authority {
     let effectors = &belief.effectors;
-    // The order makes zero of a thrust that is not a number.
-    let effect =
-        if thrust_n >= THRUST_FLOOR_N { 1.0 } else { (thrust_n / THRUST_FLOOR_N).max(0.0) };
-    let nozzle = |command: f64| effect * left(command, effectors.nozzle.travel_rad);
+    let left = |effector| left(commands[effector], &effectors.servos[effector]);
+    let nozzle = |kind| {
+        let (Some(nozzle), Some(effector)) = (&belief.nozzle, effectors.list.only(kind)) else {
+            return 0.0;
+        };
+        let floor_n = nozzle.thrust_floor_n;
+        // The order makes zero of a thrust that is not a number.
+        let effect = if thrust_n >= floor_n { 1.0 } else { (thrust_n / floor_n).max(0.0) };
+        effect * left(effector)
+    };
+    let rolls = effectors.list.all().filter(|effector| effectors.gains[*effector].roll != 0.0);
     Authority {
-        roll_pct: left(commands[Effector::RightAileron], effectors.aileron.travel_rad),
-        pitch_pct: nozzle(commands[Effector::NozzlePitch]),
-        yaw_pct: nozzle(commands[Effector::NozzleYaw]),
+        roll_pct: rolls.map(left).fold(0.0, f64::max),
+        pitch_pct: nozzle(EffectorKind::NozzlePitch),
+        yaw_pct: nozzle(EffectorKind::NozzleYaw),
     }
 }
 
-fn left(command: f64, travel: f64) -> f64 {
+fn left(command: f64, servo: &ServoBelief) -> f64 {
+    let travel = if command < 0.0 { -servo.min } else { servo.max };
     100.0 * (1.0 - command.abs() / travel).clamp(0.0, 1.0)
 }
 
@@ -55,17 +62,18 @@ fn left(command: f64, travel: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::testing;
+    use icd::tvc_jet;
     use proptest::prelude::*;
 
     /// The reserve with each compensating effector at this fraction of its travel.
     fn at(fraction: f64, thrust_n: f64) -> [f64; 3] {
         let belief = testing::belief();
         let mut commands = PerEffector::default();
-        for effector in [Effector::LeftAileron, Effector::RightAileron] {
-            commands[effector] = fraction * belief.effectors.aileron.travel_rad;
+        for effector in [tvc_jet::LEFT_AILERON, tvc_jet::RIGHT_AILERON] {
+            commands[effector] = fraction * belief.effectors.servos[effector].max;
         }
-        for effector in [Effector::NozzlePitch, Effector::NozzleYaw] {
-            commands[effector] = fraction * belief.effectors.nozzle.travel_rad;
+        for effector in [tvc_jet::NOZZLE_PITCH, tvc_jet::NOZZLE_YAW] {
+            commands[effector] = fraction * belief.effectors.servos[effector].max;
         }
         let Authority { roll_pct, pitch_pct, yaw_pct } = authority(&commands, thrust_n, &belief);
         [roll_pct, pitch_pct, yaw_pct]
@@ -82,8 +90,9 @@ mod tests {
 
     #[test]
     fn below_the_thrust_floor_the_nozzle_has_less_without_thrust_nothing_and_the_ailerons_all() {
-        assert_eq!(at(0.0, THRUST_FLOOR_N), [100.0; 3]);
-        assert_eq!(at(0.0, THRUST_FLOOR_N / 2.0), [100.0, 50.0, 50.0]);
+        let floor_n = testing::belief().nozzle.unwrap().thrust_floor_n;
+        assert_eq!(at(0.0, floor_n), [100.0; 3]);
+        assert_eq!(at(0.0, floor_n / 2.0), [100.0, 50.0, 50.0]);
         assert_eq!(at(0.0, 0.0), [100.0, 0.0, 0.0]);
         assert_eq!(at(0.0, -1.0), [100.0, 0.0, 0.0]);
         assert_eq!(at(0.0, f64::NAN), [100.0, 0.0, 0.0]);
@@ -92,7 +101,7 @@ mod tests {
     #[test]
     fn elevators_and_rudder_do_not_count() {
         let mut commands = PerEffector::default();
-        for effector in [Effector::LeftElevator, Effector::RightElevator, Effector::Rudder] {
+        for effector in [tvc_jet::LEFT_ELEVATOR, tvc_jet::RIGHT_ELEVATOR, tvc_jet::RUDDER] {
             commands[effector] = 0.3;
         }
         let left = authority(&commands, 27_000.0, &testing::belief());

@@ -4,27 +4,37 @@
 
 use core::fmt;
 
-use icd::{Effector, PerEffector};
+use icd::PerEffector;
+use icd::effector_list::Name;
+use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
+
+mod effectors;
+
+pub use effectors::{EffectorBelief, EffectorFile, ServoBelief, TablesError};
 
 /// The controller's belief about the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Belief {
+    /// Name of the aircraft, as in the airframe file that was linearised.
+    pub aircraft: Name,
     /// Mass and inertia.
     pub mass: MassBelief,
-    /// Reference lengths and the nozzle's place.
+    /// Reference lengths.
     pub geometry: GeometryBelief,
     /// Moment coefficients with all surfaces at zero.
     pub airframe: AirframeBelief,
     /// Lift coefficients.
     pub lift: LiftBelief,
-    /// Moment coefficients of each surface.
-    pub surfaces: SurfaceBelief,
-    /// How healthy effectors move.
-    pub effectors: EffectorBelief,
+    /// The nozzle; `None` for an aircraft without one.
+    #[serde(default)]
+    pub nozzle: Option<NozzleBelief>,
     /// Steady level flight at the design point.
     pub trim: TrimBelief,
+    /// The effectors: what they are, how the healthy ones move, what they do.
+    #[serde(rename = "effector")]
+    pub effectors: EffectorBelief,
 }
 
 /// Mass and inertia.
@@ -43,7 +53,7 @@ pub struct MassBelief {
     pub ixz_kg_m2: f64,
 }
 
-/// Reference lengths and the nozzle's place.
+/// Reference lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryBelief {
@@ -53,8 +63,6 @@ pub struct GeometryBelief {
     pub span_m: f64,
     /// c: mean chord, m.
     pub chord_m: f64,
-    /// x_T: nozzle to centre of gravity, m.
-    pub nozzle_arm_m: f64,
 }
 
 /// Moment coefficients with all surfaces at zero, per rad; rates in rad/s times b/2V or c/2V.
@@ -95,51 +103,16 @@ pub struct LiftBelief {
     pub c_lift_alpha: f64,
     /// Lift per pitch rate.
     pub c_lift_q: f64,
-    /// Lift per deflection of one elevator.
-    pub c_lift_elevator: f64,
 }
 
-/// Moment coefficients of the five surfaces, per rad, in the order left and right aileron, left and
-/// right elevator, rudder.
+/// The nozzle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SurfaceBelief {
-    /// Roll moment per deflection.
-    pub c_roll: [f64; 5],
-    /// Pitch moment per deflection.
-    pub c_pitch: [f64; 5],
-    /// Yaw moment per deflection.
-    pub c_yaw: [f64; 5],
-}
-
-/// How healthy effectors move: lag, rate limit, travel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EffectorBelief {
-    /// Ailerons.
-    pub aileron: ServoBelief,
-    /// Elevators.
-    pub elevator: ServoBelief,
-    /// Rudder.
-    pub rudder: ServoBelief,
-    /// Nozzle, both axes.
-    pub nozzle: ServoBelief,
-    /// Smallest thrust, N.
-    pub thrust_min_n: f64,
-    /// Largest thrust, N.
-    pub thrust_max_n: f64,
-}
-
-/// One kind of servo.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ServoBelief {
-    /// Time constant of the first-order lag, s.
-    pub lag_s: f64,
-    /// Rate limit, rad/s.
-    pub rate_limit_rad_s: f64,
-    /// Travel either way, rad.
-    pub travel_rad: f64,
+pub struct NozzleBelief {
+    /// x_T: nozzle to centre of gravity, m.
+    pub arm_m: f64,
+    /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has no authority to speak of.
+    pub thrust_floor_n: f64,
 }
 
 /// Steady level flight at the design point.
@@ -152,7 +125,7 @@ pub struct TrimBelief {
     pub altitude_m: f64,
     /// Pitch angle, rad.
     pub theta_rad: f64,
-    /// Elevator, both sides, rad.
+    /// Main command to the elevators, rad.
     pub elevator_rad: f64,
     /// Thrust, N.
     pub thrust_n: f64,
@@ -161,6 +134,8 @@ pub struct TrimBelief {
 /// A belief that the laws cannot fly with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeliefError {
+    /// Name of the effector that the key belongs to; empty for the keys of the other tables.
+    pub effector: Name,
     /// Key in the file.
     pub key: &'static str,
     /// The refused value.
@@ -173,7 +148,10 @@ pub struct BeliefError {
 
 impl fmt::Display for BeliefError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { key, value, min, max } = self;
+        let Self { effector, key, value, min, max } = self;
+        if !effector.is_empty() {
+            write!(f, "effector `{effector}`: ")?;
+        }
         write!(f, "{key} = {value} is outside {min} to {max}")
     }
 }
@@ -181,26 +159,23 @@ impl fmt::Display for BeliefError {
 impl core::error::Error for BeliefError {}
 
 impl Belief {
-    /// The servo of an effector; `None` for the engine.
+    /// What packets say of the aircraft.
     #[must_use]
-    pub const fn servo(&self, effector: Effector) -> Option<&ServoBelief> {
-        match effector {
-            Effector::LeftAileron | Effector::RightAileron => Some(&self.effectors.aileron),
-            Effector::LeftElevator | Effector::RightElevator => Some(&self.effectors.elevator),
-            Effector::Rudder => Some(&self.effectors.rudder),
-            Effector::NozzlePitch | Effector::NozzleYaw => Some(&self.effectors.nozzle),
-            Effector::Engine => None,
-        }
+    pub fn aircraft(&self) -> Aircraft {
+        Aircraft::new(self.aircraft, &self.effectors.list)
+    }
+
+    /// Distance of the nozzle behind the centre of gravity, m; zero without one.
+    #[must_use]
+    pub fn nozzle_arm_m(&self) -> f64 {
+        self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m)
     }
 
     /// Where each effector stands in the design trim, rad; engine N.
     #[must_use]
     pub fn trim_positions(&self) -> PerEffector<f64> {
-        PerEffector::from_fn(|effector| match effector {
-            Effector::LeftElevator | Effector::RightElevator => self.trim.elevator_rad,
-            Effector::Engine => self.trim.thrust_n,
-            _ => 0.0,
-        })
+        let command = [0.0, self.trim.elevator_rad, 0.0, self.trim.thrust_n];
+        PerEffector::from_fn(|effector| self.effectors.gains[effector].of(command))
     }
 
     /// Checks every number.
@@ -211,32 +186,32 @@ impl Belief {
         for (key, value, min, max) in self.scalars() {
             check(key, value, min, max)?;
         }
-        let surfaces = &self.surfaces;
-        for (key, row) in [
-            ("surfaces.c_roll", surfaces.c_roll),
-            ("surfaces.c_pitch", surfaces.c_pitch),
-            ("surfaces.c_yaw", surfaces.c_yaw),
-        ] {
-            row.iter().try_for_each(|value| check(key, *value, -10.0, 10.0))?;
+        if let Some(nozzle) = &self.nozzle {
+            check("nozzle.arm_m", nozzle.arm_m, 0.01, 1.0e3)?;
+            check("nozzle.thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
-        // The compensator divides by the aileron pair's roll moment and by the inertia's determinant.
-        let pair = surfaces.c_roll[1] - surfaces.c_roll[0];
-        check("surfaces.c_roll (right minus left aileron)", pair, -10.0, -1.0e-6)?;
-        // The trim of level flight divides by the elevators' pitching moment and by the slope of the lift with
-        // the elevators that balance it.
-        let pair = surfaces.c_pitch[2] + surfaces.c_pitch[3];
-        check("surfaces.c_pitch (both elevators)", pair, -10.0, -1.0e-6)?;
-        let trimmed = -self.airframe.c_pitch_alpha / pair;
-        let slope = self.lift.c_lift_alpha + 2.0 * self.lift.c_lift_elevator * trimmed;
+        let effectors = &self.effectors;
+        effectors.validate()?;
+        let [min, max] = effectors.thrust_range_n();
+        check("trim.thrust_n", self.trim.thrust_n, min, max)?;
+        // The compensator divides by the aileron command's roll moment and by the inertia's determinant.
+        let roll = effectors.per_command(&effectors.c_roll, |gains| gains.roll);
+        check("effector.c_roll times roll (of all effectors)", roll, -10.0, -1.0e-6)?;
+        // The trim of level flight divides by the elevator command's pitching moment and by the slope of the lift
+        // with the elevators that balance it.
+        let pitch = effectors.per_command(&effectors.c_pitch, |gains| gains.pitch);
+        check("effector.c_pitch times pitch (of all effectors)", pitch, -10.0, -1.0e-6)?;
+        let trimmed = -self.airframe.c_pitch_alpha / pitch;
+        let lift = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
+        let slope = self.lift.c_lift_alpha + lift * trimmed;
         check("lift.c_lift_alpha (with balanced elevators)", slope, 1.0e-3, 100.0)?;
         let MassBelief { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)
     }
 
-    fn scalars(&self) -> [(&'static str, f64, f64, f64); 43] {
-        let Self { mass, geometry, airframe, lift, effectors, trim, .. } = self;
-        let EffectorBelief { aileron, elevator, rudder, nozzle, .. } = effectors;
+    fn scalars(&self) -> [(&'static str, f64, f64, f64); 26] {
+        let Self { mass, geometry, airframe, lift, trim, .. } = self;
         [
             ("mass.mass_kg", mass.mass_kg, 0.1, 1.0e6),
             ("mass.ixx_kg_m2", mass.ixx_kg_m2, 1.0e-4, 1.0e9),
@@ -246,7 +221,6 @@ impl Belief {
             ("geometry.wing_area_m2", geometry.wing_area_m2, 0.01, 1.0e4),
             ("geometry.span_m", geometry.span_m, 0.1, 1.0e3),
             ("geometry.chord_m", geometry.chord_m, 0.01, 1.0e3),
-            ("geometry.nozzle_arm_m", geometry.nozzle_arm_m, 0.01, 1.0e3),
             ("airframe.c_roll_beta", airframe.c_roll_beta, -10.0, 10.0),
             ("airframe.c_roll_p", airframe.c_roll_p, -100.0, 100.0),
             ("airframe.c_roll_r", airframe.c_roll_r, -100.0, 100.0),
@@ -259,7 +233,6 @@ impl Belief {
             ("lift.c_lift_0", lift.c_lift_0, -10.0, 10.0),
             ("lift.c_lift_alpha", lift.c_lift_alpha, -100.0, 100.0),
             ("lift.c_lift_q", lift.c_lift_q, -1.0e3, 1.0e3),
-            ("lift.c_lift_elevator", lift.c_lift_elevator, -10.0, 10.0),
             ("airframe.stall_onset_rad", airframe.stall_onset_rad, 1.0e-3, 1.5),
             (
                 "airframe.stall_ceiling_rad",
@@ -267,36 +240,38 @@ impl Belief {
                 airframe.stall_onset_rad + 1.0e-3,
                 1.6,
             ),
-            ("effectors.aileron.lag_s", aileron.lag_s, 1.0e-3, 10.0),
-            ("effectors.aileron.rate_limit_rad_s", aileron.rate_limit_rad_s, 1.0e-3, 100.0),
-            ("effectors.aileron.travel_rad", aileron.travel_rad, 1.0e-3, 1.5),
-            ("effectors.elevator.lag_s", elevator.lag_s, 1.0e-3, 10.0),
-            ("effectors.elevator.rate_limit_rad_s", elevator.rate_limit_rad_s, 1.0e-3, 100.0),
-            ("effectors.elevator.travel_rad", elevator.travel_rad, 1.0e-3, 1.5),
-            ("effectors.rudder.lag_s", rudder.lag_s, 1.0e-3, 10.0),
-            ("effectors.rudder.rate_limit_rad_s", rudder.rate_limit_rad_s, 1.0e-3, 100.0),
-            ("effectors.rudder.travel_rad", rudder.travel_rad, 1.0e-3, 1.5),
-            ("effectors.nozzle.lag_s", nozzle.lag_s, 1.0e-3, 10.0),
-            ("effectors.nozzle.rate_limit_rad_s", nozzle.rate_limit_rad_s, 1.0e-3, 100.0),
-            ("effectors.nozzle.travel_rad", nozzle.travel_rad, 1.0e-3, 1.5),
-            ("effectors.thrust_min_n", effectors.thrust_min_n, 1.0e-3, 1.0e7),
-            ("effectors.thrust_max_n", effectors.thrust_max_n, effectors.thrust_min_n, 1.0e7),
             ("trim.airspeed_m_s", trim.airspeed_m_s, 1.0, 1.0e3),
             ("trim.altitude_m", trim.altitude_m, 0.0, 25_000.0),
             ("trim.theta_rad", trim.theta_rad, -1.0, 1.0),
             ("trim.elevator_rad", trim.elevator_rad, -1.5, 1.5),
-            ("trim.thrust_n", trim.thrust_n, effectors.thrust_min_n, effectors.thrust_max_n),
         ]
     }
 }
 
 fn check(key: &'static str, value: f64, min: f64, max: f64) -> Result<(), BeliefError> {
-    if (min..=max).contains(&value) { Ok(()) } else { Err(BeliefError { key, value, min, max }) }
+    check_of(&Name::new(), key, value, min, max)
+}
+
+fn check_of(
+    effector: &Name,
+    key: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), BeliefError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(BeliefError { effector: *effector, key, value, min, max })
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::testing;
+    use icd::tvc_jet;
+    use std::string::ToString;
 
     #[test]
     fn the_test_belief_is_valid_and_a_nan_in_it_is_named() {
@@ -307,9 +282,35 @@ mod tests {
     }
 
     #[test]
+    fn a_number_of_an_effector_that_cannot_be_is_named_with_it() {
+        let mut belief = testing::belief();
+        belief.effectors.servos[tvc_jet::RUDDER].lag_s = -1.0;
+        let said = belief.validate().unwrap_err().to_string();
+        assert_eq!(said, "effector `rudder`: lag_s = -1 is outside 0.001 to 60");
+    }
+
+    #[test]
     fn an_aileron_without_roll_moment_is_refused() {
         let mut belief = testing::belief();
-        belief.surfaces.c_roll = [0.0; 5];
+        belief.effectors.c_roll = PerEffector::default();
         assert!(belief.validate().is_err());
+    }
+
+    #[test]
+    fn the_trim_stands_in_the_elevators_and_the_engine() {
+        let belief = testing::belief();
+        let at = belief.trim_positions();
+        assert_eq!(at[tvc_jet::LEFT_ELEVATOR], belief.trim.elevator_rad);
+        assert_eq!(at[tvc_jet::RIGHT_ELEVATOR], belief.trim.elevator_rad);
+        assert_eq!(at[tvc_jet::ENGINE], belief.trim.thrust_n);
+        assert_eq!(at[tvc_jet::RUDDER], 0.0);
+    }
+
+    #[test]
+    fn a_list_that_cannot_be_is_refused_when_the_file_is_read() {
+        let text = include_str!("../../models/tvc_jet.toml");
+        let text = text.replace("partner = \"right aileron\"", "partner = \"right wing\"");
+        let said = toml::from_str::<Belief>(&text).unwrap_err().to_string();
+        assert!(said.contains("`right wing` is no effector of this file"), "{said}");
     }
 }

@@ -5,9 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::design_model::{DesignModel, FlightCondition};
 
-/// Smallest thrust that the inversion divides by, N: below it the nozzle has no authority to speak of.
-pub(crate) const THRUST_FLOOR_N: f64 = 8_000.0;
-
 /// u_cf: the redundant commands [Δδa, δz, δy], rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Compensation {
@@ -28,7 +25,8 @@ impl Compensation {
 ///
 /// Implements Eq. (25): u_cf = -g_c⁻¹ z2, times `fade`. The inverse is written out: the moment that z2
 /// means is taken apart into roll (ailerons), pitch and yaw (nozzle), and the nozzle also takes the yaw
-/// of the ailerons. While `fade` is zero the result is exactly zero.
+/// of the ailerons. While `fade` is zero the result is exactly zero. An aircraft without nozzle has only its
+/// ailerons for it.
 #[must_use]
 pub fn compensate(
     z2: &Vector3<f64>,
@@ -45,8 +43,11 @@ pub fn compensate(
     let yaw = -mass.ixz_kg_m2 * z2.x + mass.izz_kg_m2 * z2.z;
 
     let (c_roll, c_yaw) = model.aileron_pair();
-    let t_x_t = at.t_x_t.max(THRUST_FLOOR_N * model.belief().geometry.nozzle_arm_m);
     let aileron_rad = -fade * roll / (at.q_s_b * c_roll);
+    let Some(nozzle) = &model.belief().nozzle else {
+        return Compensation { aileron_rad, ..Compensation::NONE };
+    };
+    let t_x_t = at.t_x_t.max(nozzle.thrust_floor_n * nozzle.arm_m);
     Compensation {
         aileron_rad,
         nozzle_pitch_rad: -fade * pitch / t_x_t,

@@ -2,7 +2,8 @@
 //!
 //! ẇ = f(x) + g(x) u + g_T(x) u_T. It knows only the [`Belief`], never the plant.
 
-use icd::{Effector, EulerAngles, PerEffector};
+use arrayvec::ArrayVec;
+use icd::{Effector, EffectorKind, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use crate::belief::{Belief, MassBelief};
@@ -18,6 +19,17 @@ const AIRSPEED_FLOOR_M_S: f64 = 20.0;
 pub struct DesignModel {
     belief: Belief,
     inverse_inertia: Matrix3<f64>,
+    surfaces: Surfaces,
+    nozzle_pitch: Option<Effector>,
+    nozzle_yaw: Option<Effector>,
+    aileron_pair: (f64, f64),
+}
+
+/// The aerodynamic surfaces: left and right ones together, and those that stand alone.
+#[derive(Debug, Clone)]
+struct Surfaces {
+    pairs: ArrayVec<[Effector; 2], { Effector::MAX / 2 }>,
+    singles: ArrayVec<Effector, { Effector::MAX }>,
 }
 
 /// Moment arms at one flight condition: dynamic pressure times area times length.
@@ -39,7 +51,29 @@ impl DesignModel {
     /// From a validated belief.
     #[must_use]
     pub fn new(belief: Belief) -> Self {
-        Self { inverse_inertia: inverse_inertia(&belief.mass), belief }
+        let effectors = &belief.effectors;
+        let list = &effectors.list;
+        let is_surface =
+            |effector: &Effector| list.kind(*effector).is_some_and(EffectorKind::is_surface);
+        let surfaces = Surfaces {
+            pairs: list.pairs().filter(|[left, _]| is_surface(left)).collect(),
+            singles: list.singles().filter(is_surface).collect(),
+        };
+        let per_roll = |coefficients| effectors.per_command(coefficients, |gains| gains.roll);
+        Self {
+            inverse_inertia: inverse_inertia(&belief.mass),
+            surfaces,
+            nozzle_pitch: list.only(EffectorKind::NozzlePitch),
+            nozzle_yaw: list.only(EffectorKind::NozzleYaw),
+            aileron_pair: (per_roll(&effectors.c_roll), per_roll(&effectors.c_yaw)),
+            belief,
+        }
+    }
+
+    /// The engine; `None` for a glider.
+    #[must_use]
+    pub fn engine(&self) -> Option<Effector> {
+        self.belief.effectors.list.only(EffectorKind::Engine)
     }
 
     /// The numbers behind the model.
@@ -73,7 +107,7 @@ impl DesignModel {
             q_s_c: q_s * g.chord_m,
             span_time: g.span_m / (2.0 * v),
             chord_time: g.chord_m / (2.0 * v),
-            t_x_t: state.thrust_n * g.nozzle_arm_m,
+            t_x_t: state.thrust_n * self.belief.nozzle_arm_m(),
         }
     }
 
@@ -104,16 +138,20 @@ impl DesignModel {
         libm::copysign(onset + range * libm::tanh((magnitude - onset) / range), angle)
     }
 
-    /// g(x) u: angular acceleration of the five surfaces, rad/s².
+    /// g(x) u: angular acceleration of the surfaces, rad/s².
     ///
     /// Implements Eq. (8). `positions` are deflections in rad. Left and right are paired, so that a
     /// mirrored aircraft gives mirrored bits.
     #[must_use]
     pub fn surfaces(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
-        let s = &self.belief.surfaces;
-        let u = Effector::SURFACES.map(|surface| positions[surface]);
-        let sum =
-            |c: &[f64; 5]| (c[0] * u[0] + c[1] * u[1]) + (c[2] * u[2] + c[3] * u[3]) + c[4] * u[4];
+        let s = &self.belief.effectors;
+        let Surfaces { pairs, singles } = &self.surfaces;
+        let sum = |c: &PerEffector<f64>| {
+            let of = |e: Effector| c[e] * positions[e];
+            let pairs = pairs.iter().map(|[left, right]| of(*left) + of(*right));
+            // From minus zero the first term keeps its bits.
+            pairs.chain(singles.iter().map(|single| of(*single))).fold(-0.0, |sum, term| sum + term)
+        };
         let moment = Vector3::new(
             at.q_s_b * sum(&s.c_roll),
             at.q_s_c * sum(&s.c_pitch),
@@ -127,8 +165,9 @@ impl DesignModel {
     /// Implements Eq. (9), in the linear form of Eq. (4): the plant's exact trigonometry differs by 1 %.
     #[must_use]
     pub fn nozzle(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
-        let pitch = at.t_x_t * positions[Effector::NozzlePitch];
-        let yaw = at.t_x_t * positions[Effector::NozzleYaw];
+        let of =
+            |nozzle: Option<Effector>| nozzle.map_or(0.0, |nozzle| at.t_x_t * positions[nozzle]);
+        let (pitch, yaw) = (of(self.nozzle_pitch), of(self.nozzle_yaw));
         self.inverse_inertia * Vector3::new(0.0, pitch, yaw)
     }
 
@@ -146,11 +185,10 @@ impl DesignModel {
         self.bare_airframe(state, at) + self.surfaces(at, positions) + self.nozzle(at, positions)
     }
 
-    /// Moment coefficients (roll, yaw) of the aileron pair per rad of aileron command.
+    /// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.
     #[must_use]
     pub fn aileron_pair(&self) -> (f64, f64) {
-        let s = &self.belief.surfaces;
-        (s.c_roll[1] - s.c_roll[0], s.c_yaw[1] - s.c_yaw[0])
+        self.aileron_pair
     }
 
     /// g_c(x): angular acceleration per unit of [aileron, nozzle pitch, nozzle yaw], 1/s².

@@ -14,7 +14,7 @@ use crate::health::Health;
 use crate::healthy_actuators::HealthyActuators;
 use crate::log::StepLog;
 use crate::main_controller::{Demand, MainCommand, MainController, References};
-use crate::mixer::{self, Mixed, Saturation};
+use crate::mixer::{Mixed, Mixer, Saturation};
 use crate::observer::Observer;
 
 /// The flight control: both steps and what they remember.
@@ -26,6 +26,7 @@ pub struct FlightControl {
     observer: Observer,
     activation: Activation,
     main_controller: MainController,
+    mixer: Mixer,
     watch: AltitudeWatch,
     /// Backward signal one: where healthy effectors are, from what the mixer asked in earlier steps.
     applied: HealthyActuators,
@@ -58,6 +59,7 @@ impl FlightControl {
             activation: Activation::new(period),
             main_controller: MainController::new(&gains.main, &model, period),
             model,
+            mixer: Mixer::new(&belief.effectors),
             watch: AltitudeWatch::new(period),
             applied: actuators.clone(),
             main_only: actuators,
@@ -130,7 +132,7 @@ impl FlightControl {
         let saturation = &self.saturation;
         let main =
             self.main_controller.step(&state, &at, demand, saturation, &gains.main, law, belief);
-        let mixed = mixer::mix(&main, &compensation, belief);
+        let mixed = self.mixer.mix(&main, &compensation);
         let altitude_limit = self.watch.step(&state, demand, &mixed.saturation, belief);
         let authority = authority(&mixed.commands, state.thrust_n, belief);
         let healthy_positions = *self.applied.positions();
@@ -154,6 +156,7 @@ impl FlightControl {
             compensation,
             applied_compensation: mixed.applied,
             commands: mixed.commands,
+            limited: mixed.limited,
             modelled: healthy_positions,
             authority,
             altitude_limit,
@@ -169,7 +172,7 @@ impl FlightControl {
         self.applied.advance(&mixed.commands);
         match self.gains.selection.observer {
             ObserverMode::Literal => {
-                self.main_only.advance(&mixer::mix_main_only(main, self.model.belief()));
+                self.main_only.advance(&self.mixer.mix_main_only(main));
             }
             // Follows along, so that a switch to the literal observer in flight starts from the truth.
             ObserverMode::Informed => self.main_only.clone_from(&self.applied),

@@ -3,7 +3,7 @@
 //! With commands instead of modelled positions every manoeuvre would look like a fault, because the
 //! servos lag; with measured positions a fault would vanish from the estimate.
 
-use icd::{ControlPeriod, Effector, PerEffector};
+use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 
 use crate::belief::Belief;
 
@@ -14,15 +14,18 @@ struct Servo {
     fraction: f64,
     /// Largest way in one period, rad.
     way_max: f64,
+    /// Ends of the travel, rad.
+    ends: [f64; 2],
 }
 
-/// Model of the seven healthy servos; the engine is measured, not modelled.
+/// Model of the healthy servos; the engine is measured, not modelled.
 #[derive(Debug, Clone)]
 pub struct HealthyActuators {
+    /// Those that do not move, engine and empty places, have a fraction of zero.
     servos: PerEffector<Servo>,
+    engine: Option<Effector>,
     positions: PerEffector<f64>,
     start: PerEffector<f64>,
-    travel: PerEffector<f64>,
 }
 
 impl HealthyActuators {
@@ -30,27 +33,31 @@ impl HealthyActuators {
     #[must_use]
     pub fn new(belief: &Belief, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
+        let list = &belief.effectors.list;
         let servos = PerEffector::from_fn(|effector| {
-            belief.servo(effector).map_or_else(Servo::default, |servo| Servo {
+            if !list.kind(effector).is_some_and(EffectorKind::is_angle) {
+                return Servo::default();
+            }
+            let servo = &belief.effectors.servos[effector];
+            Servo {
                 fraction: 1.0 - libm::exp(-h / servo.lag_s),
-                way_max: servo.rate_limit_rad_s * h,
-            })
+                way_max: servo.rate_limit * h,
+                ends: [servo.min, servo.max],
+            }
         });
-        let travel = PerEffector::from_fn(|effector| {
-            belief.servo(effector).map_or(0.0, |servo| servo.travel_rad)
-        });
+        let engine = list.only(EffectorKind::Engine);
         let start = belief.trim_positions();
-        Self { servos, positions: start, start, travel }
+        Self { servos, engine, positions: start, start }
     }
 
     /// At the positions of the flight's start instead, rad: an aircraft that is trimmed for another flight
     /// condition than the design point would look faulty until the modelled servos have caught up. A position
     /// that is not finite is left as it is, one beyond the travel counts as the end of the travel.
     pub fn start_at(&mut self, positions: &PerEffector<f64>) {
-        for effector in Effector::ALL {
-            let (position, travel) = (positions[effector], self.travel[effector]);
-            if effector.is_angle() && position.is_finite() {
-                self.start[effector] = position.clamp(-travel, travel);
+        for (effector, servo) in self.servos.iter() {
+            let (position, [min, max]) = (positions[effector], servo.ends);
+            if servo.fraction > 0.0 && position.is_finite() {
+                self.start[effector] = position.max(min).min(max);
             }
         }
         self.positions = self.start;
@@ -69,16 +76,19 @@ impl HealthyActuators {
 
     /// Takes over the measured thrust, N.
     pub fn measure_thrust(&mut self, thrust_n: f64) {
-        self.positions[Effector::Engine] = thrust_n;
+        if let Some(engine) = self.engine {
+            self.positions[engine] = thrust_n;
+        }
     }
 
     /// Moves the servos for one period towards `commands`, which are inside the travel.
     pub fn advance(&mut self, commands: &PerEffector<f64>) {
-        for effector in Effector::ALL {
-            if effector.is_angle() {
-                let Servo { fraction, way_max } = self.servos[effector];
-                let way = (commands[effector] - self.positions[effector]) * fraction;
-                self.positions[effector] += way.clamp(-way_max, way_max);
+        for (effector, servo) in self.servos.iter() {
+            if servo.fraction > 0.0 {
+                let way = (commands[effector] - self.positions[effector]) * servo.fraction;
+                // Total, where clamp would want ends in order.
+                let way = way.max(-servo.way_max).min(servo.way_max);
+                self.positions[effector] += way;
             }
         }
     }
@@ -88,17 +98,18 @@ impl HealthyActuators {
 mod tests {
     use super::*;
     use crate::testing;
+    use icd::tvc_jet;
 
     #[test]
     fn a_small_step_is_63_percent_done_after_one_time_constant() {
         let mut model = HealthyActuators::new(&testing::belief(), ControlPeriod::DEFAULT);
-        let start = model.positions()[Effector::Rudder];
+        let start = model.positions()[tvc_jet::RUDDER];
         let mut commands = PerEffector::default();
-        commands[Effector::Rudder] = start + 0.01;
+        commands[tvc_jet::RUDDER] = start + 0.01;
         for _ in 0..25 {
             model.advance(&commands);
         }
-        let done = (model.positions()[Effector::Rudder] - start) / 0.01;
+        let done = (model.positions()[tvc_jet::RUDDER] - start) / 0.01;
         assert!((done - (1.0 - libm::exp(-1.0))).abs() < 1.0e-12, "{done}");
     }
 
@@ -107,10 +118,10 @@ mod tests {
         let belief = testing::belief();
         let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
         let mut commands = PerEffector::default();
-        commands[Effector::Rudder] = 0.5;
+        commands[tvc_jet::RUDDER] = 0.5;
         model.advance(&commands);
-        let expected = belief.effectors.rudder.rate_limit_rad_s * 0.002;
-        assert!((model.positions()[Effector::Rudder] - expected).abs() < 1.0e-15);
+        let expected = belief.effectors.servos[tvc_jet::RUDDER].rate_limit * 0.002;
+        assert!((model.positions()[tvc_jet::RUDDER] - expected).abs() < 1.0e-15);
     }
 
     #[test]
@@ -118,15 +129,18 @@ mod tests {
         let belief = testing::belief();
         let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
         let mut start = PerEffector::from_fn(|_| 0.02);
-        start[Effector::LeftElevator] = -9.0;
-        start[Effector::Rudder] = f64::NAN;
-        start[Effector::Engine] = 1.0;
+        start[tvc_jet::LEFT_ELEVATOR] = -9.0;
+        start[tvc_jet::RUDDER] = f64::NAN;
+        start[tvc_jet::ENGINE] = 1.0;
         model.start_at(&start);
         let expected = *model.positions();
-        assert_eq!(expected[Effector::RightElevator], 0.02);
-        assert_eq!(expected[Effector::LeftElevator], -belief.effectors.elevator.travel_rad);
-        assert_eq!(expected[Effector::Rudder], 0.0, "not a number: as before");
-        assert_eq!(expected[Effector::Engine], belief.trim.thrust_n, "the engine is measured");
+        assert_eq!(expected[tvc_jet::RIGHT_ELEVATOR], 0.02);
+        assert_eq!(
+            expected[tvc_jet::LEFT_ELEVATOR],
+            belief.effectors.servos[tvc_jet::LEFT_ELEVATOR].min
+        );
+        assert_eq!(expected[tvc_jet::RUDDER], 0.0, "not a number: as before");
+        assert_eq!(expected[tvc_jet::ENGINE], belief.trim.thrust_n, "the engine is measured");
         model.advance(&PerEffector::default());
         model.reset();
         assert_eq!(*model.positions(), expected);

@@ -37,15 +37,15 @@ fn load_factor(cos_phi: f64) -> f64 {
 ///
 /// With n = 1/cos φ, q = g (n - 1/n) / V, and τ = T/QS of the measured thrust T:
 ///
-/// * lift: C_L0 + C_Lα α + C_Lq q c/2V + 2 C_Lδ δe + τ α = n m g / QS
-/// * pitch: C_m0 + C_mα α + C_mq q c/2V + 2 C_mδ δe = 0
+/// * lift: C_L0 + C_Lα α + C_Lq q c/2V + C_Lδ δe + τ α = n m g / QS
+/// * pitch: C_m0 + C_mα α + C_mq q c/2V + C_mδ δe = 0
 /// * tan θ = tan α / n
 ///
-/// The jet's sin α is written as α. The angle of attack is cut at the stall onset of the model: beyond it more
+/// C_Lδ and C_mδ are those of all effectors that follow the elevator command δe. The jet's sin α is written as α. The angle of attack is cut at the stall onset of the model: beyond it more
 /// angle gives no more lift that could be relied on.
 #[must_use]
 pub fn level_turn(belief: &Belief, state: &State, at: &FlightCondition) -> LevelTurn {
-    let Belief { mass, geometry, airframe, lift, surfaces, .. } = belief;
+    let Belief { mass, geometry, airframe, lift, effectors, .. } = belief;
     let q_s = at.q_s_c / geometry.chord_m;
     let v = geometry.chord_m / (2.0 * at.chord_time);
     let n = load_factor(libm::cos(state.attitude.phi));
@@ -53,10 +53,10 @@ pub fn level_turn(belief: &Belief, state: &State, at: &FlightCondition) -> Level
     let rate = pitch_rate_rad_s * at.chord_time;
 
     // δe = at_zero + per_alpha α balances the pitching moment.
-    let c_pitch = surfaces.c_pitch[2] + surfaces.c_pitch[3];
+    let c_pitch = effectors.per_command(&effectors.c_pitch, |gains| gains.pitch);
     let at_zero = -(airframe.c_pitch_0 + airframe.c_pitch_q * rate) / c_pitch;
     let per_alpha = -airframe.c_pitch_alpha / c_pitch;
-    let c_lift = 2.0 * lift.c_lift_elevator;
+    let c_lift = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     let needed = n * mass.mass_kg * GRAVITY_M_S2 / q_s
         - (lift.c_lift_0 + lift.c_lift_q * rate + c_lift * at_zero);
     let slope = lift.c_lift_alpha + c_lift * per_alpha + state.thrust_n.max(0.0) / q_s;

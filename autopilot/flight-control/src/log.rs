@@ -10,6 +10,7 @@ use crate::compensator::Compensation;
 use crate::estimator::State;
 use crate::health::Health;
 use crate::main_controller::MainCommand;
+use crate::mixer::EffectorSet;
 
 /// The signals of one control step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,6 +43,8 @@ pub struct StepLog {
     pub applied_compensation: Compensation,
     /// What each effector is told, rad; engine N.
     pub commands: PerEffector<f64>,
+    /// Which effectors were asked for more than their travel.
+    pub limited: EffectorSet,
     /// Where the model of the healthy actuators has each effector at this tick, rad; engine N (measured).
     pub modelled: PerEffector<f64>,
     /// What the compensator has left on each axis.

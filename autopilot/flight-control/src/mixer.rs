@@ -1,8 +1,9 @@
 //! Commands of both steps to effectors, inside their travel, with a report of what could not be given.
 
-use icd::{Effector, PerEffector};
+use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
+use serde::{Deserialize, Serialize};
 
-use crate::belief::Belief;
+use crate::belief::EffectorBelief;
 use crate::compensator::Compensation;
 use crate::main_controller::MainCommand;
 
@@ -60,65 +61,137 @@ pub struct Mixed {
     pub commands: PerEffector<f64>,
     /// What of the compensation got through.
     pub applied: Compensation,
-    /// What did not.
+    /// What did not, by the parts of the main command.
     pub saturation: Saturation,
+    /// Which effectors were asked for more than their travel.
+    pub limited: EffectorSet,
 }
 
-/// Adds the compensation to the main command and cuts the sum at the travel of the effectors.
-///
-/// The ailerons are shared: the main command is served first, the compensation gets the rest.
-#[must_use]
-pub fn mix(main: &MainCommand, compensation: &Compensation, belief: &Belief) -> Mixed {
-    let effectors = &belief.effectors;
-    let travel = effectors.aileron.travel_rad;
-    let (aileron, aileron_side) =
-        clip(main.aileron_rad + compensation.aileron_rad, -travel, travel);
-    let travel = effectors.elevator.travel_rad;
-    let (elevator, elevator_side) = clip(main.elevator_rad, -travel, travel);
-    let travel = effectors.rudder.travel_rad;
-    let (rudder, rudder_side) = clip(main.rudder_rad, -travel, travel);
-    let travel = effectors.nozzle.travel_rad;
-    let (nozzle_pitch, nozzle_pitch_side) =
-        clip(main.nozzle_pitch_rad + compensation.nozzle_pitch_rad, -travel, travel);
-    let (nozzle_yaw, nozzle_yaw_side) =
-        clip(main.nozzle_yaw_rad + compensation.nozzle_yaw_rad, -travel, travel);
-    let (thrust, thrust_side) = clip(main.thrust_n, effectors.thrust_min_n, effectors.thrust_max_n);
+/// Effectors as bits, by their places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct EffectorSet(u16);
 
-    let mut commands = PerEffector::default();
-    commands[Effector::LeftAileron] = -aileron;
-    commands[Effector::RightAileron] = aileron;
-    commands[Effector::LeftElevator] = elevator;
-    commands[Effector::RightElevator] = elevator;
-    commands[Effector::Rudder] = rudder;
-    commands[Effector::NozzlePitch] = nozzle_pitch;
-    commands[Effector::NozzleYaw] = nozzle_yaw;
-    commands[Effector::Engine] = thrust;
-    Mixed {
-        commands,
-        applied: Compensation {
-            aileron_rad: aileron - main_share(main.aileron_rad, effectors.aileron.travel_rad),
-            nozzle_pitch_rad: nozzle_pitch - main_share(main.nozzle_pitch_rad, travel),
-            nozzle_yaw_rad: nozzle_yaw - main_share(main.nozzle_yaw_rad, travel),
-        },
-        saturation: Saturation {
-            aileron: aileron_side,
-            elevator: elevator_side,
-            rudder: rudder_side,
-            nozzle_pitch: nozzle_pitch_side,
-            nozzle_yaw: nozzle_yaw_side,
-            thrust: thrust_side,
-        },
+impl EffectorSet {
+    /// Whether an effector is one of them.
+    #[must_use]
+    pub const fn contains(self, effector: Effector) -> bool {
+        self.0 & (1 << effector.index()) != 0
+    }
+
+    /// With an effector, or without it.
+    #[must_use]
+    pub const fn with(self, effector: Effector, is_in: bool) -> Self {
+        let bit = 1 << effector.index();
+        Self(if is_in { self.0 | bit } else { self.0 & !bit })
     }
 }
 
-/// The effectors as the main controller alone would have them.
-#[must_use]
-pub fn mix_main_only(main: &MainCommand, belief: &Belief) -> PerEffector<f64> {
-    mix(main, &Compensation::NONE, belief).commands
+/// Parts of a command: aileron, elevator, rudder, thrust, nozzle pitch, nozzle yaw.
+const PARTS: usize = 6;
+
+/// Commands of both steps to effectors: from the gains and the travel that the model file has.
+#[derive(Debug, Clone)]
+pub struct Mixer {
+    list: EffectorList,
+    /// What each effector gets of each part.
+    gains: PerEffector<[f64; PARTS]>,
+    /// Ends of the travel, rad; engine N.
+    ends: PerEffector<[f64; 2]>,
+    /// How far each part can go before every effector that follows it is at its end.
+    ranges: [[f64; 2]; PARTS],
 }
 
-fn main_share(main: f64, travel: f64) -> f64 {
-    main.clamp(-travel, travel)
+impl Mixer {
+    /// For the effectors of a validated belief.
+    #[must_use]
+    pub fn new(effectors: &EffectorBelief) -> Self {
+        let list = effectors.list;
+        let unit = |is_so| f64::from(u8::from(is_so));
+        let gains = PerEffector::from_fn(|effector| {
+            let AxisGains { roll, pitch, yaw, thrust } = effectors.gains[effector];
+            let is_kind = |kind| unit(list.kind(effector) == Some(kind));
+            let nozzle = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw].map(is_kind);
+            [roll, pitch, yaw, thrust, nozzle[0], nozzle[1]]
+        });
+        let ends = PerEffector::from_fn(|effector| {
+            let servo = &effectors.servos[effector];
+            [servo.min, servo.max]
+        });
+        let of_nozzle = |kind| list.only(kind).map_or([0.0; 2], |nozzle| ends[nozzle]);
+        let ranges = [
+            effectors.command_range(|gains| gains.roll),
+            effectors.command_range(|gains| gains.pitch),
+            effectors.command_range(|gains| gains.yaw),
+            effectors.command_range(|gains| gains.thrust),
+            of_nozzle(EffectorKind::NozzlePitch),
+            of_nozzle(EffectorKind::NozzleYaw),
+        ];
+        Self { list, gains, ends, ranges }
+    }
+
+    /// Adds the compensation to the main command and cuts the sum at the travel of the effectors.
+    ///
+    /// The ailerons are shared: the main command is served first, the compensation gets the rest.
+    #[must_use]
+    pub fn mix(&self, main: &MainCommand, compensation: &Compensation) -> Mixed {
+        let asked = [
+            main.aileron_rad + compensation.aileron_rad,
+            main.elevator_rad,
+            main.rudder_rad,
+            main.thrust_n,
+            main.nozzle_pitch_rad + compensation.nozzle_pitch_rad,
+            main.nozzle_yaw_rad + compensation.nozzle_yaw_rad,
+        ];
+        let mut given = asked;
+        let mut sides = [Side::Inside; PARTS];
+        for ((given, side), [min, max]) in given.iter_mut().zip(&mut sides).zip(self.ranges) {
+            (*given, *side) = clip(*given, min, max);
+        }
+        let mut commands = PerEffector::default();
+        let mut limited = EffectorSet::default();
+        for effector in self.list.all() {
+            let gains = &self.gains[effector];
+            let [min, max] = self.ends[effector];
+            (commands[effector], _) = clip(weighted(gains, &given), min, max);
+            let (_, side) = clip(weighted(gains, &asked), min, max);
+            limited = limited.with(effector, side.is_saturated());
+        }
+        let [aileron, .., nozzle_pitch, nozzle_yaw] = given;
+        let share = |main: f64, part: usize| main.clamp(self.ranges[part][0], self.ranges[part][1]);
+        let [aileron_side, elevator_side, rudder_side, thrust_side, pitch_side, yaw_side] = sides;
+        Mixed {
+            commands,
+            applied: Compensation {
+                aileron_rad: aileron - share(main.aileron_rad, 0),
+                nozzle_pitch_rad: nozzle_pitch - share(main.nozzle_pitch_rad, 4),
+                nozzle_yaw_rad: nozzle_yaw - share(main.nozzle_yaw_rad, 5),
+            },
+            saturation: Saturation {
+                aileron: aileron_side,
+                elevator: elevator_side,
+                rudder: rudder_side,
+                nozzle_pitch: pitch_side,
+                nozzle_yaw: yaw_side,
+                thrust: thrust_side,
+            },
+            limited,
+        }
+    }
+
+    /// The effectors as the main controller alone would have them.
+    #[must_use]
+    pub fn mix_main_only(&self, main: &MainCommand) -> PerEffector<f64> {
+        self.mix(main, &Compensation::NONE).commands
+    }
+}
+
+/// The sum of the parts that an effector follows.
+fn weighted(gains: &[f64; PARTS], parts: &[f64; PARTS]) -> f64 {
+    let followed = gains.iter().zip(parts).filter(|(gain, _)| **gain != 0.0);
+    // From minus zero the first part keeps its bits, the sign of a zero included.
+    let sum = followed.map(|(gain, part)| gain * part).fold(-0.0, |sum, part| sum + part);
+    // An effector that follows nothing stands at plus zero.
+    if sum == 0.0 && gains.iter().all(|gain| *gain == 0.0) { 0.0 } else { sum }
 }
 
 fn clip(value: f64, min: f64, max: f64) -> (f64, Side) {
@@ -135,6 +208,7 @@ fn clip(value: f64, min: f64, max: f64) -> (f64, Side) {
 mod tests {
     use super::*;
     use crate::testing;
+    use icd::tvc_jet;
     use proptest::prelude::*;
 
     proptest! {
@@ -146,13 +220,13 @@ mod tests {
             let [aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n] = asked;
             let main = MainCommand { aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n };
             let [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad] = extra;
-            let mixed = mix(&main, &Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad }, &belief);
-            for (effector, command) in mixed.commands.iter() {
-                match belief.servo(effector) {
-                    Some(servo) => prop_assert!(command.abs() <= servo.travel_rad),
-                    None => prop_assert!((belief.effectors.thrust_min_n..=belief.effectors.thrust_max_n).contains(command)),
-                }
+            let mixer = Mixer::new(&belief.effectors);
+            let mixed = mixer.mix(&main, &Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad });
+            for effector in tvc_jet::ALL {
+                let servo = &belief.effectors.servos[effector];
+                prop_assert!((servo.min..=servo.max).contains(&mixed.commands[effector]));
             }
+            prop_assert_eq!(mixed.commands.as_array()[8..].iter().copied().sum::<f64>(), 0.0);
         }
     }
 
@@ -164,9 +238,10 @@ mod tests {
             thrust_n: 2.0e4,
             ..MainCommand::default()
         };
-        let c = mix(&main, &Compensation::NONE, &testing::belief()).commands;
-        assert_eq!((c[Effector::LeftAileron], c[Effector::RightAileron]), (-0.1, 0.1));
-        assert_eq!((c[Effector::LeftElevator], c[Effector::RightElevator]), (0.2, 0.2));
+        let mixer = Mixer::new(&testing::belief().effectors);
+        let c = mixer.mix(&main, &Compensation::NONE).commands;
+        assert_eq!((c[tvc_jet::LEFT_AILERON], c[tvc_jet::RIGHT_AILERON]), (-0.1, 0.1));
+        assert_eq!((c[tvc_jet::LEFT_ELEVATOR], c[tvc_jet::RIGHT_ELEVATOR]), (0.2, 0.2));
     }
 
     #[test]
@@ -174,5 +249,35 @@ mod tests {
         assert!(Side::Above.blocks(1.0) && !Side::Above.blocks(-1.0));
         assert!(Side::Below.blocks(-1.0) && !Side::Below.blocks(1.0));
         assert!(!Side::Inside.blocks(1.0));
+    }
+
+    #[test]
+    fn what_is_asked_beyond_the_travel_is_told_by_axis_and_by_effector() {
+        let mixer = Mixer::new(&testing::belief().effectors);
+        let main = MainCommand { aileron_rad: 9.0, rudder_rad: -9.0, ..MainCommand::default() };
+        let mixed = mixer.mix(&main, &Compensation::NONE);
+        let Saturation { aileron, elevator, rudder, .. } = mixed.saturation;
+        assert_eq!((aileron, elevator, rudder), (Side::Above, Side::Inside, Side::Below));
+        let limited = tvc_jet::ALL.map(|effector| mixed.limited.contains(effector));
+        // No thrust is below the engine's range.
+        assert_eq!(limited, [true, true, false, false, true, false, false, true]);
+    }
+
+    #[test]
+    fn an_effector_that_follows_two_parts_gets_their_sum_inside_its_travel() {
+        let mut belief = testing::belief();
+        // Elevators that roll too, at half the angle of the ailerons.
+        belief.effectors.gains[tvc_jet::LEFT_ELEVATOR].roll = -0.5;
+        belief.effectors.gains[tvc_jet::RIGHT_ELEVATOR].roll = 0.5;
+        let mixer = Mixer::new(&belief.effectors);
+        let main = MainCommand { aileron_rad: 0.2, elevator_rad: 0.1, ..MainCommand::default() };
+        let c = mixer.mix(&main, &Compensation::NONE).commands;
+        assert_eq!((c[tvc_jet::LEFT_ELEVATOR], c[tvc_jet::RIGHT_ELEVATOR]), (0.0, 0.2));
+        let main = MainCommand { aileron_rad: 0.4, elevator_rad: 0.5, ..MainCommand::default() };
+        let mixed = mixer.mix(&main, &Compensation::NONE);
+        let travel = belief.effectors.servos[tvc_jet::RIGHT_ELEVATOR].max;
+        assert_eq!(mixed.commands[tvc_jet::RIGHT_ELEVATOR], travel);
+        assert!(mixed.limited.contains(tvc_jet::RIGHT_ELEVATOR));
+        assert!(!mixed.limited.contains(tvc_jet::LEFT_ELEVATOR));
     }
 }

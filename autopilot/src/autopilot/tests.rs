@@ -5,7 +5,8 @@ use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{FaultReply, FaultRequest, Refusal};
-use icd::{Effector, FaultKind, PerEffector};
+use icd::tvc_jet;
+use icd::{FaultKind, PerEffector};
 
 mod scripts;
 
@@ -45,7 +46,7 @@ fn break_rudder(number: u32) -> Intent {
     let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        wish: Wish::Fault(FaultRequest::Inject { effector: Effector::Rudder, kind, timing }),
+        wish: Wish::Fault(FaultRequest::Inject { effector: tvc_jet::RUDDER, kind, timing }),
     }
 }
 
@@ -374,6 +375,6 @@ fn the_positions_of_the_start_count_before_the_first_control_step_and_never_afte
         }
         [first, second]
     };
-    assert_eq!(modelled(true, false)[0][Effector::LeftElevator], -0.1);
+    assert_eq!(modelled(true, false)[0][tvc_jet::LEFT_ELEVATOR], -0.1);
     assert_eq!(modelled(false, true), modelled(false, false));
 }

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use icd::lockstep::Refused;
-use icd::wire::{RefusalPacket, RefusalReason, VERSION, WireError};
+use icd::wire::{Aircraft, RefusalPacket, RefusalReason, VERSION, WireError};
 use tracing::{error, warn};
 
 use crate::clock::WallTime;
@@ -12,7 +12,7 @@ use crate::clock::WallTime;
 /// Time between two complaints of the same kind.
 const INTERVAL: Duration = Duration::from_secs(5);
 /// Kinds of complaints.
-const KINDS: usize = 4;
+const KINDS: usize = 5;
 
 /// When each kind was told last.
 #[derive(Debug, Clone, Copy, Default)]
@@ -21,8 +21,8 @@ pub struct Complaints {
 }
 
 impl Complaints {
-    /// A packet was refused.
-    pub fn refused(&mut self, why: Refused, from: SocketAddr, now: WallTime) {
+    /// A packet was refused; `ours` is the aircraft of the model file.
+    pub fn refused(&mut self, why: Refused, ours: Aircraft, from: SocketAddr, now: WallTime) {
         match why {
             Refused::Busy if self.is_due(0, now) => {
                 warn!(%from, "refused a packet from another address than the plant's, which was heard less than a second ago");
@@ -33,7 +33,10 @@ impl Complaints {
             Refused::Packet(WireError::Value { field, value, .. }) if self.is_due(2, now) => {
                 error!(%from, field, value, "refused a packet with a value that cannot be");
             }
-            Refused::Busy | Refused::Packet(_) => {}
+            Refused::Aircraft(theirs) if self.is_due(4, now) => {
+                error!(%from, %theirs, %ours, "refused a plant that flies another aircraft than the model file is of");
+            }
+            Refused::Busy | Refused::Packet(_) | Refused::Aircraft(_) => {}
         }
     }
 
@@ -48,6 +51,9 @@ impl Complaints {
             }
             RefusalReason::Value => {
                 error!(%from, "the plant refuses a value of this autopilot's packet");
+            }
+            RefusalReason::Aircraft => {
+                error!(%from, "the plant flies another aircraft than the model file is of");
             }
             RefusalReason::Busy => error!(%from, "the plant flies with another autopilot"),
         }

@@ -62,6 +62,7 @@ impl PlantLink {
         step_log: Option<TickLogWriter>,
         stop: Stop,
     ) -> Self {
+        let side = FlightSide::new(autopilot.belief().aircraft());
         Self {
             socket,
             autopilot,
@@ -70,7 +71,7 @@ impl PlantLink {
             faults: FaultList::default(),
             step_log,
             stop,
-            side: FlightSide::new(),
+            side,
             presence: Presence::default(),
             complaints: Complaints::default(),
             health: None,
@@ -142,7 +143,7 @@ impl PlantLink {
             FlightEvent::Refuse(refusal, why) => {
                 // Told once for each packet; if it gets lost, the next packet is refused as well.
                 let _ = self.socket.send_to(refusal, from);
-                self.complaints.refused(why, from, clock::now());
+                self.complaints.refused(why, self.side.aircraft(), from, clock::now());
                 self.look_after_the_rest();
             }
             FlightEvent::Refused(refusal) => {
@@ -244,7 +245,8 @@ impl PlantLink {
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
             let plant = if self.presence.is_lost() { PlantState::Lost } else { PlantState::Flying };
-            status.show(plant, self.autopilot.snapshot(), &self.faults);
+            let effectors = &self.autopilot.belief().effectors.list;
+            status.show(plant, self.autopilot.snapshot(), &self.faults, effectors);
         }
     }
 

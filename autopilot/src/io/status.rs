@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use host_io::Stop;
+use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use serde::{Deserialize, Serialize};
 
@@ -125,24 +126,25 @@ pub enum FaultPhase {
 
 impl FaultStatus {
     /// `None` for one that is over.
-    fn new(entry: &FaultEntry) -> Option<Self> {
+    fn new(entry: &FaultEntry, effectors: &EffectorList) -> Option<Self> {
         let (phase, at) = match entry.state {
             FaultState::Acting { since } => (FaultPhase::Acting, since),
             FaultState::Resting { next, .. } => (FaultPhase::Resting, next),
             FaultState::Scheduled { at } => (FaultPhase::Scheduled, at),
             FaultState::Ended { .. } | FaultState::Cancelled { .. } => return None,
         };
-        let kind = entry.kind.described(entry.effector.is_angle());
-        let what = format!("{} {kind}", entry.effector.name());
+        let kind = entry.kind.described(effectors.is_angle(entry.effector));
+        let what = format!("{} {kind}", effectors.name(entry.effector));
         Some(Self { what, phase, at_s: at.as_seconds() })
     }
 }
 
 impl FlightStatus {
-    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList) -> Self {
+    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList, effectors: &EffectorList) -> Self {
         let (log, demand) = (&s.log, &s.demand);
         let over = s.on_ground && plant == PlantState::Flying;
-        let mut listed = faults.entries().iter().filter_map(FaultStatus::new);
+        let mut listed =
+            faults.entries().iter().filter_map(|entry| FaultStatus::new(entry, effectors));
         Self {
             plant: if over { PlantState::OnGround } else { plant },
             t_s: s.time.as_seconds(),
@@ -200,10 +202,16 @@ impl StatusSource {
     }
 
     /// Reports the flight with the faults on the plant's list. Never waits.
-    pub fn show(&self, plant: PlantState, snapshot: Option<&Snapshot>, faults: &FaultList) {
+    pub fn show(
+        &self,
+        plant: PlantState,
+        snapshot: Option<&Snapshot>,
+        faults: &FaultList,
+        effectors: &EffectorList,
+    ) {
         self.wanted.store(false, Ordering::Relaxed);
         let line = snapshot.map_or(StatusLine::NoPlant, |snapshot| {
-            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults)))
+            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults, effectors)))
         });
         // Full means that the last lines are not printed yet: this one would be no news.
         let _ = self.lines.try_send(line);
@@ -269,8 +277,9 @@ fn print(line: &StatusLine) -> std::io::Result<()> {
 mod tests {
     use super::*;
     use crate::event::EventKind;
+    use icd::SimTime;
     use icd::fault::{FaultKind, Timing, Travel};
-    use icd::{Effector, SimTime};
+    use icd::tvc_jet;
 
     #[test]
     fn faults_are_named_by_effector_and_kind_and_those_beyond_the_limit_are_counted() {
@@ -282,10 +291,13 @@ mod tests {
                 1 => FaultState::Acting { since: at(3) },
                 _ => FaultState::Scheduled { at: at(u64::from(id)) },
             };
-            let (effector, timing) = (Effector::LeftElevator, Timing::at(at(3)));
+            let (effector, timing) = (tvc_jet::LEFT_ELEVATOR, Timing::at(at(3)));
             list.handle_event(&EventKind::Fault(FaultEntry { id, effector, kind, timing, state }));
         }
-        let mut listed = list.entries().iter().filter_map(FaultStatus::new);
+        let mut listed = list
+            .entries()
+            .iter()
+            .filter_map(|entry| FaultStatus::new(entry, &tvc_jet::effectors()));
         let first = listed.next().unwrap();
         let expected = ("left elevator stuck at 28.6 deg", FaultPhase::Acting, 3.0);
         assert_eq!((first.what.as_str(), first.phase, first.at_s), expected);

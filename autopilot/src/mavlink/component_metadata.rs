@@ -4,9 +4,10 @@
 //! Formats: mavlink/component_metadata/*.schema.json and libevents. One departure: the version in
 //! `parameter.json` is 1, since QGroundControl takes no other, although the latest schema counts from 3.
 
-use std::sync::LazyLock;
+use std::sync::Arc;
 
 use ::mavlink::dialects::common::{COMPONENT_METADATA_DATA, CompMetadataType};
+use icd::EffectorList;
 use serde_json::{Value, json};
 
 use super::codec::Encoded;
@@ -24,20 +25,44 @@ const DESCRIPTIONS: [(CompMetadataType, &str); 3] = [
     (CompMetadataType::COMP_METADATA_TYPE_ACTUATORS, "actuators.json"),
 ];
 
-/// Names and contents of the files. They are the same for the life of the process.
-pub fn files() -> &'static [(&'static str, String)] {
-    static FILES: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
-        let contents = [parameters::description(), events(), actuators::description()];
-        let texts = contents.map(|content| content.to_string());
-        let names = DESCRIPTIONS.map(|(_, name)| name);
-        let descriptions: Vec<_> = names.into_iter().zip(texts).collect();
-        let general = general(&descriptions).to_string();
-        core::iter::once((GENERAL, general)).chain(descriptions).collect()
-    });
-    &FILES
+/// The files for one aircraft; they are the same for the life of the process.
+#[derive(Debug)]
+pub struct Metadata {
+    files: Vec<(&'static str, Arc<str>)>,
+    /// CRC-32 of the file with which a ground station begins.
+    general_crc: u32,
 }
 
-fn general(descriptions: &[(&'static str, String)]) -> Value {
+impl Metadata {
+    /// For an aircraft with these effectors.
+    #[must_use]
+    pub fn new(effectors: &EffectorList) -> Self {
+        let contents =
+            [parameters::description(effectors), events(), actuators::description(effectors)];
+        let texts = contents.map(|content| Arc::from(content.to_string()));
+        let names = DESCRIPTIONS.map(|(_, name)| name);
+        let descriptions: Vec<_> = names.into_iter().zip(texts).collect();
+        let general: Arc<str> = general(&descriptions).to_string().into();
+        let general_crc = crc32(general.as_bytes());
+        let files = core::iter::once((GENERAL, general)).chain(descriptions).collect();
+        Self { files, general_crc }
+    }
+
+    /// Names and contents.
+    #[must_use]
+    pub fn files(&self) -> &[(&'static str, Arc<str>)] {
+        &self.files
+    }
+
+    /// COMPONENT_METADATA at this time since the start, ms.
+    #[must_use]
+    pub fn message(&self, time_boot_ms: u32) -> Encoded {
+        let uri = uri(GENERAL).as_str().into();
+        Encoded::new(&COMPONENT_METADATA_DATA { time_boot_ms, file_crc: self.general_crc, uri })
+    }
+}
+
+fn general(descriptions: &[(&'static str, Arc<str>)]) -> Value {
     let types: Vec<Value> = DESCRIPTIONS
         .iter()
         .zip(descriptions)
@@ -65,15 +90,6 @@ fn events() -> Value {
 
 fn uri(name: &str) -> String {
     format!("mftp:///{name}")
-}
-
-/// COMPONENT_METADATA at this time since the start, ms.
-#[must_use]
-pub fn message(time_boot_ms: u32) -> Encoded {
-    let general = files().iter().find(|(name, _)| *name == GENERAL);
-    let file_crc = general.map_or(0, |(_, text)| crc32(text.as_bytes()));
-    let uri = uri(GENERAL).as_str().into();
-    Encoded::new(&COMPONENT_METADATA_DATA { time_boot_ms, file_crc, uri })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What every service may read and write beside its own state.
 
 use flight_control::Belief;
+use icd::EffectorList;
 
 use super::aircraft::Aircraft;
 use super::codec::Identity;
@@ -49,7 +50,13 @@ pub struct Context<'a> {
     pub plan_items: u16,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// The effectors of the aircraft, as its model file has them.
+    #[must_use]
+    pub fn effectors(&self) -> &'a EffectorList {
+        &self.belief.effectors.list
+    }
+
     /// What streams of the sender are heard just now.
     #[must_use]
     pub fn streams(&self) -> Streams {

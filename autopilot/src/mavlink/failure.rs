@@ -30,15 +30,16 @@
 //! | 9 | wrong | largest deflection, deg |
 //! | 10 | wrong | end of the travel, 1 or -1 |
 //!
-//! Of the engine, deg means percent of the largest thrust. Servo instances are 1 left aileron, 2 right
-//! aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch, 7 nozzle yaw; motor 1 is the engine.
+//! Of the engine, deg means percent of the largest thrust. Instances are those of the model file; of `tvc_jet` servos
+//! are 1 left aileron, 2 right aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch, 7 nozzle yaw, and
+//! motor 1 is the engine.
 //! What 420 has no room for comes from the parameters FLT_*, read when the command arrives. An order that
 //! one of its effectors cannot take is refused as a whole; else the requests go to the plant, one for each
 //! effector, which has the last word.
 
 use flight_control::Belief;
-use icd::Effector;
 use icd::fault::Refusal;
+use icd::{Effector, EffectorList};
 
 use super::codec::Command;
 use super::refused::Refused;
@@ -58,26 +59,26 @@ pub const USER_1: u16 = 31_010;
 
 /// Unit and instance of an effector, in PX4's words.
 #[must_use]
-pub fn unit_and_instance(effector: Effector) -> (&'static str, usize) {
-    let unit = order::Unit::of(effector);
-    let place = unit.effectors().iter().position(|other| *other == effector);
-    (unit.name().unwrap_or("effector"), place.map_or(1, |place| place + 1))
+pub fn unit_and_instance(effector: Effector, effectors: &EffectorList) -> (&'static str, u8) {
+    let unit = order::Unit::of(effectors.is_angle(effector));
+    (unit.name().unwrap_or("effector"), effectors.instance(effector))
 }
 
 /// A refusal of the plant in the units of the effector that it is about.
 #[must_use]
-pub fn refused(refusal: &Refusal, effector: Option<Effector>) -> String {
-    refusal.described(effector.is_none_or(Effector::is_angle)).to_string()
+pub fn refused(refusal: &Refusal, effector: Option<Effector>, effectors: &EffectorList) -> String {
+    let is_angle = effector.is_none_or(|effector| effectors.is_angle(effector));
+    refusal.described(is_angle).to_string()
 }
 
 /// Effectors by name, all servos together by that.
 #[must_use]
-pub fn names(effectors: &[Effector]) -> String {
-    let servos = order::Unit::SERVO.effectors();
-    if effectors.len() == servos.len() && effectors.iter().all(|one| servos.contains(one)) {
+pub fn names(some: &[Effector], effectors: &EffectorList) -> String {
+    let servos = effectors.by_unit(true);
+    if some.len() == servos.len() && some.iter().all(|one| servos.contains(one)) {
         return "all servos".to_owned();
     }
-    effectors.iter().map(|effector| effector.name()).collect::<Vec<_>>().join(", ")
+    some.iter().map(|effector| effectors.name(*effector)).collect::<Vec<_>>().join(", ")
 }
 
 /// The requests in a fault command; `belief` says how far the effectors travel.
@@ -89,5 +90,6 @@ pub fn requests(
     parameters: &Parameters,
     belief: &Belief,
 ) -> Result<Requests, Refused> {
-    order::requests(&command::order(command)?, parameters, belief)
+    let order = command::order(command, &belief.effectors.list)?;
+    order::requests(&order, parameters, belief)
 }

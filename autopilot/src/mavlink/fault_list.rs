@@ -4,15 +4,15 @@
 //! Where reports can have been missed (the autopilot joins a flight, the plant comes back after a silence, or
 //! events were lost) the plant is asked for all of it.
 
-use icd::Effector;
 use icd::fault::{FaultEntry, FaultState};
+use icd::{Effector, EffectorList};
 
 use super::failure;
 use super::intents::Intents;
 use crate::event::{EventKind, Outcome, Wish};
 
 /// Faults that the list can hold: all that the plant schedules, and one that acts on each effector.
-const FAULTS_MAX: usize = 64 + Effector::COUNT;
+const FAULTS_MAX: usize = 64 + Effector::MAX;
 
 /// The list, by the number of the fault.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -90,12 +90,12 @@ impl FaultList {
     }
 
     /// In words, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
-    pub fn lines(&self) -> impl Iterator<Item = String> {
+    pub fn lines(&self, effectors: &EffectorList) -> impl Iterator<Item = String> {
         self.entries.iter().map(|entry| {
             let FaultEntry { id, effector, kind, timing, state } = entry;
-            let (unit, instance) = failure::unit_and_instance(*effector);
-            let kind = kind.described(effector.is_angle());
-            let name = effector.name();
+            let (unit, instance) = failure::unit_and_instance(*effector, effectors);
+            let kind = kind.described(effectors.is_angle(*effector));
+            let name = effectors.name(*effector);
             format!("Fault {id}: {unit} {instance} ({name}) {kind}{timing}, {state}")
         })
     }
@@ -138,11 +138,12 @@ mod tests {
     use super::*;
     use icd::SimTime;
     use icd::fault::{FaultKind, Timing};
+    use icd::tvc_jet;
 
     fn entry(id: u32, state: FaultState) -> EventKind {
         EventKind::Fault(FaultEntry {
             id,
-            effector: Effector::Rudder,
+            effector: tvc_jet::RUDDER,
             kind: FaultKind::StuckHere,
             timing: Timing::at(SimTime::from_micros(1_000_000)),
             state,
@@ -158,7 +159,7 @@ mod tests {
         let mut list = FaultList::default();
         assert!(list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) })));
         assert!(list.handle_event(&entry(1, FaultState::Acting { since: at(1) })));
-        let lines: Vec<_> = list.lines().collect();
+        let lines: Vec<_> = list.lines(&tvc_jet::effectors()).collect();
         assert_eq!(
             lines,
             [
@@ -166,14 +167,14 @@ mod tests {
                 "Fault 2: servo 5 (rudder) stuck, from 5.000000 s on"
             ]
         );
-        assert_eq!(list.acting(Effector::Rudder).map(|entry| entry.id), Some(1));
+        assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(1));
         list.handle_event(&entry(1, FaultState::Ended { at: at(5) }));
-        assert_eq!(list.acting(Effector::Rudder), None);
+        assert_eq!(list.acting(tvc_jet::RUDDER), None);
         list.handle_event(&entry(2, FaultState::Acting { since: at(5) }));
-        assert_eq!(list.acting(Effector::Rudder).map(|entry| entry.id), Some(2));
+        assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(2));
         let resting = FaultState::Resting { since: at(6), next: at(9) };
         list.handle_event(&entry(2, resting));
-        assert_eq!((list.acting(Effector::Rudder), list.entries().len()), (None, 1));
+        assert_eq!((list.acting(tvc_jet::RUDDER), list.entries().len()), (None, 1));
         list.handle_event(&EventKind::FlightBegan { joined_in_flight: false });
         assert!(list.entries().is_empty());
     }

@@ -339,15 +339,14 @@ impl Session {
 }
 
 fn find(request: &Request<'_>, ctx: &Context) -> Result<Content, Problem> {
-    let found = request.path().and_then(|path| files::find(path, ctx.scripts));
+    let found = request.path().and_then(|path| files::find(path, ctx));
     found.ok_or(Problem::FileNotFound)
 }
 
 /// Entries from number `offset` on.
 fn list(request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
     let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
-    let entries =
-        request.path().and_then(|path| files::entries(path, first, DATA_MAX, ctx.scripts));
+    let entries = request.path().and_then(|path| files::entries(path, first, DATA_MAX, ctx));
     let entries = entries.ok_or(Problem::FileNotFound)?;
     if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
 }

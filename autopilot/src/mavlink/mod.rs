@@ -132,7 +132,7 @@ impl Ground {
             mission: MissionService::default(),
             fault_list: ListRequest::default(),
             ftp: FtpService::default(),
-            scripts: Scripts::default(),
+            scripts: Scripts::new(&belief.effectors.list),
             shell: ShellService::default(),
             logs: LogService::default(),
             traffic: Traffic::default(),
@@ -352,7 +352,7 @@ impl Ground {
     pub fn handle_event(&mut self, event: &Event, now: WallTime) {
         self.fault_list.handle_event(&event.kind);
         if self.aircraft.handle_event(&event.kind) {
-            self.texts.handle_event(&event.kind, &self.parameters);
+            self.texts.handle_event(&event.kind, &self.parameters, &self.belief.effectors.list);
             if let EventKind::Fault(_) = event.kind {
                 self.telemetry.faults_changed(now);
             }

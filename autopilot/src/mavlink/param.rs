@@ -94,11 +94,11 @@ impl ParamService {
         out: &mut Peers,
     ) {
         let found = match usize::try_from(data.param_index) {
-            Ok(index) => row(index, ctx.parameters, ctx.aircraft.faults()),
-            Err(_) => find(&data.param_id, ctx.parameters, ctx.aircraft.faults()),
+            Ok(index) => row(index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()),
+            Err(_) => find(&data.param_id, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()),
         };
         let message = match found {
-            Some(row) => value_message(&row),
+            Some(row) => value_message(&row, ctx.effectors()),
             None => {
                 let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
                 error_message(from, *data.param_id, data.param_index, error)
@@ -116,7 +116,8 @@ impl ParamService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        let Some(old) = find(&set.id, ctx.parameters, ctx.aircraft.faults()) else {
+        let Some(old) = find(&set.id, ctx.parameters, ctx.aircraft.faults(), ctx.effectors())
+        else {
             let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
             out.answer(from.peer, error_message(from, set.id, -1, error));
             return;
@@ -124,8 +125,10 @@ impl ParamService {
         let done = match old.source {
             Source::Fault(effector) => self.order_fault(from, effector, set, now, ctx, out),
             _ => self.set(&old, set, now, ctx).map(|()| {
-                if let Some(row) = row(old.index, ctx.parameters, ctx.aircraft.faults()) {
-                    out.announce(&value_message(&row));
+                if let Some(row) =
+                    row(old.index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors())
+                {
+                    out.announce(&value_message(&row, ctx.effectors()));
                 }
             }),
         };
@@ -133,7 +136,7 @@ impl ParamService {
             Ok(()) => {}
             Err((error, reason)) => {
                 ctx.texts.refuse(now, reason);
-                out.answer(from.peer, value_message(&old));
+                out.answer(from.peer, value_message(&old, ctx.effectors()));
                 let index = i16::try_from(old.index).unwrap_or(-1);
                 out.answer(from.peer, error_message(from, set.id, index, error));
             }
@@ -174,17 +177,17 @@ impl ParamService {
         ctx: &mut Context,
         out: &mut Peers,
     ) {
-        if let Some(answer) = self.faults.handle_outcome(number, outcome) {
+        if let Some(answer) = self.faults.handle_outcome(number, outcome, ctx.effectors()) {
             tell_fault(answer, now, ctx, out);
         }
     }
 
     /// Tells the fault parameters that have changed, and answers who waits for one.
     pub fn follow_faults(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
-        let answers = self.faults.answers(now, ctx.aircraft.faults());
-        let changed = self.faults.changed(ctx.aircraft.faults());
+        let answers = self.faults.answers(now, ctx.aircraft.faults(), ctx.effectors());
+        let changed = self.faults.changed(ctx.aircraft.faults(), ctx.effectors());
         for row in changed.iter().filter_map(|effector| row_of(*effector, ctx)) {
-            out.announce(&value_message(&row));
+            out.announce(&value_message(&row, ctx.effectors()));
         }
         for answer in answers {
             // A change has been told to everybody.
@@ -222,8 +225,8 @@ impl ParamService {
         out: &mut Peers,
     ) -> Result<(), String> {
         self.change(old, value, now, ctx).map_err(|(_, reason)| reason)?;
-        if let Some(row) = row(old.index, ctx.parameters, ctx.aircraft.faults()) {
-            out.announce(&value_message(&row));
+        if let Some(row) = row(old.index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()) {
+            out.announce(&value_message(&row, ctx.effectors()));
         }
         self.pass_on(ctx);
         Ok(())
@@ -244,7 +247,7 @@ impl ParamService {
         }
         if !same {
             let before = *ctx.parameters;
-            let warning = ctx.parameters.set(name, value).map_err(refusal)?;
+            let warning = ctx.parameters.set(&name, value).map_err(refusal)?;
             if let Some(warning) = warning {
                 let text = format!("{name} set {warning}");
                 ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
@@ -252,7 +255,7 @@ impl ParamService {
             self.changed.note(&before, ctx.parameters);
         }
         let value = if same { old.value } else { value };
-        if let Err(error) = self.keeper.keep(name, value) {
+        if let Err(error) = self.keeper.keep(&name, value) {
             let text = format!("{name} set, but not saved: {error}");
             ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
         }
@@ -305,12 +308,16 @@ impl ParamService {
         *ctx.parameters = Parameters::default();
         self.changed.note(&before, ctx.parameters);
         self.keeper.reset();
+        let effectors = ctx.effectors();
         let faults = ctx.aircraft.faults();
-        let differs =
-            |index: &usize| row(*index, &before, faults) != row(*index, ctx.parameters, faults);
+        let differs = |index: &usize| {
+            row(*index, &before, faults, effectors)
+                != row(*index, ctx.parameters, faults, effectors)
+        };
         let changed: Vec<usize> = (0..table().len()).filter(differs).collect();
-        for row in changed.iter().filter_map(|index| row(*index, ctx.parameters, faults)) {
-            out.announce(&value_message(&row));
+        for row in changed.iter().filter_map(|index| row(*index, ctx.parameters, faults, effectors))
+        {
+            out.announce(&value_message(&row, ctx.effectors()));
         }
         let text = format!("Parameters are at their defaults: {} changed", changed.len());
         ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
@@ -380,9 +387,9 @@ impl ParamService {
                 return true;
             }
             for _ in 0..BURST {
-                let row = row(list.next, ctx.parameters, ctx.aircraft.faults());
+                let row = row(list.next, ctx.parameters, ctx.aircraft.faults(), ctx.effectors());
                 let Some(row) = row else { return false };
-                out.answer(list.peer, value_message(&row));
+                out.answer(list.peer, value_message(&row, ctx.effectors()));
                 list.next += 1;
             }
             true
@@ -401,7 +408,7 @@ impl ParamService {
 fn tell_fault(answer: Answer, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     let Answer { from, effector, refused } = answer;
     let Some(row) = row_of(effector, ctx) else { return };
-    out.answer(from.peer, value_message(&row));
+    out.answer(from.peer, value_message(&row, ctx.effectors()));
     if let Some(reason) = refused {
         ctx.texts.refuse(now, reason);
         let index = i16::try_from(row.index).unwrap_or(-1);

@@ -5,7 +5,7 @@ use core::time::Duration;
 use ::mavlink::dialects::common::{MavResult, MavSeverity};
 use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, Refusal};
-use icd::{Effector, FaultRequest};
+use icd::{Effector, EffectorList, FaultRequest};
 
 use super::codec::{Command, Encoded};
 use super::context::{Context, From};
@@ -65,7 +65,7 @@ struct Open {
     /// When it was last told that it is under way, or opened.
     told: WallTime,
     aside: Aside,
-    parts: ArrayVec<Part, { Effector::COUNT }>,
+    parts: ArrayVec<Part, { Effector::MAX }>,
     verdict: Verdict,
 }
 
@@ -127,7 +127,7 @@ impl Pending {
         &mut self,
         from: From,
         command: Option<&Command>,
-        parts: ArrayVec<Part, { Effector::COUNT }>,
+        parts: ArrayVec<Part, { Effector::MAX }>,
         aside: Aside,
         now: WallTime,
     ) {
@@ -206,7 +206,7 @@ fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     for part in &open.parts {
         open.verdict.not_now(part.effector(), NO_ANSWER);
     }
-    open.verdict.tell(now, ctx.texts);
+    open.verdict.tell(now, ctx.texts, ctx.effectors());
     let result = open.verdict.result;
     if result == MavResult::MAV_RESULT_ACCEPTED {
         if open.aside.steers {
@@ -264,15 +264,20 @@ impl Verdict {
                 self.refused = true;
                 match refusal {
                     Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
-                        self.not_now(effector, failure::refused(refusal, effector));
+                        self.not_now(
+                            effector,
+                            failure::refused(refusal, effector, ctx.effectors()),
+                        );
                     }
-                    _ => self.never(effector, failure::refused(refusal, effector)),
+                    _ => self.never(effector, failure::refused(refusal, effector, ctx.effectors())),
                 }
                 return;
             }
             FaultReply::Scheduled { at } => {
                 if let Some(FaultRequest::Inject { effector, kind, timing }) = part.fault {
-                    let kind = kind.described(effector.is_angle());
+                    let effectors = ctx.effectors();
+                    let kind = kind.described(effectors.is_angle(effector));
+                    let effector = effectors.name(effector);
                     let at_s = at.as_seconds();
                     let text = format!("Scheduled: {effector} {kind}, at {at_s} s{timing}");
                     ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
@@ -304,13 +309,14 @@ impl Verdict {
         self.reasons.add(reason.to_string(), effector);
     }
 
-    fn tell(&self, now: WallTime, texts: &mut StatusTexts) {
+    fn tell(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
         if !self.quietly_cleared.is_empty() {
-            let text = format!("Nothing scheduled: {}", failure::names(&self.quietly_cleared));
+            let text =
+                format!("Nothing scheduled: {}", failure::names(&self.quietly_cleared, effectors));
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         } else if !self.healthy.is_empty() && !self.mended {
             // Beside something that was mended, it is no news.
-            let text = format!("Nothing to mend: {}", failure::names(&self.healthy));
+            let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         }
         if self.reasons.is_empty() {
@@ -321,9 +327,9 @@ impl Verdict {
             (true, false) => "Refused",
             (false, _) => "Not confirmed",
         };
-        let mut text = format!("{head}: {}", self.reasons);
+        let mut text = format!("{head}: {}", self.reasons.text(effectors));
         if !self.done.is_empty() {
-            text = format!("Done: {}. {text}", failure::names(&self.done));
+            text = format!("Done: {}. {text}", failure::names(&self.done, effectors));
         }
         texts.refuse(now, text);
     }

@@ -1,9 +1,7 @@
 //! Why several effectors of one command are refused, in one text.
 
-use core::fmt;
-
-use icd::Effector;
 use icd::fault::Refusal;
+use icd::{Effector, EffectorList};
 
 use super::failure;
 
@@ -21,8 +19,13 @@ impl Reasons {
     }
 
     /// One more, in the units of its effector.
-    pub fn refuse(&mut self, refusal: &Refusal, effector: Option<Effector>) {
-        self.add(failure::refused(refusal, effector), effector);
+    pub fn refuse(
+        &mut self,
+        refusal: &Refusal,
+        effector: Option<Effector>,
+        effectors: &EffectorList,
+    ) {
+        self.add(failure::refused(refusal, effector, effectors), effector);
     }
 
     /// They are about effectors.
@@ -36,19 +39,17 @@ impl Reasons {
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
-}
 
-impl fmt::Display for Reasons {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (place, (reason, effectors)) in self.0.iter().enumerate() {
-            if place > 0 {
-                f.write_str("; ")?;
+    /// All of them in words.
+    #[must_use]
+    pub fn text(&self, all: &EffectorList) -> String {
+        let of = |(reason, effectors): &(String, Vec<Effector>)| {
+            if effectors.is_empty() {
+                reason.clone()
+            } else {
+                format!("{}: {reason}", failure::names(effectors, all))
             }
-            if !effectors.is_empty() {
-                write!(f, "{}: ", failure::names(effectors))?;
-            }
-            f.write_str(reason)?;
-        }
-        Ok(())
+        };
+        self.0.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 }

@@ -15,6 +15,7 @@ use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::parameters::Parameters;
 use crate::script::{Line, NotBegun, Script, ScriptEvent, Sequence, TEXT_MAX};
+use icd::EffectorList;
 
 /// Files that are kept.
 pub const FILES_MAX: usize = 16;
@@ -85,6 +86,8 @@ impl Ground {
 /// The scripts that are here.
 #[derive(Debug, Default)]
 pub struct Scripts {
+    /// Those of the aircraft.
+    effectors: EffectorList,
     scenario: Option<Arc<Script>>,
     files: BTreeMap<String, Kept>,
     /// Uploads so far.
@@ -119,6 +122,12 @@ impl Running {
 }
 
 impl Scripts {
+    /// None yet, for an aircraft with these effectors.
+    #[must_use]
+    pub fn new(effectors: &EffectorList) -> Self {
+        Self { effectors: *effectors, ..Self::default() }
+    }
+
     /// Names and sizes of the files, sorted by name. Their numbers in MAV_CMD_USER_3 count from 1.
     pub fn files(&self) -> impl ExactSizeIterator<Item = (&str, usize)> {
         self.files.iter().map(|(name, file)| (name.as_str(), file.content.len()))
@@ -265,7 +274,7 @@ impl Scripts {
         let text = text.map_err(|error| {
             format!("{name}: no text, byte {} is not UTF-8", error.valid_up_to() + 1)
         })?;
-        Script::parse(name, text).map_err(|error| error.to_string())
+        Script::parse(name, text, &self.effectors).map_err(|error| error.to_string())
     }
 
     /// The script with this number in the sorted list, to be asked for with [`crate::event::Wish::Script`]; 0 is
@@ -375,6 +384,8 @@ fn text_of(script: Option<&Script>, event: ScriptEvent) -> (MavSeverity, String)
             None => (S::MAV_SEVERITY_INFO, format!("Script {line}: {}", words(line))),
         },
         ScriptEvent::LineRefused { line, why } => {
+            let none = EffectorList::default();
+            let why = why.described(script.map_or(&none, Script::effectors));
             let text = format!("Script {line} refused: {why} ({})", words(line));
             (S::MAV_SEVERITY_WARNING, text)
         }

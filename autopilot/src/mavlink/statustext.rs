@@ -11,6 +11,7 @@ use super::peers::Peers;
 use crate::clock::WallTime;
 use crate::event::EventKind;
 use crate::parameters::Parameters;
+use icd::EffectorList;
 
 mod chunks;
 mod words;
@@ -118,8 +119,13 @@ impl StatusTexts {
     }
 
     /// Tells an event.
-    pub fn handle_event(&mut self, kind: &EventKind, parameters: &Parameters) {
-        if let Some((severity, text)) = words::text_of(kind, parameters) {
+    pub fn handle_event(
+        &mut self,
+        kind: &EventKind,
+        parameters: &Parameters,
+        effectors: &EffectorList,
+    ) {
+        if let Some((severity, text)) = words::text_of(kind, parameters, effectors) {
             self.tell(severity, text);
         }
     }

@@ -17,6 +17,7 @@ use flight_control::Belief;
 
 use super::aircraft::{Aircraft, Home};
 use super::codec::{Encoded, StreamRequest};
+use super::component_metadata::Metadata;
 use super::context::From;
 use super::heartbeat::HeartbeatIdentity;
 use super::peers::{Peer, Peers};
@@ -33,7 +34,6 @@ mod request;
 pub use request::request;
 
 use faults::FaultStream;
-pub(super) use messages::actuators::is_saturated;
 use messages::status;
 pub use messages::status::mission_current;
 use rates::Rates;
@@ -47,6 +47,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 struct View<'a> {
     aircraft: &'a Aircraft,
     belief: &'a Belief,
+    metadata: &'a Metadata,
     host: Host,
     now: WallTime,
 }
@@ -64,6 +65,7 @@ pub struct Host {
 #[derive(Debug)]
 pub struct Telemetry {
     belief: Belief,
+    metadata: Metadata,
     host: Host,
     defaults: StreamParameters,
     rates: Vec<Rates>,
@@ -85,6 +87,7 @@ impl Telemetry {
     pub fn new(belief: &Belief, parameters: &Parameters, host: Host) -> Self {
         Self {
             belief: *belief,
+            metadata: Metadata::new(&belief.effectors.list),
             host,
             defaults: parameters.streams,
             rates: Vec::new(),
@@ -95,6 +98,12 @@ impl Telemetry {
             home: None,
             faults: FaultStream::default(),
         }
+    }
+
+    /// The files that describe parameters and effectors.
+    #[must_use]
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
     }
 
     /// REQUEST_DATA_STREAM: scales the rates of one peer.
@@ -133,7 +142,8 @@ impl Telemetry {
         if let (Some(before), Some(home)) = (self.home, home)
             && before != home
         {
-            let view = View { aircraft, belief: &self.belief, host: self.host, now };
+            let (belief, metadata, host) = (&self.belief, &self.metadata, self.host);
+            let view = View { aircraft, belief, metadata, host, now };
             if let Some(message) = messages::pose::home_position(&view) {
                 out.announce(&message);
             }
@@ -157,7 +167,7 @@ impl Telemetry {
         self.follow(now, parameters, out);
         self.show_a_new_flight(aircraft);
         self.tell_landed_state(aircraft, out);
-        self.faults.poll(now, aircraft, out);
+        self.faults.poll(now, aircraft, &self.belief.effectors.list, out);
         match self.waiting {
             None if self.next_due().is_some_and(|due| due <= now) => {
                 if self.still {
@@ -222,8 +232,8 @@ impl Telemetry {
 
     /// Each message that is due for somebody is made once.
     fn send_due(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        let Self { belief, host, defaults, rates, .. } = self;
-        let view = View { aircraft, belief, host: *host, now };
+        let Self { belief, metadata, host, defaults, rates, .. } = self;
+        let view = View { aircraft, belief, metadata, host: *host, now };
         for (index, row) in TABLE.iter().enumerate() {
             let mut built: Option<Vec<Encoded>> = None;
             for rates in rates.iter_mut() {

@@ -2,7 +2,9 @@
 
 use core::fmt::Write as _;
 
-use super::{COMPATIBILITY, FAULT_CHOICES, FAULTS, Kind, Parameter, table};
+use icd::EffectorList;
+
+use super::{COMPATIBILITY, FAULT_CHOICES, Kind, Parameter, fault_parameters, table};
 
 const OPENING: &str = "\
 # Parameters
@@ -46,7 +48,7 @@ text) and MAVSDK look for these parameters of PX4 and warn where one is missing 
 
 /// The page.
 #[must_use]
-pub fn document() -> String {
+pub fn document(effectors: &EffectorList) -> String {
     let mut page = OPENING.to_owned();
     let mut group = "";
     for row in table() {
@@ -60,8 +62,8 @@ pub fn document() -> String {
         page += &line(row);
     }
     page += FAULTS_OPENING;
-    for row in &FAULTS {
-        page += &format!("| `{}` | {} |\n", row.name, row.what);
+    for row in fault_parameters(effectors) {
+        page += &format!("| `{}` | {} |\n", row.name, effectors.name(row.effector));
     }
     page += "\n| value | meaning |\n|---|---|\n";
     for choice in &FAULT_CHOICES {
@@ -98,20 +100,26 @@ fn type_name(kind: Kind) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::tvc_jet;
 
     #[test]
     fn the_page_in_the_documents_is_the_one_of_the_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/parameters.md");
         let page = std::fs::read_to_string(path).unwrap_or_default();
-        assert!(page == document(), "write it anew: sitl parameters > docs/parameters.md");
+        assert!(
+            page == document(&tvc_jet::effectors()),
+            "write it anew: sitl parameters > docs/parameters.md"
+        );
     }
 
     #[test]
     fn every_parameter_stands_on_the_page_once() {
-        let page = document();
-        let own = table().iter().map(|row| row.name);
-        let faults = FAULTS.iter().map(|row| row.name);
-        for name in own.chain(faults).chain(COMPATIBILITY.iter().map(|row| row.name)) {
+        let page = document(&tvc_jet::effectors());
+        let list = tvc_jet::effectors();
+        let own = table().iter().map(|row| row.name.to_owned());
+        let faults = fault_parameters(&list).map(|row| row.name.to_string());
+        let others = COMPATIBILITY.iter().map(|row| row.name.to_owned());
+        for name in own.chain(faults).chain(others) {
             assert_eq!(page.matches(&format!("| `{name}` |")).count(), 1, "{name}");
         }
     }

@@ -3,7 +3,10 @@
 //!
 //! They are no tunables: nothing keeps them, each flight begins with 0, and the command line cannot set them.
 
-use icd::Effector;
+use core::fmt::Write as _;
+
+use arrayvec::ArrayString;
+use icd::{Effector, EffectorList};
 
 use super::Choice;
 
@@ -11,28 +14,43 @@ use super::Choice;
 #[derive(Debug, Clone, Copy)]
 pub struct FaultParameter {
     /// Name, at most 16 characters.
-    pub name: &'static str,
+    pub name: ParameterName,
     /// What it breaks.
     pub effector: Effector,
-    /// The effector in words.
-    pub what: &'static str,
 }
 
-const fn row(name: &'static str, effector: Effector, what: &'static str) -> FaultParameter {
-    FaultParameter { name, effector, what }
+/// Name of a parameter.
+pub type ParameterName = ArrayString<16>;
+
+/// What the names begin with: of servos and of motors.
+const BEGINNINGS: [(&str, bool); 2] = [("FLT_SERVO", true), ("FLT_MOTOR", false)];
+
+/// The one that breaks an effector.
+#[must_use]
+pub fn fault_of(effector: Effector, effectors: &EffectorList) -> FaultParameter {
+    let is_angle = effectors.is_angle(effector);
+    let beginning = BEGINNINGS.into_iter().find(|(_, of_angles)| *of_angles == is_angle);
+    let mut name = ParameterName::new();
+    let (beginning, _) = beginning.unwrap_or(BEGINNINGS[0]);
+    // Cannot fail: numbers have at most three digits.
+    let _fits = write!(name, "{beginning}{}", effectors.instance(effector));
+    FaultParameter { name, effector }
 }
 
-/// All of them.
-pub const FAULTS: [FaultParameter; Effector::COUNT] = [
-    row("FLT_SERVO1", Effector::LeftAileron, "left aileron"),
-    row("FLT_SERVO2", Effector::RightAileron, "right aileron"),
-    row("FLT_SERVO3", Effector::LeftElevator, "left elevator"),
-    row("FLT_SERVO4", Effector::RightElevator, "right elevator"),
-    row("FLT_SERVO5", Effector::Rudder, "rudder"),
-    row("FLT_SERVO6", Effector::NozzlePitch, "nozzle pitch"),
-    row("FLT_SERVO7", Effector::NozzleYaw, "nozzle yaw"),
-    row("FLT_MOTOR1", Effector::Engine, "engine"),
-];
+/// All of an aircraft, in the order of its effectors.
+pub fn fault_parameters(
+    effectors: &EffectorList,
+) -> impl ExactSizeIterator<Item = FaultParameter> + '_ {
+    effectors.all().map(|effector| fault_of(effector, effectors))
+}
+
+/// Whether a name is that of such a parameter, of this aircraft or another.
+#[must_use]
+pub fn is_fault(name: &str) -> bool {
+    let number = BEGINNINGS.into_iter().find_map(|(beginning, _)| name.strip_prefix(beginning));
+    let number = number.and_then(|number| number.parse::<usize>().ok());
+    number.is_some_and(|number| (1..=Effector::MAX).contains(&number))
+}
 
 const fn choice(value: i32, label: &'static str) -> Choice {
     Choice { value, label }
@@ -51,27 +69,24 @@ pub const FAULT_CHOICES: [Choice; 9] = [
     choice(8, "drift"),
 ];
 
-/// The one with this name.
-#[must_use]
-pub fn fault(name: &str) -> Option<&'static FaultParameter> {
-    FAULTS.iter().find(|row| row.name == name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mavlink::failure;
     use crate::mavlink::failure::order::FailureType;
     use crate::parameters::{Parameters, compatibility, table};
+    use icd::tvc_jet;
 
     #[test]
     fn each_has_the_name_of_its_effector_and_hides_no_other_parameter() {
-        for row in &FAULTS {
-            let (unit, instance) = failure::unit_and_instance(row.effector);
-            assert_eq!(row.name, format!("FLT_{}{instance}", unit.to_uppercase()));
-            assert!(table().iter().all(|other| other.name != row.name), "{}", row.name);
-            assert!(compatibility(row.name).is_none(), "{}", row.name);
+        let list = tvc_jet::effectors();
+        for row in fault_parameters(&list) {
+            let (unit, instance) = failure::unit_and_instance(row.effector, &list);
+            assert_eq!(&row.name, format!("FLT_{}{instance}", unit.to_uppercase()).as_str());
+            assert!(table().iter().all(|other| *other.name != *row.name), "{}", row.name);
+            assert!(compatibility(&row.name).is_none() && is_fault(&row.name), "{}", row.name);
         }
+        assert!(!is_fault("FLT_SERVO0") && !is_fault("FLT_SERVO17") && !is_fault("FLT_STUCK_DEG"));
     }
 
     #[test]

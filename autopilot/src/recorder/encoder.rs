@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use icd::fault::FaultReply;
-use icd::{Effector, SimTime};
+use icd::{Effector, EffectorList, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
@@ -34,6 +34,7 @@ const WISHES_MAX: usize = 64;
 #[derive(Debug)]
 pub struct Encoder<W> {
     data: Data<W>,
+    effectors: EffectorList,
     topics: Topics,
     row: Row,
     selection: Selection,
@@ -84,6 +85,7 @@ impl<W: Write> Encoder<W> {
     pub fn begin(out: W, begin: Begin, parameters: &Parameters, rate: LogRate) -> io::Result<Self> {
         let Begin { time, mut header } = begin;
         let period_us = header.period_us;
+        let effectors = header.belief.effectors.list;
         header.row_every = rate.row_every(period_us);
         let parameters = Parameters {
             gains: header.gains,
@@ -103,9 +105,9 @@ impl<W: Write> Encoder<W> {
         log.info("control_header", Value::Text(&json))?;
         let formats = [
             topics::sensors(),
-            topics::commands(),
-            topics::control(),
-            topics::truth(),
+            topics::commands(&effectors),
+            topics::control(&effectors),
+            topics::truth(&effectors),
             topics::vehicle(),
             topics::fault(),
             topics::recorded(),
@@ -132,6 +134,7 @@ impl<W: Write> Encoder<W> {
         };
         Ok(Self {
             data,
+            effectors,
             topics,
             row: Row::default(),
             selection: Selection::new(rate, period_us, time),
@@ -215,7 +218,7 @@ impl<W: Write> Encoder<W> {
 
     fn step(&mut self, step: &Step, has_rows: bool) -> io::Result<()> {
         self.time = step.time;
-        self.hash.step(step.time, &step.sensors, &step.actuators);
+        self.hash.step(step.time, &step.sensors, &step.actuators, self.effectors.len());
         if has_rows {
             self.rows(step)?;
         }
@@ -227,12 +230,13 @@ impl<W: Write> Encoder<W> {
     }
 
     fn rows(&mut self, step: &Step) -> io::Result<()> {
-        let Self { data, topics, row, .. } = self;
+        let Self { data, effectors, topics, row, .. } = self;
+        let count = effectors.len();
         topics::sensors_row(row, step.time, &step.sensors);
         data.row(topics.sensors, row)?;
-        topics::commands_row(row, step.time, &step.actuators);
+        topics::commands_row(row, step.time, &step.actuators, count);
         data.row(topics.commands, row)?;
-        topics::control_row(row, step.time, &step.log);
+        topics::control_row(row, step.time, &step.log, count);
         data.row(topics.control, row)?;
         topics::vehicle_row(row, step.time, step.mode, step.references, step.terminated);
         data.row(topics.vehicle, row)?;
@@ -269,7 +273,7 @@ impl<W: Write> Encoder<W> {
                     Wish::Script(script) => self.knows(script),
                     _ => {}
                 }
-                let Some(words) = words::wish(&intent.wish) else { return Ok(()) };
+                let Some(words) = words::wish(&intent.wish, &self.effectors) else { return Ok(()) };
                 self.text(Level::Info, &format!("Input: {words}"))?;
                 if self.wishes.len() >= WISHES_MAX {
                     self.wishes.pop_front();
@@ -301,7 +305,7 @@ impl<W: Write> Encoder<W> {
                 }
                 words
             }
-            ref kind => statustext::words(kind, &self.parameters),
+            ref kind => statustext::words(kind, &self.parameters, &self.effectors),
         };
         let Some((severity, text)) = words else { return Ok(()) };
         self.text_at(event.time, Level::from_number(severity), &text)
@@ -315,7 +319,7 @@ impl<W: Write> Encoder<W> {
             Outcome::Done => return None,
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::Plant(FaultReply::Refused(refusal)) => {
-                let is_angle = effector.is_none_or(Effector::is_angle);
+                let is_angle = effector.is_none_or(|effector| self.effectors.is_angle(effector));
                 refusal.described(is_angle).to_string()
             }
             Outcome::Plant(_) => return None,

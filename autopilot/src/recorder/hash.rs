@@ -14,7 +14,7 @@ const REQUEST: u8 = 2;
 /// SHA-256 over the flight, in order.
 ///
 /// ```text
-/// control step: 0x01, time us u64, 23 sensor values f64, 8 commands f64     (little endian, as on the link)
+/// control step: 0x01, time us u64, 23 sensor values f64, commands f64     (little endian, as on the link)
 /// request:      0x02, control steps flown u64, moment u8, the action (postcard)
 /// ```
 ///
@@ -26,12 +26,18 @@ pub struct RunHash {
 }
 
 impl RunHash {
-    /// One control step: what the sensors said and what was commanded.
-    pub fn step(&mut self, time: SimTime, sensors: &Sensors, actuators: &Actuators) {
+    /// One control step: what the sensors said and what was commanded of so many effectors.
+    pub fn step(
+        &mut self,
+        time: SimTime,
+        sensors: &Sensors,
+        actuators: &Actuators,
+        effectors: usize,
+    ) {
         self.steps += 1;
         self.sha.update([STEP]);
         self.sha.update(time.as_micros().to_le_bytes());
-        for value in sensors.to_array().iter().chain(actuators.commands.as_array()) {
+        for value in sensors.to_array().iter().chain(actuators.commands.first(effectors)) {
             self.sha.update(value.to_le_bytes());
         }
     }
@@ -73,24 +79,25 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use icd::pace::Pace;
-    use icd::{Effector, FaultRequest, PerEffector};
+    use icd::tvc_jet;
+    use icd::{FaultRequest, PerEffector};
 
     fn flown(last: f64, action: &PlantAction) -> RunHash {
         let mut values = [0.25; Sensors::COUNT];
         values[6..10].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
         values[22] = last;
         let sensors = Sensors::from_array(&values);
-        let actuators = Actuators { commands: PerEffector::new([-1.5; Effector::COUNT]) };
+        let actuators = Actuators { commands: PerEffector::from_values([-1.5; 8]) };
         let mut hash = RunHash::default();
-        hash.step(SimTime::ZERO, &sensors, &actuators);
+        hash.step(SimTime::ZERO, &sensors, &actuators, 8);
         hash.request(0, Moment::Step, action);
-        hash.step(SimTime::from_micros(2_000), &sensors, &actuators);
+        hash.step(SimTime::from_micros(2_000), &sensors, &actuators, 8);
         hash
     }
 
     #[test]
     fn the_hash_is_that_of_the_documented_bytes() {
-        let action = PlantAction::Fault(FaultRequest::Clear { effector: Effector::Rudder });
+        let action = PlantAction::Fault(FaultRequest::Clear { effector: tvc_jet::RUDDER });
         let hash = flown(3.0, &action);
         let mut bytes = Vec::new();
         for time in [0_u64, 2_000] {

@@ -76,10 +76,10 @@ enum Cause {
 }
 
 impl Cause {
-    const COUNT: usize = Effector::ALL.len() + 8;
+    const COUNT: usize = Effector::MAX + 8;
 
     const fn index(self) -> usize {
-        const NEXT: usize = Effector::ALL.len();
+        const NEXT: usize = Effector::MAX;
         match self {
             Self::Fault(effector) => effector.index(),
             Self::Compensator => NEXT,
@@ -125,7 +125,7 @@ impl Cause {
         match what {
             Recorded::Intent(intent) => match &intent.wish {
                 Wish::ListFaults | Wish::Pace(_) | Wish::FaultInjection(_) => None,
-                wish => words::wish(wish).map(|_| Self::Input),
+                wish => (!words::is_stream(wish)).then_some(Self::Input),
             },
             Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),
             Recorded::Request(_) => None,

@@ -2,10 +2,11 @@
 //!
 //! A name ends with the unit of its column. Axes, signs and units are those of crate `icd`.
 
+use arrayvec::ArrayVec;
 use flight_control::StepLog;
 use icd::fault::{FaultEntry, FaultState};
-use icd::record::{TRUTH_FIELDS, TruthRow};
-use icd::{Actuators, Sensors, SimTime};
+use icd::record::{FieldName, TruthRow, effector_field, truth_fields};
+use icd::{Actuators, Effector, EffectorList, Sensors, SimTime};
 use ulog::format::{Field, FieldType, Format};
 use ulog::writer::Row;
 
@@ -19,20 +20,14 @@ pub const PIECE_CHARS: usize = 200;
 /// Characters of a run hash.
 const HASH_CHARS: usize = 64;
 
-/// Columns of the topic `commands`.
-pub const COMMAND_NAMES: [&str; 8] = [
-    "left_aileron_rad",
-    "right_aileron_rad",
-    "left_elevator_rad",
-    "right_elevator_rad",
-    "rudder_rad",
-    "nozzle_pitch_rad",
-    "nozzle_yaw_rad",
-    "engine_n",
-];
+/// Columns of the topic `commands`: one for each effector.
+#[must_use]
+pub fn command_names(effectors: &EffectorList) -> Vec<FieldName> {
+    effectors.all().map(|effector| effector_field("", effectors, effector)).collect()
+}
 
-/// Columns of the topic `control`: the signals of a control step ([`StepLog`]); flags are 0 or 1.
-pub const CONTROL_NAMES: [&str; 69] = [
+/// First columns of the topic `control`.
+const CONTROL_HEAD: [&str; 39] = [
     "p_rad_s",
     "q_rad_s",
     "r_rad_s",
@@ -72,22 +67,10 @@ pub const CONTROL_NAMES: [&str; 69] = [
     "applied_aileron_rad",
     "applied_nozzle_pitch_rad",
     "applied_nozzle_yaw_rad",
-    "command_left_aileron_rad",
-    "command_right_aileron_rad",
-    "command_left_elevator_rad",
-    "command_right_elevator_rad",
-    "command_rudder_rad",
-    "command_nozzle_pitch_rad",
-    "command_nozzle_yaw_rad",
-    "command_engine_n",
-    "modelled_left_aileron_rad",
-    "modelled_right_aileron_rad",
-    "modelled_left_elevator_rad",
-    "modelled_right_elevator_rad",
-    "modelled_rudder_rad",
-    "modelled_nozzle_pitch_rad",
-    "modelled_nozzle_yaw_rad",
-    "modelled_engine_n",
+];
+
+/// Last columns of the topic `control`.
+const CONTROL_TAIL: [&str; 14] = [
     "authority_roll_pct",
     "authority_pitch_pct",
     "authority_yaw_pct",
@@ -105,9 +88,23 @@ pub const CONTROL_NAMES: [&str; 69] = [
     "thrust_saturated",
 ];
 
-/// The values of a control step in the order of [`CONTROL_NAMES`].
+/// Most columns of the topic `control`.
+const CONTROL_MAX: usize = CONTROL_HEAD.len() + 2 * Effector::MAX + CONTROL_TAIL.len();
+
+/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with command and modelled position of
+/// each effector in their midst; flags are 0 or 1.
 #[must_use]
-pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
+pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
+    let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
+    let of = |before| effectors.all().map(move |e| effector_field(before, effectors, e));
+    let of_effectors = ["command", "modelled"].into_iter().flat_map(of);
+    let (head, tail) = (CONTROL_HEAD.into_iter(), CONTROL_TAIL.into_iter());
+    head.map(fixed).chain(of_effectors).chain(tail.map(fixed)).collect()
+}
+
+/// The values of a control step in the order of [`control_names`], of an aircraft with so many effectors.
+#[must_use]
+pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_MAX> {
     // Every field has a name here, so a new one is not forgotten.
     let StepLog {
         state,
@@ -124,6 +121,8 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         compensation,
         applied_compensation: applied,
         commands,
+        // Which effectors is seen from the commands.
+        limited: _,
         modelled,
         authority,
         altitude_limit,
@@ -151,7 +150,7 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         health.nozzle_yaw_saturated,
         health.thrust_saturated,
     ];
-    let values = three(&state.rates)
+    three(&state.rates)
         .into_iter()
         .chain(angles)
         .chain(motion)
@@ -164,22 +163,18 @@ pub fn control_values(log: &StepLog) -> [f64; CONTROL_NAMES.len()] {
         .chain(surfaces)
         .chain(engine)
         .chain(compensations)
-        .chain(*commands.as_array())
-        .chain(*modelled.as_array())
+        .chain(commands.first(effectors).iter().copied())
+        .chain(modelled.first(effectors).iter().copied())
         .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
         .chain([altitude_limit.map_or(0.0, |limit| f64::from(limit.code()))])
         .chain(three(modelled_acceleration))
-        .chain(flags.map(flag));
-    let mut row = [0.0; CONTROL_NAMES.len()];
-    for (column, value) in row.iter_mut().zip(values) {
-        *column = value;
-    }
-    row
+        .chain(flags.map(flag))
+        .collect()
 }
 
 /// A topic of numbers.
-fn numbers(name: &str, columns: &[&str]) -> Format {
-    let columns = columns.iter().map(|column| Field::new(FieldType::F64, *column));
+fn numbers<N: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = N>) -> Format {
+    let columns = columns.into_iter().map(|column| Field::new(FieldType::F64, column.as_ref()));
     topic(name, columns)
 }
 
@@ -191,25 +186,25 @@ fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
 /// What the sensors said in a control step.
 #[must_use]
 pub fn sensors() -> Format {
-    numbers("sensors", &Sensors::NAMES)
+    numbers("sensors", Sensors::NAMES)
 }
 
 /// What was commanded in a control step.
 #[must_use]
-pub fn commands() -> Format {
-    numbers("commands", &COMMAND_NAMES)
+pub fn commands(effectors: &EffectorList) -> Format {
+    numbers("commands", command_names(effectors))
 }
 
 /// The signals of a control step.
 #[must_use]
-pub fn control() -> Format {
-    numbers("control", &CONTROL_NAMES)
+pub fn control(effectors: &EffectorList) -> Format {
+    numbers("control", control_names(effectors))
 }
 
 /// What was really the case in a control step, as the plant says.
 #[must_use]
-pub fn truth() -> Format {
-    numbers("truth", &TRUTH_FIELDS)
+pub fn truth(effectors: &EffectorList) -> Format {
+    numbers("truth", truth_fields(effectors))
 }
 
 /// Mode and references in a control step.
@@ -284,14 +279,14 @@ pub fn sensors_row(row: &mut Row, time: SimTime, sensors: &Sensors) {
     row.begin(time.as_micros()).f64s(&sensors.to_array());
 }
 
-/// Row of [`commands`].
-pub fn commands_row(row: &mut Row, time: SimTime, actuators: &Actuators) {
-    row.begin(time.as_micros()).f64s(actuators.commands.as_array());
+/// Row of [`commands`], of so many effectors.
+pub fn commands_row(row: &mut Row, time: SimTime, actuators: &Actuators, effectors: usize) {
+    row.begin(time.as_micros()).f64s(actuators.commands.first(effectors));
 }
 
-/// Row of [`control`].
-pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog) {
-    row.begin(time.as_micros()).f64s(&control_values(log));
+/// Row of [`control`], of so many effectors.
+pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog, effectors: usize) {
+    row.begin(time.as_micros()).f64s(&control_values(log, effectors));
 }
 
 /// Row of [`truth`].
@@ -329,7 +324,7 @@ pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
         .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
         .u32(entry.id)
         .u32(times)
-        .u8(entry.effector as u8)
+        .u8(entry.effector.code())
         .u8(entry.kind.code())
         .u8(state);
 }
@@ -364,6 +359,7 @@ mod tests {
     use crate::config::{self, DEFAULT_BELIEF};
     use flight_control::{AltitudeLimit, Demand, FlightControl, Gains};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
+    use icd::tvc_jet;
     use icd::{ControlPeriod, Effector};
 
     /// Value of a column of doubles.
@@ -381,10 +377,11 @@ mod tests {
         values[6] = 1.0;
         sensors_row(&mut row, time, &Sensors::from_array(&values));
         assert_eq!(row.bytes().len(), sensors().size());
-        commands_row(&mut row, time, &Actuators::default());
-        assert_eq!(row.bytes().len(), commands().size());
-        truth_row(&mut row, time, &[0.0; TRUTH_FIELDS.len()]);
-        assert_eq!(row.bytes().len(), truth().size());
+        let list = tvc_jet::effectors();
+        commands_row(&mut row, time, &Actuators::default(), list.len());
+        assert_eq!(row.bytes().len(), commands(&list).size());
+        truth_row(&mut row, time, &[0.0; 59].into_iter().collect());
+        assert_eq!(row.bytes().len(), truth(&list).size());
         vehicle_row(&mut row, time, Mode::Hold, [1.0, 2.0, 3.0], true);
         assert_eq!(row.bytes().len(), vehicle().size());
         let place = Place { time, step: 2, moment: Moment::Step };
@@ -394,12 +391,15 @@ mod tests {
 
     #[test]
     fn commands_stand_under_the_names_of_their_effectors() {
-        for (name, effector) in COMMAND_NAMES.into_iter().zip(Effector::ALL) {
-            let unit = if effector.is_angle() { "rad" } else { "n" };
-            assert_eq!(name, format!("{}_{unit}", effector.key()));
-            assert!(CONTROL_NAMES.contains(&format!("command_{name}").as_str()));
-            assert!(CONTROL_NAMES.contains(&format!("modelled_{name}").as_str()));
+        let list = tvc_jet::effectors();
+        let control = control_names(&list);
+        for (name, effector) in command_names(&list).iter().zip(tvc_jet::ALL) {
+            assert_eq!(name.as_str(), format!("{}_{}", list.key(effector), list.unit(effector)));
+            for before in ["command", "modelled"] {
+                assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
+            }
         }
+        assert_eq!(control.len(), 69);
     }
 
     /// Puts another number in the place of each number, and true in that of each flag.
@@ -427,10 +427,13 @@ mod tests {
         let level = Sensors { airspeed_m_s: 264.0, ..Sensors::from_array(&sensors) };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
         let mut json = serde_json::to_value(flight.step(&level, &demand).log).unwrap();
+        let limited = json.as_object_mut().unwrap().remove("limited").unwrap();
         let mut numbers = 1;
         number(&mut json, &mut numbers);
+        json["limited"] = limited;
         let log: StepLog = serde_json::from_value(json).unwrap();
-        let values = control_values(&log);
+        // As for an aircraft with every place taken.
+        let values = control_values(&log, Effector::MAX);
         for n in 2..=numbers {
             let columns = values.iter().filter(|value| **value == f64::from(n)).count();
             assert_eq!(columns, 1, "number {n} of {log:?}");
@@ -440,13 +443,15 @@ mod tests {
         assert_eq!(flags, format!("{log:?}").matches("true").count());
         // The limit of the altitude is a code.
         assert_eq!(values.len(), numbers as usize - 1 + flags + 1);
-        let column = |name| CONTROL_NAMES.iter().position(|column| *column == name).unwrap();
+        let values = control_values(&log, 8);
+        let names = control_names(&tvc_jet::effectors());
+        let column = |name| names.iter().position(|column| column.as_str() == name).unwrap();
         assert_eq!(values[column("level_pitch")], log.levels.y);
         assert_eq!(values[column("authority_yaw_pct")], log.authority.yaw_pct);
         assert_eq!(values[column("modelled_yaw_rad_s2")], log.modelled_acceleration.z);
         let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..log };
         assert_eq!(
-            [log, wing].map(|log| control_values(&log)[column("altitude_limit")]),
+            [log, wing].map(|log| control_values(&log, 8)[column("altitude_limit")]),
             [0.0, 3.0]
         );
     }
@@ -456,7 +461,7 @@ mod tests {
         let repeat = Some(Repeat { every_s: 5.0, times: Some(3) });
         let entry = FaultEntry {
             id: 7,
-            effector: Effector::NozzleYaw,
+            effector: tvc_jet::NOZZLE_YAW,
             kind: FaultKind::Oscillating { amplitude: 0.1, frequency_hz: 2.0 },
             timing: Timing {
                 onset: Onset::At(SimTime::ZERO),
@@ -483,7 +488,7 @@ mod tests {
             assert_eq!(double(&format, &row, name), value, "{name}");
         }
         let end = &row.bytes()[row.bytes().len() - 11..];
-        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, Effector::NozzleYaw as u8, 11, 2]);
+        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, tvc_jet::NOZZLE_YAW.code(), 11, 2]);
         assert_eq!(
             row.bytes()[..24],
             [10, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 11, 0, 0, 0, 0, 0, 0, 0]

@@ -1,14 +1,20 @@
 //! Inputs in words, for the texts of a flight log.
 
-use icd::FaultRequest;
 use icd::pace::Pace;
+use icd::{EffectorList, FaultRequest};
 
 use crate::event::Wish;
 use crate::vehicle::Reference;
 
-/// What an operator wished; `None` for streams (setpoints, sticks), which would fill the log.
+/// Whether it comes in a stream (setpoints, sticks), which would fill the log.
 #[must_use]
-pub fn wish(wish: &Wish) -> Option<String> {
+pub const fn is_stream(wish: &Wish) -> bool {
+    matches!(wish, Wish::Setpoint(_) | Wish::Sticks(_))
+}
+
+/// What an operator wished of an aircraft with these effectors; `None` for streams.
+#[must_use]
+pub fn wish(wish: &Wish, effectors: &EffectorList) -> Option<String> {
     Some(match wish {
         Wish::Setpoint(_) | Wish::Sticks(_) => return None,
         Wish::Mode(mode) => format!("mode {mode}"),
@@ -20,9 +26,12 @@ pub fn wish(wish: &Wish) -> Option<String> {
         Wish::Limits(_) => "limits of references".to_owned(),
         Wish::Navigation(_) => "parameters of the guidance".to_owned(),
         Wish::Fault(FaultRequest::Inject { effector, kind, timing }) => {
-            format!("fault: {effector} {}{timing}", kind.described(effector.is_angle()))
+            let kind = kind.described(effectors.is_angle(*effector));
+            format!("fault: {} {kind}{timing}", effectors.name(*effector))
         }
-        Wish::Fault(FaultRequest::Clear { effector }) => format!("mend {effector}"),
+        Wish::Fault(FaultRequest::Clear { effector }) => {
+            format!("mend {}", effectors.name(*effector))
+        }
         Wish::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
         Wish::Restart => "new flight".to_owned(),
         Wish::Reposition(_) => "reposition".to_owned(),

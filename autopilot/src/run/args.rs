@@ -246,7 +246,8 @@ impl AutopilotArgs {
             None => (self.scenario.as_str(), Cow::Owned(read_scenario(&self.scenario)?)),
         };
         let references = config::references(name, &text)?;
-        let script = self.script.read(config::script(name, &text)?)?.map(Arc::new);
+        let list = &belief.effectors.list;
+        let script = self.script.read(config::script(name, &text, list)?, list)?.map(Arc::new);
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
         let fault_injection = failure.enabled;
         let setup =

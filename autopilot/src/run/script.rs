@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use icd::EffectorList;
+
 use crate::config::{self, ConfigError};
 use crate::script::Script;
 
@@ -14,25 +16,30 @@ pub struct ScriptArgs {
 }
 
 impl ScriptArgs {
-    /// The script of the option, or else that of the scenario.
+    /// For an aircraft with these effectors: the script of the option, or else that of the scenario.
     ///
     /// # Errors
     /// [`ConfigError`] names file, line and column.
-    pub fn read(&self, scenario: Option<Script>) -> Result<Option<Script>, ConfigError> {
+    pub fn read(
+        &self,
+        scenario: Option<Script>,
+        effectors: &EffectorList,
+    ) -> Result<Option<Script>, ConfigError> {
         let Some(path) = &self.script else { return Ok(scenario) };
-        config::script_file(path).map(Some)
+        config::script_file(path, effectors).map(Some)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::tvc_jet;
 
     #[test]
     fn a_file_that_is_too_long_or_no_file_or_not_there_is_named() {
         let error = |path: &str| {
             let args = ScriptArgs { script: Some(path.into()) };
-            args.read(None).unwrap_err().to_string()
+            args.read(None, &tvc_jet::effectors()).unwrap_err().to_string()
         };
         let endless = error("/dev/zero");
         assert_eq!(endless, "/dev/zero: this is a device, and an ordinary file is needed");

@@ -4,6 +4,7 @@ use super::error::{Problem, ScriptError};
 use super::words::{Kind, Word, quoted, unit};
 
 /// A place in the words of a line.
+#[derive(Clone)]
 pub(super) struct Cursor<'a> {
     words: &'a [Word],
     line: usize,

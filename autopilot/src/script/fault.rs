@@ -3,40 +3,12 @@
 use core::f64::consts::PI;
 
 use icd::fault::{FaultKind, Onset, Repeat, Side, Timing, Travel};
-use icd::{Effector, FaultRequest, SimTime};
+use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::cursor::Cursor;
 use super::error::{Problem, ScriptError};
 use super::parser::{DEGREES, SECONDS};
 
-/// Effectors by all their names: those for people, those of files, those of ground stations.
-const EFFECTORS: [(&str, Effector); 22] = [
-    ("left aileron", Effector::LeftAileron),
-    ("right aileron", Effector::RightAileron),
-    ("left elevator", Effector::LeftElevator),
-    ("right elevator", Effector::RightElevator),
-    ("rudder", Effector::Rudder),
-    ("nozzle pitch", Effector::NozzlePitch),
-    ("nozzle yaw", Effector::NozzleYaw),
-    ("engine", Effector::Engine),
-    ("left_aileron", Effector::LeftAileron),
-    ("right_aileron", Effector::RightAileron),
-    ("left_elevator", Effector::LeftElevator),
-    ("right_elevator", Effector::RightElevator),
-    ("nozzle_pitch", Effector::NozzlePitch),
-    ("nozzle_yaw", Effector::NozzleYaw),
-    ("servo1", Effector::LeftAileron),
-    ("servo2", Effector::RightAileron),
-    ("servo3", Effector::LeftElevator),
-    ("servo4", Effector::RightElevator),
-    ("servo5", Effector::Rudder),
-    ("servo6", Effector::NozzlePitch),
-    ("servo7", Effector::NozzleYaw),
-    ("motor1", Effector::Engine),
-];
-/// Effectors in messages.
-const NAMES: &str = "an effector: left aileron, right aileron, left elevator, right elevator, rudder, \
-                     nozzle pitch, nozzle yaw, engine, servo 1 to 7, motor 1";
 const KINDS: &str = "a kind of fault: stuck, stuck at, hard over, a number % left, floating, slow, delayed, \
                      intermittent, oscillating, drifting, biased, limited to, flame-out";
 const DEG: f64 = PI / 180.0;
@@ -48,40 +20,81 @@ const HERTZ: [(&str, f64); 1] = [("hz", 1.0)];
 const TIMES_MAX: u32 = 1_000_000;
 
 /// What follows `fail`.
-pub(super) fn fail(cursor: &mut Cursor) -> Result<FaultRequest, ScriptError> {
-    let effector = effector(cursor, NAMES)?;
-    let kind = kind(cursor, effector)?;
+pub(super) fn fail(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
+    let effector = effector(cursor, effectors, &names(effectors))?;
+    let kind = kind(cursor, effectors.is_angle(effector))?;
     let timing = timing(cursor)?;
     Ok(FaultRequest::Inject { effector, kind, timing })
 }
 
 /// What follows `clear`.
-pub(super) fn clear(cursor: &mut Cursor) -> Result<FaultRequest, ScriptError> {
+pub(super) fn clear(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
     if cursor.take("all") {
         return Ok(FaultRequest::ClearAll);
     }
-    let wanted = format!("`all` or {NAMES}");
-    Ok(FaultRequest::Clear { effector: effector(cursor, &wanted)? })
+    let wanted = format!("`all` or {}", names(effectors));
+    Ok(FaultRequest::Clear { effector: effector(cursor, effectors, &wanted)? })
 }
 
-fn effector(cursor: &mut Cursor, wanted: &str) -> Result<Effector, ScriptError> {
-    if let Some(effector) = cursor.choose(&EFFECTORS) {
-        return Ok(effector);
+/// Words of ground stations for servos and motors.
+const UNITS: [(&str, bool); 2] = [("servo", true), ("motor", false)];
+
+/// The effectors in messages.
+fn names(effectors: &EffectorList) -> String {
+    let mut names: Vec<String> =
+        effectors.all().map(|effector| effectors.name(effector).to_owned()).collect();
+    for (unit, is_angle) in UNITS {
+        match effectors.by_unit(is_angle).last().map(|last| effectors.instance(*last)) {
+            Some(1) => names.push(format!("{unit} 1")),
+            Some(last) => names.push(format!("{unit} 1 to {last}")),
+            None => {}
+        }
     }
-    if cursor.take("servo") {
-        let servo = cursor.whole("servo", 7)?;
-        let index = usize::try_from(servo - 1).unwrap_or_default();
-        return Effector::from_index(index).ok_or_else(|| cursor.wanted(wanted));
+    format!("an effector: {}", names.join(", "))
+}
+
+/// An effector by its name for people, for files, or for ground stations. The longest name that fits counts.
+fn effector(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+    wanted: &str,
+) -> Result<Effector, ScriptError> {
+    let mut all: Vec<Effector> = effectors.all().collect();
+    all.sort_by_key(|effector| core::cmp::Reverse(effectors.name(*effector).len()));
+    let named = |cursor: &mut Cursor, effector: &Effector| {
+        cursor.take(effectors.name(*effector)) || cursor.take(effectors.key(*effector))
+    };
+    if let Some(effector) = all.iter().find(|effector| named(cursor, effector)) {
+        return Ok(*effector);
     }
-    if cursor.take("motor") {
-        cursor.whole("motor", 1)?;
-        return Ok(Effector::Engine);
+    for (unit, is_angle) in UNITS {
+        let members = effectors.by_unit(is_angle);
+        let in_one_word = |cursor: &mut Cursor, effector: &Effector| {
+            cursor.take(&format!("{unit}{}", effectors.instance(*effector)))
+        };
+        if let Some(effector) = members.iter().find(|effector| in_one_word(cursor, effector)) {
+            return Ok(*effector);
+        }
+        let Some(last) = members.last() else { continue };
+        let before = cursor.clone();
+        if cursor.take(unit) {
+            let instance = cursor.whole(unit, effectors.instance(*last).into())?;
+            let mut members = members.iter();
+            let found =
+                members.find(|effector| u32::from(effectors.instance(**effector)) == instance);
+            return found.copied().ok_or_else(|| before.wanted(wanted));
+        }
     }
     Err(cursor.wanted(wanted))
 }
 
-fn kind(cursor: &mut Cursor, effector: Effector) -> Result<FaultKind, ScriptError> {
-    let is_angle = effector.is_angle();
+fn kind(cursor: &mut Cursor, is_angle: bool) -> Result<FaultKind, ScriptError> {
     let only_angles = |cursor: &Cursor, why| {
         let problem = Problem::NotForThisEffector(why);
         if is_angle { Ok(()) } else { Err(cursor.problem(problem)) }

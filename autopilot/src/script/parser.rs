@@ -6,7 +6,7 @@ use super::quantity::{Condition, Crossing, ROWS};
 use super::words::{self, Word};
 use super::{Action, LINES_MAX, Line, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger, fault};
 use crate::vehicle::{Mode, Reference};
-use icd::SimTime;
+use icd::{EffectorList, SimTime};
 
 /// Units of a time, with their factors to seconds.
 pub(super) const SECONDS: [(&str, f64); 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
@@ -24,7 +24,10 @@ const MODES: [(&str, Mode); 4] = [
 const ACTIONS: &str = "an action: fail, clear, altitude, roll, airspeed, course, mode, say, end";
 
 /// Reads a whole text.
-pub(super) fn sequences(text: &str) -> Result<Vec<Sequence>, ScriptError> {
+pub(super) fn sequences(
+    text: &str,
+    effectors: &EffectorList,
+) -> Result<Vec<Sequence>, ScriptError> {
     if text.len() > TEXT_MAX {
         return Err(Problem::TextTooLong(text.len()).at(1, 1));
     }
@@ -44,7 +47,7 @@ pub(super) fn sequences(text: &str) -> Result<Vec<Sequence>, ScriptError> {
             return Err(Problem::TooManyLines.at(at, column));
         }
         count += 1;
-        let line = read(&mut cursor, &words, number)?;
+        let line = read(&mut cursor, &words, number, effectors)?;
         if let Some(sequence) = sequences.last_mut() {
             sequence.lines.push(line);
         }
@@ -77,9 +80,14 @@ fn begin_sequence(
     Ok(())
 }
 
-fn read(cursor: &mut Cursor, words: &[Word], number: u16) -> Result<Line, ScriptError> {
+fn read(
+    cursor: &mut Cursor,
+    words: &[Word],
+    number: u16,
+    effectors: &EffectorList,
+) -> Result<Line, ScriptError> {
     let trigger = trigger(cursor)?;
-    let action = action(cursor)?;
+    let action = action(cursor, effectors)?;
     cursor.end()?;
     Ok(Line { number, text: words::joined(words), trigger, action })
 }
@@ -122,12 +130,12 @@ fn condition(cursor: &mut Cursor) -> Result<Condition, ScriptError> {
     Ok(Condition { quantity: row.quantity, crossing, value })
 }
 
-fn action(cursor: &mut Cursor) -> Result<Action, ScriptError> {
+fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, ScriptError> {
     if cursor.take("fail") {
-        return fault::fail(cursor).map(Action::Fault);
+        return fault::fail(cursor, effectors).map(Action::Fault);
     }
     if cursor.take("clear") {
-        return fault::clear(cursor).map(Action::Fault);
+        return fault::clear(cursor, effectors).map(Action::Fault);
     }
     if cursor.take("altitude") {
         let altitude = cursor.amount("altitude", &METRES)?;

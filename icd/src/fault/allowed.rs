@@ -5,7 +5,6 @@
 //! it has; who asks it can check before with those that it believes in.
 
 use super::{FaultKind, Quantity, Refusal, Timing};
-use crate::effector::Effector;
 use crate::time::SimTime;
 
 /// Slowest speed that a slow effector can be given, as a fraction of its fastest.
@@ -28,6 +27,8 @@ const TIMES: [f64; 2] = [2.0, 1_000.0];
 /// How far and how fast a healthy effector goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
+    /// Its values are angles, rad; those of an engine are thrusts, N.
+    pub is_angle: bool,
     /// Lower end of its travel, rad or N.
     pub min: f64,
     /// Upper end of its travel, rad or N.
@@ -40,17 +41,12 @@ pub struct Reach {
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
-pub fn check(
-    effector: Effector,
-    kind: &FaultKind,
-    timing: &Timing,
-    reach: &Reach,
-) -> Result<(), Refusal> {
-    of_kind(effector, kind, reach)?;
+pub fn check(kind: &FaultKind, timing: &Timing, reach: &Reach) -> Result<(), Refusal> {
+    of_kind(kind, reach)?;
     check_timing(kind, timing)
 }
 
-fn of_kind(effector: Effector, kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
+fn of_kind(kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
     let half = 0.5 * (reach.max - reach.min);
     let (slowest, fastest) = match reach.fastest {
         Some(fastest) => (SLOWEST * fastest, fastest),
@@ -58,11 +54,11 @@ fn of_kind(effector: Effector, kind: &FaultKind, reach: &Reach) -> Result<(), Re
     };
     match *kind {
         FaultKind::StuckAt { .. } | FaultKind::HardOver { .. } | FaultKind::Float
-            if !effector.is_angle() =>
+            if !reach.is_angle =>
         {
             Err(Refusal::NotForThisEffector)
         }
-        FaultKind::FlameOut if effector != Effector::Engine => Err(Refusal::NotForThisEffector),
+        FaultKind::FlameOut if reach.is_angle => Err(Refusal::NotForThisEffector),
         FaultKind::StuckHere
         | FaultKind::HardOver { .. }
         | FaultKind::Float
@@ -90,7 +86,7 @@ fn of_kind(effector: Effector, kind: &FaultKind, reach: &Reach) -> Result<(), Re
         FaultKind::Drifting { rate } => range(Quantity::Rate, rate, [-fastest, fastest]),
         FaultKind::Biased { bias } => range(Quantity::Bias, bias, [-half, half]),
         FaultKind::LimitedTravel { limit } => {
-            let least = if effector.is_angle() { 0.0 } else { reach.min };
+            let least = if reach.is_angle { 0.0 } else { reach.min };
             range(Quantity::Limit, limit, [least, reach.max])
         }
     }

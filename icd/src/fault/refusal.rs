@@ -29,6 +29,11 @@ pub enum Refusal {
     },
     /// The effector has no such fault (an angle for the engine, a flame-out of a surface).
     NotForThisEffector,
+    /// The aircraft has no such effector.
+    NoSuchEffector {
+        /// How many it has.
+        count: u8,
+    },
     /// The onset lies in the past.
     OnsetInThePast {
         /// Requested onset.
@@ -182,6 +187,9 @@ impl fmt::Display for DescribedRefusal {
                 write!(f, "{} {value} {unit} is outside {min} to {max} {unit}", what.name())
             }
             R::NotForThisEffector => f.write_str("this effector has no such fault"),
+            R::NoSuchEffector { count } => {
+                write!(f, "the aircraft has no such effector, only {count}")
+            }
             R::OnsetInThePast { onset, now } => {
                 write!(f, "onset {onset} is in the past, it is {now}")
             }

@@ -74,6 +74,14 @@ impl Reader<'_> {
     pub fn f64(&mut self) -> Result<f64, WireError> {
         self.take().map(f64::from_le_bytes)
     }
+    /// So many bytes.
+    #[inline]
+    pub fn bytes(&mut self, count: usize) -> Result<&[u8], WireError> {
+        let error = WireError::Length { bytes: self.total };
+        let (head, tail) = self.left.split_at_checked(count).ok_or(error)?;
+        self.left = tail;
+        Ok(head)
+    }
     /// Several values with one look at the length.
     #[inline]
     pub fn f64s<const N: usize>(&mut self) -> Result<[f64; N], WireError> {

@@ -3,9 +3,10 @@
 use super::cursor::Reader;
 use super::encode::{KIND_ACTUATORS, KIND_REFUSAL, KIND_SENSORS};
 use super::{
-    ActuatorPacket, Actuators, ControlPeriod, ENVELOPE_MAX, Effector, MAGIC, PACKET_MAX, Pace,
-    Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest, RefusalPacket,
-    RefusalReason, Reports, SensorPacket, Sensors, SimTime, VERSION, WireError, faults,
+    ActuatorPacket, Actuators, Aircraft, ControlPeriod, ENVELOPE_MAX, Effector, MAGIC, Name,
+    PACKET_MAX, Pace, Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest,
+    RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, VERSION, WireError,
+    faults,
 };
 
 /// Header and checksum, without a body.
@@ -56,6 +57,7 @@ pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
                 1 => RefusalReason::Version,
                 2 => RefusalReason::Busy,
                 3 => RefusalReason::Value,
+                4 => RefusalReason::Aircraft,
                 value => return Err(WireError::Code { field: "refusal reason", value }),
             };
             Packet::Refusal(RefusalPacket { version: r.u16()?, session, sequence, reason })
@@ -112,6 +114,7 @@ fn sensor_packet(
         2 => Phase::OnGround,
         value => return Err(WireError::Code { field: "phase", value }),
     };
+    let aircraft = read_aircraft(r)?;
     let micros = r.u32()?;
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| context.value("control_period_us", f64::from(micros)))?;
@@ -124,11 +127,11 @@ fn sensor_packet(
     let sensors = Sensors::from_array(&values);
     let mut reports = Reports::new();
     for _ in 0..r.u8()? {
-        let report = read_report(r, context)?;
+        let report = read_report(r, context, aircraft)?;
         reports.try_push(report).map_err(|_| WireError::Length { bytes: r.total })?;
     }
     skip_envelope(r)?;
-    Ok(SensorPacket { session, sequence, time, phase, period, sensors, reports })
+    Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
 }
 
 fn actuator_packet(
@@ -138,9 +141,8 @@ fn actuator_packet(
     time: SimTime,
     context: Context,
 ) -> Result<ActuatorPacket, WireError> {
-    let values =
-        context.all_finite(r.f64s::<{ Effector::COUNT }>()?, |index| Effector::ALL[index].key())?;
-    let commands = PerEffector::new(values);
+    let aircraft = read_aircraft(r)?;
+    let commands = read_effectors(r, context, aircraft)?;
     let request = if read_flag(r, "request flag")? {
         Some(PlantRequest { number: r.u32()?, action: read_action(r, context)? })
     } else {
@@ -148,8 +150,58 @@ fn actuator_packet(
     };
     let wants_envelope = read_flag(r, "envelope flag")?;
     let actuators = Actuators { commands };
-    Ok(ActuatorPacket { session, sequence, time, actuators, request, wants_envelope })
+    Ok(ActuatorPacket { session, sequence, aircraft, time, actuators, request, wants_envelope })
 }
+
+fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
+    let length = r.u8()?;
+    let wrong = WireError::Code { field: "length of the aircraft's name", value: length };
+    let name = core::str::from_utf8(r.bytes(length.into())?).ok();
+    let name = name.and_then(|name| Name::from(name).ok()).ok_or(wrong)?;
+    let effectors = r.u8()?;
+    if !(1..=Effector::MAX).contains(&usize::from(effectors)) {
+        return Err(WireError::Code { field: "number of effectors", value: effectors });
+    }
+    Ok(Aircraft { name, effectors, identity: r.u32()? })
+}
+
+/// One value for each effector of the aircraft.
+fn read_effectors(
+    r: &mut Reader<'_>,
+    context: Context,
+    aircraft: Aircraft,
+) -> Result<PerEffector<f64>, WireError> {
+    let total = r.total;
+    let bytes = r.bytes(8 * aircraft.count())?;
+    let (values, _) = bytes.as_chunks::<8>();
+    if values.len() != aircraft.count() {
+        return Err(WireError::Length { bytes: total });
+    }
+    let values = values.iter().map(|bytes| f64::from_le_bytes(*bytes));
+    let values = PerEffector::from_values(values);
+    context.all_finite(*values.as_array(), |index| VALUES[index])?;
+    Ok(values)
+}
+
+/// The effectors' values in errors.
+const VALUES: [&str; Effector::MAX] = [
+    "value of effector 1",
+    "value of effector 2",
+    "value of effector 3",
+    "value of effector 4",
+    "value of effector 5",
+    "value of effector 6",
+    "value of effector 7",
+    "value of effector 8",
+    "value of effector 9",
+    "value of effector 10",
+    "value of effector 11",
+    "value of effector 12",
+    "value of effector 13",
+    "value of effector 14",
+    "value of effector 15",
+    "value of effector 16",
+];
 
 fn read_action(r: &mut Reader<'_>, context: Context) -> Result<PlantAction, WireError> {
     match r.u8()? {
@@ -181,7 +233,11 @@ fn read_pace(r: &mut Reader<'_>, context: Context) -> Result<Pace, WireError> {
     if pace.is_valid() { Ok(pace) } else { Err(context.value("pace", value)) }
 }
 
-fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, WireError> {
+fn read_report(
+    r: &mut Reader<'_>,
+    context: Context,
+    aircraft: Aircraft,
+) -> Result<PlantReport, WireError> {
     match r.u8()? {
         0 => Ok(PlantReport::GroundContact { at: SimTime::from_micros(r.u64()?) }),
         1 => Ok(PlantReport::Fault(faults::read_entry(r, context)?)),
@@ -198,9 +254,7 @@ fn read_report(r: &mut Reader<'_>, context: Context) -> Result<PlantReport, Wire
         }
         // Whoever joins later must not learn from a start what has become of the aircraft since.
         4 if context.sequence == 0 => {
-            let values = r.f64s::<{ Effector::COUNT }>()?;
-            let values = context.all_finite(values, |index| Effector::ALL[index].key())?;
-            Ok(PlantReport::Started { positions: PerEffector::new(values) })
+            Ok(PlantReport::Started { positions: read_effectors(r, context, aircraft)? })
         }
         value => Err(WireError::Code { field: "report", value }),
     }

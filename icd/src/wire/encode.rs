@@ -2,8 +2,8 @@
 
 use super::cursor::Writer;
 use super::{
-    ActuatorPacket, ENVELOPE_MAX, MAGIC, Pace, PacketBytes, Phase, PlantAction, PlantReport,
-    PlantRequest, RefusalPacket, RefusalReason, SensorPacket, VERSION, faults,
+    ActuatorPacket, Aircraft, ENVELOPE_MAX, MAGIC, Pace, PacketBytes, Phase, PlantAction,
+    PlantReport, PlantRequest, RefusalPacket, RefusalReason, SensorPacket, VERSION, faults,
 };
 
 pub(super) const KIND_SENSORS: u8 = 1;
@@ -21,6 +21,7 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
     };
     let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence);
     w.u64(packet.time.as_micros());
+    write_aircraft(&mut w, &packet.aircraft);
     w.u32(packet.period.as_micros());
     for v in packet.sensors.to_array() {
         w.f64(v);
@@ -28,7 +29,7 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
     #[expect(clippy::cast_possible_truncation, reason = "at most REPORTS_MAX")]
     w.u8(packet.reports.len() as u8);
     for report in &packet.reports {
-        write_report(&mut w, report);
+        write_report(&mut w, report, packet.aircraft.count());
     }
     let envelope = if envelope.len() <= ENVELOPE_MAX { envelope } else { &[] };
     w.bytes(envelope);
@@ -41,7 +42,8 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
 pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
     let mut w = header(out, KIND_ACTUATORS, 0, packet.session, packet.sequence);
     w.u64(packet.time.as_micros());
-    for v in packet.actuators.commands.as_array() {
+    write_aircraft(&mut w, &packet.aircraft);
+    for v in packet.actuators.commands.first(packet.aircraft.count()) {
         w.f64(*v);
     }
     match &packet.request {
@@ -73,6 +75,7 @@ pub fn encode_refusal(packet: &RefusalPacket, out: &mut PacketBytes) {
         RefusalReason::Version => 1,
         RefusalReason::Busy => 2,
         RefusalReason::Value => 3,
+        RefusalReason::Aircraft => 4,
     };
     let mut w = header(out, KIND_REFUSAL, reason, packet.session, packet.sequence);
     w.u64(0);
@@ -92,6 +95,14 @@ fn header(out: &mut PacketBytes, kind: u8, detail: u8, session: u64, sequence: u
     w
 }
 
+fn write_aircraft(w: &mut Writer<'_>, aircraft: &Aircraft) {
+    #[expect(clippy::cast_possible_truncation, reason = "at most NAME_MAX")]
+    w.u8(aircraft.name.len() as u8);
+    w.bytes(aircraft.name.as_bytes());
+    w.u8(aircraft.effectors);
+    w.u32(aircraft.identity);
+}
+
 fn write_pace(w: &mut Writer<'_>, pace: Pace) {
     let (code, value) = match pace {
         Pace::Pause => (0, 0.0),
@@ -103,7 +114,7 @@ fn write_pace(w: &mut Writer<'_>, pace: Pace) {
     w.f64(value);
 }
 
-fn write_report(w: &mut Writer<'_>, report: &PlantReport) {
+fn write_report(w: &mut Writer<'_>, report: &PlantReport, effectors: usize) {
     match report {
         PlantReport::GroundContact { at } => {
             w.u8(0);
@@ -128,7 +139,7 @@ fn write_report(w: &mut Writer<'_>, report: &PlantReport) {
         }
         PlantReport::Started { positions } => {
             w.u8(4);
-            for v in positions.as_array() {
+            for v in positions.first(effectors) {
                 w.f64(*v);
             }
         }

@@ -18,11 +18,11 @@ pub(super) fn write_request(w: &mut Writer<'_>, request: &FaultRequest) {
     match request {
         FaultRequest::Clear { effector } => {
             w.u8(1);
-            w.u8(*effector as u8);
+            w.u8(effector.code());
         }
         FaultRequest::Inject { effector, kind, timing } => {
             w.u8(2);
-            w.u8(*effector as u8);
+            w.u8(effector.code());
             write_kind(w, kind);
             write_timing(w, timing);
         }
@@ -48,7 +48,7 @@ pub(super) fn read_request(
 
 pub(super) fn write_entry(w: &mut Writer<'_>, entry: &FaultEntry) {
     w.u32(entry.id);
-    w.u8(entry.effector as u8);
+    w.u8(entry.effector.code());
     write_kind(w, &entry.kind);
     write_timing(w, &entry.timing);
     let (code, at, next) = match entry.state {
@@ -137,6 +137,10 @@ fn write_refusal(w: &mut Writer<'_>, refusal: &Refusal) {
             w.u32(capacity);
         }
         Refusal::FlightOver => w.u8(5),
+        Refusal::NoSuchEffector { count } => {
+            w.u8(6);
+            w.u8(count);
+        }
     }
 }
 
@@ -164,6 +168,7 @@ fn read_refusal(r: &mut Reader<'_>, context: Context) -> Result<Refusal, WireErr
         }),
         4 => Ok(Refusal::ScheduleFull { capacity: r.u32()? }),
         5 => Ok(Refusal::FlightOver),
+        6 => Ok(Refusal::NoSuchEffector { count: r.u8()? }),
         value => Err(WireError::Code { field: "refusal", value }),
     }
 }

@@ -4,6 +4,7 @@ use crate::fault::{
     Side, Timing, Travel,
 };
 use crate::frames::{Attitude, Body, Ned};
+use crate::tvc_jet;
 use proptest::prelude::*;
 
 fn sensors() -> Sensors {
@@ -29,7 +30,7 @@ fn full_sensor_packet() -> SensorPacket {
     let timing = Timing { onset: Onset::At(at), ramp_s: 0.25, duration_s: Some(1.0), repeat };
     let entry = |state| {
         let kind = FaultKind::Intermittent { period_s: 0.5, present: 0.25 };
-        PlantReport::Fault(FaultEntry { id: 9, effector: Effector::Rudder, kind, timing, state })
+        PlantReport::Fault(FaultEntry { id: 9, effector: tvc_jet::RUDDER, kind, timing, state })
     };
     let mut reports = Reports::new();
     reports.push(entry(FaultState::Acting { since: at }));
@@ -39,6 +40,7 @@ fn full_sensor_packet() -> SensorPacket {
     SensorPacket {
         session: 42,
         sequence: 7,
+        aircraft: tvc_jet::aircraft(),
         time: SimTime::from_micros(14_000),
         phase: Phase::Flying,
         period: ControlPeriod::DEFAULT,
@@ -51,14 +53,15 @@ fn actuator_packet() -> ActuatorPacket {
     ActuatorPacket {
         session: 42,
         sequence: 7,
+        aircraft: tvc_jet::aircraft(),
         time: SimTime::from_micros(14_000),
         actuators: Actuators {
-            commands: PerEffector::new([0.1, -0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0e4]),
+            commands: PerEffector::from_values([0.1, -0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0e4]),
         },
         request: Some(PlantRequest {
             number: 9,
             action: PlantAction::Fault(FaultRequest::Inject {
-                effector: Effector::LeftElevator,
+                effector: tvc_jet::LEFT_ELEVATOR,
                 kind: FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::AtActuatorRate },
                 timing: Timing::at(SimTime::from_micros(3_000_000)),
             }),
@@ -99,6 +102,7 @@ fn every_request_reply_and_report_comes_back() {
         FaultReply::Refused(Refusal::NotForThisEffector),
         FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }),
         FaultReply::Refused(Refusal::FlightOver),
+        FaultReply::Refused(Refusal::NoSuchEffector { count: 8 }),
     ];
     let ranges = Quantity::ALL.map(|what| {
         FaultReply::Refused(Refusal::OutOfRange { what, value: 1.5, min: 0.0, max: 1.0 })
@@ -126,7 +130,7 @@ fn every_request_reply_and_report_comes_back() {
     for state in [FaultState::Cancelled { at }, FaultState::Acting { since: at }] {
         let mut packet = full_sensor_packet();
         packet.reports.clear();
-        let (effector, kind) = (Effector::Engine, FaultKind::FlameOut);
+        let (effector, kind) = (tvc_jet::ENGINE, FaultKind::FlameOut);
         let entry = FaultEntry { id: 1, effector, kind, timing: Timing::NOW, state };
         packet.reports.push(PlantReport::Fault(entry));
         encode_sensors(&packet, &[], &mut bytes);
@@ -140,9 +144,9 @@ fn every_request_reply_and_report_comes_back() {
         PlantAction::Pace(Pace::Run),
         PlantAction::Pace(Pace::Step(Pace::STEPS_MAX)),
         PlantAction::Pace(Pace::Speed(Pace::SPEED.0)),
-        PlantAction::Fault(FaultRequest::Clear { effector: Effector::NozzleYaw }),
+        PlantAction::Fault(FaultRequest::Clear { effector: tvc_jet::NOZZLE_YAW }),
         PlantAction::Fault(FaultRequest::Inject {
-            effector: Effector::Engine,
+            effector: tvc_jet::ENGINE,
             kind: FaultKind::HardOver { side: Side::Negative },
             timing: Timing::NOW,
         }),
@@ -168,9 +172,9 @@ fn a_value_that_is_not_finite_is_named() {
         other => panic!("{other:?}"),
     }
     let mut packet = actuator_packet();
-    packet.actuators.commands[Effector::Rudder] = f64::INFINITY;
+    packet.actuators.commands[tvc_jet::RUDDER] = f64::INFINITY;
     encode_actuators(&packet, &mut bytes);
-    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "rudder", .. })));
+    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "value of effector 5", .. })));
 }
 
 #[test]
@@ -273,7 +277,7 @@ proptest! {
 fn the_start_comes_back_bit_for_bit_and_only_in_the_first_packet_of_a_flight() {
     let mut bytes = PacketBytes::new();
     let mut packet = full_sensor_packet();
-    let positions = PerEffector::new([0.1, -0.1, 1.0 / 3.0, -0.2, 0.3, 0.0, -0.0, 2.7e4]);
+    let positions = PerEffector::from_values([0.1, -0.1, 1.0 / 3.0, -0.2, 0.3, 0.0, -0.0, 2.7e4]);
     packet.reports[0] = PlantReport::Started { positions };
     packet.sequence = 0;
     encode_sensors(&packet, &[7; ENVELOPE_MAX], &mut bytes);
@@ -284,8 +288,48 @@ fn the_start_comes_back_bit_for_bit_and_only_in_the_first_packet_of_a_flight() {
     assert_eq!(decode(&bytes), Err(WireError::Code { field: "report", value: 4 }));
     packet.sequence = 0;
     let mut positions = positions;
-    positions[Effector::Rudder] = f64::NAN;
+    positions[tvc_jet::RUDDER] = f64::NAN;
     packet.reports[0] = PlantReport::Started { positions };
     encode_sensors(&packet, &[], &mut bytes);
-    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "rudder", .. })));
+    assert!(matches!(decode(&bytes), Err(WireError::Value { field: "value of effector 5", .. })));
+}
+
+/// The largest aircraft: every place has an effector, and the name is as long as it can be.
+fn largest() -> Aircraft {
+    let name = Name::from("abcdefghijklmnopqrstuvwxyz123456").unwrap();
+    Aircraft { name, effectors: 16, identity: u32::MAX }
+}
+
+#[test]
+fn the_largest_aircraft_fits_and_comes_back_bit_for_bit() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    packet.aircraft = largest();
+    packet.sequence = 0;
+    let positions = PerEffector::from_fn(|effector| 0.1 * f64::from(effector.code()));
+    packet.reports[0] = PlantReport::Started { positions };
+    encode_sensors(&packet, &[7; ENVELOPE_MAX], &mut bytes);
+    assert!(bytes.len() < PACKET_MAX, "{} bytes", bytes.len());
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
+    let mut packet = actuator_packet();
+    (packet.aircraft, packet.actuators.commands) = (largest(), positions);
+    encode_actuators(&packet, &mut bytes);
+    assert_eq!(decode(&bytes), Ok(Packet::Actuators(packet)));
+}
+
+#[test]
+fn only_the_effectors_of_the_aircraft_are_sent_and_their_number_is_checked() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = actuator_packet();
+    encode_actuators(&packet, &mut bytes);
+    let eight = bytes.len();
+    packet.aircraft.effectors = 7;
+    encode_actuators(&packet, &mut bytes);
+    assert_eq!(bytes.len() + 8, eight);
+    for effectors in [0, 17, 255] {
+        packet.aircraft.effectors = effectors;
+        encode_actuators(&packet, &mut bytes);
+        let expected = WireError::Code { field: "number of effectors", value: effectors };
+        assert_eq!(decode(&bytes), Err(expected));
+    }
 }

@@ -79,7 +79,7 @@ impl Effects {
         self.low[effector] = share.low;
         self.high[effector] = share.high;
         self.rate_limit[effector] = share.rate_limit;
-        self.is_bent = Effector::ALL.into_iter().any(|e| {
+        self.is_bent = Effector::first(Effector::MAX).any(|e| {
             self.offset[e] != 0.0
                 || self.low[e] > f64::NEG_INFINITY
                 || self.high[e] < f64::INFINITY

@@ -1,6 +1,7 @@
 use super::*;
 use crate::Airframe;
 use icd::fault::{Quantity, Repeat, Side, Travel};
+use icd::tvc_jet;
 
 mod flown;
 mod timing;
@@ -27,8 +28,13 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let positions = PerEffector::new([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 27_000.0]);
-        Self { faults: Faults::none(&servos(), &positions), positions, reports: Vec::new() }
+        let positions =
+            PerEffector::from_values([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 27_000.0]);
+        Self {
+            faults: Faults::none(&tvc_jet::effectors(), &servos(), &positions),
+            positions,
+            reports: Vec::new(),
+        }
     }
 
     fn request(&mut self, now: SimTime, request: FaultRequest) -> FaultReply {
@@ -76,7 +82,7 @@ fn kinds(effector: Effector, here: f64) -> Vec<(FaultKind, f64, f64)> {
         (FaultKind::StuckHere, here, 0.0),
         (FaultKind::PartialLoss { remaining: 0.25 }, 0.25 * here, 1.0),
     ];
-    if effector.is_angle() {
+    if tvc_jet::effectors().is_angle(effector) {
         kinds.push((FaultKind::Float, 0.0, 0.0));
         kinds.push((jump(-0.2), -0.2, 0.0));
         let rate = servos()[effector].rate_limit;
@@ -88,17 +94,21 @@ fn kinds(effector: Effector, here: f64) -> Vec<(FaultKind, f64, f64)> {
 
 #[test]
 fn each_fault_acts_on_its_own_effector_and_on_no_other() {
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         let here = Bench::new().positions[effector];
         for (kind, effective, rate) in kinds(effector, here) {
             let mut bench = Bench::new();
             assert_eq!(bench.inject(T0, effector, kind), FaultReply::Applied { at: T0 });
-            assert_eq!(bench.effective(effector), effective, "{effector} {kind:?}");
-            assert_eq!(bench.rate(effector), rate, "{effector} {kind:?}");
-            for other in Effector::ALL.into_iter().filter(|e| *e != effector) {
+            assert_eq!(bench.effective(effector), effective, "{effector:?} {kind:?}");
+            assert_eq!(bench.rate(effector), rate, "{effector:?} {kind:?}");
+            for other in tvc_jet::ALL.into_iter().filter(|e| *e != effector) {
                 let healthy = Bench::new().positions[other];
-                assert_eq!(bench.effective(other), healthy, "{effector} {kind:?} moved {other}");
-                assert_eq!(bench.rate(other), 1.0, "{effector} {kind:?} slowed {other}");
+                assert_eq!(
+                    bench.effective(other),
+                    healthy,
+                    "{effector:?} {kind:?} moved {other:?}"
+                );
+                assert_eq!(bench.rate(other), 1.0, "{effector:?} {kind:?} slowed {other:?}");
             }
         }
     }
@@ -106,17 +116,17 @@ fn each_fault_acts_on_its_own_effector_and_on_no_other() {
 
 #[test]
 fn after_the_repair_every_effector_is_healthy_again() {
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         for (kind, _, _) in kinds(effector, Bench::new().positions[effector]) {
             let mut bench = Bench::new();
             bench.inject(T0, effector, kind);
             let stuck = bench.positions[effector];
             let reply = bench.request(T1, FaultRequest::Clear { effector });
             assert_eq!(reply, FaultReply::Cleared { at: T1 });
-            assert_eq!(*bench.faults.effects(), Effects::none(), "{effector} {kind:?}");
+            assert_eq!(*bench.faults.effects(), Effects::none(), "{effector:?} {kind:?}");
             assert_eq!(
                 bench.positions[effector], stuck,
-                "{effector} {kind:?}: the repair moved it"
+                "{effector:?} {kind:?}: the repair moved it"
             );
             let ended = FaultState::Ended { at: T1 };
             assert!(matches!(bench.reports[1], PlantReport::Fault(entry) if entry.state == ended));
@@ -128,17 +138,17 @@ fn after_the_repair_every_effector_is_healthy_again() {
 #[test]
 fn a_partial_loss_that_sticks_holds_what_was_left_of_it() {
     let mut bench = Bench::new();
-    bench.inject(T0, Effector::Rudder, FaultKind::PartialLoss { remaining: 0.5 });
-    bench.inject(T0, Effector::Rudder, FaultKind::StuckHere);
-    assert_eq!(bench.effective(Effector::Rudder), 0.025);
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::PartialLoss { remaining: 0.5 });
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::StuckHere);
+    assert_eq!(bench.effective(tvc_jet::RUDDER), 0.025);
 }
 
 #[test]
 fn the_same_fault_again_changes_nothing_and_says_since_when_it_is_there() {
     let mut bench = Bench::new();
-    bench.inject(T0, Effector::Rudder, FaultKind::StuckHere);
-    bench.positions[Effector::Rudder] = 0.3;
-    let reply = bench.inject(T1, Effector::Rudder, FaultKind::StuckHere);
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::StuckHere);
+    bench.positions[tvc_jet::RUDDER] = 0.3;
+    let reply = bench.inject(T1, tvc_jet::RUDDER, FaultKind::StuckHere);
     assert_eq!(reply, FaultReply::Unchanged { at: T0 });
     assert_eq!(bench.reports.len(), 1);
 }
@@ -146,25 +156,25 @@ fn the_same_fault_again_changes_nothing_and_says_since_when_it_is_there() {
 #[test]
 fn another_fault_replaces_the_one_that_is_there() {
     let mut bench = Bench::new();
-    bench.inject(T0, Effector::Rudder, FaultKind::Float);
-    assert_eq!(bench.inject(T1, Effector::Rudder, jump(0.1)), FaultReply::Applied { at: T1 });
-    assert_eq!(bench.effective(Effector::Rudder), 0.1);
-    assert_eq!(bench.faults.active(Effector::Rudder), Some((jump(0.1), T1)));
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::Float);
+    assert_eq!(bench.inject(T1, tvc_jet::RUDDER, jump(0.1)), FaultReply::Applied { at: T1 });
+    assert_eq!(bench.effective(tvc_jet::RUDDER), 0.1);
+    assert_eq!(bench.faults.active(tvc_jet::RUDDER), Some((jump(0.1), T1)));
 }
 
 #[test]
 fn a_travelling_effector_stops_at_its_angle_at_the_first_microsecond_after_its_way() {
     let mut bench = Bench::new();
     let kind = FaultKind::StuckAt { angle_rad: -0.1, travel: Travel::AtActuatorRate };
-    bench.inject(T0, Effector::Rudder, kind);
+    bench.inject(T0, tvc_jet::RUDDER, kind);
     let rate = 80.0_f64.to_radians();
-    assert_eq!(bench.rate(Effector::Rudder), -rate);
+    assert_eq!(bench.rate(tvc_jet::RUDDER), -rate);
     let arrival = bench.faults.next_event().unwrap();
     let way_us = 0.15 / rate * 1.0e6;
     let late_us = (arrival.as_micros() - T0.as_micros()) as f64 - way_us;
     assert!((0.0..=1.0).contains(&late_us), "{late_us} us late");
     bench.act(arrival);
-    assert_eq!((bench.effective(Effector::Rudder), bench.rate(Effector::Rudder)), (-0.1, 0.0));
+    assert_eq!((bench.effective(tvc_jet::RUDDER), bench.rate(tvc_jet::RUDDER)), (-0.1, 0.0));
     assert_eq!(bench.faults.next_event(), None);
 }
 
@@ -173,17 +183,17 @@ fn impossible_faults_are_refused_with_the_reason() {
     let mut bench = Bench::new();
     let limit_rad = 30.0_f64.to_radians();
     for (effector, kind, refusal) in [
-        (Effector::Engine, jump(0.1), Refusal::NotForThisEffector),
-        (Effector::Rudder, jump(0.6), Refusal::AngleOutOfTravel { angle_rad: 0.6, limit_rad }),
+        (tvc_jet::ENGINE, jump(0.1), Refusal::NotForThisEffector),
+        (tvc_jet::RUDDER, jump(0.6), Refusal::AngleOutOfTravel { angle_rad: 0.6, limit_rad }),
         (
-            Effector::Rudder,
+            tvc_jet::RUDDER,
             FaultKind::PartialLoss { remaining: 1.5 },
             Refusal::OutOfRange { what: Quantity::Remaining, value: 1.5, min: 0.0, max: 1.0 },
         ),
     ] {
         assert_eq!(bench.inject(T0, effector, kind), FaultReply::Refused(refusal));
     }
-    let no_number = bench.inject(T0, Effector::Rudder, jump(f64::NAN));
+    let no_number = bench.inject(T0, tvc_jet::RUDDER, jump(f64::NAN));
     assert!(matches!(no_number, FaultReply::Refused(Refusal::AngleOutOfTravel { .. })));
     assert_eq!(*bench.faults.effects(), Effects::none());
     assert_eq!(bench.reports, []);
@@ -194,18 +204,18 @@ fn an_onset_in_the_past_is_refused_and_one_now_acts_at_once() {
     let mut bench = Bench::new();
     let onset = SimTime::from_micros(999_999);
     let refusal = Refusal::OnsetInThePast { onset, now: T0 };
-    let reply = bench.inject_at(onset, Effector::Rudder, FaultKind::Float);
+    let reply = bench.inject_at(onset, tvc_jet::RUDDER, FaultKind::Float);
     assert_eq!(reply, FaultReply::Refused(refusal));
-    let reply = bench.inject_at(T0, Effector::Rudder, FaultKind::Float);
+    let reply = bench.inject_at(T0, tvc_jet::RUDDER, FaultKind::Float);
     assert_eq!(reply, FaultReply::Applied { at: T0 });
 }
 
 #[test]
 fn a_scheduled_fault_waits_for_its_time() {
     let mut bench = Bench::new();
-    let reply = bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
+    let reply = bench.inject_at(T1, tvc_jet::RUDDER, FaultKind::Float);
     assert_eq!(reply, FaultReply::Scheduled { at: T1 });
-    let again = bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
+    let again = bench.inject_at(T1, tvc_jet::RUDDER, FaultKind::Float);
     assert_eq!(again, FaultReply::Unchanged { at: T1 });
     assert_eq!(bench.faults.next_event(), Some(T1));
     bench.act(SimTime::from_micros(2_000_000));
@@ -218,21 +228,21 @@ fn a_scheduled_fault_waits_for_its_time() {
 #[test]
 fn clearing_forgets_what_is_scheduled_for_that_effector_only() {
     let mut bench = Bench::new();
-    bench.inject_at(T1, Effector::Rudder, FaultKind::Float);
-    bench.inject_at(T1, Effector::LeftAileron, FaultKind::Float);
-    bench.request(T0, FaultRequest::Clear { effector: Effector::Rudder });
+    bench.inject_at(T1, tvc_jet::RUDDER, FaultKind::Float);
+    bench.inject_at(T1, tvc_jet::LEFT_AILERON, FaultKind::Float);
+    bench.request(T0, FaultRequest::Clear { effector: tvc_jet::RUDDER });
     let waits = FaultState::Scheduled { at: T1 };
     assert_eq!(bench.states(), [waits, waits, FaultState::Cancelled { at: T0 }]);
     bench.act(T1);
-    assert_eq!(bench.faults.active(Effector::Rudder), None);
-    assert!(bench.faults.active(Effector::LeftAileron).is_some());
+    assert_eq!(bench.faults.active(tvc_jet::RUDDER), None);
+    assert!(bench.faults.active(tvc_jet::LEFT_AILERON).is_some());
 }
 
 #[test]
 fn the_end_of_a_fault_does_not_mend_the_one_that_replaced_it() {
     let mut bench = Bench::new();
     let at = |second: u64| SimTime::from_micros(second * 1_000_000);
-    let effector = Effector::Rudder;
+    let effector = tvc_jet::RUDDER;
     for (kind, from, duration_s) in [(FaultKind::Float, 2, Some(2.0)), (jump(0.1), 3, None)] {
         let timing = Timing { duration_s, ..Timing::at(at(from)) };
         let fault = ScheduledFault { effector, kind, timing };
@@ -249,18 +259,17 @@ fn the_schedule_has_a_limit() {
     let mut bench = Bench::new();
     for i in 0..SCHEDULE_MAX as u64 {
         let at = SimTime::from_micros(2_000_000 + i);
-        let reply = bench.inject_at(at, Effector::Rudder, FaultKind::Float);
+        let reply = bench.inject_at(at, tvc_jet::RUDDER, FaultKind::Float);
         assert_eq!(reply, FaultReply::Scheduled { at });
     }
-    let reply =
-        bench.inject_at(SimTime::from_micros(9_000_000), Effector::Rudder, FaultKind::Float);
+    let reply = bench.inject_at(SimTime::from_micros(9_000_000), tvc_jet::RUDDER, FaultKind::Float);
     assert_eq!(reply, FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }));
 }
 
 #[test]
 fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
     let mut bench = Bench::new();
-    let (effector, kind) = (Effector::Rudder, jump(0.1));
+    let (effector, kind) = (tvc_jet::RUDDER, jump(0.1));
     assert_eq!(bench.inject_at(T1, effector, kind), FaultReply::Scheduled { at: T1 });
     bench.act(T1);
     let later = SimTime::from_micros(T1.as_micros() + 500_000);

@@ -97,11 +97,8 @@ impl PlantArgs {
             let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
             return postcard::from_bytes(&bytes).map_err(|_| failed());
         }
-        let plant = self.scenario()?;
-        let airframe = match &self.airframe {
-            None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
-            Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
-        };
+        let airframe = self.read_airframe()?;
+        let plant = self.scenario(&airframe)?;
         let step_us = self.step_us.unwrap_or_else(|| default_step_us(self.period_ms));
         let mut setup = plant.setup(airframe, RUN, self.period_ms, step_us);
         setup.earth = self.earth.unwrap_or(setup.earth);
@@ -124,14 +121,21 @@ impl PlantArgs {
         if self.until_s.is_some() || self.setup.is_some() {
             return Ok(self.until_s);
         }
-        Ok(self.scenario()?.duration_s.and_then(SimTime::from_seconds))
+        Ok(self.scenario(&self.read_airframe()?)?.duration_s.and_then(SimTime::from_seconds))
     }
 
-    fn scenario(&self) -> Result<PlantPart, RunError> {
-        let name = self.scenario.as_str();
+    fn read_airframe(&self) -> Result<Airframe, RunError> {
+        Ok(match &self.airframe {
+            None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
+            Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
+        })
+    }
+
+    fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, RunError> {
+        let (name, effectors) = (self.scenario.as_str(), &airframe.effectors);
         let scenario = match SCENARIOS.iter().find(|(known, _)| *known == name) {
-            Some((_, text)) => Scenario::from_toml(name, text)?,
-            None => Scenario::from_toml(name, &read_scenario(name)?)?,
+            Some((_, text)) => Scenario::from_toml(name, text, effectors)?,
+            None => Scenario::from_toml(name, &read_scenario(name)?, effectors)?,
         };
         Ok(scenario.plant)
     }

@@ -83,10 +83,10 @@ mod tests {
     use crate::Airframe;
     use crate::scenario::{CASE1, Scenario};
     use icd::ControlPeriod;
-    use icd::record::TRUTH_FIELDS;
 
     fn setup() -> PlantSetup {
-        let plant = Scenario::from_toml("case1", CASE1).unwrap().plant;
+        let plant =
+            Scenario::from_toml("case1", CASE1, &Airframe::paper().effectors).unwrap().plant;
         plant.setup(Airframe::paper(), 3, ControlPeriod::DEFAULT, 1_000)
     }
 
@@ -94,7 +94,7 @@ mod tests {
     fn collect(envelopes: &mut Envelopes) -> (PlantHeader, usize) {
         let mut json = Vec::new();
         for number in 1.. {
-            let bytes = envelopes.next(|| [0.5; TRUTH_FIELDS.len()]);
+            let bytes = envelopes.next(|| [0.5; 59].into_iter().collect());
             let (truth, piece) = record::open(bytes).unwrap();
             assert_eq!(truth[0], 0.5);
             let piece = piece.unwrap();
@@ -115,7 +115,7 @@ mod tests {
         assert_eq!((header.scenario.as_str(), &header.setup), ("case1", &setup));
         // Then only the truth, until it is time to say it again.
         for _ in pieces..AGAIN_AFTER as usize {
-            let bytes = envelopes.next(|| [0.0; TRUTH_FIELDS.len()]);
+            let bytes = envelopes.next(|| [0.0; 59].into_iter().collect());
             assert_eq!(record::open(bytes).unwrap().1, None);
         }
         assert_eq!(collect(&mut envelopes).0, header);
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn after_the_first_packet_nothing_is_sent_unasked_and_a_late_recorder_gets_all() {
         let mut envelopes = Envelopes::new("case1", &setup()).unwrap();
-        let truth = || [0.0; TRUTH_FIELDS.len()];
+        let truth = || [0.0; 59].into_iter().collect();
         assert!(!envelopes.next(truth).is_empty());
         envelopes.want(false);
         assert_eq!(envelopes.next(|| unreachable!("nobody asked")), &[0_u8; 0]);

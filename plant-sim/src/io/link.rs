@@ -7,7 +7,8 @@ use host_io::health::HealthFile;
 use host_io::{LinkSocket, Stop, clock, session};
 use icd::lockstep::{PlantEvent, PlantSide};
 use icd::wire::{
-    self, ActuatorPacket, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports, VERSION,
+    self, ActuatorPacket, Aircraft, PACKET_MAX, Phase, RefusalPacket, RefusalReason, Reports,
+    VERSION,
 };
 use icd::{ControlPeriod, Sensors, SimTime};
 use tracing::{info, warn};
@@ -31,6 +32,15 @@ pub enum LinkError {
         /// The autopilot's.
         theirs: u16,
     },
+    /// The autopilot has the model of another aircraft.
+    #[error(
+        "the autopilot's model file is of another aircraft than the airframe, {ours}; write one with \
+         `sitl linearize --airframe` and give it with --belief"
+    )]
+    Aircraft {
+        /// The airframe.
+        ours: Box<Aircraft>,
+    },
     /// The autopilot found a value that cannot be.
     #[error("the autopilot refused the sensor packet: {0}")]
     Value(String),
@@ -40,6 +50,7 @@ pub enum LinkError {
 #[derive(Debug)]
 pub(super) struct Link {
     socket: LinkSocket,
+    aircraft: Aircraft,
     side: PlantSide,
     stop: Stop,
     buffer: [u8; PACKET_MAX + 1],
@@ -57,17 +68,26 @@ struct Trouble {
 }
 
 impl Link {
-    /// A link whose first exchange belongs to a new flight.
+    /// A link whose first exchange belongs to a new flight of this aircraft.
     ///
     /// # Errors
     /// If the system gives no random number for the session.
     pub(super) fn new(
         socket: LinkSocket,
+        aircraft: Aircraft,
         stop: Stop,
         health: Option<HealthFile>,
     ) -> io::Result<Self> {
-        let side = PlantSide::new(session::draw()?);
-        Ok(Self { socket, side, stop, buffer: [0; PACKET_MAX + 1], trouble: None, health })
+        let side = PlantSide::new(session::draw()?, aircraft);
+        Ok(Self {
+            socket,
+            aircraft,
+            side,
+            stop,
+            buffer: [0; PACKET_MAX + 1],
+            trouble: None,
+            health,
+        })
     }
 
     /// The next exchange belongs to a new flight.
@@ -75,7 +95,7 @@ impl Link {
     /// # Errors
     /// As [`Link::new`].
     pub(super) fn begin_session(&mut self) -> io::Result<()> {
-        self.side = PlantSide::new(session::draw()?);
+        self.side = PlantSide::new(session::draw()?, self.aircraft);
         Ok(())
     }
 
@@ -125,10 +145,10 @@ impl Link {
                     self.refused(refusal)?;
                     None
                 }
-                PlantEvent::Refuse(refusal, error) => {
+                PlantEvent::Refuse(refusal, why) => {
                     // The autopilot is told; whether that arrives changes nothing here.
                     let _ = self.socket.send(refusal);
-                    Some(error)
+                    Some(why)
                 }
                 PlantEvent::Ignored(_) => None,
             };
@@ -174,6 +194,7 @@ impl Link {
         match refusal.reason {
             RefusalReason::Version => Err(LinkError::Version { theirs: refusal.version }),
             RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
+            RefusalReason::Aircraft => Err(LinkError::Aircraft { ours: Box::new(self.aircraft) }),
             RefusalReason::Busy => {
                 let trouble = self.insist(Duration::ZERO);
                 if !trouble.told {
@@ -208,8 +229,8 @@ mod tests {
     use std::net::{Ipv4Addr, SocketAddr};
 
     use host_io::Wait;
-    use icd::Actuators;
     use icd::lockstep::{FlightEvent, FlightSide};
+    use icd::{Actuators, tvc_jet};
 
     use super::*;
 
@@ -245,10 +266,11 @@ mod tests {
     fn an_answer_that_comes_twice_asks_for_nothing() {
         let anywhere = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         let open = |address| LinkSocket::listen("test", "link", address, Wait::Block, RESEND_AFTER);
-        let mut peer = Peer { socket: open(anywhere).unwrap(), side: FlightSide::new() };
+        let mut peer =
+            Peer { socket: open(anywhere).unwrap(), side: FlightSide::new(tvc_jet::aircraft()) };
         let address = peer.socket.local_address().unwrap();
         let socket = LinkSocket::connect("test", "link", address, Wait::Block, RESEND_AFTER);
-        let mut link = Link::new(socket.unwrap(), Stop::new(), None).unwrap();
+        let mut link = Link::new(socket.unwrap(), tvc_jet::aircraft(), Stop::new(), None).unwrap();
         ask(&mut link, 0);
         peer.answer(2);
         assert_eq!(link.answer().unwrap().unwrap().sequence, 0);

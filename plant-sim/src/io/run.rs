@@ -135,7 +135,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
-    let link = Link::new(socket, stop.clone(), health)?;
+    let link = Link::new(socket, setup.airframe.aircraft(), stop.clone(), health)?;
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {
         log.finish()?;

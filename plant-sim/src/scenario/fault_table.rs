@@ -5,10 +5,10 @@
 //! key; whether the aircraft's effector can have the fault is found out by [`crate::Plant::new`].
 
 use icd::fault::{FaultKind, Onset, Quantity, Refusal, Repeat, Side, Timing, Travel};
-use icd::{Effector, SimTime, fault};
+use icd::{EffectorList, SimTime, fault};
 use serde::Deserialize;
 
-use crate::config::{self, ConfigError, RangeError, check_range};
+use crate::config::{self, ConfigError, RangeError, check_range, section};
 use crate::faults::ScheduledFault;
 
 const SECTION: &str = "plant.fault";
@@ -51,7 +51,7 @@ enum SideKey {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaultTable {
-    effector: Effector,
+    effector: String,
     kind: KindKey,
     angle_deg: Option<f64>,
     travel: Option<TravelKey>,
@@ -94,9 +94,20 @@ struct Number {
 
 impl FaultTable {
     /// The fault; `file` and `number` (from 1) stand for the table in errors.
-    pub(super) fn read(&self, file: &str, number: usize) -> Result<ScheduledFault, ConfigError> {
+    pub(super) fn read(
+        &self,
+        file: &str,
+        number: usize,
+        effectors: &EffectorList,
+    ) -> Result<ScheduledFault, ConfigError> {
+        let effector = effectors.by_key(&self.effector).ok_or_else(|| {
+            let known: Vec<&str> =
+                effectors.all().map(|effector| effectors.key(effector)).collect();
+            let (file, effector) = (file.to_owned(), self.effector.clone());
+            ConfigError::FaultEffector { file, number, effector, known: known.join(", ") }
+        })?;
         let mut numbers = Numbers { file, number, kind: self.kind.name(), left: self.numbers() };
-        let kind = self.kind(&mut numbers)?;
+        let kind = self.kind(&mut numbers, effectors.is_angle(effector))?;
         numbers.nothing_left()?;
         if !matches!(self.kind, KindKey::StuckAt) {
             numbers.absent("travel", self.travel.is_some())?;
@@ -106,7 +117,7 @@ impl FaultTable {
         }
         let timing = self.timing(&numbers)?;
         fault::check_timing(&kind, &timing).map_err(|refusal| numbers.timing_error(&refusal))?;
-        Ok(ScheduledFault { effector: self.effector, kind, timing })
+        Ok(ScheduledFault { effector, kind, timing })
     }
 
     fn numbers(&self) -> Vec<Number> {
@@ -129,9 +140,8 @@ impl FaultTable {
         all.into_iter().map(|(key, value, range)| Number { key, value, range }).collect()
     }
 
-    fn kind(&self, numbers: &mut Numbers<'_>) -> Result<FaultKind, ConfigError> {
-        // In SI units, from the key of the effector's own unit.
-        let is_angle = self.effector.is_angle();
+    /// In SI units, from the key of the effector's own unit.
+    fn kind(&self, numbers: &mut Numbers<'_>, is_angle: bool) -> Result<FaultKind, ConfigError> {
         let mut own = |deg: &'static str, kn: &'static str| {
             if is_angle {
                 numbers.take(deg).map(f64::to_radians)
@@ -256,7 +266,13 @@ impl Numbers<'_> {
 
     fn time(&self, key: &'static str, seconds: f64) -> Result<SimTime, ConfigError> {
         let max = SimTime::MAX_SECONDS;
-        let refused = RangeError { section: SECTION, key, value: seconds, min: 0.0, max };
+        let refused = RangeError {
+            section: section(SECTION),
+            key: section(key),
+            value: seconds,
+            min: 0.0,
+            max,
+        };
         SimTime::from_seconds(seconds).ok_or_else(|| config::in_file(self.file)(refused))
     }
 
@@ -270,6 +286,12 @@ impl Numbers<'_> {
             Quantity::Times => "times",
             _ => "duration_s",
         };
-        config::in_file(self.file)(RangeError { section: SECTION, key, value, min, max })
+        config::in_file(self.file)(RangeError {
+            section: section(SECTION),
+            key: section(key),
+            value,
+            min,
+            max,
+        })
     }
 }

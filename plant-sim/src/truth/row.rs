@@ -1,12 +1,11 @@
 //! The truth of a tick as a row of numbers, for the recorder of the flight.
 
-use icd::Effector;
-use icd::record::{TRUTH_FIELDS, TruthRow};
+use icd::record::TruthRow;
 
 use super::Truth;
 
 impl Truth {
-    /// The values in the order of [`TRUTH_FIELDS`]. `on_ground` and `broken` are those of the plant at that
+    /// The values in the order of [`icd::record::truth_fields`]. `on_ground` and `broken` are those of the plant at that
     /// time ([`crate::Plant::on_ground`], [`crate::Plant::is_broken`]).
     #[must_use]
     pub fn to_row(&self, on_ground: bool, broken: bool) -> TruthRow {
@@ -19,23 +18,20 @@ impl Truth {
         let vectors =
             [self.velocity.0, self.position.0, self.angular_acceleration.0, self.specific_force.0];
         let wind = self.wind.0;
-        let values = motion
+        let count = self.effectors;
+        motion
             .into_iter()
             .chain(angles)
             .chain(air)
             .chain(place)
             .chain(vectors.into_iter().flat_map(|v| [v.x, v.y, v.z]))
             .chain([self.normal_load_factor_g, wind.x, wind.y, wind.z, self.density_kg_m3])
-            .chain(*self.deflections.as_array())
-            .chain(*self.positions.as_array())
-            .chain(Effector::ALL.map(|e| f64::from(self.fault_codes[e])))
+            .chain(self.deflections.first(count).iter().copied())
+            .chain(self.positions.first(count).iter().copied())
+            .chain(self.fault_codes.first(count).iter().map(|code| f64::from(*code)))
             .chain([q.w, q.i, q.j, q.k])
-            .chain([on_ground, broken].map(|flag| f64::from(u8::from(flag))));
-        let mut row = [0.0; TRUTH_FIELDS.len()];
-        for (field, value) in row.iter_mut().zip(values) {
-            *field = value;
-        }
-        row
+            .chain([on_ground, broken].map(|flag| f64::from(u8::from(flag))))
+            .collect()
     }
 }
 
@@ -44,18 +40,22 @@ mod tests {
     use super::*;
     use crate::{Airframe, Plant, Scenario, scenario};
     use icd::fault::{FaultKind, FaultRequest, Timing};
+    use icd::record::truth_fields;
+    use icd::tvc_jet;
     use icd::{Actuators, ControlPeriod};
 
     fn flown() -> Truth {
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).unwrap().plant;
+        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors())
+            .unwrap()
+            .plant;
         let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
         let mut plant = Plant::new(&setup).unwrap();
-        let (effector, kind) = (Effector::NozzlePitch, FaultKind::PartialLoss { remaining: 0.5 });
+        let (effector, kind) = (tvc_jet::NOZZLE_PITCH, FaultKind::PartialLoss { remaining: 0.5 });
         plant.request(&FaultRequest::Inject { effector, kind, timing: Timing::NOW });
         let mut commands = plant.trim().positions();
-        commands[Effector::LeftAileron] = 0.05;
-        commands[Effector::Rudder] = -0.05;
-        commands[Effector::NozzlePitch] = 0.1;
+        commands[tvc_jet::LEFT_AILERON] = 0.05;
+        commands[tvc_jet::RUDDER] = -0.05;
+        commands[tvc_jet::NOZZLE_PITCH] = 0.1;
         for _ in 0..100 {
             plant.advance(&Actuators { commands });
         }
@@ -67,7 +67,7 @@ mod tests {
         let truth = flown();
         let row = truth.to_row(true, false);
         let column = |name: &str| {
-            let at = TRUTH_FIELDS.iter().position(|field| *field == name);
+            let at = truth_fields(&tvc_jet::effectors()).position(|field| field.as_str() == name);
             row[at.unwrap_or_else(|| panic!("no column {name}"))]
         };
         let euler = truth.euler();
@@ -103,11 +103,12 @@ mod tests {
     fn every_effector_stands_in_its_own_columns() {
         let truth = flown();
         let row = truth.to_row(false, true);
-        for effector in Effector::ALL {
-            let unit = if effector.is_angle() { "rad" } else { "n" };
-            let key = effector.key();
+        let list = tvc_jet::effectors();
+        for effector in tvc_jet::ALL {
+            let (unit, key) = (list.unit(effector), list.key(effector));
             let column = |name: String| {
-                let at = TRUTH_FIELDS.iter().position(|field| *field == name);
+                let at =
+                    truth_fields(&tvc_jet::effectors()).position(|field| field.as_str() == name);
                 row[at.unwrap_or_else(|| panic!("no column {name}"))]
             };
             assert_eq!(column(format!("effect_{key}_{unit}")), truth.deflections[effector]);
@@ -115,7 +116,7 @@ mod tests {
             let code = f64::from(truth.fault_codes[effector]);
             assert_eq!(column(format!("fault_{key}")), code);
         }
-        let nozzle = Effector::NozzlePitch;
+        let nozzle = tvc_jet::NOZZLE_PITCH;
         assert_eq!(truth.fault_codes[nozzle], FaultKind::PartialLoss { remaining: 0.5 }.code());
         assert!(truth.positions[nozzle] > 0.09, "{} rad", truth.positions[nozzle]);
         assert_eq!(truth.deflections[nozzle], 0.5 * truth.positions[nozzle]);

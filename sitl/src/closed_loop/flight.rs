@@ -111,13 +111,14 @@ pub struct Flown<S> {
 /// Flies until `until`, the ground, a restart that an operator asks for, or the operator's end.
 ///
 /// # Errors
-/// [`SetupError`] if the plant cannot start.
+/// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
 pub fn run<O: Operator>(
     setup: &PlantSetup,
     settings: &Settings,
     until: SimTime,
     operator: &mut O,
 ) -> Result<Flown<O::Stop>, SetupError> {
+    setup.check_model(settings.belief.aircraft())?;
     let plant = Plant::new(setup)?;
     let mut autopilot = Autopilot::new(settings);
     autopilot.begin_flight(setup.period, plant.time(), false);

@@ -1,6 +1,6 @@
 //! Steady level turns of the plant: what an altitude that is held would need.
 
-use icd::{Body, Effector, PerEffector};
+use icd::Body;
 use plant_sim::Airframe;
 use plant_sim::aerodynamics::{self, AirState, Coefficients};
 use plant_sim::atmosphere::LocalDensity;
@@ -33,17 +33,17 @@ pub(super) fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> 
     let load_factor = 1.0 / case.bank_deg.to_radians().cos();
     let pitch_rate = GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
     let weight = load_factor * airframe.mass.mass_kg * GRAVITY_M_S2;
+    let surfaces = airframe.surfaces();
     let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {
         let rates = Body::new(0.0, pitch_rate, 0.0);
         let air = AirState { airspeed_m_s: v, alpha_rad, beta_rad: 0.0, rates };
-        let positions = PerEffector::from_fn(|effector| match effector {
-            Effector::LeftElevator | Effector::RightElevator => elevator_rad,
-            _ => 0.0,
-        });
-        aerodynamics::coefficients(&airframe.aero, &air, &positions)
+        let positions = airframe.follow([0.0, elevator_rad, 0.0, 0.0]);
+        aerodynamics::coefficients(&airframe.aero, &surfaces, &air, &positions)
     };
+    // Linear in the deflection, so that one difference has it.
+    let per_elevator = (at(0.0, 0.1).pitch - at(0.0, -0.1).pitch) / 0.2;
     let balanced = |alpha_rad: f64| {
-        let elevator_rad = -at(alpha_rad, 0.0).pitch / (2.0 * airframe.aero.c_pitch_elevator);
+        let elevator_rad = -at(alpha_rad, 0.0).pitch / per_elevator;
         let c = at(alpha_rad, elevator_rad);
         let thrust_n = q_s * c.drag / alpha_rad.cos();
         (elevator_rad, thrust_n, q_s * c.lift + thrust_n * alpha_rad.sin() - weight)

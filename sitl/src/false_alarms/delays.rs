@@ -1,7 +1,7 @@
 //! How long the detectors take to notice faults, in the same air.
 
 use icd::fault::{FaultKind, Side, Timing, Travel};
-use icd::{Effector, SimTime};
+use icd::{Effector, SimTime, tvc_jet};
 use plant_sim::{Airframe, ScheduledFault};
 
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES};
@@ -45,29 +45,29 @@ const fn stuck(name: &'static str, effector: Effector, deg: f64) -> Fault {
 pub const FAULTS: [Fault; 14] = [
     Fault {
         climb_m: 1_000.0,
-        ..stuck("case 1: left elevator at +30 deg, in a climb", Effector::LeftElevator, 30.0)
+        ..stuck("case 1: left elevator at +30 deg, in a climb", tvc_jet::LEFT_ELEVATOR, 30.0)
     },
     Fault {
         roll_deg: ROLL_DEG,
-        ..stuck("case 2: rudder at +7 deg, in a turn", Effector::Rudder, 7.0)
+        ..stuck("case 2: rudder at +7 deg, in a turn", tvc_jet::RUDDER, 7.0)
     },
-    stuck("left elevator at -30 deg", Effector::LeftElevator, -30.0),
-    stuck("left elevator at +15 deg", Effector::LeftElevator, 15.0),
-    stuck("left elevator at +8 deg", Effector::LeftElevator, 8.0),
-    stuck("right elevator at -8 deg", Effector::RightElevator, -8.0),
-    stuck("rudder at +20 deg", Effector::Rudder, 20.0),
-    stuck("rudder at +3 deg", Effector::Rudder, 3.0),
-    stuck("rudder at -3 deg", Effector::Rudder, -3.0),
-    stuck("right aileron at +25 deg", Effector::RightAileron, 25.0),
-    stuck("right aileron at +12 deg", Effector::RightAileron, 12.0),
-    stuck("nozzle in pitch at +15 deg", Effector::NozzlePitch, 15.0),
+    stuck("left elevator at -30 deg", tvc_jet::LEFT_ELEVATOR, -30.0),
+    stuck("left elevator at +15 deg", tvc_jet::LEFT_ELEVATOR, 15.0),
+    stuck("left elevator at +8 deg", tvc_jet::LEFT_ELEVATOR, 8.0),
+    stuck("right elevator at -8 deg", tvc_jet::RIGHT_ELEVATOR, -8.0),
+    stuck("rudder at +20 deg", tvc_jet::RUDDER, 20.0),
+    stuck("rudder at +3 deg", tvc_jet::RUDDER, 3.0),
+    stuck("rudder at -3 deg", tvc_jet::RUDDER, -3.0),
+    stuck("right aileron at +25 deg", tvc_jet::RIGHT_AILERON, 25.0),
+    stuck("right aileron at +12 deg", tvc_jet::RIGHT_AILERON, 12.0),
+    stuck("nozzle in pitch at +15 deg", tvc_jet::NOZZLE_PITCH, 15.0),
     Fault {
         kind: FaultKind::HardOver { side: Side::Negative },
-        ..stuck("rudder hard over, by its rate", Effector::Rudder, 0.0)
+        ..stuck("rudder hard over, by its rate", tvc_jet::RUDDER, 0.0)
     },
     Fault {
         kind: FaultKind::Oscillating { amplitude: 8.0 * crate::metrics::DEG, frequency_hz: 1.0 },
-        ..stuck("right elevator oscillates, 8 deg at 1 Hz", Effector::RightElevator, 0.0)
+        ..stuck("right elevator oscillates, 8 deg at 1 Hz", tvc_jet::RIGHT_ELEVATOR, 0.0)
     },
 ];
 

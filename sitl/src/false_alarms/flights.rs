@@ -117,7 +117,8 @@ pub fn setup(
     references: &str,
     duration_s: f64,
 ) -> Result<FlightSetup, StudyError> {
-    let mut plant = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
+    let mut plant =
+        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?.plant;
     plant.start.altitude_m = Some(condition.altitude_m);
     plant.start.airspeed_m_s = Some(condition.airspeed_m_s);
     plant.wind.turbulence_m_s = options.turbulence_m_s;

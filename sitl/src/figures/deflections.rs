@@ -1,5 +1,6 @@
 //! Figures 6 and 9: what the effectors do in the compensated run.
 
+use icd::{Effector, tvc_jet};
 use plotters::prelude::RGBColor;
 
 use super::curve::thin;
@@ -23,17 +24,17 @@ const NEAR: f64 = 0.5;
 /// # Errors
 /// [`FigureError`] with what the drawing library says.
 pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure, FigureError> {
-    let effectors = &flown.case.setup.belief.effectors;
-    let deg = |servo: &flight_control::belief::ServoBelief| servo.travel_rad / DEG;
+    let servos = &flown.case.setup.belief.effectors.servos;
+    let deg = |effector: Effector| servos[effector].max / DEG;
     let elevators: [fn(&Row) -> f64; 2] = [|r| r.left_elevator_rad, |r| r.right_elevator_rad];
     let ailerons: [fn(&Row) -> f64; 2] = [|r| r.left_aileron_rad, |r| r.right_aileron_rad];
     let rudder: [fn(&Row) -> f64; 1] = [|r| r.rudder_rad];
     let nozzle: [fn(&Row) -> f64; 2] = [|r| r.nozzle_pitch_rad, |r| r.nozzle_yaw_rad];
     let panels = [
-        panel(flown, "(a) Elevators, left and right", deg(&effectors.elevator), &elevators),
-        panel(flown, "(b) Ailerons, left and right", deg(&effectors.aileron), &ailerons),
-        panel(flown, "(c) Rudder", deg(&effectors.rudder), &rudder),
-        panel(flown, "(d) Nozzle, pitch and yaw", deg(&effectors.nozzle), &nozzle),
+        panel(flown, "(a) Elevators, left and right", deg(tvc_jet::LEFT_ELEVATOR), &elevators),
+        panel(flown, "(b) Ailerons, left and right", deg(tvc_jet::LEFT_AILERON), &ailerons),
+        panel(flown, "(c) Rudder", deg(tvc_jet::RUDDER), &rudder),
+        panel(flown, "(d) Nozzle, pitch and yaw", deg(tvc_jet::NOZZLE_PITCH), &nozzle),
     ];
     let title = format!("{number}. Case {}: deflections, compensated", flown.case.number);
     let caption = format!(

@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use icd::fault::Reach;
-use icd::{Effector, PerEffector};
+use icd::{EffectorList, PerEffector};
 use plant_sim::Airframe;
 
 use super::outcome::Metric;
@@ -68,6 +68,7 @@ pub struct Measured<'a> {
 #[derive(Debug, Clone)]
 pub struct Measures {
     period_s: f64,
+    list: EffectorList,
     reach: PerEffector<Reach>,
     ticks: f64,
     errors: [Sums; 6],
@@ -150,7 +151,10 @@ impl Measures {
     pub fn new(airframe: &Airframe, period_s: f64) -> Self {
         Self {
             period_s,
-            reach: PerEffector::from_fn(|effector| airframe.servos[effector].reach()),
+            list: airframe.effectors,
+            reach: PerEffector::from_fn(|effector| {
+                airframe.servos[effector].reach(airframe.effectors.is_angle(effector))
+            }),
             ticks: 0.0,
             errors: [Sums::default(); 6],
             effectors: PerEffector::from_fn(|_| Moved::default()),
@@ -234,7 +238,7 @@ impl Measures {
     }
 
     fn track_effectors(&mut self, measured: &Measured<'_>) {
-        for effector in Effector::ALL {
+        for effector in self.list.all() {
             let moved = &mut self.effectors[effector];
             let (command, Reach { min, max, .. }) =
                 (measured.commands[effector], self.reach[effector]);
@@ -321,9 +325,11 @@ impl Measures {
 
     fn control(&self, all: &mut Vec<Metric>) {
         let flown_s = self.ticks * self.period_s;
-        for (effector, moved) in self.effectors.iter() {
-            let units = if effector.is_angle() { ["rad2 s", "rad"] } else { ["N2 s", "N"] };
-            let key = effector.key();
+        for effector in self.list.all() {
+            let moved = &self.effectors[effector];
+            let units =
+                if self.list.is_angle(effector) { ["rad2 s", "rad"] } else { ["N2 s", "N"] };
+            let key = self.list.key(effector);
             let percent = |share: f64| Some(100.0 * share);
             all.push(Metric::new(format!("effort_{key}"), units[0], Some(moved.effort)));
             all.push(Metric::new(format!("travel_{key}"), units[1], Some(moved.travel)));

@@ -8,6 +8,7 @@ use super::estimates::{self, Axis};
 use super::trace::{Sample, column};
 use crate::metrics::{DEG, drop_below_running_max, max, max_abs, mean, min};
 use crate::table::Row;
+use icd::tvc_jet;
 
 const SMOOTH_CLIMB: Claim = Claim { id: "1a", text: "no fault: climb is smooth" };
 const ONLY_THE_ELEVATOR: Claim =
@@ -268,9 +269,10 @@ fn signs(runs: &Runs) -> Vec<ClaimResult> {
 
 fn lateral_nozzle(runs: &Runs) -> Vec<ClaimResult> {
     let run = runs.compensated;
-    let surfaces = &runs.case.setup.belief.surfaces;
+    let c_yaw = &runs.case.setup.belief.effectors.c_yaw;
     // Yaw coefficients per rad: left elevator, and the aileron pair per rad of aileron.
-    let (elevator, pair) = (surfaces.c_yaw[2], surfaces.c_yaw[1] - surfaces.c_yaw[0]);
+    let elevator = c_yaw[tvc_jet::LEFT_ELEVATOR];
+    let pair = c_yaw[tvc_jet::RIGHT_AILERON] - c_yaw[tvc_jet::LEFT_AILERON];
     let left = run.at(BALANCE_S).map_or(f64::NAN, |Sample { row, .. }| {
         let fault = elevator * (runs.case.jam_rad - row.cmd_left_elevator_rad);
         let aileron = pair * (row.right_aileron_rad - row.main_aileron_rad);
@@ -300,8 +302,8 @@ fn nozzle_pitch(runs: &Runs) -> Vec<ClaimResult> {
         let q = 0.5 * density_kg_m3 * row.airspeed_m_s * row.airspeed_m_s;
         let arm = q * belief.geometry.wing_area_m2 * belief.geometry.chord_m;
         let jam = runs.case.jam_rad - row.cmd_left_elevator_rad;
-        let fault = arm * belief.surfaces.c_pitch[2] * jam;
-        let nozzle = row.thrust_n * belief.geometry.nozzle_arm_m * libm::sin(row.nozzle_pitch_rad);
+        let fault = arm * belief.effectors.c_pitch[tvc_jet::LEFT_ELEVATOR] * jam;
+        let nozzle = row.thrust_n * belief.nozzle_arm_m() * libm::sin(row.nozzle_pitch_rad);
         (1.0 + nozzle / fault).abs()
     });
     let smallest = min(column(run.from(fault_s + 0.5), |row| row.nozzle_pitch_rad)) / DEG;

@@ -124,14 +124,15 @@ impl Case {
             1 => ("case1.toml", scenario::CASE1),
             _ => ("case2.toml", scenario::CASE2),
         };
-        let flight = aircraft.scenario(&Named::shipped(file, text))?;
+        let airframe = aircraft.airframe()?;
+        let flight = aircraft.scenario(&Named::shipped(file, text), &airframe.effectors)?;
         let plant = flight.plant;
         let fault = plant.faults.first().ok_or(PaperError::NoFault { file })?;
         let FaultKind::StuckAt { angle_rad, .. } = fault.kind else {
             return Err(PaperError::NoFault { file });
         };
         let fault_s = fault.onset().as_seconds();
-        let mut setup = plant.setup(aircraft.airframe()?, 0, conditions.period, conditions.step_us);
+        let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
         Ok(Self {
             number,

@@ -254,7 +254,8 @@ const LEVEL: &str = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n";
 /// Level flight with nothing asked and nothing broken.
 fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
     let like = &case.setup.plant;
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL)?.plant;
+    let effectors = &like.airframe.effectors;
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, effectors)?.plant;
     let plant = nominal.setup(like.airframe.clone(), 0, like.period, like.step_us);
     Ok(FlightSetup {
         plant: PlantSetup { start: like.start, ..plant },

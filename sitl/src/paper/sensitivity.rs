@@ -17,7 +17,7 @@ pub struct Doubt {
     pub name: &'static str,
     /// What it is.
     pub meaning: &'static str,
-    /// The value to try instead.
+    /// The value to try instead, of surfaces that of the left one.
     pub instead: f64,
     /// Where that value comes from.
     pub why: &'static str,
@@ -28,7 +28,7 @@ pub struct Doubt {
 pub const DOUBTS: [Doubt; 12] = [
     f16("Cmde", "pitch moment of an elevator", -0.28),
     f16("CLde", "lift of an elevator", 0.218),
-    f16("Clda", "roll moment of the ailerons", -0.1475),
+    f16("Clda", "roll moment of an aileron", 0.073_75),
     f16("Cma", "pitch stiffness", 0.05),
     f16("Cnb", "yaw stiffness", 0.212),
     f16("Clb", "dihedral effect", -0.115),
@@ -78,8 +78,7 @@ pub fn study(
 fn one(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, PaperError> {
     let mut airframe = cases[0].setup.plant.airframe.clone();
     let unknown = || crate::dispersion::UnknownDerivative { name: doubt.name.to_owned() };
-    let field = airframe.derivative_mut(doubt.name).ok_or_else(unknown)?;
-    let value = std::mem::replace(field, doubt.instead);
+    let value = airframe.set_derivative(doubt.name, doubt.instead).ok_or_else(unknown)?;
 
     let mut results = Vec::new();
     for case in cases {

@@ -1,7 +1,7 @@
 //! One flight at the full control rate, with what the claims look at.
 
 use flight_control::{Compensation, DesignModel};
-use icd::{ControlPeriod, Effector};
+use icd::{ControlPeriod, tvc_jet};
 use plant_sim::FlightLimits;
 
 use crate::closed_loop::{Record, fault_acceleration};
@@ -47,14 +47,14 @@ impl Sample {
             alpha_rad: truth.alpha_rad,
             beta_rad: truth.beta_rad,
             altitude_m: truth.altitude_m,
-            left_aileron_rad: at[Effector::LeftAileron],
-            right_aileron_rad: at[Effector::RightAileron],
-            left_elevator_rad: at[Effector::LeftElevator],
-            right_elevator_rad: at[Effector::RightElevator],
-            rudder_rad: at[Effector::Rudder],
-            nozzle_pitch_rad: at[Effector::NozzlePitch],
-            nozzle_yaw_rad: at[Effector::NozzleYaw],
-            thrust_n: at[Effector::Engine],
+            left_aileron_rad: at[tvc_jet::LEFT_AILERON],
+            right_aileron_rad: at[tvc_jet::RIGHT_AILERON],
+            left_elevator_rad: at[tvc_jet::LEFT_ELEVATOR],
+            right_elevator_rad: at[tvc_jet::RIGHT_ELEVATOR],
+            rudder_rad: at[tvc_jet::RUDDER],
+            nozzle_pitch_rad: at[tvc_jet::NOZZLE_PITCH],
+            nozzle_yaw_rad: at[tvc_jet::NOZZLE_YAW],
+            thrust_n: at[tvc_jet::ENGINE],
             z2_p_rad_s2: log.z2.x,
             z2_q_rad_s2: log.z2.y,
             z2_r_rad_s2: log.z2.z,
@@ -63,14 +63,14 @@ impl Sample {
             fault_r_rad_s2: fault.z,
             compensator_active: f64::from(u8::from(log.compensator_active)),
             nz_g: truth.normal_load_factor_g,
-            cmd_left_aileron_rad: told[Effector::LeftAileron],
-            cmd_right_aileron_rad: told[Effector::RightAileron],
-            cmd_left_elevator_rad: told[Effector::LeftElevator],
-            cmd_right_elevator_rad: told[Effector::RightElevator],
-            cmd_rudder_rad: told[Effector::Rudder],
-            cmd_nozzle_pitch_rad: told[Effector::NozzlePitch],
-            cmd_nozzle_yaw_rad: told[Effector::NozzleYaw],
-            cmd_thrust_n: told[Effector::Engine],
+            cmd_left_aileron_rad: told[tvc_jet::LEFT_AILERON],
+            cmd_right_aileron_rad: told[tvc_jet::RIGHT_AILERON],
+            cmd_left_elevator_rad: told[tvc_jet::LEFT_ELEVATOR],
+            cmd_right_elevator_rad: told[tvc_jet::RIGHT_ELEVATOR],
+            cmd_rudder_rad: told[tvc_jet::RUDDER],
+            cmd_nozzle_pitch_rad: told[tvc_jet::NOZZLE_PITCH],
+            cmd_nozzle_yaw_rad: told[tvc_jet::NOZZLE_YAW],
+            cmd_thrust_n: told[tvc_jet::ENGINE],
             main_aileron_rad: log.main.aileron_rad,
             ucf_aileron_rad: log.compensation.aileron_rad,
             ucf_nozzle_pitch_rad: log.compensation.nozzle_pitch_rad,

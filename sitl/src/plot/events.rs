@@ -6,7 +6,8 @@ use autopilot::event::Wish;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
 use icd::fault::FaultKind;
-use icd::{ControlPeriod, Effector};
+use icd::record::effector_field;
+use icd::{ControlPeriod, Effector, EffectorList};
 use ulog::reader::Topic;
 
 use super::flight::Flight;
@@ -136,7 +137,7 @@ pub fn spans(points: &[Point], gap_s: f64) -> Vec<(f64, f64)> {
 /// When which fault acted: from the truth, and what the plant told of its faults.
 pub fn faults(flight: &Flight) -> Vec<FaultSpan> {
     let mut faults: Vec<FaultSpan> = if flight.has("truth") {
-        Effector::ALL.into_iter().flat_map(|effector| of_truth(flight, effector)).collect()
+        flight.effectors.all().flat_map(|effector| of_truth(flight, effector)).collect()
     } else {
         of_reports(flight)
     };
@@ -146,14 +147,14 @@ pub fn faults(flight: &Flight) -> Vec<FaultSpan> {
 
 /// Intervals in which the truth has the same fault of one effector.
 fn of_truth(flight: &Flight, effector: Effector) -> Vec<FaultSpan> {
-    let column = format!("fault_{}", effector.key());
+    let column = effector_field("fault", &flight.effectors, effector);
     let Some(points) = flight.signal("truth", &column, 1.0) else { return Vec::new() };
     let mut faults = Vec::new();
     let mut open: Option<(f64, f64)> = None;
     let topic = flight.log.topic("fault");
     let reports = topic.map(|topic| Reports::of(&topic)).unwrap_or_default();
     let mut close = |(since, code): (f64, f64), at: f64, lasts: bool| {
-        let text = reports.describe(effector, code, at);
+        let text = reports.describe(flight, effector, code, at);
         let end = if lasts { at } else { reports.exactly(effector, at) };
         let span = (reports.exactly(effector, since), end);
         faults.push(FaultSpan { effector, span, lasts, text });
@@ -193,8 +194,8 @@ struct Report {
 const ACTING: u64 = 1;
 
 impl Report {
-    fn text(&self) -> String {
-        let is_angle = self.effector.is_none_or(Effector::is_angle);
+    fn text(&self, effectors: &EffectorList) -> String {
+        let is_angle = self.effector.is_none_or(|effector| effectors.is_angle(effector));
         match FaultKind::from_code(self.code, self.values) {
             Some(kind) => kind.described(is_angle).to_string(),
             None => format!("fault of kind {}", self.code),
@@ -209,7 +210,7 @@ struct Reports {
     /// Of each effector and kind: when they were told, s, and which they are, in the order of that time.
     told: HashMap<(usize, u8), Vec<(f64, usize)>>,
     /// Of each effector: when something changed, s, in order.
-    changes: [Vec<f64>; Effector::ALL.len()],
+    changes: [Vec<f64>; Effector::MAX],
 }
 
 impl Reports {
@@ -240,13 +241,14 @@ impl Reports {
     }
 
     /// A fault in words: with the numbers of the plant's last report about it.
-    fn describe(&self, effector: Effector, code: f64, until_s: f64) -> String {
+    fn describe(&self, flight: &Flight, effector: Effector, code: f64, until_s: f64) -> String {
         let report = kind_of(code).and_then(|kind| {
             let told = self.told.get(&(effector.index(), kind))?;
             let count = told.partition_point(|(told_s, _)| *told_s <= until_s + REPORT_LATE_S);
             self.all.get(told.get(count.checked_sub(1)?)?.1)
         });
-        report.map_or_else(|| format!("fault of kind {code}"), Report::text)
+        let text = |report: &Report| report.text(&flight.effectors);
+        report.map_or_else(|| format!("fault of kind {code}"), text)
     }
 
     /// The time of a change that the truth shows at this tick: a fault begins and ends between ticks, too.
@@ -269,7 +271,12 @@ fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
         let later = next.insert(report.id, report.at_s);
         let Some(effector) = report.effector.filter(|_| report.state == ACTING) else { continue };
         let span = (report.at_s, later.unwrap_or(flight.span.1));
-        faults.push(FaultSpan { effector, span, lasts: later.is_none(), text: report.text() });
+        faults.push(FaultSpan {
+            effector,
+            span,
+            lasts: later.is_none(),
+            text: report.text(&flight.effectors),
+        });
     }
     faults.reverse();
     faults
@@ -280,6 +287,7 @@ pub fn happened(flight: &Flight) -> Vec<Happened> {
     let mut all = Vec::new();
     for fault in &flight.faults {
         let FaultSpan { effector, span, lasts, text } = fault;
+        let effector = flight.effectors.name(*effector);
         let told = |t_s, text| Happened { t_s, kind: Kind::Fault, text };
         all.push(told(span.0, format!("{effector}: {text}")));
         if !lasts {
@@ -310,7 +318,7 @@ fn inputs(flight: &Flight) -> Vec<Happened> {
     let mut stream: Option<(usize, &str, usize)> = None;
     for (t_s, what) in &flight.inputs {
         let (kind, text) = match what {
-            Recorded::Intent(intent) => match words::wish(&intent.wish) {
+            Recorded::Intent(intent) => match words::wish(&intent.wish, &flight.effectors) {
                 Some(text) => (Kind::Input, text),
                 None => {
                     let name = stream_name(&intent.wish);

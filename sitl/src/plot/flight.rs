@@ -2,7 +2,8 @@
 
 use autopilot::recorder::{ControlHeader, Recorded};
 use flight_control::{DesignModel, State};
-use icd::{Effector, EulerAngles, PerEffector};
+use icd::record::{FieldName, effector_field};
+use icd::{EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
@@ -26,6 +27,8 @@ const STRAY_S: f64 = 60.0;
 pub struct Flight {
     /// The log.
     pub log: Log,
+    /// The effectors of the aircraft.
+    pub effectors: EffectorList,
     /// What the control side was made of, if the log says.
     pub control: Option<ControlHeader>,
     /// The scenario, if the log says.
@@ -70,6 +73,7 @@ impl Flight {
             control: header(&log, "control_header"),
             plant: header(&log, "plant_header"),
             log,
+            effectors: EffectorList::default(),
             span,
             steps: rows,
             inputs,
@@ -79,6 +83,10 @@ impl Flight {
             times,
             strays: 0,
         };
+        let of_plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.effectors);
+        let of_control = flight.control.as_ref().map(|control| control.belief.effectors.list);
+        // A log without headers names its columns all the same: those of the aircraft that every log had once.
+        flight.effectors = of_plant.or(of_control).unwrap_or_else(tvc_jet::effectors);
         flight.faults = events::faults(&flight);
         flight.happened = events::happened(&flight);
         let all = flight.happened.len();
@@ -151,9 +159,12 @@ impl Flight {
         };
         let state = columns(&truth, &STATE)?;
         let acceleration = columns(&truth, &["p_dot_rad_s2", "q_dot_rad_s2", "r_dot_rad_s2"])?;
-        let thrust = self.column(&truth, "effect_engine_n");
-        let modelled: Vec<String> = Effector::ALL.into_iter().map(modelled_column).collect();
-        let modelled: Vec<&str> = modelled.iter().map(String::as_str).collect();
+        let list = &self.effectors;
+        let engine = list.only(EffectorKind::Engine);
+        let engine = engine.map(|engine| effector_field("effect", list, engine));
+        let thrust = engine.and_then(|engine| self.column(&truth, &engine));
+        let modelled: Vec<_> = list.all().map(|e| effector_field("modelled", list, e)).collect();
+        let modelled: Vec<&str> = modelled.iter().map(FieldName::as_str).collect();
         let modelled = columns(&control, &modelled)?;
         let (times, steps) = (self.times_us(&truth), self.times_us(&control));
         // A damaged log has rows of the one without rows of the other.
@@ -173,7 +184,7 @@ impl Flight {
             };
             let acceleration =
                 Vector3::new(acceleration[0][k], acceleration[1][k], acceleration[2][k]);
-            let modelled = PerEffector::from_fn(|effector| modelled[effector.index()][step]);
+            let modelled = PerEffector::from_values(modelled.iter().map(|column| column[step]));
             let f = closed_loop::beyond_model(&model, &state, &acceleration, &modelled);
             (times[k] as f64 * 1.0e-6, f)
         });
@@ -195,16 +206,6 @@ const STATE: [&str; 11] = [
     "altitude_m",
     "velocity_down_m_s",
 ];
-
-/// Column of an effector with its unit.
-pub fn effector_column(before: &str, effector: Effector) -> String {
-    let unit = if effector.is_angle() { "rad" } else { "n" };
-    format!("{before}{}_{unit}", effector.key())
-}
-
-fn modelled_column(effector: Effector) -> String {
-    effector_column("modelled_", effector)
-}
 
 fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
     // A page without a header is better than none; the page says what is missing.

@@ -182,10 +182,13 @@ fn spots(flight: &Flight, track: &[(f64, crate::figures::curve::Point)]) -> Vec<
         .take(CLOCKS_MAX)
         .take_while(|t_s| *t_s < to - 0.3 * step_s)
         .map(|t_s| spot(t_s, "#777777", format!("{t_s:.0} s")));
-    let faults =
-        flight.faults.iter().take(20).map(|fault| {
-            spot(fault.span.0, Kind::Fault.colour(), format!("{} fails", fault.effector))
-        });
+    let faults = flight.faults.iter().take(20).map(|fault| {
+        spot(
+            fault.span.0,
+            Kind::Fault.colour(),
+            format!("{} fails", flight.effectors.name(fault.effector)),
+        )
+    });
     let ends = [spot(from, "#0a6b2e", "start".to_owned()), spot(to, "#222222", "end".to_owned())];
     clocks.chain(faults).chain(ends).collect()
 }

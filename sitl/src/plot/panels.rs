@@ -1,11 +1,12 @@
 //! Which figures there are, and what is in them. A signal that the log does not have leaves its curve out.
 
-use icd::Effector;
+use icd::record::effector_field;
+use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
 use super::events::{Kind, spans};
-use super::flight::{Flight, effector_column};
+use super::flight::Flight;
 use super::svg::{Band, Curve, Panel, Rule};
 use crate::figures::curve::{Point, thin};
 use crate::figures::panel::{Ink, Pattern};
@@ -264,13 +265,17 @@ fn compensator(flight: &Flight) -> Group {
             .map(|panel| Panel { bands: active(flight), y: (-0.05, 1.1), ..panel })
             .into_iter()
             .collect();
-    let belief = flight.control.as_ref().map(|control| control.belief.effectors);
+    let belief = flight.control.as_ref().map(|control| &control.belief.effectors);
+    let of_kind = |kind| {
+        let belief = belief?;
+        Some(belief.servos[belief.list.of_kind(kind).next()?].max)
+    };
     let axes = [
-        ("Ailerons: addition to the roll command", "aileron_rad", belief.map(|b| b.aileron)),
-        ("Nozzle pitch angle", "nozzle_pitch_rad", belief.map(|b| b.nozzle)),
-        ("Nozzle yaw angle", "nozzle_yaw_rad", belief.map(|b| b.nozzle)),
+        ("Ailerons: addition to the roll command", "aileron_rad", EffectorKind::Aileron),
+        ("Nozzle pitch angle", "nozzle_pitch_rad", EffectorKind::NozzlePitch),
+        ("Nozzle yaw angle", "nozzle_yaw_rad", EffectorKind::NozzleYaw),
     ];
-    for (title, column, servo) in axes {
+    for (title, column, kind) in axes {
         let demand = format!("compensation_{column}");
         let applied = format!("applied_{column}");
         let signals = [
@@ -280,8 +285,8 @@ fn compensator(flight: &Flight) -> Group {
         let Some(mut panel) = panel(title, "deg", 2.0, LOW, curves(flight, &signals)) else {
             continue;
         };
-        if let Some(servo) = servo {
-            let limit = servo.travel_rad * DEG;
+        if let Some(limit) = of_kind(kind) {
+            let limit = limit * DEG;
             with_rules(&mut panel, &[(limit, "end of travel, either way"), (-limit, "")]);
         }
         panel.bands = active(flight);
@@ -316,17 +321,20 @@ fn authority(flight: &Flight) -> Option<Panel> {
 }
 
 fn effectors(flight: &Flight) -> Group {
-    let panels = Effector::ALL.into_iter().filter_map(|effector| {
-        let scale = if effector.is_angle() { DEG } else { 1.0e-3 };
-        let (y_label, span_min) = if effector.is_angle() { ("deg", 2.0) } else { ("kN", 2.0) };
+    let list = &flight.effectors;
+    let panels = list.all().filter_map(|effector| {
+        let is_angle = list.is_angle(effector);
+        let scale = if is_angle { DEG } else { 1.0e-3 };
+        let (y_label, span_min) = if is_angle { ("deg", 2.0) } else { ("kN", 2.0) };
         let [command, position, effect] =
-            ["", "position_", "effect_"].map(|before| effector_column(before, effector));
+            ["", "position", "effect"].map(|before| effector_field(before, list, effector));
         let signals = [
             signal("truth", &effect, scale, "what acts, after faults", SECOND),
             signal("truth", &position, scale, "true position", MAIN),
             signal("commands", &command, scale, "command", WANTED),
         ];
-        let mut panel = panel(title(effector), y_label, span_min, LOW, curves(flight, &signals))?;
+        let mut panel =
+            panel(title(list.name(effector)), y_label, span_min, LOW, curves(flight, &signals))?;
         if let Some((min, max)) = travel(flight, effector) {
             with_rules(&mut panel, &[(max * scale, "end of travel"), (min * scale, "")]);
         }
@@ -348,8 +356,7 @@ fn effectors(flight: &Flight) -> Group {
     }
 }
 
-fn title(effector: Effector) -> String {
-    let name = effector.name();
+fn title(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
 }
@@ -360,15 +367,8 @@ fn travel(flight: &Flight, effector: Effector) -> Option<(f64, f64)> {
         let servo = &plant.setup.airframe.servos[effector];
         return Some((servo.min, servo.max));
     }
-    let effectors = flight.control.as_ref()?.belief.effectors;
-    let servo = match effector {
-        Effector::LeftAileron | Effector::RightAileron => effectors.aileron,
-        Effector::LeftElevator | Effector::RightElevator => effectors.elevator,
-        Effector::Rudder => effectors.rudder,
-        Effector::NozzlePitch | Effector::NozzleYaw => effectors.nozzle,
-        Effector::Engine => return Some((effectors.thrust_min_n, effectors.thrust_max_n)),
-    };
-    Some((-servo.travel_rad, servo.travel_rad))
+    let servo = &flight.control.as_ref()?.belief.effectors.servos[effector];
+    Some((servo.min, servo.max))
 }
 
 /// The modes as a strip.

@@ -5,11 +5,11 @@ use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
 use autopilot::recorder::{
-    COMMAND_NAMES, CONTROL_NAMES, Moment, Recorded, RunHash, control_values,
+    Moment, Recorded, RunHash, command_names, control_names, control_values,
 };
 use icd::fault::PlantRequest;
-use icd::record::TRUTH_FIELDS;
-use icd::{Sensors, SimTime};
+use icd::record::{FieldName, truth_fields};
+use icd::{EffectorList, Sensors, SimTime};
 use plant_sim::Plant;
 
 use super::compare::{Difference, Hashes, Rows};
@@ -155,6 +155,7 @@ struct Replay<'a> {
     commands: Rows<'a>,
     control: Rows<'a>,
     truth: Rows<'a>,
+    names: Names,
     hashes: Hashes<'a>,
     is_cut: bool,
     /// Inputs that waited before the present exchange.
@@ -164,6 +165,23 @@ struct Replay<'a> {
 }
 
 type Checked = Result<(), Box<Difference>>;
+
+/// Columns whose names follow the effectors.
+struct Names {
+    truth: Vec<FieldName>,
+    commands: Vec<FieldName>,
+    control: Vec<FieldName>,
+}
+
+impl Names {
+    fn new(effectors: &EffectorList) -> Self {
+        Self {
+            truth: truth_fields(effectors).collect(),
+            commands: command_names(effectors),
+            control: control_names(effectors),
+        }
+    }
+}
 
 impl Operator for Replay<'_> {
     type Stop = Box<Difference>;
@@ -186,7 +204,12 @@ impl Operator for Replay<'_> {
     }
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Box<Difference>> {
-        self.hash.step(tick.exchange.time, tick.sensors, &tick.output.actuators);
+        self.hash.step(
+            tick.exchange.time,
+            tick.sensors,
+            &tick.output.actuators,
+            self.names.commands.len(),
+        );
         (self.each)(tick.exchange.step);
         until_different(self.check_rows(tick))
     }
@@ -244,6 +267,7 @@ impl<'a> Replay<'a> {
             commands: Rows::new(log, "commands", every),
             control: Rows::new(log, "control", every),
             truth: Rows::new(log, "truth", every),
+            names: Names::new(&recording.settings().belief.effectors.list),
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
             waiting: 0,
@@ -308,7 +332,8 @@ impl<'a> Replay<'a> {
             return Ok(());
         }
         let truth = plant.truth().to_row(plant.on_ground(), plant.is_broken());
-        let checked = self.truth.check(step, time, TRUTH_FIELDS.into_iter().zip(truth));
+        let names = self.names.truth.iter().map(FieldName::as_str);
+        let checked = self.truth.check(step, time, names.zip(truth.iter().copied()));
         self.unless_damaged(time, checked)
     }
 
@@ -318,11 +343,14 @@ impl<'a> Replay<'a> {
         let signals = Sensors::NAMES.into_iter().zip(tick.sensors.to_array());
         let checked = self.sensors.check(step, time, signals);
         self.unless_damaged(time, checked)?;
-        let commands = *tick.output.actuators.commands.as_array();
-        let checked = self.commands.check(step, time, COMMAND_NAMES.into_iter().zip(commands));
+        let count = self.names.commands.len();
+        let commands = tick.output.actuators.commands.first(count).iter().copied();
+        let names = self.names.commands.iter().map(FieldName::as_str);
+        let checked = self.commands.check(step, time, names.zip(commands));
         self.unless_damaged(time, checked)?;
-        let control = control_values(&tick.output.log);
-        let checked = self.control.check(step, time, CONTROL_NAMES.into_iter().zip(control));
+        let control = control_values(&tick.output.log, count);
+        let names = self.names.control.iter().map(FieldName::as_str);
+        let checked = self.control.check(step, time, names.zip(control));
         self.unless_damaged(time, checked)?;
         let checked = self.hashes.check(time, &self.hash);
         self.unless_damaged(time, checked)

@@ -89,7 +89,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
             let actuators = if moment == Moment::Step {
                 let output = autopilot.step(time, &sensors);
                 let is_due = step.is_multiple_of(without.rows.max(1).into());
-                hash.step(time, &sensors, &output.actuators);
+                hash.step(time, &sensors, &output.actuators, 8);
                 let row = &mut writer.row;
                 if hash.steps().is_multiple_of(50) {
                     topics::hash_row(row, time, hash);
@@ -98,9 +98,9 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                 if is_due {
                     topics::sensors_row(row, time, &sensors);
                     writer.data.row(writer.sensors, row).unwrap();
-                    topics::commands_row(row, time, &output.actuators);
+                    topics::commands_row(row, time, &output.actuators, 8);
                     writer.data.row(writer.commands, row).unwrap();
-                    topics::control_row(row, time, &output.log);
+                    topics::control_row(row, time, &output.log, 8);
                     writer.data.row(writer.control, row).unwrap();
                     let snapshot = autopilot.snapshot().unwrap();
                     let references =
@@ -161,14 +161,15 @@ struct Writer {
 
 impl Writer {
     fn new(without: Without, control: &ControlHeader, plant: &PlantHeader) -> Self {
+        let effectors = &control.belief.effectors.list;
         let formats = [
             topics::sensors(),
-            topics::commands(),
-            topics::control(),
+            topics::commands(effectors),
+            topics::control(effectors),
             topics::vehicle(),
             topics::fault(),
             topics::recorded(),
-            topics::truth(),
+            topics::truth(effectors),
             topics::hash(),
         ];
         let mut log = Definitions::begin(Vec::new(), 0).unwrap();

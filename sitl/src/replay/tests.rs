@@ -7,7 +7,8 @@ use autopilot::vehicle::{LinkLossAction, Mode, Reference};
 use flight_control::Gains;
 use icd::fault::{FaultKind, Onset, Timing};
 use icd::pace::Pace;
-use icd::{ControlPeriod, Effector, FaultRequest, SimTime};
+use icd::tvc_jet;
+use icd::{ControlPeriod, FaultRequest, SimTime};
 use ulog::reader::Log;
 
 use super::testing::{self, Spoken, Without};
@@ -35,7 +36,7 @@ pub fn setup(seconds: u64) -> FlightSetup {
 fn jam(onset: Onset) -> Wish {
     let kind = FaultKind::StuckHere;
     let timing = Timing { onset, ..Timing::NOW };
-    Wish::Fault(FaultRequest::Inject { effector: Effector::LeftElevator, kind, timing })
+    Wish::Fault(FaultRequest::Inject { effector: tvc_jet::LEFT_ELEVATOR, kind, timing })
 }
 
 /// Everything that an operator may do, in flight and while time stands still.
@@ -43,7 +44,7 @@ pub fn spoken() -> Vec<Spoken> {
     let mut gains = Gains::REFERENCE;
     gains.main.roll.k_p *= 1.1;
     let script = "at 1.6 s: fail rudder 50 % left\nwhen roll passes 1 deg: altitude 3200 m\n";
-    let script = Arc::new(Script::parse("a test", script).unwrap());
+    let script = Arc::new(Script::parse("a test", script, &tvc_jet::effectors()).unwrap());
     let at = |step, wish| (step, Moment::Step, wish);
     let held = |step, wish| (step, Moment::Holding, wish);
     vec![
@@ -163,16 +164,16 @@ fn a_changed_sensor_value_is_found_at_its_tick_and_by_its_name() {
 fn a_changed_input_is_another_request() {
     let bytes = testing::log(&setup(1), &spoken(), Without::default());
     let text = String::from_utf8_lossy(&bytes).into_owned();
-    assert!(text.contains("\"effector\":\"left_elevator\""));
-    let from = b"\"effector\":\"left_elevator\"";
+    assert!(text.contains("\"effector\":2"));
+    let from = b"\"effector\":2";
     let place = bytes.windows(from.len()).position(|window| window == from).unwrap();
     let mut changed = bytes;
-    changed[place..place + from.len()].copy_from_slice(b"\"effector\":\"left_aileron\" ");
+    changed[place..place + from.len()].copy_from_slice(b"\"effector\":0");
     let difference = replay(changed).unwrap().difference.unwrap();
     assert_eq!(difference.signal, "request to the plant");
     assert_eq!(difference.step, 21);
-    assert!(difference.logged.contains("LeftElevator"), "{difference}");
-    assert!(difference.flown.contains("LeftAileron"), "{difference}");
+    assert!(difference.logged.contains("Effector(2)"), "{difference}");
+    assert!(difference.flown.contains("Effector(0)"), "{difference}");
 }
 
 #[test]

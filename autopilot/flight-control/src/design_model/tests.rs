@@ -1,5 +1,6 @@
 use super::*;
 use crate::testing;
+use icd::tvc_jet;
 use proptest::prelude::*;
 
 fn model_and_state() -> (DesignModel, State) {
@@ -12,11 +13,11 @@ fn effectiveness_at_the_design_point_is_that_of_the_reference_model() {
     let at = model.condition(&state);
     // Angular acceleration in rad/s² per rad: the reference model's section 8, three decimals.
     let expected = [
-        (Effector::LeftAileron, [4.845, 0.0, 0.209]),
-        (Effector::RightAileron, [-4.845, 0.0, -0.209]),
-        (Effector::LeftElevator, [5.712, -0.847, 0.246]),
-        (Effector::RightElevator, [-5.712, -0.847, -0.246]),
-        (Effector::Rudder, [13.470, 0.0, -5.751]),
+        (tvc_jet::LEFT_AILERON, [4.845, 0.0, 0.209]),
+        (tvc_jet::RIGHT_AILERON, [-4.845, 0.0, -0.209]),
+        (tvc_jet::LEFT_ELEVATOR, [5.712, -0.847, 0.246]),
+        (tvc_jet::RIGHT_ELEVATOR, [-5.712, -0.847, -0.246]),
+        (tvc_jet::RUDDER, [13.470, 0.0, -5.751]),
     ];
     for (surface, expected) in expected {
         let mut positions = PerEffector::default();
@@ -25,7 +26,7 @@ fn effectiveness_at_the_design_point_is_that_of_the_reference_model() {
         for axis in 0..3 {
             assert!(
                 (found[axis] - expected[axis]).abs() < 2.0e-3,
-                "{surface} axis {axis}: {}",
+                "{surface:?} axis {axis}: {}",
                 found[axis]
             );
         }
@@ -40,10 +41,10 @@ fn the_nozzle_turns_the_nose_up_and_right() {
     let (model, state) = model_and_state();
     let at = model.condition(&state);
     let mut positions = PerEffector::default();
-    positions[Effector::NozzlePitch] = 0.1;
+    positions[tvc_jet::NOZZLE_PITCH] = 0.1;
     assert!(model.nozzle(&at, &positions).y > 0.0);
     positions = PerEffector::default();
-    positions[Effector::NozzleYaw] = 0.1;
+    positions[tvc_jet::NOZZLE_YAW] = 0.1;
     assert!(model.nozzle(&at, &positions).z > 0.0);
 }
 
@@ -82,8 +83,8 @@ proptest! {
         let mut mirrored = state;
         mirrored.rates = Vector3::new(-p, q, -r);
         mirrored.beta = -beta;
-        let positions = PerEffector::new([left, right, right, left, rudder, nozzle, nozzle, 0.0]);
-        let other = PerEffector::new([right, left, left, right, -rudder, nozzle, -nozzle, 0.0]);
+        let positions = PerEffector::from_values([left, right, right, left, rudder, nozzle, nozzle, 0.0]);
+        let other = PerEffector::from_values([right, left, left, right, -rudder, nozzle, -nozzle, 0.0]);
         let a = model.acceleration(&state, &model.condition(&state), &positions);
         let b = model.acceleration(&mirrored, &model.condition(&mirrored), &other);
         prop_assert_eq!((a.x, a.y, a.z), (-b.x, b.y, -b.z));

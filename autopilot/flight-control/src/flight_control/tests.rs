@@ -1,7 +1,7 @@
 use super::*;
 use crate::gains::CompensatorMode;
 use crate::testing;
-use icd::{Body, Effector};
+use icd::{Body, tvc_jet};
 
 fn flight(change: impl FnOnce(&mut Gains)) -> FlightControl {
     let mut gains = Gains::REFERENCE;
@@ -22,7 +22,7 @@ fn level_flight_leaves_the_compensator_exactly_at_zero() {
         let out = flight.step(&testing::level_flight(), &testing::level_demand());
         assert!(!out.log.compensator_active);
         assert_eq!(out.log.compensation, crate::Compensation::NONE);
-        assert_eq!(out.actuators.commands[Effector::NozzlePitch], 0.0);
+        assert_eq!(out.actuators.commands[tvc_jet::NOZZLE_PITCH], 0.0);
     }
 }
 
@@ -58,7 +58,11 @@ fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
             values[index] = bad;
             let out = flight.step(&Sensors::from_array(&values), &testing::level_demand());
             for (effector, command) in out.actuators.commands.iter() {
-                assert!(command.is_finite(), "{effector} after {} = {bad}", Sensors::NAMES[index]);
+                assert!(
+                    command.is_finite(),
+                    "{effector:?} after {} = {bad}",
+                    Sensors::NAMES[index]
+                );
             }
         }
     }

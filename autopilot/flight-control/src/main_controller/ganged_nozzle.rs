@@ -15,8 +15,8 @@ const NOZZLE_YAW_PER_YAW_RATE_S: f64 = -0.4;
 
 /// Adds the nozzle to a command; the elevator counts as far as it can go.
 pub(super) fn gang(command: &mut MainCommand, state: &State, belief: &Belief) {
-    let travel = belief.effectors.elevator.travel_rad;
-    let elevator = command.elevator_rad.clamp(-travel, travel);
+    let [min, max] = belief.effectors.command_range(|gains| gains.pitch);
+    let elevator = command.elevator_rad.max(min).min(max);
     command.nozzle_pitch_rad = -(elevator - belief.trim.elevator_rad);
     command.nozzle_yaw_rad =
         NOZZLE_YAW_PER_SIDESLIP * state.beta + NOZZLE_YAW_PER_YAW_RATE_S * state.rates.z;

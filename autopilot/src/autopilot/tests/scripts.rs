@@ -1,10 +1,11 @@
 //! Scripts on the control side.
 
 use super::*;
+use icd::tvc_jet;
 
 fn with_script(text: &str) -> Autopilot {
     let mut settings = settings();
-    settings.script = Some(Arc::new(Script::parse("s", text).unwrap()));
+    settings.script = Some(Arc::new(Script::parse("s", text, &tvc_jet::effectors()).unwrap()));
     Autopilot::new(&settings)
 }
 
@@ -65,7 +66,7 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
         autopilot.handle_report(&PlantReport::FaultReply { request, reply });
     }
     let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
-    let why = LineRefusal::Plant { effector: Some(Effector::Rudder), refusal };
+    let why = LineRefusal::Plant { effector: Some(tvc_jet::RUDDER), refusal };
     let [EventKind::Script { event, .. }] = told[..] else { panic!("{told:?}") };
     assert_eq!(event, ScriptEvent::LineRefused { line: 1, why });
 }
@@ -196,7 +197,7 @@ fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
         autopilot.step(time, &sensors());
         autopilot.handle_report(&PlantReport::Fault(FaultEntry {
             id,
-            effector: Effector::Rudder,
+            effector: tvc_jet::RUDDER,
             kind: FaultKind::StuckHere,
             timing: Timing::NOW,
             state: FaultState::Acting { since: time },

@@ -3,26 +3,45 @@
 //! The format describes a page on which outputs are assigned and tested. Here both are fixed: nothing can be
 //! assigned, and a jet in the air tests no servo. So the file names the effectors and asks for no page.
 
-use icd::Effector;
+use icd::{Effector, EffectorKind, EffectorList};
 use serde_json::{Map, Value, json};
 
-/// Groups of effectors: label, type, first and last place.
-const GROUPS: [(&str, &str, usize, usize); 3] =
-    [("Aerodynamic surfaces", "servo", 1, 5), ("Nozzle", "servo", 6, 7), ("Engine", "motor", 8, 8)];
+/// Groups of effectors: label, type, which kinds.
+const GROUPS: [(&str, &str, fn(EffectorKind) -> bool); 3] = [
+    ("Aerodynamic surfaces", "servo", EffectorKind::is_surface),
+    ("Nozzle", "servo", EffectorKind::is_nozzle),
+    ("Engine", "motor", |kind| matches!(kind, EffectorKind::Engine)),
+];
 
-/// The file.
-pub(super) fn description() -> Value {
-    let places = || (1_usize..).zip(Effector::ALL);
+/// The file for an aircraft with these effectors.
+pub(super) fn description(effectors: &EffectorList) -> Value {
+    let places = || (1_usize..).zip(effectors.all());
     let channels: Vec<Value> = places()
-        .map(|(place, effector)| json!({ "label": title(effector), "param-index": place }))
+        .map(|(place, effector)| json!({ "label": title(effectors, effector), "param-index": place }))
         .collect();
     let functions: Map<String, Value> = places()
         .map(|(place, effector)| {
-            let function =
-                json!({ "label": title(effector), "exclude-from-actuator-testing": true });
+            let label = title(effectors, effector);
+            let function = json!({ "label": label, "exclude-from-actuator-testing": true });
             (place.to_string(), function)
         })
         .collect();
+    let mut types = Map::new();
+    types.insert("DEFAULT".into(), json!({ "values": { "min": -1, "max": 1, "default": 0 } }));
+    for (name, is_angle, min) in [("servo", true, -1), ("motor", false, 0)] {
+        let of_unit: Vec<usize> = places()
+            .filter(|(_, effector)| effectors.is_angle(*effector) == is_angle)
+            .map(|(place, _)| place)
+            .collect();
+        if let (Some(first), Some(last)) = (of_unit.first(), of_unit.last()) {
+            let entry = json!({
+                "values": { "min": min, "max": 1, "default": 0 },
+                "function-min": first,
+                "function-max": last,
+            });
+            types.insert(name.into(), entry);
+        }
+    }
     json!({
         "version": 2,
         "show-ui-if": "false",
@@ -32,40 +51,46 @@ pub(super) fn description() -> Value {
         }],
         "functions_v1": functions,
         "mixer_v1": {
-            "actuator-types": {
-                "DEFAULT": { "values": { "min": -1, "max": 1, "default": 0 } },
-                "servo": {
-                    "values": { "min": -1, "max": 1, "default": 0 },
-                    "function-min": 1,
-                    "function-max": 7,
-                },
-                "motor": {
-                    "values": { "min": 0, "max": 1, "default": 0 },
-                    "function-min": 8,
-                    "function-max": 8,
-                },
-            },
+            "actuator-types": types,
             "config": [{
-                "title": "Jet with thrust vectoring",
-                "actuators": GROUPS.map(group),
+                "title": title_of_aircraft(effectors),
+                "actuators": GROUPS.iter().filter_map(|group| self::group(effectors, group)).collect::<Vec<_>>(),
             }],
         },
     })
 }
 
-fn group((label, kind, first, last): (&str, &str, usize, usize)) -> Value {
-    let members = Effector::ALL.into_iter().skip(first - 1).take(last + 1 - first);
-    json!({
-        "group-label": label,
-        "actuator-type": kind,
-        "count": last + 1 - first,
-        "item-label-prefix": members.map(title).collect::<Vec<_>>(),
-        "per-item-parameters": [],
+/// What the aircraft is, by what it has.
+fn title_of_aircraft(effectors: &EffectorList) -> &'static str {
+    if effectors.only(EffectorKind::NozzlePitch).is_some() {
+        "Jet with thrust vectoring"
+    } else {
+        "Aircraft with surfaces"
+    }
+}
+
+fn group(
+    effectors: &EffectorList,
+    (label, kind, is_in): &(&str, &str, fn(EffectorKind) -> bool),
+) -> Option<Value> {
+    let members: Vec<String> = effectors
+        .all()
+        .filter(|effector| effectors.kind(*effector).is_some_and(is_in))
+        .map(|effector| title(effectors, effector))
+        .collect();
+    (!members.is_empty()).then(|| {
+        json!({
+            "group-label": label,
+            "actuator-type": kind,
+            "count": members.len(),
+            "item-label-prefix": members,
+            "per-item-parameters": [],
+        })
     })
 }
 
 /// The name with a capital letter.
-fn title(effector: Effector) -> String {
-    let mut letters = effector.name().chars();
+fn title(effectors: &EffectorList, effector: Effector) -> String {
+    let mut letters = effectors.name(effector).chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

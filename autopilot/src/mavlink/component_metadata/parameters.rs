@@ -1,10 +1,11 @@
 //! The parameters: what QGroundControl shows beside each value.
 
+use icd::EffectorList;
 use serde_json::{Map, Value, json};
 
 use crate::parameters::{
-    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FAULTS,
-    FaultParameter, Kind, Parameter, table,
+    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FaultParameter,
+    Kind, Parameter, fault_parameters, table,
 };
 
 /// Figures that a value should show, its default and its smallest value included.
@@ -13,9 +14,10 @@ const FIGURES: i32 = 4;
 const PLACES_MAX: i32 = 12;
 
 /// The file.
-pub(super) fn description() -> Value {
+pub(super) fn description(effectors: &EffectorList) -> Value {
     let own = table().iter().map(tunable);
-    let others = COMPATIBILITY.iter().map(compatibility).chain(FAULTS.iter().map(fault));
+    let others = COMPATIBILITY.iter().map(compatibility);
+    let others = others.chain(fault_parameters(effectors).map(|row| fault(&row, effectors)));
     let all: Vec<Value> = own.chain(others).collect();
     json!({ "version": 1, "parameters": all })
 }
@@ -84,20 +86,20 @@ fn compatibility(row: &CompatibilityParameter) -> Value {
     entry
 }
 
-fn fault(row: &FaultParameter) -> Value {
+fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
+    let what = effectors.name(row.effector);
     let values = FAULT_CHOICES.iter();
     let values: Vec<Value> =
         values.map(|choice| json!({"value": choice.value, "description": choice.label})).collect();
     json!({
-        "name": row.name,
+        "name": row.name.as_str(),
         "type": type_name(Kind::Int),
         "group": "Break an effector",
         "category": "Standard",
-        "shortDesc": format!("What acts on the {}", row.what),
+        "shortDesc": format!("What acts on the {what}"),
         "longDesc": format!(
-            "Setting it breaks the {} as the command INJECT_FAILURE does, with the sizes and times of FLT_*; 0 mends \
-             it. The value is what acts, else what acts next, whoever ordered it. Each flight begins with 0.",
-            row.what
+            "Setting it breaks the {what} as the command INJECT_FAILURE does, with the sizes and times of FLT_*; 0 mends \
+             it. The value is what acts, else what acts next, whoever ordered it. Each flight begins with 0."
         ),
         "min": 0,
         "max": FAULT_CHOICES.len() - 1,

@@ -1,12 +1,18 @@
+use icd::tvc_jet;
 use std::collections::BTreeSet;
 
 use serde_json::Value;
 
 use super::*;
-use crate::parameters::{COMPATIBILITY, FAULTS, Kind, Parameters, table};
+use crate::parameters::{COMPATIBILITY, Kind, Parameters, fault_parameters, table};
+
+fn metadata() -> Metadata {
+    Metadata::new(&tvc_jet::effectors())
+}
 
 fn file(name: &str) -> Value {
-    let (_, text) = files().iter().find(|(other, _)| *other == name).unwrap();
+    let metadata = metadata();
+    let (_, text) = metadata.files().iter().find(|(other, _)| *other == name).unwrap();
     serde_json::from_str(text).unwrap()
 }
 
@@ -34,11 +40,12 @@ fn the_general_file_leads_to_the_others_and_knows_their_checksums() {
     let version = general["firmwareVersion"].as_str().unwrap();
     assert!(version.split('.').all(|part| part.parse::<u32>().is_ok()), "{version}");
     let types = general["metadataTypes"].as_array().unwrap();
-    assert_eq!(types.len(), files().len() - 1);
+    assert_eq!(types.len(), metadata().files().len() - 1);
     for entry in types {
         assert_keys(entry, &["type", "uri", "fileCrc"], &[]);
         let name = entry["uri"].as_str().unwrap().strip_prefix("mftp:///").unwrap();
-        let (_, text) = files().iter().find(|(other, _)| *other == name).unwrap();
+        let metadata = metadata();
+        let (_, text) = metadata.files().iter().find(|(other, _)| *other == name).unwrap();
         assert_eq!(entry["fileCrc"], crc32(text.as_bytes()), "{name}");
     }
     let kinds: Vec<u64> = types.iter().map(|entry| entry["type"].as_u64().unwrap()).collect();
@@ -53,9 +60,11 @@ fn every_parameter_on_the_wire_is_described_once() {
     let entries = description["parameters"].as_array().unwrap();
     let described: Vec<&str> =
         entries.iter().map(|entry| entry["name"].as_str().unwrap()).collect();
-    let own = table().iter().map(|row| row.name);
-    let others = COMPATIBILITY.iter().map(|row| row.name).chain(FAULTS.iter().map(|row| row.name));
-    let expected: Vec<&str> = own.chain(others).collect();
+    let list = tvc_jet::effectors();
+    let own = table().iter().map(|row| row.name.to_owned());
+    let others = COMPATIBILITY.iter().map(|row| row.name.to_owned());
+    let others = others.chain(fault_parameters(&list).map(|row| row.name.to_string()));
+    let expected: Vec<String> = own.chain(others).collect();
     assert_eq!(described, expected);
     let required = ["name", "type", "group", "category", "shortDesc", "longDesc", "default"];
     let optional = ["min", "max", "units", "decimalPlaces", "rebootRequired", "values", "readOnly"];

@@ -1,5 +1,6 @@
 //! From MAV_CMD_INJECT_FAILURE and MAV_CMD_USER_1 to an order.
 
+use icd::EffectorList;
 use icd::SimTime;
 use icd::fault::Onset;
 
@@ -9,15 +10,15 @@ use crate::mavlink::codec::Command;
 use crate::mavlink::convert;
 use crate::mavlink::refused::Refused;
 
-/// The order in a fault command.
+/// The order in a fault command, for an aircraft with these effectors.
 ///
 /// # Errors
 /// What is not a whole number, not known or does not fit together.
-pub fn order(command: &Command) -> Result<FaultOrder, Refused> {
+pub fn order(command: &Command, effectors: &EffectorList) -> Result<FaultOrder, Refused> {
     let [unit, failure_type, ..] = command.params;
     let unit = Unit::of_code(integer("unit", unit)?);
     let code = integer("type", failure_type)?;
-    unit.check()?;
+    unit.check(effectors)?;
     let failure_type = FailureType::of_code(code).ok_or_else(|| {
         let reason = format!("Fault refused: no failures of type {code}, there are 0 to 8");
         Refused::unsupported(reason)

@@ -7,11 +7,12 @@
 
 use arrayvec::ArrayVec;
 use flight_control::Belief;
+use flight_control::belief::{EffectorBelief, ServoBelief};
 use icd::fault::{FaultKind, Onset, Reach, Refusal, Repeat, Side, Timing, Travel};
-use icd::{Effector, FaultRequest, SimTime, fault};
+use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 
 pub use super::value::{Value, ValueError};
-pub use super::words::{FailureType, Unit};
+pub use super::words::{Effectors, FailureType, Unit};
 
 use super::value::within;
 use crate::mavlink::convert;
@@ -24,7 +25,7 @@ use crate::parameters::{FailureParameters, Parameters, WrongMode};
 const ROUNDING: f64 = 1.0e-6;
 
 /// One request for each effector that an order names.
-pub type Requests = ArrayVec<FaultRequest, { Effector::COUNT }>;
+pub type Requests = ArrayVec<FaultRequest, { Effector::MAX }>;
 
 /// An order. `None` leaves a value to its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,7 +106,8 @@ pub fn requests(
     if !parameters.enabled {
         return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
     }
-    let effectors = chosen(order)?;
+    let list = &belief.effectors.list;
+    let effectors = chosen(order, list)?;
     if order.failure_type == FailureType::Ok {
         if !order.is_bare() {
             return Err(denied("a fault is mended at once, without value, ramp or time"));
@@ -121,14 +123,14 @@ pub fn requests(
             Some(kind) => {
                 let timing = timing(order, &kind, parameters)?;
                 if let Err(refusal) = check(effector, &kind, &timing, belief) {
-                    reasons.refuse(&refusal, Some(effector));
+                    reasons.refuse(&refusal, Some(effector), list);
                 }
                 requests.push(FaultRequest::Inject { effector, kind, timing });
             }
-            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector)),
+            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector), list),
         }
     }
-    if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons)) }
+    if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
 }
 
 fn denied(reason: impl ToString) -> Refused {
@@ -136,25 +138,33 @@ fn denied(reason: impl ToString) -> Refused {
 }
 
 /// The effectors that an order names.
-fn chosen(order: &FaultOrder) -> Result<ArrayVec<Effector, { Effector::COUNT }>, Refused> {
-    let effectors = order.unit.check()?;
-    let count = effectors.len();
-    let all = (1_u32 << count) - 1;
+fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, Refused> {
+    let effectors = order.unit.check(list)?;
+    // Everything has no instances of its own: they are counted.
+    let instance = |place: usize, effector: Effector| {
+        if order.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
+    };
+    let bit = |place: usize, effector: Effector| 1_u32 << (instance(place, effector) - 1);
+    let bits = || effectors.iter().enumerate().map(|(place, effector)| bit(place, *effector));
+    let (all, last) = (bits().sum::<u32>(), bits().max().map_or(0, |bit| bit.ilog2() + 1));
     let bits = match order.instances {
         Instances::All => all,
-        Instances::One(number) => match usize::try_from(number) {
-            Ok(place @ 1..) if place <= count => 1 << (place - 1),
-            _ => {
-                return Err(denied(format!("no instance {number}, there are 1 to {count}")));
+        Instances::One(number) => {
+            let bit = number.checked_sub(1).and_then(|shift| 1_u32.checked_shl(shift));
+            match bit.filter(|bit| bit & all != 0) {
+                Some(bit) => bit,
+                None => {
+                    return Err(denied(format!("no instance {number}, there are 1 to {last}")));
+                }
             }
-        },
+        }
         Instances::Mask(bits) if bits != 0 && bits & !all == 0 => bits,
         Instances::Mask(bits) => {
-            return Err(denied(format!("mask {bits} names no instances of 1 to {count}")));
+            return Err(denied(format!("mask {bits} names no instances of 1 to {last}")));
         }
     };
-    let named = effectors.iter().enumerate().filter(|(bit, _)| bits & (1 << bit) != 0);
-    Ok(named.map(|(_, effector)| *effector).collect())
+    let named = |(place, effector): &(usize, &Effector)| bits & bit(*place, **effector) != 0;
+    Ok(effectors.iter().enumerate().filter(named).map(|(_, effector)| *effector).collect())
 }
 
 /// Numbers that mean nothing for any effector.
@@ -186,13 +196,13 @@ fn kind(
 ) -> Result<Option<FaultKind>, Refused> {
     use FailureType as T;
     use Value as V;
-    let is_angle = effector.is_angle();
+    let is_angle = belief.effectors.list.is_angle(effector);
     // A size in the effector's own quantity; the parameter that is left to it is one of two.
     let own = |value: f64| {
         if is_angle {
             convert::radians(value)
         } else {
-            convert::fraction(value) * belief.effectors.thrust_max_n
+            convert::fraction(value) * belief.effectors.thrust_range_n()[1]
         }
     };
     let by_parameter =
@@ -287,7 +297,7 @@ fn check(
     timing: &Timing,
     belief: &Belief,
 ) -> Result<(), Refusal> {
-    let check = |factor| fault::check(effector, kind, timing, &reach(effector, belief, factor));
+    let check = |factor| fault::check(kind, timing, &reach(effector, belief, factor));
     check(1.0).or_else(|refusal| {
         check(1.0 + ROUNDING).or_else(|_| check(1.0 - ROUNDING)).map_err(|_| refusal)
     })
@@ -296,15 +306,11 @@ fn check(
 /// How far and how fast an effector goes, as the belief has it, times a factor. How fast thrust changes is not in
 /// the belief.
 fn reach(effector: Effector, belief: &Belief, factor: f64) -> Reach {
-    let (min, max, fastest) = match belief.servo(effector) {
-        Some(servo) => {
-            let travel_rad = servo.travel_rad;
-            let fastest = servo.rate_limit_rad_s.min(2.0 * travel_rad / servo.lag_s);
-            (-travel_rad, travel_rad, Some(factor * fastest))
-        }
-        None => (belief.effectors.thrust_min_n, belief.effectors.thrust_max_n, None),
-    };
-    Reach { min: factor * min, max: factor * max, fastest }
+    let EffectorBelief { list, servos, .. } = &belief.effectors;
+    let ServoBelief { lag_s, rate_limit, min, max } = servos[effector];
+    let is_angle = list.is_angle(effector);
+    let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
+    Reach { is_angle, min: factor * min, max: factor * max, fastest }
 }
 
 /// When a kind of fault acts.

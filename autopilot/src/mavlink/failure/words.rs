@@ -4,8 +4,9 @@
 
 use core::fmt;
 
-use icd::Effector;
+use arrayvec::ArrayVec;
 use icd::fault::FaultKind;
+use icd::{Effector, EffectorList};
 
 use crate::mavlink::refused::Refused;
 
@@ -54,10 +55,10 @@ impl Unit {
         Self::TABLE.iter().find(|(_, known, _)| *known == name).map(|(unit, ..)| *unit)
     }
 
-    /// The unit that an effector belongs to.
+    /// The unit that an effector belongs to, by whether its values are angles.
     #[must_use]
-    pub const fn of(effector: Effector) -> Self {
-        if effector.is_angle() { Self::SERVO } else { Self::MOTOR }
+    pub const fn of(is_angle: bool) -> Self {
+        if is_angle { Self::SERVO } else { Self::MOTOR }
     }
 
     /// Number in MAVLink.
@@ -77,14 +78,14 @@ impl Unit {
         Self::TABLE.iter().map(|(_, name, _)| *name)
     }
 
-    /// Its effectors; instances count from 1 in this order. Empty: it does not fail here.
+    /// Its effectors, by their instances. Empty: it does not fail here.
     #[must_use]
-    pub const fn effectors(self) -> &'static [Effector] {
+    pub fn effectors(self, all: &EffectorList) -> Effectors {
         match self {
-            Self::SERVO => &SERVOS,
-            Self::MOTOR => &MOTORS,
-            Self::EVERYTHING => &Effector::ALL,
-            _ => &[],
+            Self::SERVO => all.by_unit(true),
+            Self::MOTOR => all.by_unit(false),
+            Self::EVERYTHING => all.all().collect(),
+            _ => Effectors::new(),
         }
     }
 
@@ -92,12 +93,13 @@ impl Unit {
     ///
     /// # Errors
     /// Why the unit does not fail here.
-    pub fn check(self) -> Result<&'static [Effector], Refused> {
-        let effectors = self.effectors();
+    pub fn check(self, all: &EffectorList) -> Result<Effectors, Refused> {
+        let effectors = self.effectors(all);
         if !effectors.is_empty() {
             return Ok(effectors);
         }
         let why = self.row().map_or("it is not known", |(.., why)| *why);
+        let why = if why.is_empty() { "this aircraft has none" } else { why };
         Err(Refused::unsupported(format!("Fault refused: no failures of unit {self}: {why}")))
     }
 
@@ -108,16 +110,8 @@ impl Unit {
 
 const SENSOR: &str = "the sensors of this aircraft do not fail";
 
-const SERVOS: [Effector; 7] = [
-    Effector::LeftAileron,
-    Effector::RightAileron,
-    Effector::LeftElevator,
-    Effector::RightElevator,
-    Effector::Rudder,
-    Effector::NozzlePitch,
-    Effector::NozzleYaw,
-];
-const MOTORS: [Effector; 1] = [Effector::Engine];
+/// Some effectors.
+pub type Effectors = ArrayVec<Effector, { Effector::MAX }>;
 
 /// `GPS (4)`; without a name the number.
 impl fmt::Display for Unit {
@@ -245,14 +239,16 @@ impl FailureType {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::tvc_jet;
 
     #[test]
     fn every_name_and_number_comes_back() {
+        let all = tvc_jet::effectors();
         for name in Unit::names() {
             let unit = Unit::parse(name).unwrap();
             assert_eq!(unit.name(), Some(name));
             assert_eq!(Unit::of_code(unit.code()), unit);
-            assert_eq!(unit.check().is_ok(), !unit.effectors().is_empty(), "{name}");
+            assert_eq!(unit.check(&all).is_ok(), !unit.effectors(&all).is_empty(), "{name}");
         }
         for name in FailureType::names() {
             let failure_type = FailureType::parse(name).unwrap();
@@ -274,7 +270,8 @@ mod tests {
 
     #[test]
     fn a_unit_that_does_not_fail_is_told_by_name_and_number_with_the_reason() {
-        let said = |code| Unit::of_code(code).check().unwrap_err().reason.unwrap();
+        let said =
+            |code| Unit::of_code(code).check(&tvc_jet::effectors()).unwrap_err().reason.unwrap();
         assert_eq!(
             said(4),
             "Fault refused: no failures of unit GPS (4): the sensors of this aircraft do not fail"

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::payload::{Problem, Request};
-use crate::mavlink::component_metadata;
-use crate::mavlink::scripts::{FileProblem, Scripts};
+use crate::mavlink::context::Context;
+use crate::mavlink::scripts::FileProblem;
 
 /// Name of the folder of the scripts.
 const SCRIPTS: &str = "scripts";
@@ -13,8 +13,8 @@ const SCRIPTS: &str = "scripts";
 /// What a file has in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Content {
-    /// It comes with the program.
-    Fixed(&'static [u8]),
+    /// It is the same for the life of the process.
+    Fixed(Arc<str>),
     /// As it was when it was opened.
     Kept(Arc<[u8]>),
 }
@@ -22,7 +22,7 @@ pub(super) enum Content {
 impl Content {
     pub(super) fn bytes(&self) -> &[u8] {
         match self {
-            Self::Fixed(bytes) => bytes,
+            Self::Fixed(text) => text.as_bytes(),
             Self::Kept(bytes) => bytes,
         }
     }
@@ -40,32 +40,32 @@ pub(super) fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
 }
 
 /// The file at `path`, which has no slash around it.
-pub(super) fn find(path: &str, scripts: &Scripts) -> Option<Content> {
+pub(super) fn find(path: &str, ctx: &Context) -> Option<Content> {
     if let Some(name) = script_name(path) {
-        return scripts.content(name).map(|content| Content::Kept(content.into()));
+        return ctx.scripts.content(name).map(|content| Content::Kept(content.into()));
     }
-    let mut files = component_metadata::files().iter();
-    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(text.as_bytes()))
+    let mut files = ctx.telemetry.metadata().files().iter();
+    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(Arc::clone(text)))
 }
 
 /// The entries of a folder, each as it is sent; `None` if there is no such folder.
-fn listed(path: &str, scripts: &Scripts) -> Option<Vec<String>> {
+fn listed(path: &str, ctx: &Context) -> Option<Vec<String>> {
     let file = |name: &str, size: usize| format!("F{name}\t{size}\0");
     match path {
         "" | "." => {
-            let files = component_metadata::files().iter();
+            let files = ctx.telemetry.metadata().files().iter();
             let files = files.map(|(name, text)| file(name, text.len()));
             Some(files.chain([format!("D{SCRIPTS}\0")]).collect())
         }
-        SCRIPTS => Some(scripts.files().map(|(name, size)| file(name, size)).collect()),
+        SCRIPTS => Some(ctx.scripts.files().map(|(name, size)| file(name, size)).collect()),
         _ => None,
     }
 }
 
 /// Entries of a folder from number `first` on, as many as fit into `room` bytes.
-pub(super) fn entries(path: &str, first: usize, room: usize, scripts: &Scripts) -> Option<Vec<u8>> {
+pub(super) fn entries(path: &str, first: usize, room: usize, ctx: &Context) -> Option<Vec<u8>> {
     let mut text = Vec::new();
-    for entry in listed(path, scripts)?.into_iter().skip(first) {
+    for entry in listed(path, ctx)?.into_iter().skip(first) {
         if text.len() + entry.len() > room {
             break;
         }

@@ -10,7 +10,7 @@
 
 use core::time::Duration;
 
-use icd::Effector;
+use icd::{Effector, EffectorList, PerEffector};
 
 use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
@@ -18,7 +18,6 @@ use crate::mavlink::context::{Context, From};
 use crate::mavlink::failure;
 use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit};
 use crate::mavlink::fault_list::FaultList;
-use crate::parameters::FAULTS;
 use icd::fault::{FaultEntry, FaultReply};
 
 /// Orders that may be open.
@@ -53,7 +52,7 @@ pub(super) struct Answer {
 #[derive(Debug, Default)]
 pub(super) struct FaultOrders {
     open: Vec<Open>,
-    told: [u8; FAULTS.len()],
+    told: PerEffector<u8>,
 }
 
 /// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
@@ -62,13 +61,14 @@ pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
 }
 
 /// The plant has done what was ordered, and all the same another fault is there, or none.
-fn not_as_wanted(effector: Effector, faults: &FaultList) -> String {
+fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
+    let name = effectors.name(effector);
     match faults.foremost(effector) {
         Some(FaultEntry { kind, state, .. }) => {
-            let kind = kind.described(effector.is_angle());
-            format!("Not as set: {effector}: there is another fault, {kind}, {state}")
+            let kind = kind.described(effectors.is_angle(effector));
+            format!("Not as set: {name}: there is another fault, {kind}, {state}")
         }
-        None => format!("Not as set: {effector}: the fault is over already"),
+        None => format!("Not as set: {name}: the fault is over already"),
     }
 }
 
@@ -85,7 +85,7 @@ impl FaultOrders {
         now: WallTime,
         ctx: &mut Context,
     ) -> Result<bool, String> {
-        let (unit, instance) = failure::unit_and_instance(effector);
+        let (unit, instance) = failure::unit_and_instance(effector, ctx.effectors());
         let wanted = (0..=8_u8).find(|code| f64::from(*code) == libm::round(value));
         let failure_type = wanted.and_then(|code| FailureType::of_code(code.into()));
         let (Some(wanted), Some(failure_type)) = (wanted, failure_type) else {
@@ -96,8 +96,9 @@ impl FaultOrders {
             // Nothing to mend: a table of parameters that is sent back asks for nothing.
             return Ok(false);
         }
-        let instances = Instances::One(u32::try_from(instance).unwrap_or(0));
-        let order = FaultOrder::new(Unit::of(effector), failure_type, instances);
+        let instances = Instances::One(instance.into());
+        let order =
+            FaultOrder::new(Unit::of(ctx.effectors().is_angle(effector)), failure_type, instances);
         let requests = order::requests(&order, ctx.parameters, ctx.belief)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
@@ -112,12 +113,17 @@ impl FaultOrders {
     }
 
     /// Takes the outcome of an intent; what can be answered now.
-    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome) -> Option<Answer> {
+    pub(super) fn handle_outcome(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        effectors: &EffectorList,
+    ) -> Option<Answer> {
         let place = self.open.iter().position(|open| open.number == number)?;
         let open = self.open.get_mut(place)?;
         let refused = match outcome {
             Outcome::Plant(FaultReply::Refused(refusal)) => {
-                failure::refused(refusal, Some(open.effector))
+                failure::refused(refusal, Some(open.effector), effectors)
             }
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
@@ -127,12 +133,17 @@ impl FaultOrders {
             }
         };
         let Open { from, effector, .. } = self.open.remove(place);
-        let refused = Some(format!("Fault refused: {effector}: {refused}"));
+        let refused = Some(format!("Fault refused: {}: {refused}", effectors.name(effector)));
         Some(Answer { from, effector, refused })
     }
 
     /// What can be answered now: what is on the list as it was ordered, and what waits for too long.
-    pub(super) fn answers(&mut self, now: WallTime, faults: &FaultList) -> Vec<Answer> {
+    pub(super) fn answers(
+        &mut self,
+        now: WallTime,
+        faults: &FaultList,
+        effectors: &EffectorList,
+    ) -> Vec<Answer> {
         let is_over = |open: &mut Open| {
             let is_there = open.is_done && value(open.effector, faults) == open.wanted;
             is_there || now.since(open.since) >= PATIENCE
@@ -140,9 +151,11 @@ impl FaultOrders {
         let over = self.open.extract_if(.., is_over);
         over.map(|Open { from, effector, is_done, wanted, .. }| {
             let refused = if is_done {
-                (value(effector, faults) != wanted).then(|| not_as_wanted(effector, faults))
+                (value(effector, faults) != wanted)
+                    .then(|| not_as_wanted(effector, faults, effectors))
             } else {
-                Some(format!("Not confirmed: {effector}: the aircraft does not answer"))
+                let name = effectors.name(effector);
+                Some(format!("Not confirmed: {name}: the aircraft does not answer"))
             };
             Answer { from, effector, refused }
         })
@@ -151,15 +164,18 @@ impl FaultOrders {
 
     /// Effectors whose value is another than the one told last. One with an open order waits for its answer:
     /// between the end of a fault and the one in its place there is no value that is worth telling.
-    pub(super) fn changed(&mut self, faults: &FaultList) -> Vec<Effector> {
+    pub(super) fn changed(
+        &mut self,
+        faults: &FaultList,
+        effectors: &EffectorList,
+    ) -> Vec<Effector> {
         let Self { open, told } = self;
-        let rows = FAULTS.iter().zip(told);
-        let rows = rows.filter(|(row, _)| open.iter().all(|open| open.effector != row.effector));
-        rows.filter_map(|(row, told)| {
-            let value = value(row.effector, faults);
-            (std::mem::replace(told, value) != value).then_some(row.effector)
-        })
-        .collect()
+        let is_free = |effector: &Effector| open.iter().all(|open| open.effector != *effector);
+        let changed = effectors.all().filter(is_free).filter(|effector| {
+            let value = value(*effector, faults);
+            std::mem::replace(&mut told[*effector], value) != value
+        });
+        changed.collect()
     }
 
     /// When somebody has waited for long enough.

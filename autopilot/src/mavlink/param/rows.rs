@@ -8,8 +8,11 @@ use crate::mavlink::codec::{Encoded, ParamSet};
 use crate::mavlink::context::{Context, From};
 use crate::mavlink::convert;
 use crate::mavlink::fault_list::FaultList;
-use crate::parameters::{COMPATIBILITY, FAULTS, Kind, Parameters, table};
-use icd::Effector;
+use crate::parameters::{
+    COMPATIBILITY, FaultParameter, Kind, ParameterName, Parameters, fault_of, fault_parameters,
+    table,
+};
+use icd::{Effector, EffectorList};
 
 use super::faults;
 
@@ -18,7 +21,7 @@ use super::faults;
 pub(in crate::mavlink) struct Row {
     /// Place in the list.
     pub index: usize,
-    pub name: &'static str,
+    pub name: ParameterName,
     pub kind: Kind,
     pub value: f64,
     pub source: Source,
@@ -36,49 +39,73 @@ pub(in crate::mavlink) enum Source {
 }
 
 /// Rows of all tables.
-pub(super) fn count() -> usize {
-    table().len() + COMPATIBILITY.len() + FAULTS.len()
+pub(super) fn count(effectors: &EffectorList) -> usize {
+    table().len() + COMPATIBILITY.len() + effectors.len()
+}
+
+/// A name of a table; the tables have none that is longer.
+fn name_of(name: &str) -> ParameterName {
+    ParameterName::from(name).unwrap_or_default()
 }
 
 /// The row at `index`: first the tunables, then those for ground stations, then those that break something.
-pub(super) fn row(index: usize, parameters: &Parameters, faults: &FaultList) -> Option<Row> {
+pub(super) fn row(
+    index: usize,
+    parameters: &Parameters,
+    faults: &FaultList,
+    effectors: &EffectorList,
+) -> Option<Row> {
     let rows = table();
     if let Some(row) = rows.get(index) {
-        let (name, kind, value) = (row.name, row.kind, row.value(parameters));
+        let (name, kind, value) = (name_of(row.name), row.kind, row.value(parameters));
         return Some(Row { index, name, kind, value, source: Source::Own });
     }
     let place = index.checked_sub(rows.len())?;
     if let Some(row) = COMPATIBILITY.get(place) {
         let source = Source::Compatibility;
-        return Some(Row { index, name: row.name, kind: row.kind, value: row.value, source });
+        let name = name_of(row.name);
+        return Some(Row { index, name, kind: row.kind, value: row.value, source });
     }
-    let row = FAULTS.get(place.checked_sub(COMPATIBILITY.len())?)?;
-    let value = faults::value(row.effector, faults).into();
-    Some(Row { index, name: row.name, kind: Kind::Int, value, source: Source::Fault(row.effector) })
+    let effector = effectors.all().nth(place.checked_sub(COMPATIBILITY.len())?)?;
+    let FaultParameter { name, effector } = fault_of(effector, effectors);
+    let value = faults::value(effector, faults).into();
+    Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(effector) })
 }
 
 /// All rows.
 pub(in crate::mavlink) fn rows(ctx: &Context) -> impl Iterator<Item = Row> {
-    (0..count()).filter_map(|index| row(index, ctx.parameters, ctx.aircraft.faults()))
+    (0..count(ctx.effectors()))
+        .filter_map(|index| row(index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()))
 }
 
 /// The row with this name, which has 16 characters or ends with NUL.
-pub(super) fn find(id: &[u8; 16], parameters: &Parameters, faults: &FaultList) -> Option<Row> {
+pub(super) fn find(
+    id: &[u8; 16],
+    parameters: &Parameters,
+    faults: &FaultList,
+    effectors: &EffectorList,
+) -> Option<Row> {
     let name = id.split(|byte| *byte == 0).next().unwrap_or(id);
-    let own = table().iter().map(|row| row.name);
-    let others = COMPATIBILITY.iter().map(|row| row.name);
-    let mut all = own.chain(others).chain(FAULTS.iter().map(|row| row.name));
-    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters, faults)
+    let own = table().iter().map(|row| name_of(row.name));
+    let others = COMPATIBILITY.iter().map(|row| name_of(row.name));
+    let mut all = own.chain(others).chain(fault_parameters(effectors).map(|row| row.name));
+    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters, faults, effectors)
 }
 
 /// The row that breaks an effector.
 pub(super) fn row_of(effector: Effector, ctx: &Context) -> Option<Row> {
-    let place = FAULTS.iter().position(|row| row.effector == effector)?;
-    row(count() - FAULTS.len() + place, ctx.parameters, ctx.aircraft.faults())
+    let effectors = ctx.effectors();
+    effectors.contains(effector).then_some(())?;
+    row(
+        count(effectors) - effectors.len() + effector.index(),
+        ctx.parameters,
+        ctx.aircraft.faults(),
+        effectors,
+    )
 }
 
 /// PARAM_VALUE.
-pub(super) fn value_message(row: &Row) -> Encoded {
+pub(super) fn value_message(row: &Row, effectors: &EffectorList) -> Encoded {
     let (param_value, param_type) = match row.kind {
         Kind::Int => {
             #[expect(clippy::cast_possible_truncation, reason = "whole and small, by the table")]
@@ -89,9 +116,9 @@ pub(super) fn value_message(row: &Row) -> Encoded {
     };
     Encoded::new(&PARAM_VALUE_DATA {
         param_value,
-        param_count: u16::try_from(count()).unwrap_or(u16::MAX),
+        param_count: u16::try_from(count(effectors)).unwrap_or(u16::MAX),
         param_index: u16::try_from(row.index).unwrap_or(u16::MAX),
-        param_id: row.name.into(),
+        param_id: row.name.as_str().into(),
         param_type,
     })
 }

@@ -4,8 +4,8 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::MavSeverity;
-use icd::Effector;
 use icd::fault::FaultReply;
+use icd::{Effector, EffectorList};
 
 use super::commands::{Answer, Order};
 use super::line::LineBuffer;
@@ -184,7 +184,7 @@ impl Session {
             }
             running.has_mended = true;
         }
-        let (line, has_failed) = line_of(part.effector, outcome);
+        let (line, has_failed) = line_of(part.effector, outcome, ctx.effectors());
         running.has_failed |= has_failed;
         if has_failed {
             // Who typed it reads it here; the others find it in the flight log.
@@ -202,7 +202,7 @@ impl Session {
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);
         for part in parts {
-            let (line, _) = line_of(part.effector, &Outcome::NoAnswer);
+            let (line, _) = line_of(part.effector, &Outcome::NoAnswer, ctx.effectors());
             self.print(&line);
         }
         self.close_if_done(ctx);
@@ -265,15 +265,20 @@ impl Session {
 const ERROR_LINE: &str = "\u{1}";
 
 /// What became of a part, and whether it failed.
-fn line_of(effector: Option<Effector>, outcome: &Outcome) -> (String, bool) {
-    let whose = effector.map_or(String::new(), |effector| format!("{effector}: "));
+fn line_of(
+    effector: Option<Effector>,
+    outcome: &Outcome,
+    effectors: &EffectorList,
+) -> (String, bool) {
+    let whose =
+        effector.map_or(String::new(), |effector| format!("{}: ", effectors.name(effector)));
     let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
     match outcome {
         Outcome::Done => (String::new(), false),
         Outcome::Refused(refusal) => failed(refusal),
         Outcome::NoAnswer => failed(&NO_ANSWER),
         Outcome::Plant(FaultReply::Refused(refusal)) => {
-            failed(&failure::refused(refusal, effector))
+            failed(&failure::refused(refusal, effector, effectors))
         }
         Outcome::Plant(FaultReply::Applied { at }) => (format!("{whose}acts since {at}\n"), false),
         Outcome::Plant(FaultReply::Scheduled { at }) => (format!("{whose}acts at {at}\n"), false),

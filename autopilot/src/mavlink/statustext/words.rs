@@ -5,6 +5,7 @@
 
 use ::mavlink::dialects::common::MavSeverity;
 use flight_control::CompensatorMode;
+use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use icd::pace::Pace;
 
@@ -15,11 +16,19 @@ use crate::vehicle::LinkLossAction;
 
 /// Importance (number of syslog) and words of an event, for the flight log; `None` if it is not told.
 #[must_use]
-pub fn words(kind: &EventKind, parameters: &Parameters) -> Option<(u8, String)> {
-    text_of(kind, parameters).map(|(severity, text)| (severity as u8, text))
+pub fn words(
+    kind: &EventKind,
+    parameters: &Parameters,
+    effectors: &EffectorList,
+) -> Option<(u8, String)> {
+    text_of(kind, parameters, effectors).map(|(severity, text)| (severity as u8, text))
 }
 
-pub(super) fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavSeverity, String)> {
+pub(super) fn text_of(
+    kind: &EventKind,
+    parameters: &Parameters,
+    effectors: &EffectorList,
+) -> Option<(MavSeverity, String)> {
     use MavSeverity as S;
     let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
     Some(match *kind {
@@ -70,7 +79,7 @@ pub(super) fn text_of(kind: &EventKind, parameters: &Parameters) -> Option<(MavS
             (S::MAV_SEVERITY_WARNING, text)
         }
         EventKind::AltitudeHeld => (S::MAV_SEVERITY_INFO, "Altitude held again".into()),
-        EventKind::Fault(ref entry) => return fault_text(entry),
+        EventKind::Fault(ref entry) => return fault_text(entry, effectors),
         EventKind::GroundContact => {
             (S::MAV_SEVERITY_EMERGENCY, "Ground contact: the flight is over".into())
         }
@@ -132,9 +141,10 @@ fn limits_text(limits: Limits) -> String {
 }
 
 /// A fault that begins or ends. What is scheduled or cancelled is told with the answer to the order.
-fn fault_text(entry: &FaultEntry) -> Option<(MavSeverity, String)> {
+fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(MavSeverity, String)> {
     let FaultEntry { effector, kind, timing, state, .. } = *entry;
-    let kind = kind.described(effector.is_angle());
+    let kind = kind.described(effectors.is_angle(effector));
+    let effector = effectors.name(effector);
     let cleared = format!("Cleared: {effector} {kind}");
     Some(match state {
         FaultState::Acting { since } => {

@@ -5,6 +5,7 @@
 use core::time::Duration;
 
 use ::mavlink::dialects::common::DEBUG_FLOAT_ARRAY_DATA;
+use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState, Repeat};
 
 use crate::clock::WallTime;
@@ -12,7 +13,6 @@ use crate::event::Snapshot;
 use crate::mavlink::aircraft::Aircraft;
 use crate::mavlink::codec::Encoded;
 use crate::mavlink::convert;
-use crate::mavlink::failure;
 use crate::mavlink::failure::order::{FailureType, Unit};
 use crate::mavlink::peers::Peers;
 
@@ -38,7 +38,13 @@ impl FaultStream {
     }
 
     /// Tells the list to everybody if it is due.
-    pub fn poll(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+    pub fn poll(
+        &mut self,
+        now: WallTime,
+        aircraft: &Aircraft,
+        effectors: &EffectorList,
+        out: &mut Peers,
+    ) {
         if aircraft.snapshot().is_none() || out.all().next().is_none() {
             self.due = None;
             return;
@@ -47,7 +53,7 @@ impl FaultStream {
             return;
         }
         (self.told, self.due) = (now, Some(now + INTERVAL));
-        let messages = messages(aircraft);
+        let messages = messages(aircraft, effectors);
         let peers: Vec<_> = out.all().collect();
         for peer in peers {
             for message in &messages {
@@ -66,7 +72,7 @@ impl FaultStream {
 /// One message for each fault, one with the count 0 if there is none; nothing without a flight.
 /// docs/mavlink.md says what is in `data`.
 #[must_use]
-pub fn messages(aircraft: &Aircraft) -> Vec<Encoded> {
+pub fn messages(aircraft: &Aircraft, effectors: &EffectorList) -> Vec<Encoded> {
     let Some(state) = aircraft.snapshot() else { return Vec::new() };
     let entries = aircraft.faults().entries();
     if entries.is_empty() {
@@ -75,15 +81,14 @@ pub fn messages(aircraft: &Aircraft) -> Vec<Encoded> {
     let count = number(entries.len());
     let told = (1..).zip(entries).map(|(index, entry)| {
         let mut numbers = vec![count, f64::from(index)];
-        numbers.extend(numbers_of(entry));
+        numbers.extend(numbers_of(entry, effectors));
         message(state, &numbers)
     });
     told.collect()
 }
 
-fn numbers_of(entry: &FaultEntry) -> [f64; 13] {
+fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     let FaultEntry { id, effector, kind, timing, state } = *entry;
-    let (_, instance) = failure::unit_and_instance(effector);
     let step = match state {
         FaultState::Scheduled { .. } => 1.0,
         FaultState::Acting { .. } => 2.0,
@@ -94,8 +99,8 @@ fn numbers_of(entry: &FaultEntry) -> [f64; 13] {
     let Repeat { every_s, times } = timing.repeat.unwrap_or(Repeat { every_s: 0.0, times: None });
     [
         f64::from(id),
-        f64::from(Unit::of(effector).code()),
-        number(instance),
+        f64::from(Unit::of(effectors.is_angle(effector)).code()),
+        f64::from(effectors.instance(effector)),
         f64::from(FailureType::of(&kind).code().unwrap_or(0)),
         f64::from(kind.code()),
         step,

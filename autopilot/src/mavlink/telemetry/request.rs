@@ -37,9 +37,11 @@ pub fn request(
         return Err(Refused::silent(MavResult::MAV_RESULT_DENIED));
     }
     if is_array && index == faults::FAULTS_ID && ctx.aircraft.snapshot().is_some() {
-        return Ok(faults::messages(ctx.aircraft));
+        return Ok(faults::messages(ctx.aircraft, ctx.effectors()));
     }
-    let view = View { aircraft: ctx.aircraft, belief: ctx.belief, host: telemetry.host, now };
+    let (aircraft, belief) = (ctx.aircraft, ctx.belief);
+    let (metadata, host) = (&telemetry.metadata, telemetry.host);
+    let view = View { aircraft, belief, metadata, host, now };
     let mut answer = row.answer(&view, index).map_err(|nothing| {
         Refused::silent(match nothing {
             Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
@@ -47,7 +49,7 @@ pub fn request(
         })
     })?;
     if is_array && index == 0 {
-        answer.extend(faults::messages(ctx.aircraft));
+        answer.extend(faults::messages(ctx.aircraft, ctx.effectors()));
     }
     Ok(answer)
 }

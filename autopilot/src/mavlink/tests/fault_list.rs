@@ -4,7 +4,8 @@ use super::world::*;
 use crate::event::Wish;
 use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MavResult};
 use icd::fault::{FaultEntry, FaultState, PlantReport, Repeat, Timing, Travel};
-use icd::{ControlPeriod, Effector, FaultKind, SimTime};
+use icd::tvc_jet;
+use icd::{ControlPeriod, FaultKind, SimTime};
 
 fn told(world: &World) -> Vec<Vec<f32>> {
     let arrays = world.got.iter().filter(|got| got.to == address(14_550));
@@ -31,7 +32,7 @@ fn rudder(id: u32, state: FaultState) -> PlantReport {
     let onset = SimTime::from_micros(2_500_000);
     PlantReport::Fault(FaultEntry {
         id,
-        effector: Effector::Rudder,
+        effector: tvc_jet::RUDDER,
         kind: FaultKind::StuckAt { angle_rad, travel: Travel::Jump },
         timing: Timing { ramp_s: 1.0, duration_s: Some(5.0), repeat, ..Timing::at(onset) },
         state,

@@ -4,9 +4,10 @@ use super::params::{set_int, set_real};
 use super::world::*;
 use crate::event::Wish;
 use crate::mavlink::failure;
-use crate::parameters::FAULTS;
+use crate::parameters::{fault_parameters, is_fault};
 use ::mavlink::dialects::common::PARAM_ERROR_DATA;
 use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
+use icd::tvc_jet;
 use icd::{ControlPeriod, FaultKind, FaultRequest, SimTime};
 
 /// Name and value of each PARAM_VALUE of a fault parameter since the last call.
@@ -16,7 +17,7 @@ fn values(world: &mut World) -> Vec<(String, i32)> {
         let bits = value.param_value.to_le_bytes();
         (value.param_id.to_str().unwrap().to_owned(), i32::from_le_bytes(bits))
     });
-    let values = values.filter(|(name, _)| FAULTS.iter().any(|row| row.name == name)).collect();
+    let values = values.filter(|(name, _)| is_fault(name)).collect();
     world.got.retain(|got| got.id != 22);
     values
 }
@@ -27,17 +28,17 @@ fn one(name: &str, value: i32) -> Vec<(String, i32)> {
 
 #[test]
 fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
-    for row in &FAULTS {
+    for row in fault_parameters(&tvc_jet::effectors()) {
         for code in 1..=8 {
             let mut world = World::flying();
             world.take_wishes();
-            world.send(&set_int(row.name, code));
-            assert_eq!(values(&mut world), one(row.name, code), "one answer");
+            world.send(&set_int(&row.name, code));
+            assert_eq!(values(&mut world), one(&row.name, code), "one answer");
             let wishes = world.take_wishes();
             let [Wish::Fault(request)] = &wishes[..] else { panic!("{wishes:?}") };
             assert_eq!(request.effector(), Some(row.effector));
-            world.send(&set_int(row.name, 0));
-            assert_eq!(values(&mut world), one(row.name, 0), "mended");
+            world.send(&set_int(&row.name, 0));
+            assert_eq!(values(&mut world), one(&row.name, 0), "mended");
         }
     }
 }
@@ -107,7 +108,7 @@ fn one_fault_in_the_place_of_another_is_one_answer_with_the_new_value() {
     assert_eq!(values(&mut world), [], "its report is not there yet");
     // The plant tells the end of the old one first.
     let report = |id, kind, state| {
-        let effector = FAULTS[0].effector;
+        let effector = tvc_jet::LEFT_AILERON;
         PlantReport::Fault(FaultEntry { id, effector, kind, timing: Timing::at(at), state })
     };
     for report in [
@@ -157,12 +158,15 @@ fn they_are_never_kept() {
     world.send(&set_int("FLT_SERVO1", 2));
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
     assert_eq!(world.ground.pop_save(), None);
-    assert_eq!(failure::unit_and_instance(FAULTS[0].effector), ("servo", 1));
+    assert_eq!(
+        failure::unit_and_instance(tvc_jet::LEFT_AILERON, &tvc_jet::effectors()),
+        ("servo", 1)
+    );
 }
 
 /// The plant's report of a fault of the first servo.
 fn report(world: &mut World, id: u32, kind: FaultKind, state: FaultState) {
-    let effector = FAULTS[0].effector;
+    let effector = tvc_jet::LEFT_AILERON;
     let timing = Timing::at(world.sim);
     let entry = FaultEntry { id, effector, kind, timing, state };
     world.autopilot.handle_report(&PlantReport::Fault(entry));

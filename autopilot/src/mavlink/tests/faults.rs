@@ -2,6 +2,7 @@ use super::world::*;
 use crate::event::Wish;
 use ::mavlink::dialects::common::MavResult;
 use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
+use icd::tvc_jet;
 use icd::{Effector, FaultKind, SimTime};
 
 const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
@@ -102,7 +103,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
     let since = SimTime::from_micros(12_500_000);
     world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
         id: 1,
-        effector: Effector::LeftElevator,
+        effector: tvc_jet::LEFT_ELEVATOR,
         kind,
         timing: Timing::at(since),
         state: FaultState::Acting { since },
@@ -255,7 +256,7 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     world.got.clear();
     // A plant has no end to tell of when nothing acts.
     world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
-    for effector in [Effector::LeftAileron, Effector::LeftElevator] {
+    for effector in [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR] {
         schedule(&mut world, effector);
     }
     world.send_command(420, [102.0, 0.0, f32::NAN, 5.0, 0.0, 0.0, 0.0]);
@@ -266,7 +267,7 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
 fn schedule(world: &mut World, effector: Effector) {
     let at = SimTime::from_micros(99_000_000);
     world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
-        id: 100 + u32::from(effector as u8),
+        id: 100 + u32::from(effector.code()),
         effector,
         kind: FaultKind::StuckHere,
         timing: Timing::at(at),
@@ -287,7 +288,7 @@ fn a_repair_of_what_is_healthy_is_accepted_and_says_that_there_was_nothing() {
     assert_eq!(world.texts(), ["Nothing to mend: all servos"]);
     world.got.clear();
     // Beside something that was mended, what is healthy is no news.
-    schedule(&mut world, Effector::Rudder);
+    schedule(&mut world, tvc_jet::RUDDER);
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.texts(), ["Nothing scheduled: rudder"]);
 }

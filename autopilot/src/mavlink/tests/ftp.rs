@@ -1,13 +1,14 @@
 //! MAVLink FTP as QGroundControl, MAVSDK and MAVProxy speak it.
 
 use super::world::*;
-use crate::mavlink::component_metadata;
+use crate::mavlink::component_metadata::Metadata;
 use crate::mavlink::ftp::crc32;
 use crate::mavlink::peers::Address;
 use ::mavlink::dialects::common::{
     COMPONENT_METADATA_DATA, FILE_TRANSFER_PROTOCOL_DATA, MavMessage,
 };
 use ::mavlink::{MavlinkVersion, MessageData};
+use icd::tvc_jet;
 
 const ACK: u8 = 128;
 const NAK: u8 = 129;
@@ -93,9 +94,14 @@ fn open(world: &mut World, sequence: u16, path: &str) -> (u8, usize) {
     (answer.session, usize::try_from(size).unwrap())
 }
 
-fn content(name: &str) -> &'static [u8] {
-    let (_, text) = component_metadata::files().iter().find(|(other, _)| *other == name).unwrap();
-    text.as_bytes()
+fn metadata() -> Metadata {
+    Metadata::new(&tvc_jet::effectors())
+}
+
+fn content(name: &str) -> Vec<u8> {
+    let metadata = metadata();
+    let (_, text) = metadata.files().iter().find(|(other, _)| *other == name).unwrap();
+    text.as_bytes().to_vec()
 }
 
 #[test]
@@ -109,7 +115,7 @@ fn an_unknown_file_is_refused_in_the_same_poll_as_mavproxy_needs_it() {
 #[test]
 fn the_way_from_the_message_to_every_file_is_open() {
     let mut world = World::flying();
-    let encoded = component_metadata::message(0).frame(crate::mavlink::codec::OWN, 0);
+    let encoded = metadata().message(0).frame(crate::mavlink::codec::OWN, 0);
     let length = usize::from(encoded[1]);
     let message =
         COMPONENT_METADATA_DATA::deser(MavlinkVersion::V2, &encoded[10..10 + length]).unwrap();
@@ -315,7 +321,8 @@ fn the_folder_is_listed_with_sizes() {
     let mut world = World::flying();
     for path in ["/", "", "."] {
         let answer = ask(&mut world, &with_path(1, 0, 3, path));
-        let names: Vec<String> = component_metadata::files()
+        let names: Vec<String> = metadata()
+            .files()
             .iter()
             .map(|(name, text)| format!("F{name}\t{}\0", text.len()))
             .chain(["Dscripts\0".to_owned()])
@@ -330,7 +337,7 @@ fn the_folder_is_listed_with_sizes() {
 fn the_checksum_of_a_file_is_told() {
     let mut world = World::flying();
     let answer = ask(&mut world, &with_path(1, 0, 14, "/parameter.json"));
-    assert_eq!(answer.data, crc32(content("parameter.json")).to_le_bytes());
+    assert_eq!(answer.data, crc32(&content("parameter.json")).to_le_bytes());
 }
 
 #[test]

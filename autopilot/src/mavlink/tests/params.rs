@@ -1,12 +1,13 @@
 use super::world::*;
 use crate::event::Wish;
-use crate::parameters::{COMPATIBILITY, FAULTS};
+use crate::parameters::COMPATIBILITY;
 use crate::parameters::{Kind, Parameters, table};
 use crate::vehicle::LinkLossAction;
 use ::mavlink::dialects::common::{
     MavMessage, MavParamType, PARAM_ERROR_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
     PARAM_SET_DATA, PARAM_VALUE_DATA,
 };
+use icd::tvc_jet;
 
 pub fn set_int(name: &str, value: i32) -> MavMessage {
     let value = f32::from_le_bytes(value.to_le_bytes());
@@ -46,7 +47,7 @@ fn read(name: &str, param_index: i16) -> MavMessage {
 }
 
 fn total() -> usize {
-    table().len() + COMPATIBILITY.len() + FAULTS.len()
+    table().len() + COMPATIBILITY.len() + tvc_jet::ALL.len()
 }
 
 fn only_value(world: &mut World) -> PARAM_VALUE_DATA {

@@ -4,6 +4,7 @@ use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
 use crate::event::Wish;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavResult};
+use icd::tvc_jet;
 use icd::{Effector, FaultRequest};
 use serde_json::Value;
 
@@ -77,7 +78,7 @@ fn everything_ok_mends_every_effector() {
             _ => None,
         })
         .collect();
-    assert_eq!(mended, Effector::ALL);
+    assert_eq!(mended, tvc_jet::ALL);
 }
 
 #[test]

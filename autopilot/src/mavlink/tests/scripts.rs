@@ -9,6 +9,7 @@ use crate::mavlink::ftp::crc32;
 use crate::mavlink::scripts::{FILE_MAX, FILES_MAX};
 use crate::script::Script;
 use ::mavlink::dialects::common::{MavMessage, MavResult};
+use icd::tvc_jet;
 use std::sync::Arc;
 
 const ACK: u8 = 128;
@@ -311,7 +312,9 @@ fn without_an_aircraft_nothing_starts_for_now() {
 #[test]
 fn the_scenarios_script_is_the_one_to_start_when_none_was_uploaded() {
     let mut world = World::flying();
-    let script = Arc::new(Script::parse("script of s.toml", "say from the scenario").unwrap());
+    let script = Arc::new(
+        Script::parse("script of s.toml", "say from the scenario", &tvc_jet::effectors()).unwrap(),
+    );
     let mut with_script = World::flying();
     core::mem::swap(&mut world.ground, &mut with_script.ground);
     world.ground = with_script.ground.with_script(Some(script));
@@ -324,7 +327,8 @@ fn the_scenarios_script_is_the_one_to_start_when_none_was_uploaded() {
 #[test]
 fn when_the_latest_file_is_removed_the_one_uploaded_before_it_is_the_latest() {
     let mut world = World::flying();
-    let script = Arc::new(Script::parse("s", "say from the scenario").unwrap());
+    let script =
+        Arc::new(Script::parse("s", "say from the scenario", &tvc_jet::effectors()).unwrap());
     let mut other = World::flying();
     core::mem::swap(&mut world.ground, &mut other.ground);
     world.ground = other.ground.with_script(Some(script));

@@ -206,11 +206,11 @@ impl World {
                 return vec![PlantReport::Paced { request: Some(request.number), pace, at }];
             }
         };
-        let effector = fault.effector().unwrap_or(icd::Effector::Engine);
+        let effector = fault.effector().unwrap_or(icd::tvc_jet::ENGINE);
         let entry = |kind, state| {
             let timing = Timing::at(at);
             // One fault for each effector.
-            let id = 1 + icd::Effector::ALL.iter().take_while(|other| **other != effector).count();
+            let id = 1 + icd::tvc_jet::ALL.iter().take_while(|other| **other != effector).count();
             let id = u32::try_from(id).unwrap();
             PlantReport::Fault(FaultEntry { id, effector, kind, timing, state })
         };

@@ -4,8 +4,8 @@ use crate::event::Intent;
 use crate::recorder::ControlHeader;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Reference, VehicleRefusal};
-use icd::Effector;
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
+use icd::tvc_jet;
 use ulog::reader::Log;
 
 const SYNC_MESSAGE: [u8; 6] = [8, 0, b'S', 0x2F, 0x73, 0x13];
@@ -61,7 +61,7 @@ fn wish(ms: u64, number: u32, wish: Wish) -> Entry {
 
 fn jam(state: FaultState) -> FaultEntry {
     let kind = FaultKind::StuckHere;
-    FaultEntry { id: 3, effector: Effector::Rudder, kind, timing: Timing::NOW, state }
+    FaultEntry { id: 3, effector: tvc_jet::RUDDER, kind, timing: Timing::NOW, state }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::recorder::Moment;
 use crate::vehicle::Reference;
 use flight_control::{Demand, FlightControl, Gains};
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
+use icd::tvc_jet;
 use icd::{ControlPeriod, Sensors};
 
 const PERIOD_US: u64 = 2_000;
@@ -36,7 +37,7 @@ fn level() -> Step {
 
 fn fault(step: u64, id: u32) -> Entry {
     let state = FaultState::Acting { since: at(step) };
-    let (effector, kind) = (Effector::Rudder, FaultKind::StuckHere);
+    let (effector, kind) = (tvc_jet::RUDDER, FaultKind::StuckHere);
     let entry = FaultEntry { id, effector, kind, timing: Timing::NOW, state };
     Entry::Fault { time: at(step), entry }
 }

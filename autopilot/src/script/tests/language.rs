@@ -4,7 +4,8 @@ use crate::script::{
 };
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{Onset, Repeat, Side, Timing, Travel};
-use icd::{Effector, FaultKind, FaultRequest};
+use icd::tvc_jet;
+use icd::{FaultKind, FaultRequest};
 
 fn action(text: &str) -> Action {
     let script = script(text);
@@ -65,12 +66,13 @@ fn every_kind_of_fault_has_its_words() {
 
 #[test]
 fn every_effector_has_its_names() {
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         let servo = match effector {
-            Effector::Engine => "motor 1".to_owned(),
+            tvc_jet::ENGINE => "motor 1".to_owned(),
             other => format!("servo {}", other.index() + 1),
         };
-        for name in [effector.name().to_owned(), effector.key().to_owned(), servo] {
+        let list = tvc_jet::effectors();
+        for name in [list.name(effector).to_owned(), list.key(effector).to_owned(), servo] {
             let expected = Action::Fault(FaultRequest::Clear { effector });
             assert_eq!(action(&format!("clear {name}")), expected, "{name}");
             assert_eq!(action(&format!("CLEAR {}", name.to_uppercase())), expected, "{name}");
@@ -289,8 +291,8 @@ fn the_examples_of_the_documentation_are_scripts() {
 proptest::proptest! {
     #[test]
     fn no_text_breaks_the_reader(text in "[ -~\n\u{e9}]{0,200}") {
-        if let Ok(script) = Script::parse("p", &text) {
-            let again = Script::parse("p", &script.to_string()).unwrap();
+        if let Ok(script) = Script::parse("p", &text, &tvc_jet::effectors()) {
+            let again = Script::parse("p", &script.to_string(), &tvc_jet::effectors()).unwrap();
             proptest::prop_assert_eq!(again.sequences(), script.sequences());
         }
     }
@@ -300,8 +302,8 @@ proptest::proptest! {
         words in proptest::collection::vec(0..WORDS.len(), 0..40),
     ) {
         let text: Vec<&str> = words.iter().map(|index| WORDS[*index]).collect();
-        if let Ok(script) = Script::parse("p", &text.join(" ")) {
-            let again = Script::parse("p", &script.to_string()).unwrap();
+        if let Ok(script) = Script::parse("p", &text.join(" "), &tvc_jet::effectors()) {
+            let again = Script::parse("p", &script.to_string(), &tvc_jet::effectors()).unwrap();
             proptest::prop_assert_eq!(again.sequences(), script.sequences());
         }
     }
@@ -314,6 +316,6 @@ const WORDS: [&str; 24] = [
 
 #[test]
 fn a_byte_order_mark_before_the_text_is_skipped() {
-    let marked = Script::parse("s", "\u{feff}say one\n").unwrap();
-    assert_eq!(marked, Script::parse("s", "say one\n").unwrap());
+    let marked = Script::parse("s", "\u{feff}say one\n", &tvc_jet::effectors()).unwrap();
+    assert_eq!(marked, Script::parse("s", "say one\n", &tvc_jet::effectors()).unwrap());
 }

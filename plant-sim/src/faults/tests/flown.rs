@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::{EarthModel, Plant, PlantSetup, Scenario, Truth, scenario};
+use icd::tvc_jet;
 use icd::{Actuators, ControlPeriod};
 use proptest::prelude::*;
 
@@ -19,7 +20,9 @@ impl Flight {
     }
 
     fn with(faults: Vec<ScheduledFault>) -> Self {
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL).unwrap().plant;
+        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors())
+            .unwrap()
+            .plant;
         let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
         let plant = Plant::new(&PlantSetup { earth: EarthModel::Flat, faults, ..setup }).unwrap();
         let commands = plant.trim().positions();
@@ -69,7 +72,7 @@ fn every_kind(effector: Effector) -> Vec<FaultKind> {
         FaultKind::Biased { bias: sized(effector, 0.2) },
         FaultKind::LimitedTravel { limit: sized(effector, 0.5) },
     ];
-    if effector.is_angle() {
+    if tvc_jet::effectors().is_angle(effector) {
         kinds.extend([
             jump(sized(effector, 0.4)),
             FaultKind::StuckAt { angle_rad: sized(effector, -0.4), travel: Travel::AtActuatorRate },
@@ -100,7 +103,7 @@ fn every_kind_moves_its_own_effector_away_from_the_healthy_one_and_no_other() {
         };
         (0..150).map(step).collect()
     };
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         for kind in every_kind(effector) {
             let mut flight = Flight::new();
             flight.break_now(effector, kind);
@@ -108,7 +111,7 @@ fn every_kind_moves_its_own_effector_away_from_the_healthy_one_and_no_other() {
             for (tick, healthy) in (0..).zip(&healthy) {
                 wave(&mut flight, tick);
                 let truth = flight.fly(1);
-                for other in Effector::ALL {
+                for other in tvc_jet::ALL {
                     let by = (truth.deflections[other] - healthy.deflections[other]).abs();
                     if other == effector {
                         apart = apart.max(by);
@@ -116,14 +119,14 @@ fn every_kind_moves_its_own_effector_away_from_the_healthy_one_and_no_other() {
                         // Steps that an event cuts differ in the last bits.
                         assert!(
                             by <= 1e-9 * sized(other, 1.0),
-                            "{effector} {kind:?}: {other} {by}"
+                            "{effector:?} {kind:?}: {other:?} {by}"
                         );
                         assert_eq!(truth.fault_codes[other], 0);
                     }
                 }
                 assert_eq!(truth.fault_codes[effector], kind.code());
             }
-            assert!(apart > 1e-3 * sized(effector, 1.0), "{effector} {kind:?}: {apart} rad or N");
+            assert!(apart > 1e-3 * sized(effector, 1.0), "{effector:?} {kind:?}: {apart} rad or N");
         }
     }
 }
@@ -134,15 +137,15 @@ fn a_hard_over_goes_to_its_side_whatever_the_sign_of_the_command() {
     for (side, sign) in [(Side::Positive, 1.0), (Side::Negative, -1.0)] {
         for command in [-0.4, 0.0, 0.4] {
             let mut flight = Flight::new();
-            flight.commands[Effector::Rudder] = command;
+            flight.commands[tvc_jet::RUDDER] = command;
             flight.fly(50);
-            let before = flight.plant.truth().positions[Effector::Rudder];
-            flight.break_now(Effector::Rudder, FaultKind::HardOver { side });
-            let after = flight.fly(10).positions[Effector::Rudder];
+            let before = flight.plant.truth().positions[tvc_jet::RUDDER];
+            flight.break_now(tvc_jet::RUDDER, FaultKind::HardOver { side });
+            let after = flight.fly(10).positions[tvc_jet::RUDDER];
             let rate = (after - before) / (10.0 * TICK_S);
             assert!((rate - sign * radians(80.0)).abs() < 1e-9, "{rate} rad/s");
             flight.fly(500);
-            assert_eq!(flight.plant.truth().positions[Effector::Rudder], sign * radians(30.0));
+            assert_eq!(flight.plant.truth().positions[tvc_jet::RUDDER], sign * radians(30.0));
         }
     }
 }
@@ -150,11 +153,11 @@ fn a_hard_over_goes_to_its_side_whatever_the_sign_of_the_command() {
 #[test]
 fn stuck_keeps_the_last_value_and_is_not_zero() {
     // The mistake of others: a stuck output is zero.
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         let mut flight = Flight::new();
         flight.commands[effector] += sized(effector, 0.5);
         let here = flight.fly(100).positions[effector];
-        assert!(here.abs() > sized(effector, 0.05), "{effector} at {here}");
+        assert!(here.abs() > sized(effector, 0.05), "{effector:?} at {here}");
         flight.break_now(effector, FaultKind::StuckHere);
         flight.commands[effector] -= sized(effector, 0.7);
         let truth = flight.fly(200);
@@ -166,7 +169,7 @@ fn stuck_keeps_the_last_value_and_is_not_zero() {
 fn a_repeated_command_does_not_restart_the_clock_of_the_fault() {
     // The mistake of others: each copy of the command begins the ramp anew.
     let timing = Timing { ramp_s: 1.0, duration_s: Some(3.0), ..Timing::NOW };
-    let (effector, kind) = (Effector::Rudder, FaultKind::PartialLoss { remaining: 0.0 });
+    let (effector, kind) = (tvc_jet::RUDDER, FaultKind::PartialLoss { remaining: 0.0 });
     let mut flight = Flight::new();
     flight.commands[effector] = 0.2;
     flight.fly(500);
@@ -185,9 +188,9 @@ fn a_repeated_command_does_not_restart_the_clock_of_the_fault() {
 #[test]
 fn a_slow_effector_moves_at_its_rate_and_a_mended_one_at_the_old() {
     let mut flight = Flight::new();
-    flight.break_now(Effector::LeftElevator, FaultKind::Slow { rate: radians(5.0) });
-    flight.commands[Effector::LeftElevator] = radians(20.0);
-    let at = |truth: Truth| truth.positions[Effector::LeftElevator];
+    flight.break_now(tvc_jet::LEFT_ELEVATOR, FaultKind::Slow { rate: radians(5.0) });
+    flight.commands[tvc_jet::LEFT_ELEVATOR] = radians(20.0);
+    let at = |truth: Truth| truth.positions[tvc_jet::LEFT_ELEVATOR];
     let from = at(flight.plant.truth());
     assert!((at(flight.fly(500)) - from - radians(5.0)).abs() < 1e-9);
     flight.plant.request(&FaultRequest::ClearAll);
@@ -197,7 +200,7 @@ fn a_slow_effector_moves_at_its_rate_and_a_mended_one_at_the_old() {
 
 #[test]
 fn a_delayed_effector_does_the_same_later_and_nothing_twice() {
-    let effector = Effector::NozzlePitch;
+    let effector = tvc_jet::NOZZLE_PITCH;
     // 37.123 ms: between ticks and steps.
     let (mut healthy, mut delayed) = (Flight::new(), Flight::new());
     healthy.commands[effector] = 0.1;
@@ -217,7 +220,7 @@ fn a_delayed_effector_does_the_same_later_and_nothing_twice() {
 
 #[test]
 fn a_growing_delay_lets_commands_through_in_their_order() {
-    let effector = Effector::Rudder;
+    let effector = tvc_jet::RUDDER;
     let mut flight = Flight::new();
     let timing = Timing { ramp_s: 1.0, ..Timing::NOW };
     flight.inject(effector, FaultKind::Delayed { delay_s: 1.0 }, timing);
@@ -234,7 +237,7 @@ fn a_growing_delay_lets_commands_through_in_their_order() {
 
 #[test]
 fn an_intermittent_effector_stands_still_in_the_gap_at_the_begin_of_each_period() {
-    let effector = Effector::LeftAileron;
+    let effector = tvc_jet::LEFT_AILERON;
     let mut flight = Flight::new();
     flight.break_now(effector, FaultKind::Intermittent { period_s: 0.1, present: 0.2 });
     flight.commands[effector] = radians(20.0);
@@ -249,7 +252,7 @@ fn an_intermittent_effector_stands_still_in_the_gap_at_the_begin_of_each_period(
 
 #[test]
 fn an_oscillating_effector_swings_about_where_it_should_be() {
-    let effector = Effector::Rudder;
+    let effector = tvc_jet::RUDDER;
     let mut flight = Flight::new();
     flight.commands[effector] = 0.1;
     flight.fly(1_000);
@@ -265,7 +268,7 @@ fn an_oscillating_effector_swings_about_where_it_should_be() {
 #[test]
 fn a_drift_grows_to_the_end_of_the_travel_and_a_bias_stays() {
     let mut flight = Flight::new();
-    let (drifts, biased) = (Effector::RightElevator, Effector::NozzleYaw);
+    let (drifts, biased) = (tvc_jet::RIGHT_ELEVATOR, tvc_jet::NOZZLE_YAW);
     flight.break_now(drifts, FaultKind::Drifting { rate: radians(-10.0) });
     flight.break_now(biased, FaultKind::Biased { bias: radians(4.0) });
     let truth = flight.fly(500);
@@ -278,7 +281,7 @@ fn a_drift_grows_to_the_end_of_the_travel_and_a_bias_stays() {
 
 #[test]
 fn a_limited_travel_pushes_back_and_lets_nothing_beyond() {
-    let effector = Effector::Rudder;
+    let effector = tvc_jet::RUDDER;
     let mut flight = Flight::new();
     flight.commands[effector] = -0.4;
     flight.fly(500);
@@ -289,34 +292,30 @@ fn a_limited_travel_pushes_back_and_lets_nothing_beyond() {
     let here = flight.plant.truth().positions[effector];
     assert!((here - 0.1).abs() < 1e-6 && here <= 0.1, "{here} rad");
     let mut engine = Flight::new();
-    engine.break_now(Effector::Engine, FaultKind::LimitedTravel { limit: 12_000.0 });
-    assert_eq!(engine.fly(10).deflections[Effector::Engine], 12_000.0);
+    engine.break_now(tvc_jet::ENGINE, FaultKind::LimitedTravel { limit: 12_000.0 });
+    assert_eq!(engine.fly(10).deflections[tvc_jet::ENGINE], 12_000.0);
 }
 
 #[test]
 fn a_flame_out_runs_down_with_the_lag_of_the_engine_and_spools_up_after_the_repair() {
     let mut flight = Flight::new();
-    let thrust = flight.plant.truth().deflections[Effector::Engine];
-    flight.break_now(Effector::Engine, FaultKind::FlameOut);
-    let ours = flight.fly(1_000).deflections[Effector::Engine];
+    let thrust = flight.plant.truth().deflections[tvc_jet::ENGINE];
+    flight.break_now(tvc_jet::ENGINE, FaultKind::FlameOut);
+    let ours = flight.fly(1_000).deflections[tvc_jet::ENGINE];
     let expected = thrust * libm::exp(-2.0);
     assert!((ours - expected).abs() < 1e-6 * thrust, "{ours} N, not {expected}");
-    assert!(flight.fly(500).deflections[Effector::Engine] < servos()[Effector::Engine].min);
-    let down = flight.plant.truth().deflections[Effector::Engine];
-    flight.plant.request(&FaultRequest::Clear { effector: Effector::Engine });
-    assert_eq!(
-        flight.plant.truth().deflections[Effector::Engine],
-        down,
-        "the repair moves nothing"
-    );
-    let up = flight.fly(2_500).deflections[Effector::Engine];
+    assert!(flight.fly(500).deflections[tvc_jet::ENGINE] < servos()[tvc_jet::ENGINE].min);
+    let down = flight.plant.truth().deflections[tvc_jet::ENGINE];
+    flight.plant.request(&FaultRequest::Clear { effector: tvc_jet::ENGINE });
+    assert_eq!(flight.plant.truth().deflections[tvc_jet::ENGINE], down, "the repair moves nothing");
+    let up = flight.fly(2_500).deflections[tvc_jet::ENGINE];
     assert!(up > 0.99 * thrust && up <= thrust, "{up} N");
 }
 
 #[test]
 fn a_ramp_brings_each_size_evenly() {
     let timing = Timing { ramp_s: 2.0, ..Timing::NOW };
-    let effector = Effector::Rudder;
+    let effector = tvc_jet::RUDDER;
     // After half of the ramp: what acts where 0.2 rad is commanded.
     for (kind, halfway) in [
         (FaultKind::PartialLoss { remaining: 0.5 }, 0.2 * 0.75),
@@ -338,21 +337,21 @@ fn a_ramp_brings_each_size_evenly() {
 #[test]
 fn several_faults_act_at_the_same_time() {
     let mut flight = Flight::new();
-    flight.break_now(Effector::Rudder, jump(0.1));
-    flight.break_now(Effector::LeftElevator, FaultKind::Biased { bias: 0.05 });
-    flight.break_now(Effector::Engine, FaultKind::FlameOut);
+    flight.break_now(tvc_jet::RUDDER, jump(0.1));
+    flight.break_now(tvc_jet::LEFT_ELEVATOR, FaultKind::Biased { bias: 0.05 });
+    flight.break_now(tvc_jet::ENGINE, FaultKind::FlameOut);
     let truth = flight.fly(100);
-    assert_eq!(truth.positions[Effector::Rudder], 0.1);
-    let trim = flight.plant.trim().positions()[Effector::LeftElevator];
-    assert_eq!(truth.positions[Effector::LeftElevator], trim + 0.05);
-    assert!(truth.deflections[Effector::Engine] < flight.plant.trim().thrust_n);
+    assert_eq!(truth.positions[tvc_jet::RUDDER], 0.1);
+    let trim = flight.plant.trim().positions()[tvc_jet::LEFT_ELEVATOR];
+    assert_eq!(truth.positions[tvc_jet::LEFT_ELEVATOR], trim + 0.05);
+    assert!(truth.deflections[tvc_jet::ENGINE] < flight.plant.trim().thrust_n);
     assert_eq!(truth.fault_codes.as_array().iter().filter(|code| **code != 0).count(), 3);
 }
 
 #[test]
 fn a_fault_of_the_scenario_and_the_same_on_request_fly_the_same_bits() {
     let at = SimTime::from_micros(123_457);
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         for kind in every_kind(effector) {
             let timing = Timing { duration_s: Some(0.06), ..Timing::at(at) };
             let mut written = Flight::with(vec![ScheduledFault { effector, kind, timing }]);
@@ -361,7 +360,7 @@ fn a_fault_of_the_scenario_and_the_same_on_request_fly_the_same_bits() {
             for tick in 0..120 {
                 wave(&mut written, tick);
                 wave(&mut asked, tick);
-                assert_eq!(written.fly(1), asked.fly(1), "{effector} {kind:?}");
+                assert_eq!(written.fly(1), asked.fly(1), "{effector:?} {kind:?}");
             }
         }
     }
@@ -395,7 +394,7 @@ fn any_timing() -> impl Strategy<Value = Timing> {
 }
 
 fn any_request() -> impl Strategy<Value = FaultRequest> {
-    let effector = (0..Effector::COUNT).prop_map(|i| Effector::from_index(i).unwrap());
+    let effector = (0..tvc_jet::ALL.len()).prop_map(|i| Effector::from_index(i).unwrap());
     prop_oneof![
         12 => (effector.clone(), any_kind(), any_timing()).prop_map(|(effector, kind, timing)| {
             FaultRequest::Inject { effector, kind, timing }
@@ -428,15 +427,15 @@ proptest! {
                 tick += 1;
                 let truth = flight.fly(1);
                 prop_assert_eq!(truth, twin.fly(1));
-                for effector in Effector::ALL {
+                for effector in tvc_jet::ALL {
                     let servo = servos()[effector];
-                    let low = if effector.is_angle() { servo.min } else { 0.0 };
+                    let low = if tvc_jet::effectors().is_angle(effector) { servo.min } else { 0.0 };
                     let here = truth.positions[effector];
                     // Rounding of the integration.
                     let slack = 1e-9 * (servo.max - servo.min);
                     prop_assert!(
                         (low - slack..=servo.max + slack).contains(&here),
-                        "{} at {}", effector, here
+                        "{:?} at {}", effector, here
                     );
                     prop_assert!(truth.deflections[effector].is_finite());
                 }

@@ -1,6 +1,7 @@
 //! When faults act, what is reported of it, and which requests are refused.
 
 use super::*;
+use icd::tvc_jet;
 
 fn at(ms: u64) -> SimTime {
     SimTime::from_micros(ms * 1_000)
@@ -14,7 +15,7 @@ fn run(bench: &mut Bench, until: SimTime) {
 }
 
 fn inject(bench: &mut Bench, now: SimTime, kind: FaultKind, timing: Timing) -> FaultReply {
-    bench.request(now, FaultRequest::Inject { effector: Effector::Rudder, kind, timing })
+    bench.request(now, FaultRequest::Inject { effector: tvc_jet::RUDDER, kind, timing })
 }
 
 const LOSS: FaultKind = FaultKind::PartialLoss { remaining: 0.5 };
@@ -62,7 +63,7 @@ fn a_fault_without_a_number_of_repetitions_goes_on_until_it_is_cleared() {
     inject(&mut bench, T0, LOSS, Timing { duration_s: Some(0.1), repeat, ..Timing::NOW });
     run(&mut bench, at(301_050));
     // The thousandth repetition begins exactly after 300 s: nothing adds up.
-    assert_eq!(bench.faults.active(Effector::Rudder), Some((LOSS, at(301_000))));
+    assert_eq!(bench.faults.active(tvc_jet::RUDDER), Some((LOSS, at(301_000))));
     bench.request(at(301_050), FaultRequest::ClearAll);
     assert_eq!(bench.states().last(), Some(&FaultState::Ended { at: at(301_050) }));
     assert_eq!(bench.faults.next_event(), None);
@@ -75,14 +76,14 @@ fn a_resting_fault_is_there_already_and_is_cleared_like_one_that_acts() {
     let timing = Timing { duration_s: Some(0.5), repeat, ..Timing::NOW };
     inject(&mut bench, T0, LOSS, timing);
     run(&mut bench, at(2_000));
-    assert_eq!(bench.faults.active(Effector::Rudder), None, "it rests");
-    assert_eq!(bench.faults.effects().codes()[Effector::Rudder], 0);
+    assert_eq!(bench.faults.active(tvc_jet::RUDDER), None, "it rests");
+    assert_eq!(bench.faults.effects().codes()[tvc_jet::RUDDER], 0);
     let reply = inject(&mut bench, at(2_000), LOSS, timing);
     assert_eq!(reply, FaultReply::Unchanged { at: at(3_000) });
-    bench.request(at(2_000), FaultRequest::Clear { effector: Effector::Rudder });
+    bench.request(at(2_000), FaultRequest::Clear { effector: tvc_jet::RUDDER });
     assert_eq!(bench.states().last(), Some(&FaultState::Ended { at: at(2_000) }));
     run(&mut bench, at(60_000));
-    assert_eq!(bench.faults.active(Effector::Rudder), None);
+    assert_eq!(bench.faults.active(tvc_jet::RUDDER), None);
 }
 
 #[test]
@@ -104,8 +105,8 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
     let mut bench = Bench::new();
     let repeat = Some(Repeat { every_s: 2.0, times: None });
     inject(&mut bench, T0, LOSS, Timing { duration_s: Some(0.5), repeat, ..Timing::NOW });
-    bench.inject(T0, Effector::Engine, FaultKind::FlameOut);
-    bench.inject_at(at(9_000), Effector::Rudder, FaultKind::Float);
+    bench.inject(T0, tvc_jet::ENGINE, FaultKind::FlameOut);
+    bench.inject_at(at(9_000), tvc_jet::RUDDER, FaultKind::Float);
     run(&mut bench, at(2_000));
     let mut listed = Vec::new();
     bench.faults.list(&mut |report| match report {
@@ -117,12 +118,12 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
     let expected = [
         (
             1,
-            Effector::Rudder,
+            tvc_jet::RUDDER,
             Onset::At(T0),
             FaultState::Resting { since: at(1_500), next: at(3_000) },
         ),
-        (2, Effector::Engine, Onset::At(T0), FaultState::Acting { since: T0 }),
-        (3, Effector::Rudder, Onset::At(at(9_000)), FaultState::Scheduled { at: at(9_000) }),
+        (2, tvc_jet::ENGINE, Onset::At(T0), FaultState::Acting { since: T0 }),
+        (3, tvc_jet::RUDDER, Onset::At(at(9_000)), FaultState::Scheduled { at: at(9_000) }),
     ];
     assert_eq!(states, expected);
 }
@@ -130,7 +131,7 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
 #[test]
 fn clear_all_ends_what_acts_and_cancels_what_waits() {
     let mut bench = Bench::new();
-    for effector in Effector::ALL {
+    for effector in tvc_jet::ALL {
         bench.inject(T0, effector, FaultKind::StuckHere);
         bench.inject_at(T1, effector, LOSS);
     }
@@ -243,9 +244,9 @@ fn a_ramp_of_a_fault_without_a_size_is_refused() {
     let timing = Timing { ramp_s: 1.0, ..Timing::NOW };
     let refusal = Refusal::OutOfRange { what: Quantity::Ramp, value: 1.0, min: 0.0, max: 0.0 };
     for (effector, kind) in [
-        (Effector::Rudder, FaultKind::StuckHere),
-        (Effector::Rudder, FaultKind::HardOver { side: Side::Positive }),
-        (Effector::Engine, FaultKind::FlameOut),
+        (tvc_jet::RUDDER, FaultKind::StuckHere),
+        (tvc_jet::RUDDER, FaultKind::HardOver { side: Side::Positive }),
+        (tvc_jet::ENGINE, FaultKind::FlameOut),
     ] {
         let reply = bench.request(T0, FaultRequest::Inject { effector, kind, timing });
         assert_eq!(reply, FaultReply::Refused(refusal));
@@ -257,25 +258,25 @@ fn the_engine_and_the_surfaces_refuse_what_they_cannot_have() {
     let mut bench = Bench::new();
     let side = Side::Positive;
     for kind in [jump(0.0), FaultKind::HardOver { side }, FaultKind::Float] {
-        let reply = bench.inject(T0, Effector::Engine, kind);
+        let reply = bench.inject(T0, tvc_jet::ENGINE, kind);
         assert_eq!(reply, FaultReply::Refused(Refusal::NotForThisEffector), "{kind:?}");
     }
-    for effector in Effector::ALL.into_iter().filter(|e| e.is_angle()) {
+    for effector in tvc_jet::ALL.into_iter().filter(|e| tvc_jet::effectors().is_angle(*e)) {
         let reply = bench.inject(T0, effector, FaultKind::FlameOut);
-        assert_eq!(reply, FaultReply::Refused(Refusal::NotForThisEffector), "{effector}");
+        assert_eq!(reply, FaultReply::Refused(Refusal::NotForThisEffector), "{effector:?}");
     }
 }
 
 #[test]
 fn a_stuck_effector_keeps_the_deviation_that_it_had() {
     let mut bench = Bench::new();
-    bench.inject(T0, Effector::Rudder, FaultKind::Biased { bias: 0.1 });
-    bench.inject(T1, Effector::Rudder, FaultKind::StuckHere);
-    assert_eq!(bench.effective(Effector::Rudder), 0.05 + 0.1);
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::Biased { bias: 0.1 });
+    bench.inject(T1, tvc_jet::RUDDER, FaultKind::StuckHere);
+    assert_eq!(bench.effective(tvc_jet::RUDDER), 0.05 + 0.1);
     let mut bench = Bench::new();
-    bench.inject(T0, Effector::Rudder, FaultKind::Biased { bias: 0.1 });
-    bench.inject(T1, Effector::Rudder, FaultKind::Biased { bias: 0.2 });
-    assert_eq!(bench.effective(Effector::Rudder), 0.05 + 0.2, "of the same servo");
-    bench.request(T1, FaultRequest::Clear { effector: Effector::Rudder });
-    assert_eq!(bench.effective(Effector::Rudder), 0.05 + 0.2, "the repair does not move it");
+    bench.inject(T0, tvc_jet::RUDDER, FaultKind::Biased { bias: 0.1 });
+    bench.inject(T1, tvc_jet::RUDDER, FaultKind::Biased { bias: 0.2 });
+    assert_eq!(bench.effective(tvc_jet::RUDDER), 0.05 + 0.2, "of the same servo");
+    bench.request(T1, FaultRequest::Clear { effector: tvc_jet::RUDDER });
+    assert_eq!(bench.effective(tvc_jet::RUDDER), 0.05 + 0.2, "the repair does not move it");
 }

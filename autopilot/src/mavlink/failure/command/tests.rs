@@ -3,8 +3,9 @@ use super::*;
 use crate::config::{self, DEFAULT_BELIEF};
 use crate::parameters::Parameters;
 use ::mavlink::dialects::common::MavResult;
+use icd::FaultRequest;
 use icd::fault::{FaultKind, Side, Timing, Travel};
-use icd::{Effector, FaultRequest};
+use icd::tvc_jet;
 
 const NAN: f32 = f32::NAN;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
@@ -33,22 +34,22 @@ fn user(p2: f32, p4: f32, p5: f32, p6: f32, p7: f32) -> Result<Vec<FaultRequest>
 #[test]
 fn instances_are_the_documented_effectors() {
     let servos = [
-        Effector::LeftAileron,
-        Effector::RightAileron,
-        Effector::LeftElevator,
-        Effector::RightElevator,
-        Effector::Rudder,
-        Effector::NozzlePitch,
-        Effector::NozzleYaw,
+        tvc_jet::LEFT_AILERON,
+        tvc_jet::RIGHT_AILERON,
+        tvc_jet::LEFT_ELEVATOR,
+        tvc_jet::RIGHT_ELEVATOR,
+        tvc_jet::RUDDER,
+        tvc_jet::NOZZLE_PITCH,
+        tvc_jet::NOZZLE_YAW,
     ];
     for (instance, effector) in (1_u8..).zip(servos) {
         let asked = inject(102.0, 2.0, f32::from(instance), 0.0).unwrap();
         let kind = FaultKind::StuckHere;
         assert_eq!(asked, [FaultRequest::Inject { effector, kind, timing: Timing::NOW }]);
-        assert_eq!(unit_and_instance(effector), ("servo", usize::from(instance)));
+        assert_eq!(unit_and_instance(effector, &tvc_jet::effectors()), ("servo", instance));
     }
     let asked = inject(101.0, 0.0, 1.0, 0.0).unwrap();
-    assert_eq!(asked, [FaultRequest::Clear { effector: Effector::Engine }]);
+    assert_eq!(asked, [FaultRequest::Clear { effector: tvc_jet::ENGINE }]);
 }
 
 #[test]
@@ -57,7 +58,7 @@ fn zero_is_all_instances_and_a_mask_counts_only_without_an_instance() {
     assert_eq!(inject(102.0, 1.0, 2.0, 127.0).unwrap().len(), 1);
     let asked = inject(102.0, 1.0, NAN, 5.0).unwrap();
     let named: Vec<_> = asked.iter().filter_map(FaultRequest::effector).collect();
-    assert_eq!(named, [Effector::LeftAileron, Effector::LeftElevator]);
+    assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);
     for mask in [0.0, NAN, 128.0, -1.0, 1.5] {
         assert_eq!(inject(102.0, 1.0, NAN, mask), Err(DENIED), "mask {mask}");
     }
@@ -94,7 +95,7 @@ fn every_type_is_a_fault_of_a_servo_and_of_the_engine() {
 
 #[test]
 fn user_1_carries_each_kind_of_value_ramp_and_onset_exactly() {
-    let effector = Effector::LeftElevator;
+    let effector = tvc_jet::LEFT_ELEVATOR;
     let deg = f64::to_radians;
     let jump = Travel::Jump;
     for (p2, p4, p5, kind) in [

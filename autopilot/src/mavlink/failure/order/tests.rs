@@ -2,6 +2,7 @@ use super::*;
 use crate::config::{self, DEFAULT_BELIEF};
 use ::mavlink::dialects::common::MavResult;
 use icd::SimTime;
+use icd::tvc_jet;
 
 fn belief() -> Belief {
     config::belief("belief", DEFAULT_BELIEF).unwrap()
@@ -86,7 +87,7 @@ fn what_an_order_leaves_open_comes_from_the_parameters() {
 #[test]
 fn the_engines_sizes_are_percent_of_its_largest_thrust() {
     use FailureType as T;
-    let largest = belief().effectors.thrust_max_n;
+    let largest = belief().effectors.thrust_range_n()[1];
     let newtons = 0.2 * largest;
     let mode = |mode| [("FLT_ENG_PCT", 20.0), ("FLT_WRONG_MODE", mode)];
     for (failure_type, mode, kind) in [
@@ -218,7 +219,7 @@ fn kinds_near_the_limits(effector: Effector, reach: &Reach) -> Vec<FaultKind> {
         kinds.push(FaultKind::Oscillating { amplitude: size, frequency_hz: 1.0 });
         kinds.push(FaultKind::Biased { bias: size });
         kinds.push(FaultKind::LimitedTravel { limit: size });
-        if effector.is_angle() {
+        if tvc_jet::effectors().is_angle(effector) {
             kinds.push(FaultKind::StuckAt { angle_rad: size, travel: Travel::Jump });
         }
     }
@@ -235,15 +236,16 @@ fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
     let mut refused = 0;
     // The aircraft's own numbers, before they are rounded for the belief.
     for (effector, travel_deg, rate_deg_s) in [
-        (Effector::LeftAileron, 25.0_f64, 80.0_f64),
-        (Effector::RightElevator, 30.0, 80.0),
-        (Effector::Rudder, 30.0, 80.0),
-        (Effector::NozzleYaw, 15.0, 60.0),
+        (tvc_jet::LEFT_AILERON, 25.0_f64, 80.0_f64),
+        (tvc_jet::RIGHT_ELEVATOR, 30.0, 80.0),
+        (tvc_jet::RUDDER, 30.0, 80.0),
+        (tvc_jet::NOZZLE_YAW, 15.0, 60.0),
     ] {
         let max = travel_deg.to_radians();
-        let plant = Reach { min: -max, max, fastest: Some(rate_deg_s.to_radians()) };
+        let plant =
+            Reach { is_angle: true, min: -max, max, fastest: Some(rate_deg_s.to_radians()) };
         for kind in kinds_near_the_limits(effector, &plant) {
-            let there = fault::check(effector, &kind, &Timing::NOW, &plant);
+            let there = fault::check(&kind, &Timing::NOW, &plant);
             let here = check(effector, &kind, &Timing::NOW, &belief);
             assert_eq!(here.is_ok(), there.is_ok(), "{effector:?} {kind:?}: {here:?} {there:?}");
             refused += usize::from(there.is_err());

@@ -120,7 +120,7 @@ fn value(
                 return Err(format!("{} of {unit} takes no thrust {word}", failure_type.name()));
             }
             let newton = 1.0e3 * number("-v", digits, "kN")?;
-            let percent = 100.0 * newton / belief.effectors.thrust_max_n;
+            let percent = 100.0 * newton / belief.effectors.thrust_range_n()[1];
             Value::parse(failure_type, &format!("{percent}{suffix}"))
         }
     };

@@ -11,7 +11,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
 /// One line for each fault.
 pub(super) fn text(asking: &Asking) -> String {
     let mut said = String::new();
-    for line in asking.ctx.aircraft.faults().lines() {
+    for line in asking.ctx.aircraft.faults().lines(asking.ctx.effectors()) {
         let _ = writeln!(said, "{line}");
     }
     if said.is_empty() {

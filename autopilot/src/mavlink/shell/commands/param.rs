@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
 use crate::mavlink::param::{Row, rows};
-use crate::parameters::{FAULT_CHOICES, Kind, fault, table};
+use crate::parameters::{FAULT_CHOICES, Kind, is_fault, table};
 
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
 fn show(pattern: &str, asking: &Asking) -> Answer {
     let pattern = pattern.to_ascii_uppercase();
     let mut said = String::new();
-    for row in rows(asking.ctx).filter(|row| matches(&pattern, row.name)) {
+    for row in rows(asking.ctx).filter(|row| matches(&pattern, &row.name)) {
         let line = format!("{:<16} {:>12} {}", row.name, value_text(&row), unit(&row));
         let _ = writeln!(said, "{}", line.trim_end());
     }
@@ -34,12 +34,12 @@ fn get(name: &str, asking: &Asking) -> Answer {
     let mut said =
         format!("{} {} {}", row.name, value_text(&row), unit(&row)).trim_end().to_owned();
     said.push('\n');
-    if let Some(about) = table().iter().find(|about| about.name == row.name) {
+    if let Some(about) = table().iter().find(|about| *about.name == *row.name) {
         let _ = writeln!(said, "{} ({} to {})", about.meaning, about.min, about.max);
         for choice in about.choices {
             let _ = writeln!(said, "  {} {}", choice.value, choice.label);
         }
-    } else if fault(row.name).is_some() {
+    } else if is_fault(&row.name) {
         said.push_str("What acts on an effector; here the command failure breaks and mends it\n");
         for choice in &FAULT_CHOICES {
             let _ = writeln!(said, "  {} {}", choice.value, choice.label);
@@ -52,7 +52,7 @@ fn get(name: &str, asking: &Asking) -> Answer {
 
 fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
     let row = find(name, asking)?;
-    if fault(row.name).is_some() {
+    if is_fault(&row.name) {
         return Err(format!("{} is not set here: see help failure", row.name));
     }
     let number: Option<f64> = value.parse().ok();
@@ -61,7 +61,7 @@ fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
         .ok_or_else(|| format!("\"{value}\" is no number"))?;
     let Asking { now, ctx, param, out, .. } = asking;
     param.write(&row, number, *now, ctx, out)?;
-    let now = find(row.name, asking)?;
+    let now = find(&row.name, asking)?;
     Ok(Order::say(format!("{} {} -> {}\n", row.name, value_text(&row), value_text(&now))))
 }
 
@@ -78,7 +78,7 @@ fn value_text(row: &Row) -> String {
 }
 
 fn unit(row: &Row) -> &'static str {
-    let about = table().iter().find(|about| about.name == row.name);
+    let about = table().iter().find(|about| *about.name == *row.name);
     about.map_or("", |about| about.unit).trim_matches('-')
 }
 

@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
-use icd::Effector;
+use icd::EffectorList;
 
 use super::{Answer, Asking, Order, list, usage};
 use crate::event::{Axis, Snapshot};
 use crate::mavlink::aircraft::{Aircraft, Phase};
-use crate::mavlink::telemetry::is_saturated;
 
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     if !arguments.is_empty() {
@@ -22,7 +21,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     if let Some(state) = ctx.aircraft.snapshot() {
         flight(&mut said, state, ctx.aircraft);
         compensator(&mut said, state, ctx.parameters.gains.selection.compensator);
-        effectors(&mut said, state);
+        effectors(&mut said, state, ctx.effectors());
     }
     if let Some(script) = ctx.scripts.running() {
         let _ = writeln!(said, "Script: {} runs", script.name());
@@ -98,16 +97,17 @@ fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
     }
 }
 
-fn effectors(said: &mut String, state: &Snapshot) {
+fn effectors(said: &mut String, state: &Snapshot, list: &EffectorList) {
     let log = &state.log;
     let _ = writeln!(said, "effector         command   modelled");
-    for effector in Effector::ALL {
+    for effector in list.all() {
         let (scale, unit) =
-            if effector.is_angle() { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
+            if list.is_angle(effector) { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
         let told = fixed(2, log.commands[effector] * scale);
         let modelled = fixed(2, log.modelled[effector] * scale);
-        let limit = if is_saturated(&log.health, effector) { "  at its limit" } else { "" };
-        let _ = writeln!(said, "{:<14} {told:>9}  {modelled:>9} {unit}{limit}", effector.name());
+        let limit = if log.limited.contains(effector) { "  at its limit" } else { "" };
+        let _ =
+            writeln!(said, "{:<14} {told:>9}  {modelled:>9} {unit}{limit}", list.name(effector));
     }
 }
 

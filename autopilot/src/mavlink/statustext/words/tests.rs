@@ -3,8 +3,9 @@
 use core::time::Duration;
 
 use flight_control::AltitudeLimit;
+use icd::SimTime;
 use icd::fault::{FaultKind, Timing, Travel};
-use icd::{Effector, SimTime};
+use icd::tvc_jet;
 
 use super::*;
 use crate::event::Axis;
@@ -63,7 +64,7 @@ impl Qgc {
 fn fault(state: FaultState) -> EventKind {
     let kind = FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: Travel::Jump };
     let timing = Timing::NOW;
-    EventKind::Fault(FaultEntry { id: 1, effector: Effector::LeftElevator, kind, timing, state })
+    EventKind::Fault(FaultEntry { id: 1, effector: tvc_jet::LEFT_ELEVATOR, kind, timing, state })
 }
 
 /// Every kind of event that has a text here, how it is shown, and the text.
@@ -128,7 +129,8 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
 #[test]
 fn every_version_of_qgroundcontrol_shows_what_matters_as_a_banner_and_good_news_plainly() {
     for (kind, shown, expected) in texts() {
-        let (severity, text) = text_of(&kind, &Parameters::default()).unwrap();
+        let (severity, text) =
+            text_of(&kind, &Parameters::default(), &tvc_jet::effectors()).unwrap();
         assert_eq!(text, expected);
         for qgc in &QGC {
             assert_eq!(qgc.shows(severity), shown, "{text}, {}", qgc.version);
@@ -150,12 +152,12 @@ fn a_fault_that_is_seen_without_the_compensator_is_a_banner_too() {
     let mut parameters = Parameters::default();
     parameters.gains.selection.compensator = CompensatorMode::Off;
     let kind = EventKind::CompensatorActive { axis: Axis::Yaw, at_limit: Limits::default() };
-    let (severity, _) = text_of(&kind, &parameters).unwrap();
+    let (severity, _) = text_of(&kind, &parameters, &tvc_jet::effectors()).unwrap();
     assert_eq!(QGC[0].shows(severity), Shown::Banner);
 }
 
 fn text(kind: EventKind) -> String {
-    text_of(&kind, &Parameters::default()).unwrap().1
+    text_of(&kind, &Parameters::default(), &tvc_jet::effectors()).unwrap().1
 }
 
 #[test]
@@ -182,7 +184,13 @@ fn with_the_compensator_off_the_text_does_not_claim_that_it_acts() {
     let mut parameters = Parameters::default();
     let at_limit = Limits::default();
     let kind = EventKind::CompensatorActive { axis: Axis::Yaw, at_limit };
-    assert_eq!(text_of(&kind, &parameters).unwrap().1, "Compensator active: yaw");
+    assert_eq!(
+        text_of(&kind, &parameters, &tvc_jet::effectors()).unwrap().1,
+        "Compensator active: yaw"
+    );
     parameters.gains.selection.compensator = CompensatorMode::Off;
-    assert_eq!(text_of(&kind, &parameters).unwrap().1, "Fault detected: yaw (compensator off)");
+    assert_eq!(
+        text_of(&kind, &parameters, &tvc_jet::effectors()).unwrap().1,
+        "Fault detected: yaw (compensator off)"
+    );
 }

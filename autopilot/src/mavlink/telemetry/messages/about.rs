@@ -8,7 +8,6 @@ use ::mavlink::dialects::common::{
 };
 
 use crate::mavlink::codec::Encoded;
-use crate::mavlink::component_metadata;
 use crate::mavlink::convert;
 use crate::mavlink::heartbeat;
 use crate::mavlink::telemetry::View;
@@ -88,7 +87,7 @@ pub fn system_time(view: &View) -> Option<Encoded> {
 /// COMPONENT_METADATA: where the descriptions of parameters, effectors and events begin.
 pub fn component_metadata(view: &View) -> Option<Encoded> {
     let time = view.aircraft.snapshot().map(|state| state.time);
-    Some(component_metadata::message(time.map_or(0, convert::boot_ms)))
+    Some(view.metadata.message(time.map_or(0, convert::boot_ms)))
 }
 
 /// HEARTBEAT, for those who ask for it; it comes by itself once a second.

@@ -4,8 +4,9 @@ use ::mavlink::dialects::common::{
     ACTUATOR_OUTPUT_STATUS_DATA, DEBUG_FLOAT_ARRAY_DATA, NAMED_VALUE_FLOAT_DATA,
     SERVO_OUTPUT_RAW_DATA,
 };
-use flight_control::{Belief, Compensation, Health};
-use icd::Effector;
+use flight_control::belief::{EffectorBelief, ServoBelief};
+use flight_control::{Belief, Compensation};
+use icd::{Effector, EffectorKind, PerEffector};
 
 use crate::event::Snapshot;
 use crate::mavlink::codec::Encoded;
@@ -15,69 +16,70 @@ use crate::mavlink::telemetry::View;
 /// Command of an effector: -1 to 1 of its travel, 0 to 1 of the engine's range.
 pub(super) fn fraction_of_range(state: &Snapshot, effector: Effector, belief: &Belief) -> f64 {
     let command = state.log.commands[effector];
-    let servo = match effector {
-        Effector::LeftAileron | Effector::RightAileron => &belief.effectors.aileron,
-        Effector::LeftElevator | Effector::RightElevator => &belief.effectors.elevator,
-        Effector::Rudder => &belief.effectors.rudder,
-        Effector::NozzlePitch | Effector::NozzleYaw => &belief.effectors.nozzle,
-        Effector::Engine => return thrust_fraction(command, belief),
-    };
-    command / servo.travel_rad
+    let EffectorBelief { list, servos, .. } = &belief.effectors;
+    let ServoBelief { min, max, .. } = servos[effector];
+    if !list.is_angle(effector) {
+        return thrust_fraction(command, belief);
+    }
+    // Where the travel is the same either way this is command over travel.
+    if command < 0.0 { -command / min } else { command / max }
 }
 
-/// Thrust as a fraction of the engine's range, 0 to 1 inside it.
+/// Thrust as a fraction of the engine's range, 0 to 1 inside it; 0 without an engine.
 pub(super) fn thrust_fraction(thrust_n: f64, belief: &Belief) -> f64 {
-    let (min, max) = (belief.effectors.thrust_min_n, belief.effectors.thrust_max_n);
-    (thrust_n - min) / (max - min)
+    let [min, max] = belief.effectors.thrust_range_n();
+    if max > min { (thrust_n - min) / (max - min) } else { 0.0 }
 }
 
-/// SERVO_OUTPUT_RAW: outputs 1 to 8 are the effectors in their order.
+/// Throttle in the same way.
+pub(super) fn throttle(state: &Snapshot, belief: &Belief) -> f64 {
+    let engine = belief.effectors.list.only(EffectorKind::Engine);
+    engine.map_or(0.0, |engine| fraction_of_range(state, engine, belief))
+}
+
+/// SERVO_OUTPUT_RAW: the outputs are the effectors in their order; those beyond are 0.
 pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
-    let [
-        servo1_raw,
-        servo2_raw,
-        servo3_raw,
-        servo4_raw,
-        servo5_raw,
-        servo6_raw,
-        servo7_raw,
-        servo8_raw,
-    ] = Effector::ALL.map(|effector| {
-        let fraction = fraction_of_range(state, effector, view.belief);
-        if effector.is_angle() {
-            convert::servo_pulse_us(fraction)
-        } else {
-            convert::throttle_pulse_us(fraction)
-        }
-    });
+    let list = &view.belief.effectors.list;
+    let pulse = |place: usize| {
+        let effector = Effector::from_index(place).filter(|effector| list.contains(*effector));
+        effector.map_or(0, |effector| {
+            let fraction = fraction_of_range(state, effector, view.belief);
+            if list.is_angle(effector) {
+                convert::servo_pulse_us(fraction)
+            } else {
+                convert::throttle_pulse_us(fraction)
+            }
+        })
+    };
     Encoded::new(&SERVO_OUTPUT_RAW_DATA {
         time_usec: convert::boot_us_low(state.time),
-        servo1_raw,
-        servo2_raw,
-        servo3_raw,
-        servo4_raw,
-        servo5_raw,
-        servo6_raw,
-        servo7_raw,
-        servo8_raw,
+        servo1_raw: pulse(0),
+        servo2_raw: pulse(1),
+        servo3_raw: pulse(2),
+        servo4_raw: pulse(3),
+        servo5_raw: pulse(4),
+        servo6_raw: pulse(5),
+        servo7_raw: pulse(6),
+        servo8_raw: pulse(7),
         port: 0,
-        servo9_raw: 0,
-        servo10_raw: 0,
-        servo11_raw: 0,
-        servo12_raw: 0,
-        servo13_raw: 0,
-        servo14_raw: 0,
-        servo15_raw: 0,
-        servo16_raw: 0,
+        servo9_raw: pulse(8),
+        servo10_raw: pulse(9),
+        servo11_raw: pulse(10),
+        servo12_raw: pulse(11),
+        servo13_raw: pulse(12),
+        servo14_raw: pulse(13),
+        servo15_raw: pulse(14),
+        servo16_raw: pulse(15),
     })
 }
 
 pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
+    let list = &view.belief.effectors.list;
     let mut actuator = [0.0; 32];
-    for (output, effector) in actuator.iter_mut().zip(Effector::ALL) {
+    for (output, effector) in actuator.iter_mut().zip(list.all()) {
         *output = convert::float(fraction_of_range(state, effector, view.belief));
     }
-    let active = (1 << Effector::COUNT) - 1;
+    let active = (1 << list.len()) - 1;
     Encoded::new(&ACTUATOR_OUTPUT_STATUS_DATA {
         time_usec: state.time.as_micros(),
         active,
@@ -120,17 +122,18 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
 /// Identity of the array, beside its name.
 const WHY_ID: u16 = 1;
 
-/// DEBUG_FLOAT_ARRAY `WHY`: for each effector, in their order, what it is told (0 to 7), where the model of the
-/// healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what the
-/// compensator sees, does and has left (24 to 41). docs/mavlink.md has the list.
+/// Effectors of which `WHY` tells: the array has room for no more.
+const WHY_EFFECTORS: usize = 8;
+
+/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in their order, what it is told (0 to 7), where the
+/// model of the healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what
+/// the compensator sees, does and has left (24 to 41). docs/mavlink.md has the list.
 pub fn why(state: &Snapshot) -> Encoded {
     let log = &state.log;
     let flag = |raised: bool| f64::from(u8::from(raised));
-    let effectors = Effector::ALL
-        .map(|effector| log.commands[effector])
-        .into_iter()
-        .chain(Effector::ALL.map(|effector| log.modelled[effector]))
-        .chain(Effector::ALL.map(|effector| flag(is_saturated(&log.health, effector))));
+    let first = |values: &PerEffector<f64>| values.first(WHY_EFFECTORS).to_vec();
+    let limited = PerEffector::from_fn(|effector| flag(log.limited.contains(effector)));
+    let effectors = [log.commands, log.modelled, limited].into_iter().flat_map(|all| first(&all));
     let compensations = [log.compensation, log.applied_compensation];
     let compensator = [log.z2, log.levels]
         .into_iter()
@@ -152,17 +155,4 @@ pub fn why(state: &Snapshot) -> Encoded {
         name: "WHY".into(),
         data,
     })
-}
-
-/// Whether the demand of an effector is beyond its limit.
-#[must_use]
-pub(in crate::mavlink) const fn is_saturated(health: &Health, effector: Effector) -> bool {
-    match effector {
-        Effector::LeftAileron | Effector::RightAileron => health.aileron_saturated,
-        Effector::LeftElevator | Effector::RightElevator => health.elevator_saturated,
-        Effector::Rudder => health.rudder_saturated,
-        Effector::NozzlePitch => health.nozzle_pitch_saturated,
-        Effector::NozzleYaw => health.nozzle_yaw_saturated,
-        Effector::Engine => health.thrust_saturated,
-    }
 }

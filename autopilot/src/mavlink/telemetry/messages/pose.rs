@@ -5,9 +5,9 @@ use ::mavlink::dialects::common::{
     GPS_RAW_INT_DATA, GpsFixType, HOME_POSITION_DATA, LOCAL_POSITION_NED_DATA, MavEstimatorType,
     MavFrame, ODOMETRY_DATA, VFR_HUD_DATA,
 };
-use icd::{Effector, Ned};
+use icd::Ned;
 
-use super::actuators::fraction_of_range;
+use super::actuators::throttle;
 use crate::event::Snapshot;
 use crate::mavlink::codec::Encoded;
 use crate::mavlink::convert;
@@ -121,7 +121,7 @@ pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
         alt: convert::float(sensors.altitude_m),
         climb: convert::float(-velocity.z),
         heading: convert::heading_degrees(sensors.attitude.euler().psi),
-        throttle: convert::percent(fraction_of_range(state, Effector::Engine, view.belief)),
+        throttle: convert::percent(throttle(state, view.belief)),
     })
 }
 

@@ -8,7 +8,8 @@ use ::mavlink::dialects::common::{
 };
 use ::mavlink::{MavlinkVersion, Message as _};
 
-use icd::{Body, Effector};
+use icd::Body;
+use icd::tvc_jet;
 
 use super::group_size;
 use crate::mavlink::modes;
@@ -206,7 +207,7 @@ fn the_array_why_has_its_documented_places() {
     let near = |index: usize, value: f64| {
         assert!((f64::from(data[index]) - value).abs() <= 1.0e-6 * value.abs(), "{index}: {value}");
     };
-    for (index, effector) in Effector::ALL.into_iter().enumerate() {
+    for (index, effector) in tvc_jet::ALL.into_iter().enumerate() {
         near(index, log.commands[effector]);
         near(index + 8, log.modelled[effector]);
     }

@@ -2,11 +2,12 @@
 
 use super::*;
 use crate::event::Wish;
-use crate::parameters::{COMPATIBILITY, FAULTS, table};
+use crate::parameters::{COMPATIBILITY, table};
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
 use icd::pace::Pace;
-use icd::{Effector, FaultKind, FaultRequest, SimTime};
+use icd::tvc_jet;
+use icd::{FaultKind, FaultRequest, SimTime};
 
 fn wishes(world: &mut World, line: &str) -> (Vec<Wish>, String) {
     world.take_wishes();
@@ -63,7 +64,7 @@ fn status_shows_the_flight_the_compensator_and_each_effector() {
 fn parameters_are_shown_found_by_pattern_and_explained() {
     let mut world = World::flying();
     let all = said(&mut world, "param show");
-    assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + FAULTS.len());
+    assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + tvc_jet::ALL.len());
     assert!(said(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
     assert!(said(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));
     let some = said(&mut world, "param show act_lvl*");
@@ -175,7 +176,7 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
     let [Wish::Fault(FaultRequest::Inject { effector, kind, .. })] = wishes[..] else {
         panic!("{wishes:?}")
     };
-    assert_eq!(effector, Effector::Rudder);
+    assert_eq!(effector, tvc_jet::RUDDER);
     let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
     assert!((angle_rad.to_degrees() - 3.0).abs() < 1.0e-6, "{angle_rad} rad");
     assert!(text.starts_with("rudder: acts since"), "{text}");
@@ -253,7 +254,7 @@ fn every_type_takes_its_size_and_every_option_its_place() {
             *effector
         })
         .collect();
-    assert_eq!(named, [Effector::LeftAileron, Effector::LeftElevator]);
+    assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);
     assert_eq!(text.lines().count(), 2, "{text}");
 }
 

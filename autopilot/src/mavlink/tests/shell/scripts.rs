@@ -5,7 +5,8 @@ use super::*;
 use crate::event::Wish;
 use crate::script::Script;
 use icd::fault::{FaultEntry, FaultState, PlantReport, Timing};
-use icd::{Attitude, ControlPeriod, Effector, EulerAngles, FaultKind, SimTime};
+use icd::tvc_jet;
+use icd::{Attitude, ControlPeriod, EulerAngles, FaultKind, SimTime};
 use std::sync::Arc;
 
 fn names_of_started(world: &mut World) -> Vec<String> {
@@ -152,7 +153,8 @@ fn without_an_aircraft_a_script_does_not_begin_and_that_is_said() {
 #[test]
 fn the_scenarios_script_is_listed_without_a_number() {
     let mut world = World::waiting();
-    let script = Arc::new(Script::parse("script of s.toml", "say hello").unwrap());
+    let script =
+        Arc::new(Script::parse("script of s.toml", "say hello", &tvc_jet::effectors()).unwrap());
     world.ground = world.ground.with_script(Some(script));
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     world.run_ms(200);
@@ -170,8 +172,8 @@ fn the_list_is_whole_right_after_joining_a_flight() {
     };
     let at = SimTime::from_micros;
     world.listed = vec![
-        entry(3, Effector::Rudder, FaultState::Acting { since: at(1_000_000) }),
-        entry(7, Effector::LeftAileron, FaultState::Scheduled { at: at(99_000_000) }),
+        entry(3, tvc_jet::RUDDER, FaultState::Acting { since: at(1_000_000) }),
+        entry(7, tvc_jet::LEFT_AILERON, FaultState::Scheduled { at: at(99_000_000) }),
     ];
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, world.sim, true);
     world.run_ms(20);

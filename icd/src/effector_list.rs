@@ -1,0 +1,382 @@
+//! What the effectors of an aircraft are: names, kinds, sides, pairs, numbers in MAVLink.
+//!
+//! The plant reads its list from the airframe file, the controller its own from the model file.
+
+use arrayvec::{ArrayString, ArrayVec};
+use serde::{Deserialize, Serialize};
+
+use crate::effector::Effector;
+
+mod kind;
+mod problem;
+
+pub use kind::EffectorKind;
+pub use problem::{EffectorListError, ListProblem};
+
+/// Longest name, bytes.
+pub const NAME_MAX: usize = 32;
+
+/// Name of an effector or of an aircraft.
+pub type Name = ArrayString<NAME_MAX>;
+
+/// Where an effector is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LateralSide {
+    /// On the left.
+    Left,
+    /// On the right.
+    Right,
+    /// In the plane of symmetry.
+    #[default]
+    Centre,
+}
+
+/// How an effector follows the four parts of a main command, which sticks give as well.
+///
+/// The command of the effector is the sum of each part times its gain. The signs of the parts are those of the
+/// laws: a positive aileron command δa rolls left, a positive elevator command δe pitches down, a positive rudder
+/// command δr yaws left.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisGains {
+    /// Of the aileron command δa.
+    #[serde(default)]
+    pub roll: f64,
+    /// Of the elevator command δe.
+    #[serde(default)]
+    pub pitch: f64,
+    /// Of the rudder command δr.
+    #[serde(default)]
+    pub yaw: f64,
+    /// Of the thrust command.
+    #[serde(default)]
+    pub thrust: f64,
+}
+
+impl AxisGains {
+    /// Each with its key.
+    #[must_use]
+    pub const fn named(&self) -> [(&'static str, f64); 4] {
+        let Self { roll, pitch, yaw, thrust } = *self;
+        [("gains.roll", roll), ("gains.pitch", pitch), ("gains.yaw", yaw), ("gains.thrust", thrust)]
+    }
+
+    /// What the effector is told of aileron, elevator, rudder (rad) and thrust (N).
+    #[must_use]
+    pub fn of(&self, [aileron, elevator, rudder, thrust]: [f64; 4]) -> f64 {
+        let parts = [aileron, elevator, rudder, thrust];
+        let followed = self.named().into_iter().zip(parts).filter(|((_, gain), _)| *gain != 0.0);
+        // The first part keeps its bits, the sign of a zero included; without any it is plus zero.
+        followed.map(|((_, gain), part)| gain * part).reduce(|a, b| a + b).unwrap_or(0.0)
+    }
+}
+
+/// An effector as files have it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectorEntry {
+    /// Name for people: small letters and digits, words apart by single spaces, as in `left aileron`.
+    pub name: Name,
+    /// What it is.
+    pub kind: EffectorKind,
+    /// Where it is.
+    #[serde(default)]
+    pub side: LateralSide,
+    /// Name of the one on the other side that mirrors it; a surface without one stands alone.
+    #[serde(default)]
+    pub partner: Option<Name>,
+    /// Its number among the servos in MAVLink, of an engine among the motors; from 1.
+    pub instance: u8,
+}
+
+/// An effector of the list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Member {
+    entry: EffectorEntry,
+    /// The name with underscores for spaces.
+    key: Name,
+    /// Place of the one on the other side, or its own.
+    mirrored: Effector,
+}
+
+/// What stands behind the last effector.
+const NOBODY: Member = Member {
+    entry: EffectorEntry {
+        name: Name::new_const(),
+        kind: EffectorKind::Flap,
+        side: LateralSide::Centre,
+        partner: None,
+        instance: 0,
+    },
+    key: Name::new_const(),
+    mirrored: Effector::FIRST,
+};
+
+/// The effectors of one aircraft in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Entries", into = "Entries")]
+pub struct EffectorList {
+    members: [Member; Effector::MAX],
+    count: usize,
+}
+
+/// The entries of a list.
+type Entries = ArrayVec<EffectorEntry, { Effector::MAX }>;
+
+/// No effector.
+impl Default for EffectorList {
+    fn default() -> Self {
+        Self { members: [NOBODY; Effector::MAX], count: 0 }
+    }
+}
+
+impl TryFrom<Entries> for EffectorList {
+    type Error = EffectorListError;
+
+    fn try_from(entries: Entries) -> Result<Self, Self::Error> {
+        Self::new(entries)
+    }
+}
+
+impl From<EffectorList> for Entries {
+    fn from(list: EffectorList) -> Self {
+        list.members().iter().map(|member| member.entry).collect()
+    }
+}
+
+/// How the effectors of a list stand to each other.
+impl EffectorList {
+    /// From entries in their order.
+    ///
+    /// # Errors
+    /// [`EffectorListError`] for the first that cannot be.
+    pub fn new(
+        entries: impl IntoIterator<Item = EffectorEntry>,
+    ) -> Result<Self, EffectorListError> {
+        let whole = |problem| EffectorListError { effector: Name::new(), problem };
+        let mut all = Entries::new();
+        for entry in entries {
+            all.try_push(entry).map_err(|_| whole(ListProblem::TooMany))?;
+        }
+        if all.is_empty() {
+            return Err(whole(ListProblem::Empty));
+        }
+        let mut list = Self::default();
+        for (place, entry) in (0..).zip(&all) {
+            let wrong = |problem| EffectorListError { effector: entry.name, problem };
+            let key = key(&entry.name).ok_or(wrong(ListProblem::BadName))?;
+            let before = &all[..place];
+            if before.iter().any(|other| other.name == entry.name) {
+                return Err(wrong(ListProblem::DuplicateName));
+            }
+            check_instance(entry, before).map_err(wrong)?;
+            let mirrored = partner(entry, &all).map_err(wrong)?.unwrap_or(place);
+            let mirrored = Effector::from_index(mirrored).ok_or(wrong(ListProblem::TooMany))?;
+            list.members[place] = Member { entry: *entry, key, mirrored };
+            list.count += 1;
+        }
+        Ok(list)
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// There is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// All of them, in order.
+    pub fn all(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = Effector> + ExactSizeIterator + Clone + use<> {
+        Effector::first(self.count)
+    }
+
+    /// Whether the aircraft has it.
+    #[must_use]
+    pub fn contains(&self, effector: Effector) -> bool {
+        effector.index() < self.count
+    }
+
+    fn get(&self, effector: Effector) -> Option<&Member> {
+        self.members().get(effector.index())
+    }
+
+    fn members(&self) -> &[Member] {
+        &self.members[..self.count]
+    }
+
+    /// As it stands in the file; `None` for one that the aircraft lacks.
+    #[must_use]
+    pub fn entry(&self, effector: Effector) -> Option<&EffectorEntry> {
+        self.get(effector).map(|member| &member.entry)
+    }
+
+    /// Name for people, as in `left aileron`.
+    #[must_use]
+    pub fn name(&self, effector: Effector) -> &str {
+        self.get(effector)
+            .map_or("an effector that this aircraft lacks", |member| &member.entry.name)
+    }
+
+    /// Name for configuration keys and log columns, as in `left_aileron`.
+    #[must_use]
+    pub fn key(&self, effector: Effector) -> &str {
+        self.get(effector).map_or("no_effector", |member| &member.key)
+    }
+
+    /// What it is; `None` for one that the aircraft lacks.
+    #[must_use]
+    pub fn kind(&self, effector: Effector) -> Option<EffectorKind> {
+        self.get(effector).map(|member| member.entry.kind)
+    }
+
+    /// Whether the value is an angle in rad; of an engine it is a thrust in newton.
+    #[must_use]
+    pub fn is_angle(&self, effector: Effector) -> bool {
+        self.kind(effector).is_none_or(EffectorKind::is_angle)
+    }
+
+    /// Unit at the end of a column's name.
+    #[must_use]
+    pub fn unit(&self, effector: Effector) -> &'static str {
+        if self.is_angle(effector) { "rad" } else { "n" }
+    }
+
+    /// The one on the other side of the plane of symmetry; itself for one without partner.
+    #[must_use]
+    pub fn mirrored(&self, effector: Effector) -> Effector {
+        self.get(effector).map_or(effector, |member| member.mirrored)
+    }
+
+    /// Number in MAVLink: of an engine among the motors, else among the servos. 0 for one that the aircraft lacks.
+    #[must_use]
+    pub fn instance(&self, effector: Effector) -> u8 {
+        self.get(effector).map_or(0, |member| member.entry.instance)
+    }
+
+    /// Those of a kind, in order.
+    pub fn of_kind(&self, kind: EffectorKind) -> impl Iterator<Item = Effector> + '_ {
+        self.all().filter(move |effector| self.kind(*effector) == Some(kind))
+    }
+
+    /// The first of a kind on a side.
+    #[must_use]
+    pub fn find(&self, kind: EffectorKind, side: LateralSide) -> Option<Effector> {
+        let is_there = |effector: &Effector| self.entry(*effector).is_some_and(|e| e.side == side);
+        self.of_kind(kind).find(is_there)
+    }
+
+    /// The only one of a kind that can be there once.
+    #[must_use]
+    pub fn only(&self, kind: EffectorKind) -> Option<Effector> {
+        self.of_kind(kind).next()
+    }
+
+    /// The one with this key or name.
+    #[must_use]
+    pub fn by_key(&self, key: &str) -> Option<Effector> {
+        self.all().find(|effector| self.key(*effector) == key || self.name(*effector) == key)
+    }
+
+    /// Servos (angles) or motors (engines) by their numbers in MAVLink.
+    #[must_use]
+    pub fn by_unit(&self, is_angle: bool) -> ArrayVec<Effector, { Effector::MAX }> {
+        let mut unit: ArrayVec<_, { Effector::MAX }> =
+            self.all().filter(|effector| self.is_angle(*effector) == is_angle).collect();
+        unit.sort_unstable_by_key(|effector| self.instance(*effector));
+        unit
+    }
+
+    /// Each pair, left one first, in the order of the first of the two.
+    pub fn pairs(&self) -> impl Iterator<Item = [Effector; 2]> + '_ {
+        self.all().filter_map(|effector| {
+            let other = self.mirrored(effector);
+            let is_left = self.entry(effector)?.side == LateralSide::Left;
+            (effector < other).then_some(if is_left {
+                [effector, other]
+            } else {
+                [other, effector]
+            })
+        })
+    }
+
+    /// Those without partner, in order.
+    pub fn singles(&self) -> impl Iterator<Item = Effector> + '_ {
+        self.all().filter(|effector| self.mirrored(*effector) == *effector)
+    }
+
+    /// A number that differs between lists whose effectors differ in number, order, name or kind: CRC-32 of them.
+    #[must_use]
+    pub fn identity(&self) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        for member in self.members() {
+            hasher.update(member.entry.name.as_bytes());
+            hasher.update(&[0]);
+            hasher.update(member.entry.kind.key().as_bytes());
+            hasher.update(&[0, member.entry.instance]);
+        }
+        hasher.finalize()
+    }
+}
+
+/// The name with underscores; `None` for a name that cannot be.
+fn key(name: &Name) -> Option<Name> {
+    let mut words = name.split(' ');
+    let is_word = |word: &str| {
+        !word.is_empty() && word.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit())
+    };
+    if !words.all(is_word) || !name.starts_with(|first: char| first.is_ascii_lowercase()) {
+        return None;
+    }
+    Some(name.chars().map(|letter| if letter == ' ' { '_' } else { letter }).fold(
+        Name::new(),
+        |mut key, letter| {
+            key.push(letter);
+            key
+        },
+    ))
+}
+
+fn check_instance(entry: &EffectorEntry, before: &[EffectorEntry]) -> Result<(), ListProblem> {
+    let EffectorEntry { kind, instance, .. } = *entry;
+    if !(1..=Effector::MAX).contains(&usize::from(instance)) {
+        return Err(ListProblem::BadInstance { instance });
+    }
+    let mut unit = before.iter().filter(|other| other.kind.is_angle() == kind.is_angle());
+    if unit.any(|other| other.instance == instance) {
+        return Err(ListProblem::DuplicateInstance { instance });
+    }
+    let is_single = kind.is_nozzle() || kind == EffectorKind::Engine;
+    if is_single && before.iter().any(|other| other.kind == kind) {
+        return Err(ListProblem::OnlyOne { kind });
+    }
+    Ok(())
+}
+
+/// Place of the partner.
+fn partner(entry: &EffectorEntry, all: &[EffectorEntry]) -> Result<Option<usize>, ListProblem> {
+    let Some(partner) = entry.partner else { return Ok(None) };
+    let place = all.iter().position(|other| other.name == partner);
+    let place = place.ok_or(ListProblem::UnknownPartner { partner })?;
+    let other = &all[place];
+    if other.partner != Some(entry.name) {
+        return Err(ListProblem::NotMutual { partner });
+    }
+    let sides = [entry.side, other.side];
+    let are_opposite = sides == [LateralSide::Left, LateralSide::Right]
+        || sides == [LateralSide::Right, LateralSide::Left];
+    if other.kind != entry.kind || !are_opposite {
+        return Err(ListProblem::NotMirrored { partner });
+    }
+    Ok(Some(place))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+use super::*;
+use crate::tvc_jet;
+use std::string::ToString;
+use std::vec::Vec;
+
+fn entries() -> Vec<EffectorEntry> {
+    tvc_jet::effectors().members().iter().map(|member| member.entry).collect()
+}
+
+fn refusal(change: impl FnOnce(&mut Vec<EffectorEntry>)) -> std::string::String {
+    let mut entries = entries();
+    change(&mut entries);
+    EffectorList::new(entries).unwrap_err().to_string()
+}
+
+#[test]
+fn the_list_of_the_jet_has_names_pairs_and_numbers() {
+    let list = tvc_jet::effectors();
+    assert!(list.all().eq(tvc_jet::ALL));
+    assert_eq!(list.name(tvc_jet::LEFT_ELEVATOR), "left elevator");
+    assert_eq!(list.key(tvc_jet::LEFT_ELEVATOR), "left_elevator");
+    assert_eq!(list.mirrored(tvc_jet::LEFT_ELEVATOR), tvc_jet::RIGHT_ELEVATOR);
+    assert_eq!(list.mirrored(tvc_jet::RUDDER), tvc_jet::RUDDER);
+    assert_eq!(list.find(EffectorKind::Aileron, LateralSide::Right), Some(tvc_jet::RIGHT_AILERON));
+    assert_eq!(list.by_key("nozzle_yaw"), Some(tvc_jet::NOZZLE_YAW));
+    assert_eq!(list.by_unit(true).as_slice(), &tvc_jet::ALL[..7]);
+    assert_eq!(list.by_unit(false).as_slice(), [tvc_jet::ENGINE]);
+    let pairs: Vec<_> = list.pairs().collect();
+    assert_eq!(
+        pairs,
+        [
+            [tvc_jet::LEFT_AILERON, tvc_jet::RIGHT_AILERON],
+            [tvc_jet::LEFT_ELEVATOR, tvc_jet::RIGHT_ELEVATOR]
+        ]
+    );
+    assert!(list.singles().eq(tvc_jet::ALL.into_iter().skip(4)));
+}
+
+#[test]
+fn an_effector_that_the_aircraft_lacks_has_no_kind_and_no_number() {
+    let list = tvc_jet::effectors();
+    let ninth = Effector::from_index(8).unwrap();
+    assert!(!list.contains(ninth) && list.kind(ninth).is_none() && list.instance(ninth) == 0);
+    assert_eq!(list.mirrored(ninth), ninth);
+    assert_eq!(Effector::from_index(16), None);
+}
+
+#[test]
+fn every_impossible_list_is_refused_with_the_effector_and_what_was_expected() {
+    let name = |text: &str| Name::from(text).unwrap();
+    let cases = [
+        (refusal(|all| all.clear()), "there is no [[effector]], expected 1 to 16"),
+        (
+            refusal(|all| all.extend([all[4]; 9])),
+            "there are more than 16 effectors, expected 1 to 16",
+        ),
+        (
+            refusal(|all| all[5].name = name("rudder")),
+            "effector `rudder`: name stands there twice, expected each once",
+        ),
+        (
+            refusal(|all| all[0].partner = Some(name("left wing"))),
+            "effector `left aileron`: partner = `left wing` is no effector of this file",
+        ),
+        (
+            refusal(|all| all[1].partner = None),
+            "effector `left aileron`: partner = `right aileron` does not name this one as its partner",
+        ),
+        (
+            refusal(|all| all[1].side = LateralSide::Left),
+            "effector `left aileron`: partner = `right aileron` is not of the same kind on the other side, \
+             expected one left and one right",
+        ),
+        (
+            refusal(|all| all[6].instance = 5),
+            "effector `nozzle yaw`: instance = 5 stands there twice, expected each once",
+        ),
+        (
+            refusal(|all| all[6].instance = 17),
+            "effector `nozzle yaw`: instance = 17 is outside 1 to 16",
+        ),
+        (
+            refusal(|all| all[6].kind = EffectorKind::NozzlePitch),
+            "effector `nozzle yaw`: kind = nozzle_pitch stands there twice, expected at most one",
+        ),
+    ];
+    for (said, expected) in cases {
+        assert_eq!(said, expected);
+    }
+    for bad in ["Rudder", "left  aileron", " rudder", "rudder_1", "2 rudders", ""] {
+        let said = refusal(|all| all[4].name = name(bad));
+        assert!(said.contains("small letters"), "{bad}: {said}");
+    }
+}
+
+#[test]
+fn another_name_order_kind_or_number_is_another_identity() {
+    let ours = tvc_jet::effectors().identity();
+    let of = |change: fn(&mut Vec<EffectorEntry>)| {
+        let mut entries = entries();
+        change(&mut entries);
+        EffectorList::new(entries).unwrap().identity()
+    };
+    assert_eq!(of(|_| {}), ours);
+    assert_ne!(of(|all| all.swap(4, 5)), ours);
+    assert_ne!(of(|all| _ = all.pop()), ours);
+    assert_ne!(of(|all| all[4].kind = EffectorKind::Flap), ours);
+    assert_ne!(of(|all| all[4].name = Name::from("fin").unwrap()), ours);
+}

@@ -1,0 +1,231 @@
+//! The airframe file as it is written, and what an earlier version of it is told.
+
+use icd::effector_list::{EffectorEntry, Name};
+use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
+use serde::Deserialize;
+
+use super::{AirData, Airframe, Mass, Nozzle};
+use crate::aerodynamics::{Aero, SurfaceDerivatives};
+use crate::config::{self, ConfigError};
+use crate::limits::LimitsTable;
+use crate::mach::MachEffects;
+use crate::servos::Servo;
+use crate::setup::StartTable;
+
+/// The airframe file as written: the keys that there are.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AirframeFile {
+    name: String,
+    mass: Mass,
+    aerodynamics: Aero,
+    #[serde(default)]
+    effector: Vec<EffectorTable>,
+    nozzle: Option<Nozzle>,
+    air_data: AirData,
+    mach: Option<MachEffects>,
+    design_point: StartTable,
+    limits: LimitsTable,
+}
+
+/// One `[[effector]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EffectorTable {
+    name: String,
+    kind: EffectorKind,
+    #[serde(default)]
+    side: LateralSide,
+    partner: Option<String>,
+    instance: u8,
+    #[serde(default)]
+    gains: AxisGains,
+    lag_s: f64,
+    rate_limit_deg_s: Option<f64>,
+    travel_deg: Option<[f64; 2]>,
+    thrust_min_n: Option<f64>,
+    thrust_max_n: Option<f64>,
+    c_lift: Option<f64>,
+    c_drag: Option<f64>,
+    c_side: Option<f64>,
+    c_roll: Option<f64>,
+    c_pitch: Option<f64>,
+    c_yaw: Option<f64>,
+    yaw_per_roll: Option<f64>,
+}
+
+impl AirframeFile {
+    pub(super) fn into_checked(self, name: &str) -> Result<Airframe, ConfigError> {
+        let airframe = self.into_airframe(name)?;
+        airframe.check().map_err(config::in_file(name))?;
+        airframe.check_inertia().map_err(config::in_file(name))?;
+        Ok(airframe)
+    }
+
+    fn into_airframe(self, file: &str) -> Result<Airframe, ConfigError> {
+        let name = short(file, &self.name)?;
+        let refused = |source| ConfigError::Effectors { file: file.to_owned(), source };
+        let entries: Vec<EffectorEntry> =
+            self.effector.iter().map(|table| table.entry(file)).collect::<Result<_, _>>()?;
+        let effectors = EffectorList::new(entries).map_err(refused)?;
+        let tables: Vec<(Effector, &EffectorTable)> = effectors.all().zip(&self.effector).collect();
+        let (mut servos, mut surface_derivatives) =
+            (PerEffector::default(), PerEffector::default());
+        let mut gains = PerEffector::default();
+        for (effector, table) in tables {
+            servos[effector] = table.servo(file)?;
+            surface_derivatives[effector] = table.derivatives(file)?;
+            gains[effector] = table.gains;
+        }
+        let nozzle = effectors
+            .all()
+            .find(|effector| effectors.kind(*effector).is_some_and(EffectorKind::is_nozzle));
+        if let (Some(nozzle), None) = (nozzle, self.nozzle) {
+            let effector = effectors.name(nozzle).to_owned();
+            let (file, key) = (file.to_owned(), "[nozzle]");
+            let problem = "is missing, and a nozzle needs its arm_m and thrust_floor_n";
+            return Err(ConfigError::EffectorKey { file, effector, key, problem });
+        }
+        Ok(Airframe {
+            name,
+            mass: self.mass,
+            aero: self.aerodynamics,
+            effectors,
+            servos,
+            surface_derivatives,
+            gains,
+            nozzle: self.nozzle,
+            air_data: self.air_data,
+            mach: self.mach,
+            design_point: self.design_point.into_start(),
+            limits: self.limits.into_limits(),
+        })
+    }
+}
+
+/// A name that is not too long.
+fn short(file: &str, name: &str) -> Result<Name, ConfigError> {
+    Name::from(name).map_err(|_| ConfigError::LongName {
+        file: file.to_owned(),
+        name: name.to_owned(),
+        longest: icd::effector_list::NAME_MAX,
+    })
+}
+
+impl EffectorTable {
+    fn entry(&self, file: &str) -> Result<EffectorEntry, ConfigError> {
+        Ok(EffectorEntry {
+            name: short(file, &self.name)?,
+            kind: self.kind,
+            side: self.side,
+            partner: self.partner.as_ref().map(|partner| short(file, partner)).transpose()?,
+            instance: self.instance,
+        })
+    }
+
+    fn error(&self, file: &str, key: &'static str, problem: &'static str) -> ConfigError {
+        let (file, effector) = (file.to_owned(), self.name.clone());
+        ConfigError::EffectorKey { file, effector, key, problem }
+    }
+
+    /// The keys that its kind needs are there, and no others.
+    fn servo(&self, file: &str) -> Result<Servo, ConfigError> {
+        let is_angle = self.kind.is_angle();
+        let of_angles = [
+            ("rate_limit_deg_s", self.rate_limit_deg_s.is_some()),
+            ("travel_deg", self.travel_deg.is_some()),
+        ];
+        let of_engines = [
+            ("thrust_min_n", self.thrust_min_n.is_some()),
+            ("thrust_max_n", self.thrust_max_n.is_some()),
+        ];
+        let (needed, others) =
+            if is_angle { (of_angles, of_engines) } else { (of_engines, of_angles) };
+        if let Some((key, _)) = needed.into_iter().find(|(_, is_there)| !is_there) {
+            return Err(self.error(file, key, "is missing"));
+        }
+        if let Some((key, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
+            return Err(self.error(file, key, "has no meaning for this kind"));
+        }
+        let lag_s = self.lag_s;
+        Ok(if is_angle {
+            let [min, max] = self.travel_deg.unwrap_or_default();
+            Servo {
+                lag_s,
+                rate_limit: self.rate_limit_deg_s.unwrap_or_default().to_radians(),
+                // The negative of the same number has the same bits.
+                min: if min == -max { -max.to_radians() } else { min.to_radians() },
+                max: max.to_radians(),
+            }
+        } else {
+            let (min, max) = (self.thrust_min_n, self.thrust_max_n);
+            let (min, max) = (min.unwrap_or_default(), max.unwrap_or_default());
+            Servo { lag_s, rate_limit: f64::INFINITY, min, max }
+        })
+    }
+
+    fn derivatives(&self, file: &str) -> Result<SurfaceDerivatives, ConfigError> {
+        let given = [
+            ("c_lift", self.c_lift),
+            ("c_drag", self.c_drag),
+            ("c_side", self.c_side),
+            ("c_roll", self.c_roll),
+            ("c_pitch", self.c_pitch),
+            ("c_yaw", self.c_yaw),
+            ("yaw_per_roll", self.yaw_per_roll),
+        ];
+        if !self.kind.is_surface()
+            && let Some((key, _)) = given.into_iter().find(|(_, value)| value.is_some())
+        {
+            return Err(self.error(file, key, "has no meaning for what is no surface"));
+        }
+        let [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll] =
+            given.map(|(_, value)| value.unwrap_or(0.0));
+        Ok(SurfaceDerivatives { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll })
+    }
+}
+
+/// Tables of earlier versions.
+const OLD_TABLES: [&str; 4] = ["aileron", "elevator", "rudder", "engine"];
+
+/// Keys of `[aerodynamics]` of earlier versions ended with these.
+const OLD_ENDS: [&str; 3] = ["_aileron", "_elevator", "_rudder"];
+
+/// Says what replaces a key of an earlier version of the file. What is no TOML at all is left to the parser.
+pub(super) fn refuse_old_keys(file: &str, text: &str) -> Result<(), ConfigError> {
+    config::parse(file, text).map_or(Ok(()), |table| refuse_old_keys_of(file, &table))
+}
+
+/// The same of a file that was read already.
+pub(super) fn refuse_old_keys_of(file: &str, table: &toml::Table) -> Result<(), ConfigError> {
+    let old = |key: String, instead: String| {
+        Err(ConfigError::OldKey { file: file.to_owned(), key, instead })
+    };
+    if let Some(key) = OLD_TABLES.into_iter().find(|key| table.contains_key(*key)) {
+        let instead = format!("an [[effector]] with kind = \"{key}\" for each");
+        return old(format!("[{key}]"), instead);
+    }
+    let keys = |name: &str| {
+        let table = table.get(name).and_then(toml::Value::as_table);
+        table.into_iter().flat_map(toml::Table::keys).cloned().collect::<Vec<String>>()
+    };
+    for key in keys("aerodynamics") {
+        if let Some(kind) = OLD_ENDS.into_iter().find(|end| key.ends_with(end)) {
+            let new = key.trim_end_matches(kind).to_owned();
+            let kind = kind.trim_start_matches('_');
+            let instead = format!(
+                "{new} of each [[effector]] with kind = \"{kind}\" (of one surface, with its sign)"
+            );
+            return old(format!("[aerodynamics] {key}"), instead);
+        }
+    }
+    if let Some(key) = keys("nozzle")
+        .into_iter()
+        .find(|key| ["lag_s", "rate_limit_deg_s", "travel_deg"].contains(&key.as_str()))
+    {
+        let instead =
+            format!("{key} of the [[effector]] with kind = \"nozzle_pitch\" and \"nozzle_yaw\"");
+        return old(format!("[nozzle] {key}"), instead);
+    }
+    Ok(())
+}
