@@ -7,7 +7,7 @@ use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
 
 /// A table or key of a file; what is longer is cut.
-pub type Section = ArrayString<64>;
+pub type Section = ArrayString<40>;
 
 /// As much of a text as fits.
 #[must_use]
@@ -95,7 +95,7 @@ pub enum ConfigError {
         /// Name of the file.
         file: String,
         /// Which one.
-        source: RangeError,
+        source: Box<RangeError>,
     },
     /// The effectors are no list that can be.
     #[error("{file}: {source}")]
@@ -199,7 +199,7 @@ pub(crate) fn of_table<T: DeserializeOwned>(
 
 /// Puts the file's name before a range error.
 pub(crate) fn in_file(file: &str) -> impl Fn(RangeError) -> ConfigError + '_ {
-    |source| ConfigError::Range { file: file.to_owned(), source }
+    |source| ConfigError::Range { file: file.to_owned(), source: Box::new(source) }
 }
 
 #[cfg(test)]

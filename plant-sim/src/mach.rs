@@ -145,18 +145,19 @@ mod tests {
     fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
         let airframe = variant();
         let table = airframe.mach.as_ref().unwrap().table();
-        let (mut at, surfaces) = table.at(&airframe, 264.0 / atmosphere::speed_of_sound(5_000.0));
+        let (mut at, mut surfaces) =
+            table.at(&airframe, 264.0 / atmosphere::speed_of_sound(5_000.0));
         let mut jet = Airframe::paper().aero;
         for d in &DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
             // The design Mach number stands in the file with ten digits.
             assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
         }
-        let jet = Airframe::paper().surface_derivatives;
+        let mut jet = Airframe::paper().surface_derivatives;
         for effector in tvc_jet::ALL {
             for field in &SurfaceDerivatives::FIELDS {
-                let ours = *(field.field)(&mut surfaces.clone()[effector]);
-                let theirs = *(field.field)(&mut jet.clone()[effector]);
+                let ours = *(field.field)(&mut surfaces[effector]);
+                let theirs = *(field.field)(&mut jet[effector]);
                 assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}", field.key);
             }
         }

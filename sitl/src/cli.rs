@@ -208,7 +208,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(Command::Parameters) => {
-            print!("{}", autopilot::parameters::document(&Airframe::paper().effectors))
+            print!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
         }
         Some(Command::Bench(args)) => bench::run(args, &program)?,
         Some(Command::Echo(args)) => echo::run(args)?,

@@ -114,7 +114,7 @@ pub enum FlyError {
         /// The scenario.
         scenario: String,
         /// Why not.
-        source: SetupError,
+        source: Box<SetupError>,
     },
     /// The plant cannot start.
     #[error(transparent)]
@@ -269,7 +269,10 @@ impl FlyArgs {
 
     fn of_scenario(&self, error: FlyError) -> FlyError {
         match error {
-            FlyError::Start(source) => FlyError::Flight { scenario: self.scenario.clone(), source },
+            FlyError::Start(source) => {
+                let source = Box::new(source);
+                FlyError::Flight { scenario: self.scenario.clone(), source }
+            }
             other => other,
         }
     }

@@ -109,7 +109,9 @@ impl PlantArgs {
         setup.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(setup.wind.turbulence_m_s);
         setup.check()?;
         let file = || self.scenario.clone();
-        setup.check_faults().map_err(|source| RunError::Fault { file: file(), source })?;
+        setup
+            .check_faults()
+            .map_err(|source| RunError::Fault { file: file(), source: Box::new(source) })?;
         Ok(setup)
     }
 

@@ -65,7 +65,7 @@ pub enum RunError {
         /// The scenario.
         file: String,
         /// Which fault and why.
-        source: SetupError,
+        source: Box<SetupError>,
     },
     /// The flight cannot start.
     #[error(transparent)]

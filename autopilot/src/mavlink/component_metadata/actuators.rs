@@ -6,8 +6,11 @@
 use icd::{Effector, EffectorKind, EffectorList};
 use serde_json::{Map, Value, json};
 
-/// Groups of effectors: label, type, which kinds.
-const GROUPS: [(&str, &str, fn(EffectorKind) -> bool); 3] = [
+/// A group of effectors: label, type, which kinds.
+type Group = (&'static str, &'static str, fn(EffectorKind) -> bool);
+
+/// All of them.
+const GROUPS: [Group; 3] = [
     ("Aerodynamic surfaces", "servo", EffectorKind::is_surface),
     ("Nozzle", "servo", EffectorKind::is_nozzle),
     ("Engine", "motor", |kind| matches!(kind, EffectorKind::Engine)),
@@ -69,10 +72,7 @@ fn title_of_aircraft(effectors: &EffectorList) -> &'static str {
     }
 }
 
-fn group(
-    effectors: &EffectorList,
-    (label, kind, is_in): &(&str, &str, fn(EffectorKind) -> bool),
-) -> Option<Value> {
+fn group(effectors: &EffectorList, (label, kind, is_in): &Group) -> Option<Value> {
     let members: Vec<String> = effectors
         .all()
         .filter(|effector| effectors.kind(*effector).is_some_and(is_in))
