@@ -79,6 +79,43 @@ fn a_scenario_without_a_start_begins_at_the_design_point_of_the_airframe() {
 }
 
 #[test]
+fn an_aircraft_of_eleven_kilograms_flies_by_its_files_and_survives_a_jammed_aileron_without_a_nozzle()
+ {
+    const AIRFRAME: &str =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../plant-sim/airframes/aerosonde.toml");
+    const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../autopilot/models/aerosonde.toml");
+    let folder = folder();
+    let linearized = folder.path().join("model.toml");
+    let status = sitl(&["linearize", "--airframe", AIRFRAME, "--out", text(&linearized)]).status;
+    assert!(status.success());
+    let [again, shipped] = [&linearized, Path::new(MODEL)].map(fs::read_to_string);
+    assert_eq!(again.unwrap(), shipped.unwrap(), "the model is the linearised airframe");
+
+    let jam = folder.path().join("jam.toml");
+    let fault = "[plant]\nduration_s = 40.0\n[[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = 12.0\n\
+                 travel = \"jump\"\nonset_s = 1.0\n";
+    fs::write(&jam, fault).expect("a free path");
+    let [armed, off] = ["armed", "off"].map(|ftc| {
+        let to = folder.path().join(ftc);
+        let output = fly(&[
+            text(&jam),
+            "--airframe",
+            AIRFRAME,
+            "--model",
+            MODEL,
+            "--ftc",
+            ftc,
+            "--out",
+            text(&to),
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{ftc}: {}", out(&output));
+        outcome(&to)["metrics"]["roll_rmse"]["value"].as_f64().expect("a number")
+    });
+    assert!(armed < 0.01, "{armed} rad");
+    assert!(off > 10.0 * armed, "{off} rad without the compensator, {armed} rad with it");
+}
+
+#[test]
 fn one_key_of_a_start_can_be_set_where_the_scenario_has_none() {
     let output =
         fly(&["nominal", "--set", "plant.start.altitude_m=3000", "--set", "plant.duration_s=2"]);
