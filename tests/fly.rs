@@ -92,7 +92,7 @@ fn an_aircraft_of_eleven_kilograms_flies_by_its_files_and_survives_a_jammed_aile
     assert_eq!(again.unwrap(), shipped.unwrap(), "the model is the linearised airframe");
 
     let jam = folder.path().join("jam.toml");
-    let fault = "[plant]\nduration_s = 40.0\n[[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = 12.0\n\
+    let fault = "[plant]\nseed = 1\nearth = \"flat\"\nduration_s = 40.0\n[[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = 12.0\n\
                  travel = \"jump\"\nonset_s = 1.0\n";
     fs::write(&jam, fault).expect("a free path");
     let [armed, off] = ["armed", "off"].map(|ftc| {
