@@ -24,7 +24,7 @@ pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + S
     map_with(&Progress::new(label, "runs", items.len()), items, run)
 }
 
-/// The same, without a word as long as it takes no longer than [`PATIENCE`].
+/// The same, without a word as long as it takes no longer than two seconds.
 pub fn map_quietly<T: Sync, R: Send>(
     label: &str,
     items: &[T],

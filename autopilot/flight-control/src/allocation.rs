@@ -15,7 +15,7 @@
 //! allocation", Proc. 41st IEEE Conference on Decision and Control, 2002, section 4 (`WLS`).
 //!
 //! Every iterate is inside the bounds, so an early end still gives a command that can be flown. What is particular
-//! here is the linear algebra ([`active_set`]): a subproblem has three unknowns, not one for each effector.
+//! here is the linear algebra (`active_set`): a subproblem has three unknowns, not one for each effector.
 //!
 //! [`attainable`] has the set of all B u: how far it reaches in a direction.
 

@@ -76,7 +76,7 @@ pub enum Engine {
     Tables {
         /// Over [`THRUST_INPUTS`].
         thrust: Sums,
-        /// At both ends of the lever, in one pass: over [`END_INPUTS`].
+        /// At both ends of the lever, in one pass: over `END_INPUTS`.
         ends: Sums,
     },
     /// Propeller and motor.
