@@ -7,6 +7,7 @@ WORKDIR /build
 # Optimised as one program, unless the build says otherwise: the bits of a flight are the same either way.
 ARG CARGO_PROFILE_RELEASE_LTO=fat
 ARG CARGO_PROFILE_RELEASE_CODEGEN_UNITS=1
+ARG CARGO_BUILD_JOBS=default
 COPY . .
 RUN cargo build --release --locked -p autopilot -p plant-sim --bins \
  && strip target/release/autopilot target/release/plant-sim

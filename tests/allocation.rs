@@ -9,7 +9,7 @@ use std::cell::Cell;
 use autopilot::autopilot::Autopilot;
 use autopilot::event::{EventKind, Intent, Wish};
 use autopilot::vehicle::Mode;
-use flight_control::{Demand, FlightControl};
+use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
 use icd::tvc_jet;
 use icd::{Actuators, FaultKind, FaultRequest};
@@ -55,12 +55,13 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     let setup = flights::case_1(EarthModel::Wgs84);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
     let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.parameters.gains);
+    let mut navigator = Navigator::default();
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let before = allocations();
     let mut woke = false;
     for _ in 0..5_000 {
-        let sensors = plant.sense();
-        let output = flight.step(&sensors, &demand);
+        let state = navigator.step(plant.time(), &plant.sense());
+        let output = flight.step(&state, &demand);
         woke |= output.log.compensator_active;
         plant.advance(&output.actuators);
         while plant.pop_report().is_some() {}
@@ -86,7 +87,7 @@ fn faults_that_come_and_go_allocate_nothing() {
     let before = allocations();
     let mut acted = 0_u32;
     for (effector, kind) in tvc_jet::ALL.into_iter().zip(kinds) {
-        let reply = plant.request(&FaultRequest::Inject { effector, kind, timing });
+        let reply = plant.request(&FaultRequest::Inject { target: effector.into(), kind, timing });
         assert!(matches!(reply, FaultReply::Applied { .. }), "{reply:?}");
     }
     for _ in 0..2_000 {
@@ -113,7 +114,7 @@ fn a_control_step_of_a_mission_allocates_nothing() {
         aircraft: sitl::configuration::AircraftArgs::default(),
     };
     let setup = sitl::mission::setup(&options).expect("the shipped aircraft");
-    let plan = std::sync::Arc::new(sitl::mission::demo(sitl::mission::start(&setup)));
+    let plan = std::sync::Arc::new(sitl::mission::demo(&setup));
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
     let mut autopilot = Autopilot::new(&settings(&setup));
     autopilot.begin_flight(setup.plant.period, plant.time(), false);

@@ -8,6 +8,8 @@ mod dependencies;
 mod documents;
 #[path = "architecture/equations.rs"]
 mod equations;
+#[path = "architecture/fault_tables.rs"]
+mod fault_tables;
 #[path = "architecture/no_std.rs"]
 mod no_std;
 #[path = "architecture/source_rules.rs"]

@@ -2,20 +2,21 @@
 
 mod flights;
 
+use autopilot::autopilot::Autopilot;
 use flight_control::{CompensatorMode, Gains};
 use flights::{case_1, case_2, fly, healthy};
 use icd::FaultKind;
 use icd::tvc_jet;
-use plant_sim::EarthModel;
-use sitl::closed_loop::{FlightSetup, Record};
+use plant_sim::{EarthModel, Plant};
+use sitl::closed_loop::{FlightSetup, Record, settings};
 
 /// The same flight seen in a mirror: faults on the other side, roll references and rudder the other way.
 fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
     let mut mirrored = setup.clone();
     for fault in &mut mirrored.plant.faults {
-        fault.effector = tvc_jet::effectors().mirrored(fault.effector);
-        if let (tvc_jet::RUDDER, FaultKind::StuckAt { angle_rad, .. }) =
-            (fault.effector, &mut fault.kind)
+        let effector = fault.target.effector().expect("only effectors fail here");
+        fault.target = tvc_jet::effectors().mirrored(effector).into();
+        if let (tvc_jet::RUDDER, FaultKind::StuckAt { angle_rad, .. }) = (effector, &mut fault.kind)
         {
             *angle_rad = -*angle_rad;
         }
@@ -79,8 +80,8 @@ fn on_the_flat_earth_the_mirrored_rudder_fault_flies_the_mirrored_trajectory() {
 fn the_belief_is_current() {
     let setup = healthy(EarthModel::Wgs84);
     let belief =
-        sitl::linearize::linearize(&setup.plant).expect("the shipped aircraft can be trimmed");
-    let text = sitl::linearize::to_toml(&belief).expect("finite numbers");
+        sitl::linearize::linearize(&setup.plant, &[]).expect("the shipped aircraft can be trimmed");
+    let text = sitl::linearize::to_toml(&belief, "").expect("finite numbers");
     assert_eq!(
         text,
         autopilot::config::DEFAULT_BELIEF,
@@ -155,8 +156,8 @@ fn level_after_start(
         "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = {altitude_m}\nairspeed_m_s = {airspeed_m_s}\n"
     );
     setup.references = autopilot::config::references("start", &text).expect("written here");
-    let mut plant = plant_sim::Plant::new(&setup.plant).expect("there is a trim");
-    let mut autopilot = autopilot::autopilot::Autopilot::new(&sitl::closed_loop::settings(&setup));
+    let mut plant = Plant::new(&setup.plant).expect("there is a trim");
+    let mut autopilot = Autopilot::new(&settings(&setup));
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     while let Some(report) = plant.pop_report().filter(|_| with_report) {
         autopilot.handle_report(&report);
@@ -183,4 +184,35 @@ fn off_the_design_point_the_estimate_begins_near_zero_and_not_at_half_its_level(
             assert!(without > 5.0 * with, "without the report {without}");
         }
     }
+}
+
+#[test]
+fn sensors_with_rates_of_their_own_and_one_that_fails_for_a_second_keep_level_flight() {
+    let setup = healthy(EarthModel::Wgs84);
+    let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
+    let mut autopilot = Autopilot::new(&settings(&setup));
+    autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    let mut last = plant.sense();
+    for tick in 0..10_000_u32 {
+        let mut sensors = plant.sense();
+        // GNSS 5 Hz, barometer 25 Hz: a sample stays, with its time, until there is a new one.
+        if !tick.is_multiple_of(100) {
+            sensors.gnss = last.gnss;
+        }
+        if !tick.is_multiple_of(20) {
+            sensors.barometer_m = last.barometer_m;
+        }
+        sensors.vanes.valid = !(2_500..3_000).contains(&tick);
+        last = sensors;
+        let output = autopilot.step(plant.time(), &sensors);
+        let state = output.log.state;
+        assert_eq!(state.altitude_m, sensors.barometer_m.value);
+        assert_eq!(state.velocity, sensors.gnss.value.velocity);
+        assert_eq!(state.valid.flow_angles, sensors.vanes.valid, "tick {tick}");
+        assert_eq!(output.log.health.implausible_input, !sensors.vanes.valid, "tick {tick}");
+        plant.advance(&output.actuators);
+    }
+    let truth = plant.truth();
+    assert!((truth.altitude_m - 5_000.0).abs() < 1.0, "altitude {} m", truth.altitude_m);
+    assert!(truth.euler().phi.abs() < 0.01, "roll {} rad", truth.euler().phi);
 }

@@ -2,6 +2,7 @@
 
 mod flights;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use autopilot::event::{EventKind, Wish};
@@ -19,20 +20,22 @@ use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 const BEGUN: [u16; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 5, 6, 7, 8, 10, 11];
 
 fn setup(earth: EarthModel, wind_m_s: f64, turbulence_m_s: f64) -> FlightSetup {
+    setup_of(earth, wind_m_s, turbulence_m_s, AircraftArgs::default())
+}
+
+fn setup_of(
+    earth: EarthModel,
+    wind_m_s: f64,
+    turbulence_m_s: f64,
+    aircraft: AircraftArgs,
+) -> FlightSetup {
     let out = std::path::PathBuf::new();
-    let options = MissionOptions {
-        earth,
-        wind_m_s,
-        turbulence_m_s,
-        seed: 1,
-        out,
-        aircraft: AircraftArgs::default(),
-    };
+    let options = MissionOptions { earth, wind_m_s, turbulence_m_s, seed: 1, out, aircraft };
     mission::setup(&options).expect("the shipped aircraft")
 }
 
 fn demo(setup: &FlightSetup) -> Arc<Plan> {
-    Arc::new(mission::demo(mission::start(setup)))
+    Arc::new(mission::demo(setup))
 }
 
 fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Flown {
@@ -181,6 +184,26 @@ fn the_same_wishes_at_the_same_ticks_fly_the_same_bits() {
     let (one, other) = (fly(&short, &spoken), fly(&short, &spoken));
     assert_eq!(one.track, other.track);
     assert_eq!(one.events, other.events);
+}
+
+#[test]
+fn an_aircraft_of_eleven_kilograms_flies_the_same_with_circles_of_100_m() {
+    let file = |path: &str| Some(Path::new(env!("CARGO_MANIFEST_DIR")).join(path));
+    let aircraft = AircraftArgs {
+        airframe: file("../plant-sim/airframes/aerosonde.toml"),
+        model: file("../autopilot/models/aerosonde.toml"),
+        ..AircraftArgs::default()
+    };
+    let setup = setup_of(EarthModel::Wgs84, 3.0, 0.0, aircraft);
+    let plan = demo(&setup);
+    let flown = fly(&setup, &mission::begin(&plan));
+    assert_eq!(begun(&flown), BEGUN);
+    let (legs, circle, altitude) = (
+        worst_beside(&plan, &flown),
+        worst_off_circle(&plan, &flown),
+        worst_altitude(&plan, &flown),
+    );
+    assert!(legs < 3.0 && circle < 5.0 && altitude < 5.0, "{legs} m, {circle} m, {altitude} m");
 }
 
 #[test]

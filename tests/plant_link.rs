@@ -57,7 +57,7 @@ fn question(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
     // The attitude must be one.
     values[6] = 1.0;
     let (time, period) = (SimTime::from_micros(2_000 * tick), ControlPeriod::DEFAULT);
-    let sensors = Sensors::from_array(&values);
+    let sensors = Sensors::at(time, &values);
     plant.ask(time, Phase::Flying, period, &sensors, Reports::new(), &[]).to_vec()
 }
 

@@ -9,7 +9,7 @@ mod ground;
 mod programs;
 
 use ground::Ground;
-use mavlink::dialects::common::{MavCmd, MavResult};
+use mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavMissionResult, MavResult};
 use programs::{Program, autopilot, autopilot_with, free_port, listening_autopilot};
 
 /// Simulation time per wall time; the ground station still sees every tenth of a second.
@@ -249,4 +249,72 @@ fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
     for speed in ["40", "max"] {
         assert!(fly(speed) == slow, "speed {speed} flies another flight");
     }
+}
+
+/// Airframe and model of an aircraft that comes with the program.
+fn files(aircraft: &str) -> [String; 2] {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    ["plant-sim/airframes", "autopilot/models"]
+        .map(|folder| format!("{root}/{folder}/{aircraft}.toml"))
+}
+
+#[test]
+fn an_aircraft_of_eleven_kilograms_flies_a_mission_with_a_circle_of_100_m() {
+    fly_mission_with_a_circle("aerosonde", 100.0, [210.0, 220.0, 205.0], SPEED);
+}
+
+#[test]
+fn the_f16_flies_a_mission_with_a_circle_of_6_km() {
+    fly_mission_with_a_circle("f16", 6_000.0, [4_100.0, 4_200.0, 4_050.0], "100");
+}
+
+/// Flies a leg of six radii, one turn of the circle, and back beside the start; two programs and MAVLink.
+fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3], speed: &str) {
+    let [airframe, model] = files(aircraft);
+    let mut ground = Ground::new();
+    let (_autopilot, link) = autopilot(ground.address(), &["--belief", &model]);
+    let options = ["--autopilot", &link, "--airframe", &airframe, "--speed", speed];
+    let _plant = Program::start("plant-sim", &options);
+    ground.listen_until("a place", |ground| ground.place_e7 != [0; 2]);
+    let [lat, lon] = ground.place_e7;
+    // Metres of a unit of 1e-7 deg, to the north and to the east.
+    let north_m = 6.371e6 * 1.0e-7_f64.to_radians();
+    let east_m = north_m * (1.0e-7 * f64::from(lat)).to_radians().cos();
+    #[expect(clippy::cast_possible_truncation, reason = "a short way")]
+    let item = |command, [north, east]: [f64; 2], z, turns, circle_m| MISSION_ITEM_INT_DATA {
+        x: lat + (north * radius_m / north_m) as i32,
+        y: lon + (east * radius_m / east_m) as i32,
+        z,
+        command,
+        param1: turns,
+        param3: circle_m,
+        ..Default::default()
+    };
+    let [there, on_circle, back] = altitudes_m;
+    let plan = [
+        item(MavCmd::MAV_CMD_NAV_WAYPOINT, [6.0, 0.0], there, 0.0, 0.0),
+        item(MavCmd::MAV_CMD_NAV_LOITER_TURNS, [6.0, 3.0], on_circle, 1.0, radius_m as f32),
+        item(MavCmd::MAV_CMD_NAV_WAYPOINT, [0.0, 3.0], back, 0.0, 0.0),
+    ];
+    assert_eq!(ground.upload_items(&plan), MavMissionResult::MAV_MISSION_ACCEPTED);
+    assert_eq!(
+        ground.command(MavCmd::MAV_CMD_MISSION_START, [0.0; 7]),
+        MavResult::MAV_RESULT_ACCEPTED
+    );
+    // Quadrants of the circle in which the aircraft was on it.
+    let mut seen = std::collections::BTreeSet::new();
+    ground.listen_until("the end of the plan", |ground| {
+        let [at_lat, at_lon] = ground.place_e7;
+        let north = f64::from(at_lat - lat) * north_m - 6.0 * radius_m;
+        let east = f64::from(at_lon - lon) * east_m - 3.0 * radius_m;
+        if (north.hypot(east) - radius_m).abs() < 0.1 * radius_m {
+            seen.insert((north > 0.0, east > 0.0));
+        }
+        ground.heard("Mission complete")
+    });
+    assert_eq!(seen.len(), 4, "quadrants of the circle: {seen:?}");
+    let off_m = ground.altitude_m - f64::from(back);
+    assert!(off_m.abs() < 0.05 * radius_m.min(1_000.0), "{off_m} m off the altitude");
+    assert!(ground.roll_max_deg < 46.0, "largest roll {} deg", ground.roll_max_deg);
+    assert!(!ground.heard("ompensator active"), "{:?}", ground.texts);
 }

@@ -102,7 +102,10 @@ fn hash(log: &Log) -> RunHash {
                 hash.request(*steps, *moment, &request.action);
             }
         }
-        hash.step(time, &Sensors::from_array(&values), &actuators, tvc_jet::ALL.len());
+        // Of an ideal sensor every sample is valid and of its step.
+        assert!(Sensors::TIMES.iter().all(|name| row.unsigned(name) == Some(time.as_micros())));
+        assert!(Sensors::VALID.iter().all(|name| row.unsigned(name) == Some(1)));
+        hash.step(time, &Sensors::at(time, &values), &actuators, tvc_jet::ALL.len());
         for (steps, moment, what) in
             requests.iter().filter(|(_, moment, _)| *moment == Moment::Step)
         {
@@ -195,7 +198,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     // Headers, parameters, end.
     let control: ControlHeader =
         serde_json::from_str(log.info_text("control_header").expect("a header")).expect("JSON");
-    assert_eq!((control.gains.observer.bandwidth, control.period_us), (41.0, 2_000));
+    assert_eq!((control.gains.neso.bandwidth, control.period_us), (41.0, 2_000));
     assert_eq!(control.parameter_hash.len(), parameter_hash([]).len());
     assert_eq!(log.info_text("session"), Some(control.session.as_str()));
     assert_eq!(control.session.len(), 8, "a hash and not the number: {}", control.session);

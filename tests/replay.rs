@@ -173,11 +173,11 @@ fn a_log_that_was_tampered_with_gives_the_first_tick_and_signal() {
     assert!(said.contains("control step 321 (t = 0.642000 s)"), "{said}");
     assert!(said.contains("sensors.body_rate_q_rad_s"), "{said}");
 
-    // Another effector in the input.
-    let from = br#""effector":2"#;
+    // Another target in the input.
+    let from = br#""target":2"#;
     let place = bytes.windows(from.len()).position(|w| w == from).expect("the fault is there");
     let mut changed = bytes;
-    changed[place..place + from.len()].copy_from_slice(br#""effector":0"#);
+    changed[place..place + from.len()].copy_from_slice(br#""target":0"#);
     fs::write(&path, changed).expect("the folder is there");
     let (code, said) = replay(&path);
     assert_eq!(code, Some(1), "{said}");

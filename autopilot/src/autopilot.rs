@@ -6,28 +6,32 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use flight_control::{Authority, Belief, FlightControl, Gains, StepOutput};
+use flight_control::{
+    Authority, Belief, FlightControl, Gains, NavigationState, Navigator, StepOutput,
+};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
 use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
+use crate::own_law::Brought;
 use crate::parameters::{NavigationParameters, ReferenceLimits};
-use crate::script::{Script, ScriptEvent};
+use crate::script::Script;
 use crate::termination;
 use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
+use event_queue::{EVENTS_MAX, push};
 use scripts::Scripts;
 
+mod event_queue;
+mod own_law;
 mod report_time;
 mod scripts;
 
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
-/// Events that wait to be fetched; the oldest of the least important kind is dropped, counted and told.
-const EVENTS_MAX: usize = 256;
 
 /// What the control side is made of at start.
 #[derive(Debug, Clone)]
@@ -49,13 +53,15 @@ pub struct Settings {
 }
 
 /// The control side of the flight software.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Autopilot {
     belief: Belief,
     gains: Gains,
     rules: Rules,
+    navigator: Navigator,
     vehicle: Vehicle,
     flight: FlightControl,
+    own_law: Option<Brought>,
     period: ControlPeriod,
     in_flight: bool,
     on_ground: bool,
@@ -85,9 +91,11 @@ impl Autopilot {
         Self {
             belief: *belief,
             gains: *gains,
-            rules: Rules { limits: *limits, navigation: *navigation },
+            rules: Rules::new(*limits, *navigation, gains),
+            navigator: Navigator::default(),
             vehicle: Vehicle::new(references.clone()),
             flight: FlightControl::new(period, belief, gains),
+            own_law: None,
             period,
             in_flight: false,
             on_ground: false,
@@ -107,11 +115,12 @@ impl Autopilot {
     /// A flight begins, or this autopilot comes back into one that is under way: everything that the laws
     /// and the vehicle remember is forgotten. Gains and limits stay.
     pub fn begin_flight(&mut self, period: ControlPeriod, time: SimTime, joined_in_flight: bool) {
+        self.navigator = Navigator::default();
         self.flight = FlightControl::new(period, &self.belief, &self.gains);
+        self.reset_own_law();
         self.period = period;
         self.time = time;
-        self.in_flight = true;
-        self.on_ground = false;
+        (self.in_flight, self.on_ground) = (true, false);
         self.vehicle.begin_flight();
         self.transitions = Transitions::default();
         self.latest = None;
@@ -125,16 +134,19 @@ impl Autopilot {
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
         self.time = time;
         self.on_ground = false;
-        self.step_script(time, sensors);
-        self.fly(time, sensors)
+        let state = self.navigator.step(time, sensors);
+        self.step_script(&state);
+        self.fly(&state)
     }
 
     /// The vehicle and the laws.
-    fn fly(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
+    fn fly(&mut self, state: &NavigationState) -> StepOutput {
+        let time = state.time;
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
         let mut tell = |kind| push(events, dropped, Event { time, kind });
-        let command = self.vehicle.track(time, sensors, &self.rules, &mut tell);
-        let mut output = self.flight.step(sensors, &command);
+        let command = self.vehicle.track(state, &self.rules, &mut tell);
+        let own = self.own_law.as_mut().map(Brought::law);
+        let mut output = self.flight.step_with(state, &command, own);
         if self.vehicle.is_terminated() {
             output.log.commands = termination::commands(&self.belief);
             output.actuators.commands = output.log.commands;
@@ -151,7 +163,6 @@ impl Autopilot {
             demand: self.vehicle.demand().copied().unwrap_or(command),
             navigation: self.vehicle.navigation(),
             terminated: self.vehicle.is_terminated(),
-            sensors: *sensors,
             log: output.log,
         });
         output
@@ -160,10 +171,12 @@ impl Autopilot {
     /// The plant asks without a control step: time stands still. The commands stay as they were; the
     /// snapshot shows what the sensors say now, which is the contact itself when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
+        // The navigator remembers nothing of it: how often a plant asks meanwhile is a matter of wall time.
+        let state = self.navigator.clone().step(self.time, sensors);
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
-                snapshot.sensors = *sensors;
+                snapshot.log.state = state;
                 // What is chosen in a pause is shown in the pause; it acts when time goes on.
                 snapshot.mode = self.vehicle.mode();
                 snapshot.demand = self.vehicle.demand().copied().unwrap_or(snapshot.demand);
@@ -173,11 +186,12 @@ impl Autopilot {
             }
             // Came in while nothing moves: look once, so that there is something to show and to command.
             None => {
-                let actuators = self.fly(self.time, sensors).actuators;
+                let actuators = self.fly(&state).actuators;
                 if let Some(snapshot) = self.latest.as_mut() {
                     snapshot.on_ground = on_ground;
                 }
                 self.flight.reset();
+                self.reset_own_law();
                 actuators
             }
         };
@@ -253,6 +267,7 @@ impl Autopilot {
         let done = match wish {
             Wish::Gains(gains) => {
                 self.gains = *gains;
+                self.rules.obey(&gains);
                 self.flight.set_gains(&gains);
                 Ok(())
             }
@@ -461,33 +476,6 @@ impl Autopilot {
     #[must_use]
     pub fn belief(&self) -> &Belief {
         &self.belief
-    }
-}
-
-/// When there is no room, the oldest event of the least important kind is dropped, the new one included.
-fn push(events: &mut VecDeque<Event>, dropped: &mut u64, event: Event) {
-    events.push_back(event);
-    if events.len() > EVENTS_MAX {
-        let ranks = events.iter().map(|event| rank(&event.kind)).enumerate();
-        let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
-        events.remove(victim);
-        *dropped += 1;
-    }
-}
-
-/// How important an event is: the lower, the sooner it is dropped.
-fn rank(kind: &EventKind) -> u8 {
-    match kind {
-        EventKind::Script { event: ScriptEvent::Line(_), .. } => 0,
-        EventKind::Script { event: ScriptEvent::LineRefused { .. }, .. } => 1,
-        // What others keep a state by.
-        EventKind::Fault(_)
-        | EventKind::FlightBegan { .. }
-        | EventKind::PlantLost
-        | EventKind::PlantBack => 3,
-        // Promises to somebody who waits.
-        EventKind::Outcome { .. } => 4,
-        _ => 2,
     }
 }
 

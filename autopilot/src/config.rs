@@ -9,6 +9,7 @@ use icd::EffectorList;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use crate::parameters::{ParameterError, Parameters, SavedProblem, nearest, set_from_table};
 use crate::script::{Script, ScriptError, TEXT_MAX};
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
 
@@ -52,6 +53,14 @@ pub enum ConfigError {
         /// Key, value and range.
         source: BeliefError,
     },
+    /// A parameter of a model file.
+    #[error("{file}: [parameters]: {problem}{}", hint(problem))]
+    Parameters {
+        /// The file.
+        file: String,
+        /// Parameter, value and range.
+        problem: SavedProblem,
+    },
     /// A reference that cannot be flown.
     #[error("{file}: {source}")]
     Schedule {
@@ -63,6 +72,16 @@ pub enum ConfigError {
     /// A script that cannot be read; the message has file, line and column.
     #[error(transparent)]
     Script(#[from] ScriptError),
+}
+
+/// What was probably meant by a name that no parameter has.
+fn hint(problem: &SavedProblem) -> String {
+    match problem {
+        SavedProblem::Parameter(ParameterError::Unknown { name }) => {
+            nearest(name).map_or_else(String::new, |name| format!("; the nearest is {name}"))
+        }
+        _ => String::new(),
+    }
 }
 
 /// Reads a whole text file.
@@ -89,20 +108,55 @@ pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, Conf
     }
 }
 
-/// Reads a belief; `file` is its name for error messages.
+/// A model file: the belief, and the table [`PARAMETERS`] where it has one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    /// What the controller believes about the aircraft.
+    pub belief: Belief,
+    /// Defaults of the parameters for this aircraft: the program's where the file says nothing.
+    pub defaults: Parameters,
+}
+
+/// Name of the table of parameters in a model file: NAME = value.
+pub const PARAMETERS: &str = "parameters";
+
+/// Reads a model file; `file` is its name for error messages.
 ///
 /// # Errors
 /// [`ConfigError`] names file, key, value and range.
-pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
-    checked(file, parse(file, text)?)
+pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
+    let table: toml::Table = parse(file, text)?;
+    if table.contains_key(PARAMETERS) {
+        return model_of(file, table);
+    }
+    // From the text, for the lines in messages.
+    let belief = checked(file, parse(file, text)?)?;
+    Ok(Model { belief, defaults: Parameters::default() })
 }
 
 /// The same of a file that was read already and may have been changed since.
 ///
 /// # Errors
 /// [`ConfigError`] names file, key, value and range.
-pub fn belief_of(file: &str, table: toml::Table) -> Result<Belief, ConfigError> {
-    checked(file, of_table(file, table)?)
+pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, ConfigError> {
+    let mut defaults = Parameters::default();
+    if let Some(parameters) = table.remove(PARAMETERS) {
+        let refused = |problem| ConfigError::Parameters { file: file.to_owned(), problem };
+        let toml::Value::Table(parameters) = parameters else {
+            let (name, value) = (PARAMETERS.to_owned(), parameters.to_string());
+            return Err(refused(SavedProblem::NotANumber { name, value }));
+        };
+        set_from_table(&mut defaults, &parameters).map_err(refused)?;
+    }
+    Ok(Model { belief: checked(file, of_table(file, table)?)?, defaults })
+}
+
+/// The belief of a model file alone.
+///
+/// # Errors
+/// As [`model`].
+pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
+    Ok(model(file, text)?.belief)
 }
 
 fn checked(file: &str, belief: Belief) -> Result<Belief, ConfigError> {
@@ -192,6 +246,7 @@ fn of_table<T: serde::de::DeserializeOwned>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flight_control::AllocationMode;
     use icd::tvc_jet;
 
     #[test]
@@ -259,6 +314,31 @@ mod tests {
             toml::Value::Float(_) => numbers.push(way.clone()),
             _ => {}
         }
+    }
+
+    #[test]
+    fn a_model_file_has_parameters_of_its_aircraft_and_a_wrong_one_is_named_with_its_range() {
+        let with =
+            |lines: &str| model("my.toml", &format!("{DEFAULT_BELIEF}\n[parameters]\n{lines}"));
+        let read = with("FTC_ALLOC = 1\nALT_SLEW = 20.0\n").unwrap();
+        assert_eq!(read.defaults.gains.selection.allocation, AllocationMode::Wls);
+        assert_eq!(read.defaults.gains.references.slew_m_s, 20.0);
+        assert_eq!(read.belief, belief("my.toml", DEFAULT_BELIEF).unwrap());
+        let shipped = model("my.toml", DEFAULT_BELIEF).unwrap();
+        assert_eq!(shipped.defaults, Parameters::default());
+        for (lines, words) in [
+            ("ALT_SLOW = 3", "there is no parameter ALT_SLOW; the nearest is ALT_SLEW"),
+            ("OBS_W0 = -1", "OBS_W0 = -1 is outside 1 to 500 rad/s"),
+            ("OBS_W0 = nan", "OBS_W0 = NaN is outside 1 to 500 rad/s"),
+            ("FTC_ALLOC = 2", "FTC_ALLOC = 2 is outside 0 to 1"),
+            ("OBS_W0 = \"40\"", "OBS_W0 = \"40\" is not a number"),
+            ("REF_ALT_MIN = 15000", "REF_ALT_MIN = 15000 m is above REF_ALT_MAX = 12000 m"),
+        ] {
+            let said = with(lines).unwrap_err().to_string();
+            assert!(said.starts_with("my.toml: [parameters]: ") && said.contains(words), "{said}");
+        }
+        let text = format!("parameters = 3\n{DEFAULT_BELIEF}");
+        assert!(model("my.toml", &text).is_err());
     }
 
     #[test]

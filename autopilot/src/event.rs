@@ -3,10 +3,10 @@
 use core::time::Duration;
 use std::sync::Arc;
 
-use flight_control::{AltitudeLimit, Authority, Demand, Gains, StepLog};
+use flight_control::{AltitudeLimit, Authority, Demand, Gains, NavigationState, StepLog};
 use icd::fault::{FaultEntry, FaultReply};
 use icd::pace::Pace;
-use icd::{ControlPeriod, FaultRequest, Sensors, SimTime};
+use icd::{ControlPeriod, FaultRequest, SimTime};
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::{NavigationParameters, ReferenceLimits};
@@ -305,8 +305,14 @@ pub struct Snapshot {
     pub navigation: Navigation,
     /// The flight was terminated.
     pub terminated: bool,
-    /// What the sensors said.
-    pub sensors: Sensors,
-    /// Signals of the step.
+    /// Signals of the step; while time stands still, with the state of that moment.
     pub log: StepLog,
+}
+
+impl Snapshot {
+    /// Where the aircraft is and how it moves.
+    #[must_use]
+    pub const fn motion(&self) -> &NavigationState {
+        &self.log.state
+    }
 }

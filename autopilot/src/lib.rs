@@ -18,6 +18,7 @@ pub mod config;
 pub mod event;
 pub mod io;
 pub mod mavlink;
+pub mod own_law;
 pub mod parameters;
 pub mod recorder;
 pub mod run;

@@ -1,7 +1,10 @@
 //! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
 
-use flight_control::gains::{GainError, Lemma1Warning};
-use flight_control::{CompensatorMode, Gains, MainLaw, ObserverMode};
+use flight_control::compensator::neso::Lemma1Warning;
+use flight_control::gains::GainError;
+use flight_control::{
+    AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode,
+};
 
 use crate::vehicle::LinkLossAction;
 
@@ -10,6 +13,7 @@ mod document;
 mod failure;
 mod faults;
 mod groups;
+mod nearest;
 mod saved;
 mod table;
 
@@ -17,7 +21,7 @@ pub use compatibility::{
     COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, compatibility,
 };
 pub use document::document;
-pub use failure::{FailureParameters, WrongMode};
+pub use failure::FailureParameters;
 pub use faults::{
     FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
 };
@@ -25,7 +29,11 @@ pub use groups::{
     LinkParameters, MODE_SLOTS, ModeSwitchParameters, NavigationParameters, ReferenceLimits,
     SticksLossAction, StreamParameters, SwitchChannel, SwitchMode,
 };
-pub use saved::{SavedError, SavedProblem, from_text, to_text};
+pub use nearest::{changes, nearest};
+pub use saved::{
+    SavedError, SavedProblem, from_text, has_only_parameters, set_from_table, set_from_text,
+    to_text,
+};
 pub use table::table;
 
 /// All parameters.
@@ -45,6 +53,8 @@ pub struct Parameters {
     pub mode_switch: ModeSwitchParameters,
     /// Rates of the streams.
     pub streams: StreamParameters,
+    /// The program brings a law of its own. Not a parameter; without it `CTL_LAW` 9 is refused.
+    pub brings_law: bool,
 }
 
 impl Default for Parameters {
@@ -58,7 +68,7 @@ impl Default for Parameters {
                 airspeed_max_m_s: 320.0,
                 roll_max_deg: 45.0,
             },
-            failure: FailureParameters::DEFAULT,
+            failure: FailureParameters::reference(),
             navigation: NavigationParameters {
                 l1_period_s: 25.0,
                 l1_damping: 0.75,
@@ -67,6 +77,7 @@ impl Default for Parameters {
                 acceptance_m: 500.0,
                 climb_max_m_s: 30.0,
                 return_altitude_m: 5_000.0,
+                roll_slew_deg_s: groups::roll_slew_deg_s(),
             },
             link: LinkParameters {
                 loss_action: LinkLossAction::Continue,
@@ -93,6 +104,7 @@ impl Default for Parameters {
                 actuators_hz: 10.0,
                 compensator_hz: 10.0,
             },
+            brings_law: false,
         }
     }
 }
@@ -144,12 +156,16 @@ pub struct Parameter {
 enum Get {
     Gain(fn(&Gains) -> f64),
     Own(fn(&Parameters) -> f64),
+    /// Place of a setting of a kind of fault.
+    Fault(usize),
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Set {
     Gain(fn(&mut Gains, f64)),
     Own(fn(&mut Parameters, f64)),
+    /// Place of a setting of a kind of fault.
+    Fault(usize),
 }
 
 /// Why a parameter was not set.
@@ -213,6 +229,11 @@ pub enum ParameterError {
         /// Unit of both.
         unit: &'static str,
     },
+    /// There is no such law in this program.
+    #[error(
+        "CTL_LAW = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
+    )]
+    NoOwnLaw,
     /// The set as a whole cannot be flown.
     #[error("{0}")]
     Gains(#[from] GainError),
@@ -231,6 +252,7 @@ impl Parameter {
         match self.get {
             Get::Gain(get) => get(&parameters.gains),
             Get::Own(get) => get(parameters),
+            Get::Fault(place) => parameters.failure.settings[place],
         }
     }
 
@@ -268,6 +290,18 @@ impl Parameters {
         Ok(warning)
     }
 
+    /// Checks that the selected law is there. Saved parameters may name a law that only another program brings,
+    /// so this is asked where they are to be flown.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoOwnLaw`].
+    pub fn check_law(&self) -> Result<(), ParameterError> {
+        if self.gains.selection.main == MainLaw::Own && !self.brings_law {
+            return Err(ParameterError::NoOwnLaw);
+        }
+        Ok(())
+    }
+
     /// Checks every value and the whole set, where they do not come from [`Parameters::set_all`].
     ///
     /// # Errors
@@ -285,7 +319,7 @@ impl Parameters {
         }
         self.limits.check_order()?;
         self.gains.validate()?;
-        Ok(())
+        self.check_law()
     }
 
     /// Sets one parameter that is inside its range; says nothing about the whole set.
@@ -312,6 +346,7 @@ impl Parameters {
         match row.set {
             Set::Gain(set) => set(&mut self.gains, value),
             Set::Own(set) => set(self, value),
+            Set::Fault(place) => self.failure.settings[place] = value,
         }
         Ok(())
     }

@@ -20,16 +20,18 @@ use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderEr
 use crate::io::status::{self, StatusLine, StatusSource};
 use crate::io::store::{Kept, KeptPlan};
 use crate::mavlink::mission::SavedPlanError;
-use crate::parameters::{ParameterError, Parameters, SavedError};
+use crate::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
 
 mod args;
 mod ground_stations;
+mod laws;
 mod recording;
 mod script;
 mod signing;
 
 pub use args::{AutopilotArgs, ControlSetup, Ftc};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
+pub use laws::LawArgs;
 pub use recording::{LogFolder, RecordingArgs};
 pub use script::ScriptArgs;
 pub use signing::SigningArgs;
@@ -59,6 +61,14 @@ pub enum RunError {
     /// Saved parameters cannot be used.
     #[error(transparent)]
     Saved(#[from] SavedError),
+    /// A file of gains cannot be used.
+    #[error("--gains {}: {problem}", file.display())]
+    Gains {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        problem: SavedProblem,
+    },
     /// A saved plan cannot be used.
     #[error(transparent)]
     SavedPlan(#[from] SavedPlanError),
@@ -100,7 +110,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if args.with_parent {
         stop.with_parent()?;
     }
-    let kept = args.kept_parameters()?;
+    let model = args.model()?;
+    let kept = args.kept_parameters(&model.defaults)?;
     if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
         info!("{summary}");
     }
@@ -112,8 +123,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if let Some(summary) = kept_key.as_ref().and_then(KeptKey::summary) {
         info!("{summary}");
     }
-    let saved = kept.as_ref().map_or_else(Parameters::default, |kept| kept.parameters);
-    let (control, parameters) = args.control_setup_over(&saved)?;
+    let saved = kept.as_ref().map_or(model.defaults, |kept| kept.parameters);
+    let (control, parameters) = args.control_setup_over(&model.belief, &saved)?;
     let settings = Settings {
         belief: control.belief,
         gains: parameters.gains,
@@ -139,6 +150,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let config = args.links()?.map(|links| GcsConfig {
         links,
         parameters,
+        defaults: model.defaults,
         belief,
         identity,
         script,
@@ -157,7 +169,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         status::start(printer, first, stop.clone())?;
     }
     info!(plant_link = %listening, "autopilot ready");
-    let autopilot = Autopilot::new(&settings);
+    let autopilot = Autopilot::new(&settings).with_own_law(args.own_law);
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
     let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
         .with_health_file(health)

@@ -11,8 +11,8 @@
 //! each time, to the bit. The language is in `docs/scripts.md`.
 
 use core::fmt;
-use icd::fault::Refusal;
-use icd::{Effector, EffectorList, FaultRequest};
+use icd::fault::{Refusal, Target, TargetClass};
+use icd::{EffectorList, FaultRequest};
 use serde::{Deserialize, Serialize};
 
 use crate::vehicle::{Mode, Reference};
@@ -267,8 +267,8 @@ pub enum LineRefusal {
     Vehicle(crate::vehicle::VehicleRefusal),
     /// The plant says so.
     Plant {
-        /// What it is about; `None` for all effectors.
-        effector: Option<Effector>,
+        /// What it is about; `None` for everything.
+        target: Option<Target>,
         /// Why.
         refusal: Refusal,
     },
@@ -277,14 +277,13 @@ pub enum LineRefusal {
 }
 
 impl LineRefusal {
-    /// In words, with the units of the effector.
+    /// In words, with the units of what it is about.
     #[must_use]
     pub fn described(&self, effectors: &EffectorList) -> String {
         match self {
             Self::Vehicle(refusal) => refusal.to_string(),
-            Self::Plant { effector, refusal } => {
-                let is_angle = effector.is_none_or(|effector| effectors.is_angle(effector));
-                refusal.described(is_angle).to_string()
+            Self::Plant { target, refusal } => {
+                refusal.described(TargetClass::of_request(*target, effectors)).to_string()
             }
             Self::NoAnswer => "the aircraft does not answer".to_owned(),
         }

@@ -7,47 +7,61 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effector::{Effector, PerEffector};
+use crate::effector::PerEffector;
 use crate::pace::Pace;
 use crate::time::SimTime;
 
+#[macro_use]
+mod macros;
+
 mod allowed;
-mod kind;
+mod catalogue;
+pub mod kind;
+pub mod mavlink;
+mod measure;
+mod parts;
 mod refusal;
+mod target;
+mod text;
 mod timing;
 
-pub use allowed::{FREQUENCY_HZ, PERIOD_S, RAMP_MAX_S, Reach, check, check_timing};
-pub use kind::{FaultKind, Side, Travel};
-pub use refusal::{Quantity, Refusal};
+pub use crate::sensors::SensorKind;
+pub use allowed::{RAMP_MAX_S, Reach, check, check_timing};
+pub use catalogue::{CATALOGUE, FaultKind, Quantity, Side, Travel};
+pub use kind::KindInfo;
+pub use refusal::Refusal;
+pub use target::{Target, TargetClass};
 pub use timing::{Onset, Repeat, Timing};
 
 /// One change to the faults of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FaultRequest {
-    /// Break an effector. When it begins to act it replaces the fault that the effector has.
+    /// Break something. When it begins to act it replaces the fault that the target has.
     Inject {
-        /// Which one.
-        effector: Effector,
+        /// What.
+        #[serde(alias = "effector")]
+        target: Target,
         /// How.
         kind: FaultKind,
         /// When, how fast, for how long, how often.
         timing: Timing,
     },
-    /// Mend an effector and forget what is scheduled for it.
+    /// Mend it and forget what is scheduled for it.
     Clear {
-        /// Which one.
-        effector: Effector,
+        /// What.
+        #[serde(alias = "effector")]
+        target: Target,
     },
-    /// Mend all effectors and forget everything that is scheduled.
+    /// Mend everything and forget all that is scheduled.
     ClearAll,
 }
 
 impl FaultRequest {
-    /// The effector that the request names; `None` for all of them.
+    /// What the request is about; `None` for everything.
     #[must_use]
-    pub const fn effector(&self) -> Option<Effector> {
+    pub const fn target(&self) -> Option<Target> {
         match self {
-            Self::Inject { effector, .. } | Self::Clear { effector } => Some(*effector),
+            Self::Inject { target, .. } | Self::Clear { target } => Some(*target),
             Self::ClearAll => None,
         }
     }
@@ -71,7 +85,7 @@ pub enum FaultReply {
         /// Simulation time of the onset.
         at: SimTime,
     },
-    /// The effector is healthy since this time, and nothing is scheduled for it.
+    /// It is healthy since this time, and nothing is scheduled for it.
     Cleared {
         /// Simulation time of the repair.
         at: SimTime,
@@ -85,8 +99,9 @@ pub enum FaultReply {
 pub struct FaultEntry {
     /// Number of the fault in this flight, from 1; never used twice.
     pub id: u32,
-    /// Which effector.
-    pub effector: Effector,
+    /// What has it.
+    #[serde(alias = "effector")]
+    pub target: Target,
     /// How it fails.
     pub kind: FaultKind,
     /// When, how fast, for how long, how often. The onset is a time, also where it was "at once".

@@ -58,5 +58,5 @@ pub use effector::{Effector, PerEffector};
 pub use effector_list::{AxisGains, EffectorKind, EffectorList, LateralSide};
 pub use fault::{FaultKind, FaultReply, FaultRequest};
 pub use frames::{Attitude, Body, EulerAngles, Ned};
-pub use sensors::Sensors;
+pub use sensors::{FlowAngles, GnssFix, Sample, Sensors, Stamp};
 pub use time::{ControlPeriod, SimTime};

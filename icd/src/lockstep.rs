@@ -379,7 +379,7 @@ mod tests {
         let mut values = [0.0; Sensors::COUNT];
         values[6] = 1.0;
         let _ = (Attitude::identity(), Body::zero(), Ned::zero());
-        Sensors::from_array(&values)
+        Sensors::at(SimTime::ZERO, &values)
     }
 
     fn ask(plant: &mut PlantSide, tick: u64) -> Vec<u8> {

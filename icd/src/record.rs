@@ -139,13 +139,19 @@ pub struct Piece<'a> {
     pub bytes: &'a [u8],
 }
 
-/// Longest piece of the run header, bytes: what is left beside the truth of the largest aircraft.
-pub const PIECE_MAX: usize = ENVELOPE_MAX - 8 * TRUTH_MAX - 6;
+/// Longest piece of the run header beside a truth of so many values, bytes.
+#[must_use]
+pub const fn piece_max(truth: usize) -> usize {
+    ENVELOPE_MAX - 8 * truth - 6
+}
+
+/// The largest aircraft leaves room for a piece.
+const _: () = assert!(piece_max(TRUTH_MAX) > 50);
 
 /// An encoded envelope.
 pub type EnvelopeBytes = ArrayVec<u8, ENVELOPE_MAX>;
 
-/// Fills an envelope. Of a piece longer than [`PIECE_MAX`] only the beginning is written.
+/// Fills an envelope. Of a piece longer than [`piece_max`] only the beginning is written.
 pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes) {
     out.clear();
     let mut put = |bytes: &[u8]| {
@@ -160,7 +166,7 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
     let Piece { index, count, bytes } = piece.unwrap_or(Piece { index: 0, count: 0, bytes: &[] });
     put(&index.to_le_bytes());
     put(&count.to_le_bytes());
-    put(&bytes[..bytes.len().min(PIECE_MAX)]);
+    put(&bytes[..bytes.len().min(piece_max(truth.len()))]);
 }
 
 /// Opens an envelope; `None` if it is empty or no envelope of this version.
@@ -184,7 +190,7 @@ mod tests {
     fn what_is_sealed_comes_out_again() {
         let values = |count: u32| (0..count).map(|n| -1.0 / f64::from(n + 1));
         let truth: TruthRow = values(83).collect();
-        let bytes = [7; PIECE_MAX];
+        let bytes = [7; piece_max(83)];
         let piece = Piece { index: 2, count: 3, bytes: &bytes };
         let mut envelope = EnvelopeBytes::new();
         seal(&truth, Some(piece), &mut envelope);

@@ -1,21 +1,106 @@
-//! What the aircraft reports to the flight computer, once a control period.
+//! What the aircraft reports to the flight computer, once a control period: a sample of each sensor.
+//!
+//! All sensors are ideal so far, but for the noise of the gyros: each has a new, valid sample every control period. One
+//! with a rate of its own repeats its last sample, with the time at which it was taken, until it has a new one.
 
 use serde::{Deserialize, Serialize};
 
 use crate::frames::{Attitude, Body, Ned};
+use crate::time::SimTime;
 
-/// One set of sensor values, all taken at the packet's simulation time.
-///
-/// For now the aircraft carries an ideal inertial navigation unit, air-data computer and vanes; only
-/// the gyros can be noisy.
+/// Sensors that an aircraft can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum SensorKind {
+    /// Body rates.
+    Gyro = 0,
+    /// Specific force.
+    Accelerometer = 1,
+    /// Attitude of the inertial navigation.
+    Attitude = 2,
+    /// Position and velocity.
+    Gnss = 3,
+    /// Static pressure, as altitude.
+    Barometer = 4,
+    /// Dynamic pressure, as airspeed.
+    Pitot = 5,
+    /// Angle of attack and sideslip.
+    Vanes = 6,
+    /// Thrust.
+    EngineMonitor = 7,
+    /// Magnetic field.
+    Magnetometer = 8,
+}
+
+impl SensorKind {
+    /// All of them, by their number.
+    pub const ALL: [Self; 9] = [
+        Self::Gyro,
+        Self::Accelerometer,
+        Self::Attitude,
+        Self::Gnss,
+        Self::Barometer,
+        Self::Pitot,
+        Self::Vanes,
+        Self::EngineMonitor,
+        Self::Magnetometer,
+    ];
+
+    /// Name for people and in scripts.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EngineMonitor => "engine monitor",
+            other => other.key(),
+        }
+    }
+
+    /// Word in scenario files.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Gyro => "gyro",
+            Self::Accelerometer => "accelerometer",
+            Self::Attitude => "attitude",
+            Self::Gnss => "gnss",
+            Self::Barometer => "barometer",
+            Self::Magnetometer => "magnetometer",
+            Self::Pitot => "pitot",
+            Self::Vanes => "vanes",
+            Self::EngineMonitor => "engine_monitor",
+        }
+    }
+
+    /// The one with this word of scenario files, or this name.
+    #[must_use]
+    pub fn by_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|sensor| sensor.key() == key || sensor.name() == key)
+    }
+}
+
+/// What a sensor said last.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Sensors {
-    /// Body rates p, q, r relative to inertial space, rad/s (gyros).
-    pub body_rates: Body,
-    /// Specific force, m/s² (accelerometers): (0, 0, -g) at rest on the ground.
-    pub specific_force: Body,
-    /// Attitude relative to the local NED axes (inertial navigation unit).
-    pub attitude: Attitude,
+pub struct Sample<T> {
+    /// When the value was taken, not when it arrived.
+    pub time: SimTime,
+    /// The sensor vouches for the value.
+    pub valid: bool,
+    /// The value; finite also where it is not valid.
+    pub value: T,
+}
+
+/// When a sample was taken, and whether its sensor vouches for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stamp {
+    /// As [`Sample::time`].
+    pub time: SimTime,
+    /// As [`Sample::valid`].
+    pub valid: bool,
+}
+
+/// What a satellite receiver says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GnssFix {
     /// Velocity over the ground, m/s.
     pub velocity: Ned,
     /// Position from the start point at altitude zero, m, in the NED axes of that point.
@@ -24,20 +109,58 @@ pub struct Sensors {
     pub latitude_rad: f64,
     /// Longitude, rad.
     pub longitude_rad: f64,
-    /// Altitude above the ellipsoid (or the flat ground), m.
-    pub altitude_m: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-    /// Angle of attack, rad (vane).
+}
+
+/// Where the air comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FlowAngles {
+    /// Angle of attack, rad.
     pub angle_of_attack_rad: f64,
-    /// Sideslip, rad, positive with the wind from the right (vane).
+    /// Sideslip, rad, positive with the wind from the right.
     pub sideslip_rad: f64,
-    /// Engine thrust, N (engine monitor).
-    pub thrust_n: f64,
+}
+
+/// The latest sample of each sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sensors {
+    /// Body rates p, q, r relative to inertial space, rad/s.
+    pub gyro: Sample<Body>,
+    /// Specific force, m/s²: (0, 0, -g) at rest on the ground.
+    pub accelerometer: Sample<Body>,
+    /// Attitude relative to the local NED axes (inertial navigation unit).
+    pub attitude: Sample<Attitude>,
+    /// Position and velocity.
+    pub gnss: Sample<GnssFix>,
+    /// Altitude above the ellipsoid (or the flat ground) by the barometer, m.
+    pub barometer_m: Sample<f64>,
+    /// True airspeed by the pitot tube, m/s.
+    pub pitot_m_s: Sample<f64>,
+    /// Angle of attack and sideslip.
+    pub vanes: Sample<FlowAngles>,
+    /// Thrust by the engine monitor, N.
+    pub engine_n: Sample<f64>,
+}
+
+impl<T> Sample<T> {
+    /// A valid one, taken at `time`.
+    pub const fn at(time: SimTime, value: T) -> Self {
+        Self { time, valid: true, value }
+    }
+
+    fn stamped(Stamp { time, valid }: Stamp, value: T) -> Self {
+        Self { time, valid, value }
+    }
+
+    const fn stamp(&self) -> Stamp {
+        Stamp { time: self.time, valid: self.valid }
+    }
 }
 
 impl Sensors {
-    /// How many numbers a set of sensors has.
+    /// How many sensors have samples: all but the last of [`SensorKind::ALL`], since there is no magnetometer yet.
+    pub const SENSORS: usize = 8;
+
+    /// How many numbers their values have.
     pub const COUNT: usize = 23;
 
     /// Names of the numbers in the order of [`Sensors::to_array`].
@@ -67,53 +190,133 @@ impl Sensors {
         "thrust_n",
     ];
 
+    /// Names of the samples' times in the order of [`Sensors::stamps`].
+    pub const TIMES: [&'static str; Self::SENSORS] = [
+        "gyro_time_us",
+        "accelerometer_time_us",
+        "attitude_time_us",
+        "gnss_time_us",
+        "barometer_time_us",
+        "pitot_time_us",
+        "vanes_time_us",
+        "engine_monitor_time_us",
+    ];
+
+    /// Names of the samples' validity in the order of [`Sensors::stamps`].
+    pub const VALID: [&'static str; Self::SENSORS] = [
+        "gyro_valid",
+        "accelerometer_valid",
+        "attitude_valid",
+        "gnss_valid",
+        "barometer_valid",
+        "pitot_valid",
+        "vanes_valid",
+        "engine_monitor_valid",
+    ];
+
     /// The numbers in wire order.
     #[must_use]
     pub fn to_array(&self) -> [f64; Self::COUNT] {
-        let [w, x, y, z] = self.attitude.wxyz();
+        let (rates, force) = (&self.gyro.value.0, &self.accelerometer.value.0);
+        let [w, x, y, z] = self.attitude.value.wxyz();
+        let GnssFix { velocity, position, latitude_rad, longitude_rad } = &self.gnss.value;
+        let (velocity, position) = (&velocity.0, &position.0);
+        let FlowAngles { angle_of_attack_rad, sideslip_rad } = self.vanes.value;
         [
-            self.body_rates.0.x,
-            self.body_rates.0.y,
-            self.body_rates.0.z,
-            self.specific_force.0.x,
-            self.specific_force.0.y,
-            self.specific_force.0.z,
+            rates.x,
+            rates.y,
+            rates.z,
+            force.x,
+            force.y,
+            force.z,
             w,
             x,
             y,
             z,
-            self.velocity.0.x,
-            self.velocity.0.y,
-            self.velocity.0.z,
-            self.position.0.x,
-            self.position.0.y,
-            self.position.0.z,
-            self.latitude_rad,
-            self.longitude_rad,
-            self.altitude_m,
-            self.airspeed_m_s,
-            self.angle_of_attack_rad,
-            self.sideslip_rad,
-            self.thrust_n,
+            velocity.x,
+            velocity.y,
+            velocity.z,
+            position.x,
+            position.y,
+            position.z,
+            *latitude_rad,
+            *longitude_rad,
+            self.barometer_m.value,
+            self.pitot_m_s.value,
+            angle_of_attack_rad,
+            sideslip_rad,
+            self.engine_n.value,
+        ]
+    }
+
+    /// Time and validity of each sample, in the order of [`SensorKind::ALL`].
+    #[must_use]
+    pub fn stamps(&self) -> [Stamp; Self::SENSORS] {
+        [
+            self.gyro.stamp(),
+            self.accelerometer.stamp(),
+            self.attitude.stamp(),
+            self.gnss.stamp(),
+            self.barometer_m.stamp(),
+            self.pitot_m_s.stamp(),
+            self.vanes.stamp(),
+            self.engine_n.stamp(),
         ]
     }
 
     /// From the numbers in wire order, bit for bit: the quaternion is not normalised again.
     #[must_use]
-    pub fn from_array(v: &[f64; Self::COUNT]) -> Self {
-        Self {
-            body_rates: Body::new(v[0], v[1], v[2]),
-            specific_force: Body::new(v[3], v[4], v[5]),
-            attitude: Attitude::from_unit_wxyz([v[6], v[7], v[8], v[9]]),
+    pub fn new(stamps: &[Stamp; Self::SENSORS], v: &[f64; Self::COUNT]) -> Self {
+        let fix = GnssFix {
             velocity: Ned::new(v[10], v[11], v[12]),
             position: Ned::new(v[13], v[14], v[15]),
             latitude_rad: v[16],
             longitude_rad: v[17],
-            altitude_m: v[18],
-            airspeed_m_s: v[19],
-            angle_of_attack_rad: v[20],
-            sideslip_rad: v[21],
-            thrust_n: v[22],
+        };
+        let angles = FlowAngles { angle_of_attack_rad: v[20], sideslip_rad: v[21] };
+        let attitude = Attitude::from_unit_wxyz([v[6], v[7], v[8], v[9]]);
+        Self {
+            gyro: Sample::stamped(stamps[0], Body::new(v[0], v[1], v[2])),
+            accelerometer: Sample::stamped(stamps[1], Body::new(v[3], v[4], v[5])),
+            attitude: Sample::stamped(stamps[2], attitude),
+            gnss: Sample::stamped(stamps[3], fix),
+            barometer_m: Sample::stamped(stamps[4], v[18]),
+            pitot_m_s: Sample::stamped(stamps[5], v[19]),
+            vanes: Sample::stamped(stamps[6], angles),
+            engine_n: Sample::stamped(stamps[7], v[22]),
         }
+    }
+
+    /// The same where every sample is valid and was taken at `time`.
+    #[must_use]
+    pub fn at(time: SimTime, values: &[f64; Self::COUNT]) -> Self {
+        Self::new(&[Stamp { time, valid: true }; Self::SENSORS], values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_validity_are_named_as_their_sensors() {
+        let names = SensorKind::ALL.into_iter().zip(Sensors::TIMES).zip(Sensors::VALID);
+        for ((kind, time), valid) in names {
+            assert_eq!(time.strip_suffix("_time_us"), Some(kind.key()));
+            assert_eq!(valid.strip_suffix("_valid"), Some(kind.key()));
+        }
+    }
+
+    #[test]
+    fn each_sensor_keeps_its_own_stamp_and_its_own_numbers() {
+        let stamps = core::array::from_fn(|index| Stamp {
+            time: SimTime::from_micros(index as u64),
+            valid: index.is_multiple_of(3),
+        });
+        let values = core::array::from_fn(|index| 1.0 / (1.0 + index as f64));
+        let sensors = Sensors::new(&stamps, &values);
+        assert_eq!((sensors.stamps(), sensors.to_array()), (stamps, values));
+        assert_eq!(sensors.vanes.time, SimTime::from_micros(6));
+        assert_eq!(sensors.vanes.value.sideslip_rad, values[21]);
     }
 }

@@ -20,6 +20,10 @@
 //! The body begins with the aircraft: the length of its name, u8, and the name, the number of effectors, u8, and
 //! the identity of their list, u32. Only so many commands or positions are in a packet.
 //!
+//! In a sensor packet follow the control period, us, u32, then of each sensor's sample the time, us, u64, and whether it is
+//! valid, u8, then the numbers of all samples, in the order of [`Sensors::stamps`] and [`Sensors::to_array`]. No sample is
+//! younger than its packet.
+//!
 //! A sensor packet ends with an envelope and its length, u16: what the plant tells the recorder of the flight
 //! ([`crate::record`]). Nobody else opens it; it is no part of [`SensorPacket`].
 
@@ -30,7 +34,7 @@ use crate::effector::{Effector, PerEffector};
 use crate::effector_list::{EffectorList, Name};
 use crate::fault::{PlantAction, PlantReport, PlantRequest};
 use crate::pace::Pace;
-use crate::sensors::Sensors;
+use crate::sensors::{Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};
 
 mod cursor;
@@ -45,13 +49,13 @@ pub use encode::{encode_actuators, encode_refusal, encode_sensors};
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 5;
+pub const VERSION: u16 = 6;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1440;
 
 /// Longest envelope, bytes: what a sensor packet carries for the recorder ([`crate::record`]).
-pub const ENVELOPE_MAX: usize = 800;
+pub const ENVELOPE_MAX: usize = 728;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
 pub const REPORTS_MAX: usize = 4;
@@ -115,13 +119,13 @@ pub struct SensorPacket {
     pub sequence: u64,
     /// The aircraft that senses.
     pub aircraft: Aircraft,
-    /// Simulation time at which the values were taken.
+    /// Simulation time of the exchange.
     pub time: SimTime,
     /// Whether this is a control step.
     pub phase: Phase,
     /// Control period of the flight, constant in a session.
     pub period: ControlPeriod,
-    /// The values.
+    /// The latest sample of each sensor.
     pub sensors: Sensors,
     /// What happened since the last packet.
     pub reports: Reports,

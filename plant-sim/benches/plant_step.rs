@@ -4,7 +4,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use icd::{Actuators, Body, ControlPeriod, PerEffector};
-use plant_sim::aerodynamics::{AirState, coefficients};
+use plant_sim::aerodynamics::{AirState, Surfaces, coefficients};
+use plant_sim::airframe::F16_AIRFRAME;
 use plant_sim::atmosphere::LocalDensity;
 use plant_sim::dynamics::Held;
 use plant_sim::earth::slopes::Slopes;
@@ -14,18 +15,23 @@ use plant_sim::tables::thrust::{EngineAir, Propulsion};
 use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
 
 /// The nominal flight with one step for each period of 2 ms.
-fn plant(earth: EarthModel) -> Plant {
-    let nominal =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &Airframe::paper().effectors)
-            .expect("file of the crate");
-    let mut setup = nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 2_000);
+fn plant(airframe: Airframe, earth: EarthModel) -> Plant {
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)
+        .expect("file of the crate");
+    let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 2_000);
     setup.earth = earth;
-    Plant::new(&setup).expect("the paper's aircraft can fly")
+    Plant::new(&setup).expect("an aircraft that can fly")
 }
 
 fn bench(c: &mut Criterion) {
-    for (name, earth) in [("flat", EarthModel::Flat), ("wgs84", EarthModel::Wgs84)] {
-        let mut flight = plant(earth);
+    let f16 = Airframe::from_toml("f16.toml", F16_AIRFRAME).expect("file of the crate");
+    for (name, airframe, earth) in [
+        ("flat", Airframe::paper(), EarthModel::Flat),
+        ("wgs84", Airframe::paper(), EarthModel::Wgs84),
+        ("flat, F-16", f16.clone(), EarthModel::Flat),
+        ("wgs84, F-16", f16, EarthModel::Wgs84),
+    ] {
+        let mut flight = plant(airframe, earth);
         let trim = *flight.trim();
         let commands = trim.positions();
         let dynamics = flight.dynamics().clone();
@@ -70,12 +76,12 @@ fn forces(c: &mut Criterion) {
         rates: Body::new(0.1, 0.05, -0.1),
     };
     let deflections = PerEffector::from_fn(|_| 0.05);
-    let ours = airframe.surfaces();
+    let ours = Surfaces::new(&airframe.effectors, &airframe.surface_derivatives);
+    let derivatives = airframe.aero.derivatives().expect("file of the crate");
     c.bench_function("aerodynamics/derivatives", |b| {
-        b.iter(|| coefficients(&airframe.aero, &ours, black_box(&air), black_box(&deflections)));
+        b.iter(|| coefficients(derivatives, &ours, black_box(&air), black_box(&deflections)));
     });
-    let f16: toml::Table =
-        toml::from_str(include_str!("../airframes/f16.toml")).expect("file of the crate");
+    let f16: toml::Table = toml::from_str(F16_AIRFRAME).expect("file of the crate");
     let aero: TableAero = f16["aerodynamics"].clone().try_into().expect("file of the crate");
     let surfaces = ["left_aileron", "right_aileron", "left_elevator", "right_elevator", "rudder"];
     let aero = aero.build(&surfaces.map(|name| format!("{name}_rad"))).expect("file of the crate");

@@ -1,6 +1,7 @@
 //! Motion through the air and effective deflections to force and moment, body axes.
 //!
-//! The aircraft without its surfaces is here, what the surfaces add is in [`surfaces`]. Every sum keeps left and right
+//! Here are the derivatives of the aircraft without its surfaces, in [`surfaces`] what the surfaces add, and in [`forms`] the
+//! choice between derivatives and tables. Every sum keeps left and right
 //! together, so that a mirrored flight gets mirrored bits.
 
 use icd::{Body, PerEffector, angle};
@@ -8,12 +9,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::rigid_body::Wrench;
 
+pub mod forms;
 pub mod surfaces;
 
+pub use forms::{Aerodynamics, AirForces, Geometry};
 pub use surfaces::{SurfaceDerivatives, Surfaces};
 
-/// Airspeed below which the rate terms of the coefficients do not grow any more, m/s.
-pub const SLOWEST_M_S: f64 = 20.0;
+/// Airspeed below which the rate terms of the coefficients do not grow any more, m/s: only so that nothing is divided by
+/// zero.
+pub const SLOWEST_M_S: f64 = 0.1;
 
 /// Aerodynamic derivatives of the aircraft without its surfaces, and reference geometry. Derivatives are per radian, of rates per `rate length / 2V`.
 ///
@@ -216,7 +220,7 @@ pub fn coefficients(
 #[inline]
 #[must_use]
 pub fn wrench(
-    aero: &Aero,
+    geometry: &Geometry,
     air: &AirState,
     velocity: &Body,
     density: f64,
@@ -226,7 +230,7 @@ pub fn wrench(
     let in_plane = (u * u + w * w).sqrt();
     let (cos_alpha, sin_alpha) =
         if in_plane > 0.0 { (u / in_plane, w / in_plane) } else { (1.0, 0.0) };
-    let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * aero.area_m2;
+    let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * geometry.area_m2;
     Wrench {
         force: Body::new(
             pressure_area * (c.lift * sin_alpha - c.drag * cos_alpha),
@@ -234,9 +238,9 @@ pub fn wrench(
             -pressure_area * (c.drag * sin_alpha + c.lift * cos_alpha),
         ),
         moment: Body::new(
-            pressure_area * aero.span_m * c.roll,
-            pressure_area * aero.chord_m * c.pitch,
-            pressure_area * aero.span_m * c.yaw,
+            pressure_area * geometry.span_m * c.roll,
+            pressure_area * geometry.chord_m * c.pitch,
+            pressure_area * geometry.span_m * c.yaw,
         ),
     }
 }
@@ -249,11 +253,17 @@ mod tests {
     use proptest::prelude::*;
 
     fn aero() -> Aero {
-        Airframe::paper().aero
+        Airframe::paper().aero.derivatives().unwrap().clone()
+    }
+
+    fn geometry() -> Geometry {
+        Airframe::paper().aero.geometry()
     }
 
     fn coefficients(air: &AirState, deflections: &PerEffector<f64>) -> Coefficients {
-        super::coefficients(&aero(), &Airframe::paper().surfaces(), air, deflections)
+        let Airframe { effectors, surface_derivatives, .. } = Airframe::paper();
+        let surfaces = Surfaces::new(&effectors, &surface_derivatives);
+        super::coefficients(&aero(), &surfaces, air, deflections)
     }
 
     fn level() -> AirState {
@@ -336,7 +346,7 @@ mod tests {
             let velocity = Body::new(u, v, w);
             let air = AirState::new(&velocity, Body::new(1.0, -1.0, 1.0));
             let c = coefficients(&air, &PerEffector::default());
-            let wrench = wrench(&aero(), &air, &velocity, 1.2, &c);
+            let wrench = wrench(&geometry(), &air, &velocity, 1.2, &c);
             prop_assert!(wrench.force.0.iter().chain(wrench.moment.0.iter()).all(|x| x.is_finite()));
         }
     }
@@ -346,7 +356,7 @@ mod tests {
         let velocity = Body::zero();
         let air = AirState::new(&velocity, Body::new(0.1, 0.2, 0.3));
         let c = coefficients(&air, &PerEffector::default());
-        let wrench = wrench(&aero(), &air, &velocity, 1.2, &c);
+        let wrench = wrench(&geometry(), &air, &velocity, 1.2, &c);
         assert_eq!(wrench.force.0.norm() + wrench.moment.0.norm(), 0.0);
     }
 
@@ -365,7 +375,7 @@ mod tests {
         let velocity = Body::new(264.0, 0.0, 9.0);
         let air = AirState::new(&velocity, Body::zero());
         let c = coefficients(&air, &PerEffector::default());
-        let wrench = wrench(&aero(), &air, &velocity, 0.736, &c);
+        let wrench = wrench(&geometry(), &air, &velocity, 0.736, &c);
         assert!(wrench.force.0.z < 0.0, "z force {} N", wrench.force.0.z);
         assert!(wrench.force.0.dot(&velocity.0) < 0.0, "drag must take power");
     }

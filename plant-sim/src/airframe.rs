@@ -6,15 +6,16 @@ use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use crate::aerodynamics::{Aero, SurfaceDerivatives, Surfaces};
+use crate::aerodynamics::{Aerodynamics, AirForces, Geometry, SurfaceDerivatives};
 use crate::config::{self, ConfigError, RangeError, check_range};
 use crate::derivatives;
 use crate::limits::FlightLimits;
 use crate::mach::MachEffects;
-use crate::propulsion::Jet;
 use crate::rigid_body::MassProperties;
 use crate::servos::Servo;
 use crate::setup::Start;
+use crate::tables::thrust::Propulsion;
+use crate::tables::{TablesError, stored};
 
 mod file;
 
@@ -25,6 +26,9 @@ pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
 
 /// Text of the variant with Mach effects, which the controller's model lacks: for studies of false alarms.
 pub const MACH_AIRFRAME: &str = include_str!("../airframes/tvc_jet_mach.toml");
+
+/// Text of the airframe file of the F-16, which has tables.
+pub const F16_AIRFRAME: &str = include_str!("../airframes/f16.toml");
 
 /// Shortest lag of a servo, s: RK4 with the longest step (4 ms) is stable down to 1.5 ms.
 const LAG_MIN_S: f64 = 0.005;
@@ -52,8 +56,8 @@ pub struct Airframe {
     pub name: Name,
     /// Mass and inertia.
     pub mass: Mass,
-    /// Geometry and aerodynamic derivatives without those of the surfaces.
-    pub aero: Aero,
+    /// Geometry and aerodynamics; derivatives without those of the surfaces.
+    pub aero: Aerodynamics,
     /// What the effectors are.
     pub effectors: EffectorList,
     /// Their actuators.
@@ -66,6 +70,9 @@ pub struct Airframe {
     pub nozzle: Option<Nozzle>,
     /// Where the air data come from.
     pub air_data: AirData,
+    /// What limits the thrust beside the travel of the engine; `None` where nothing does.
+    #[serde(default, with = "stored")]
+    pub propulsion: Option<Propulsion>,
     /// How the derivatives change with the Mach number; `None` where they do not.
     pub mach: Option<MachEffects>,
     /// Where a scenario without a start begins, and where the controller's model is made.
@@ -97,6 +104,20 @@ pub struct Nozzle {
     pub arm_m: f64,
     /// Thrust below which a controller shall not count on the nozzle, N. The plant does not read it.
     pub thrust_floor_n: f64,
+    /// How its two angles act together.
+    #[serde(default)]
+    pub shape: NozzleShape,
+}
+
+/// How the two angles of a nozzle act together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NozzleShape {
+    /// The pitch axis carries the yaw axis: Eq. (4) with exact trigonometry.
+    #[default]
+    Gimbal,
+    /// The jet leaves along (1, -tan δy, tan δz): no axis carries the other.
+    Axisymmetric,
 }
 
 /// Where the air data sensors are: from the centre of gravity, body axes (x forward, y right, z down).
@@ -116,8 +137,7 @@ impl Airframe {
     /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
     /// for a number that cannot be, and with what replaces it for a key of an earlier version.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
-        file::refuse_old_keys(name, text)?;
-        config::parse::<AirframeFile>(name, text)?.into_checked(name)
+        file::read(name, config::parse(name, text)?, Some(text))
     }
 
     /// The same of a file that was read already and may have been changed since.
@@ -125,8 +145,7 @@ impl Airframe {
     /// # Errors
     /// As [`Airframe::from_toml`], without line and column.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
-        file::refuse_old_keys_of(name, &table)?;
-        config::of_table::<AirframeFile>(name, table)?.into_checked(name)
+        file::read(name, table, None)
     }
 
     /// Text of the airframe file that comes with the crate.
@@ -146,18 +165,6 @@ impl Airframe {
     #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         Aircraft::new(self.name, &self.effectors)
-    }
-
-    /// Its surfaces, ready to be evaluated.
-    #[must_use]
-    pub fn surfaces(&self) -> Surfaces {
-        Surfaces::new(&self.effectors, &self.surface_derivatives)
-    }
-
-    /// Its engine and nozzle.
-    #[must_use]
-    pub fn jet(&self) -> Jet {
-        Jet::new(&self.effectors, self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m))
     }
 
     /// Where the effectors stand when they follow these commands: aileron, elevator, rudder, rad, and thrust, N.
@@ -222,19 +229,7 @@ impl Airframe {
     /// [`RangeError`] for the first number that cannot be, in the unit of the airframe file.
     pub fn check(&self) -> Result<(), RangeError> {
         self.check_mass()?;
-        let a = &self.aero;
-        check_range("aerodynamics", "area_m2", a.area_m2, 0.01, 10_000.0)?;
-        check_range("aerodynamics", "span_m", a.span_m, 0.1, 200.0)?;
-        check_range("aerodynamics", "chord_m", a.chord_m, 0.01, 100.0)?;
-        derivatives::check(self)?;
-        for (linear_key, max_key, linear, max) in [
-            ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
-            ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
-        ] {
-            let linear = linear.to_degrees();
-            check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
-            check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
-        }
+        self.check_aerodynamics()?;
         if let Some(nozzle) = &self.nozzle {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
@@ -251,6 +246,34 @@ impl Airframe {
         self.design_point.check_table("design_point")?;
         self.limits.check()?;
         self.check_effectors()
+    }
+
+    fn check_aerodynamics(&self) -> Result<(), RangeError> {
+        let Geometry { area_m2, span_m, chord_m } = self.aero.geometry();
+        check_range("aerodynamics", "area_m2", area_m2, 0.01, 10_000.0)?;
+        check_range("aerodynamics", "span_m", span_m, 0.1, 200.0)?;
+        check_range("aerodynamics", "chord_m", chord_m, 0.01, 100.0)?;
+        let Some(a) = self.aero.derivatives() else { return Ok(()) };
+        derivatives::check(a, self)?;
+        for (linear_key, max_key, linear, max) in [
+            ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
+            ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
+        ] {
+            let linear = linear.to_degrees();
+            check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
+            check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that the tables can be evaluated.
+    ///
+    /// # Errors
+    /// [`TablesError`] with table, key, line and what was expected.
+    pub fn check_tables(&self) -> Result<(), TablesError> {
+        AirForces::new(self)?;
+        self.propulsion.as_ref().map(Propulsion::build).transpose()?;
+        Ok(())
     }
 
     fn check_mass(&self) -> Result<(), RangeError> {
@@ -283,7 +306,7 @@ impl Airframe {
             let check = |key, value, min, max| check_range(&section, key, value, min, max);
             check("lag_s", servo.lag_s, LAG_MIN_S, 60.0)?;
             if self.effectors.kind(effector) == Some(EffectorKind::Engine) {
-                check("thrust_min_n", servo.min, 0.0, 1.0e7)?;
+                check("thrust_min_n", servo.min, -1.0e7, 1.0e7)?;
                 check("thrust_max_n", servo.max, servo.min, 1.0e7)?;
             } else {
                 check("rate_limit_deg_s", servo.rate_limit.to_degrees(), 0.1, 10_000.0)?;
@@ -300,142 +323,4 @@ impl Airframe {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use icd::tvc_jet;
-
-    fn refusal(from: &str, to: &str) -> String {
-        assert!(DEFAULT_AIRFRAME.contains(from), "the file has no {from}");
-        let text = DEFAULT_AIRFRAME.replacen(from, to, 1);
-        Airframe::from_toml("jet.toml", &text).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn the_airframe_file_of_the_crate_is_good() {
-        let airframe = Airframe::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME).unwrap();
-        assert_eq!(airframe.mass.mass_kg, 9_295.0);
-        assert_eq!(airframe.inertia()[(0, 2)], -1_331.0);
-        assert_eq!(airframe.servos[tvc_jet::ENGINE].max, 60_000.0);
-    }
-
-    #[test]
-    fn a_negative_mass_is_refused_with_file_key_value_and_range() {
-        assert_eq!(
-            refusal("mass_kg = 9295.0", "mass_kg = -1"),
-            "jet.toml: [mass] mass_kg = -1 is outside 1 to 1000000"
-        );
-    }
-
-    #[test]
-    fn a_value_that_is_no_number_is_refused() {
-        let message = refusal("c_pitch_q = -5.245", "c_pitch_q = nan");
-        assert_eq!(message, "jet.toml: [aerodynamics] c_pitch_q = NaN is outside -1000 to 1000");
-    }
-
-    #[test]
-    fn a_moment_of_inertia_beyond_the_other_two_together_is_refused() {
-        assert_eq!(
-            refusal("izz_kg_m2 = 85552.0", "izz_kg_m2 = 90000"),
-            "jet.toml: [mass] izz_kg_m2 = 90000 is outside 0.001 to 88549"
-        );
-    }
-
-    #[test]
-    fn an_impossible_product_of_inertia_is_refused() {
-        assert!(
-            refusal("ixz_kg_m2 = 1331.0", "ixz_kg_m2 = 40000").contains("ixz_kg_m2 = 40000 is")
-        );
-    }
-
-    #[test]
-    fn a_vane_far_outside_the_aircraft_is_refused() {
-        assert_eq!(
-            refusal("vanes_m = [7.0,", "vanes_m = [700.0,"),
-            "jet.toml: [air_data] vanes_m = 700 is outside -100 to 100"
-        );
-    }
-
-    #[test]
-    fn a_misspelt_key_is_refused_with_its_line() {
-        let message = refusal("span_m", "spann_m");
-        assert!(message.contains("jet.toml") && message.contains("line"), "{message}");
-        assert!(message.contains("spann_m"), "{message}");
-    }
-
-    #[test]
-    fn a_missing_key_is_named() {
-        let message = refusal("c_yaw_beta = 0.075", "");
-        assert!(message.contains("c_yaw_beta"), "{message}");
-    }
-
-    #[test]
-    fn the_effectors_of_the_file_are_those_that_tests_and_studies_name() {
-        assert_eq!(Airframe::paper().effectors, tvc_jet::effectors());
-        assert_eq!(Airframe::paper().aircraft(), tvc_jet::aircraft());
-    }
-
-    #[test]
-    fn a_file_of_an_earlier_version_is_told_what_replaces_its_keys() {
-        let with = |more: &str| {
-            let text = format!("{more}\n{DEFAULT_AIRFRAME}");
-            Airframe::from_toml("old.toml", &text).unwrap_err().to_string()
-        };
-        assert_eq!(
-            with("elevator.lag_s = 0.05"),
-            "old.toml: [elevator] is of an earlier version of this file; instead there is an [[effector]] with \
-             kind = \"elevator\" for each"
-        );
-        assert_eq!(
-            refusal("c_lift_q", "c_lift_elevator"),
-            "jet.toml: [aerodynamics] c_lift_elevator is of an earlier version of this file; instead there is c_lift \
-             of each [[effector]] with kind = \"elevator\" (of one surface, with its sign)"
-        );
-        assert!(
-            refusal("thrust_floor_n", "travel_deg")
-                .contains("[nozzle] travel_deg is of an earlier")
-        );
-    }
-
-    #[test]
-    fn a_number_of_an_effector_is_refused_with_its_name() {
-        assert_eq!(
-            refusal("travel_deg = [-25.0, 25.0]", "travel_deg = [-25.0, 250.0]"),
-            "jet.toml: [effector.left_aileron] travel_deg (upper end) = 250 is outside 0 to 90"
-        );
-        assert_eq!(
-            refusal("c_drag = 0.015", "c_drag = -1"),
-            "jet.toml: [effector.left_aileron] c_drag = -1 is outside 0 to 1000"
-        );
-    }
-
-    #[test]
-    fn a_list_that_cannot_be_is_refused_with_the_effector() {
-        assert_eq!(
-            refusal("partner = \"left aileron\"", "partner = \"left wing\""),
-            "jet.toml: effector `left aileron`: partner = `right aileron` does not name this one as its partner"
-        );
-        let (name, _) = DEFAULT_AIRFRAME.split_once("[[effector]]").unwrap();
-        let sixteen_and_one: String = (1..=17)
-            .map(|n| format!("[[effector]]\nname = \"flap {n}\"\nkind = \"flap\"\ninstance = {n}\nlag_s = 0.1\n\
-                rate_limit_deg_s = 60.0\ntravel_deg = [-1.0, 1.0]\n"))
-            .collect();
-        let (_, behind) = DEFAULT_AIRFRAME.split_once("[air_data]").unwrap();
-        let text = format!("{name}{sixteen_and_one}[air_data]{behind}");
-        assert_eq!(
-            Airframe::from_toml("jet.toml", &text).unwrap_err().to_string(),
-            "jet.toml: there are more than 16 effectors, expected 1 to 16"
-        );
-    }
-
-    #[test]
-    fn a_key_that_the_kind_lacks_or_does_not_have_is_named() {
-        assert_eq!(
-            refusal("thrust_min_n = 8000.0", "travel_deg = [0.0, 1.0]"),
-            "jet.toml: effector `engine`: thrust_min_n is missing"
-        );
-        assert_eq!(
-            refusal("thrust_min_n = 8000.0", "thrust_min_n = 8000.0\nc_roll = 1.0"),
-            "jet.toml: effector `engine`: c_roll has no meaning for what is no surface"
-        );
-    }
-}
+mod tests;

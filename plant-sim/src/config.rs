@@ -6,6 +6,8 @@ use arrayvec::ArrayString;
 use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
 
+use crate::tables::TablesError;
+
 /// A table or key of a file; what is longer is cut.
 pub type Section = ArrayString<40>;
 
@@ -97,6 +99,24 @@ pub enum ConfigError {
         /// Which one.
         source: Box<RangeError>,
     },
+    /// Tables that cannot be evaluated.
+    #[error("{file}: {source}")]
+    Tables {
+        /// Name of the file.
+        file: String,
+        /// Which one, and what is wrong.
+        source: Box<TablesError>,
+    },
+    /// Two tables of the file exclude each other.
+    #[error("{file}: [{section}] has no meaning beside {other}")]
+    Excluded {
+        /// Name of the file.
+        file: String,
+        /// The table.
+        section: &'static str,
+        /// What stands there already.
+        other: &'static str,
+    },
     /// The effectors are no list that can be.
     #[error("{file}: {source}")]
     Effectors {
@@ -137,17 +157,19 @@ pub enum ConfigError {
         /// What replaces it.
         instead: String,
     },
-    /// A fault is of an effector that the aircraft lacks.
+    /// A fault is of an effector that the aircraft lacks, or of no sensor.
     #[error(
-        "{file}: [[plant.fault]] number {number}: effector = `{effector}`, the aircraft has only {known}"
+        "{file}: [[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
     )]
-    FaultEffector {
+    FaultTarget {
         /// Name of the file.
         file: String,
         /// Which fault, counted from 1 in the order of the file.
         number: usize,
-        /// The effector.
-        effector: String,
+        /// `effector` or `sensor`.
+        key: &'static str,
+        /// The one asked for.
+        name: String,
         /// Those that there are.
         known: String,
     },

@@ -7,7 +7,7 @@ use icd::{EffectorKind, EffectorList, PerEffector};
 
 use crate::Airframe;
 use crate::aerodynamics::surfaces::SurfaceField;
-use crate::aerodynamics::{Aero, SurfaceDerivatives};
+use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
 use crate::config::{RangeError, check_range};
 
 /// One derivative.
@@ -138,19 +138,20 @@ impl Place {
 }
 
 /// Changes the derivative with these letters, as in `Cma`, of a kind of surface on each of them; false if the
-/// aircraft has none.
+/// aircraft has none, as one with tables.
 pub fn change(airframe: &mut Airframe, name: &str, change: impl FnMut(&mut f64)) -> bool {
     let Airframe { effectors, aero, surface_derivatives, .. } = airframe;
+    let Aerodynamics::Derivatives(aero) = aero else { return false };
     let place = Place::by_name(name);
     place.is_some_and(|place| place.change(effectors, aero, surface_derivatives, change) > 0)
 }
 
-/// Checks all of them.
+/// Checks all of them: those of an airframe, and those of its surfaces.
 ///
 /// # Errors
 /// [`RangeError`] for the first one outside its range.
-pub fn check(airframe: &Airframe) -> Result<(), RangeError> {
-    let mut aero = airframe.aero.clone();
+pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), RangeError> {
+    let mut aero = aero.clone();
     for d in &DERIVATIVES {
         check_range("aerodynamics", d.key, *(d.field)(&mut aero), d.min, d.max)?;
     }

@@ -5,17 +5,18 @@
 use icd::{Body, Effector, Ned, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::aerodynamics::{self, AirState, Surfaces};
+use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{self, LocalDensity};
 use crate::earth::slopes::Slopes;
 use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
-use crate::mach::{MachEffects, MachTable};
 use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::Drives;
+use crate::setup::SetupError;
+use crate::tables::thrust::EngineAir;
 use crate::wind::Gust;
 
 /// Numbers of the rigid body and of the effectors together.
@@ -53,9 +54,9 @@ pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
     drives: Drives,
-    surfaces: Surfaces,
+    air: AirForces,
     jet: Jet,
-    mach: Option<MachTable>,
+    needs_mach: bool,
     earth: Earth,
 }
 
@@ -79,6 +80,10 @@ pub struct Motion {
     pub velocity: Body,
     /// Motion relative to the air.
     pub air: AirState,
+    /// What the engine gives, N.
+    pub thrust_n: f64,
+    /// What it cannot go beyond in this air, N.
+    pub thrust_limits: [f64; 2],
     /// All forces but gravity, and all moments.
     pub wrench: Wrench,
     /// The motion that follows.
@@ -117,14 +122,35 @@ impl State {
 }
 
 impl Dynamics {
-    /// `None` if the airframe's mass or inertia is impossible ([`Airframe::check`] says why).
-    #[must_use]
-    pub fn new(airframe: Airframe, earth: Earth) -> Option<Self> {
+    /// # Errors
+    /// [`SetupError`] if the airframe's mass or inertia is impossible, or its tables cannot be evaluated.
+    pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, SetupError> {
+        airframe.check()?;
+        let mass = airframe.mass_properties().expect("the check refuses impossible masses");
         let drives = Drives::new(&airframe.servos);
-        let mach = airframe.mach.as_ref().map(MachEffects::table);
-        let (surfaces, jet) = (airframe.surfaces(), airframe.jet());
-        let mass = airframe.mass_properties()?;
-        Some(Self { mass, drives, surfaces, jet, mach, airframe, earth })
+        let air = AirForces::new(&airframe).map_err(Box::new)?;
+        let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
+        let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref()).map_err(Box::new)?;
+        let needs_mach = air.needs_mach() || jet.needs_mach();
+        Ok(Self { mass, drives, air, jet, needs_mach, airframe, earth })
+    }
+
+    /// The same with an engine that gives any thrust that is asked for, for the search of a steady flight.
+    pub(crate) fn with_any_thrust(&self) -> Self {
+        Self { jet: self.jet.without_limits(), ..self.clone() }
+    }
+
+    /// Coefficients about the centre of gravity at `air` and a geopotential altitude, m, with these effective
+    /// deflections (rad), for linearisation.
+    #[must_use]
+    pub fn coefficients(
+        &self,
+        air: &AirState,
+        altitude_m: f64,
+        effective: &PerEffector<f64>,
+    ) -> Coefficients {
+        let mach = air.airspeed_m_s / atmosphere::speed_of_sound(altitude_m);
+        self.air.coefficients(air, mach, effective)
     }
 
     /// The aircraft.
@@ -151,6 +177,31 @@ impl Dynamics {
         &self.mass
     }
 
+    /// Smallest and largest thrust of the engine at an airspeed (m/s), a density (kg/m³) and a geopotential altitude (m), N;
+    /// zeros without an engine.
+    #[must_use]
+    pub fn thrust_range_n(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> [f64; 2] {
+        let Some(engine) = self.jet.engine() else { return [0.0; 2] };
+        let servo = &self.airframe.servos[engine];
+        let at = engine_air(airspeed_m_s, density, altitude_m);
+        self.jet.thrust_range_n(&at).map_or([servo.min, servo.max], |[least, most]| {
+            [servo.limited(least), servo.limited(most)]
+        })
+    }
+
+    /// Roll moment on the airframe of what turns with the engine at a thrust (N), an airspeed (m/s), a density (kg/m³) and a
+    /// geopotential altitude (m), N m.
+    #[must_use]
+    pub fn engine_roll_n_m(
+        &self,
+        thrust_n: f64,
+        airspeed_m_s: f64,
+        density: f64,
+        altitude_m: f64,
+    ) -> f64 {
+        self.jet.roll_n_m(thrust_n, &engine_air(airspeed_m_s, density, altitude_m))
+    }
+
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
     #[must_use]
     pub fn evaluate(
@@ -164,10 +215,12 @@ impl Dynamics {
         let place = self.earth.place(&rigid.position);
         let nearby = place.nearby(wind);
         let density = density.at(nearby.geopotential_altitude_m);
-        Evaluation { place, density, motion: self.motion(rigid, effective, gust, &nearby, density) }
+        let motion = self.motion(rigid, effective, gust, &nearby, density, None);
+        Evaluation { place, density, motion }
     }
 
-    /// Forces and motion where Earth and density (kg/m³) are known already.
+    /// Forces and motion where Earth and density (kg/m³) are known already, and perhaps the limits of the thrust, N: within
+    /// a step they are those of its begin.
     fn motion(
         &self,
         rigid: &RigidState,
@@ -175,6 +228,7 @@ impl Dynamics {
         gust: &Gust,
         nearby: &Nearby,
         density: f64,
+        thrust_limits: Option<[f64; 2]>,
     ) -> Motion {
         let e_from_body = rigid.e_from_body();
         let mut velocity = Body(rigid.velocity.0 - gust.velocity.0);
@@ -184,22 +238,18 @@ impl Dynamics {
         // The air turns with the Earth and with the gust, so damping knows only the rates relative to both.
         let earth_rate = self.earth.rotation_in(&e_from_body);
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
-        let at_mach = self.mach.as_ref().map(|mach| {
-            let speed_of_sound = atmosphere::speed_of_sound(nearby.geopotential_altitude_m);
-            let (aero, surfaces) = mach.at(&self.airframe, air.airspeed_m_s / speed_of_sound);
-            (aero, Surfaces::new(&self.airframe.effectors, &surfaces))
-        });
-        let (aero, surfaces) = match &at_mach {
-            Some((aero, surfaces)) => (aero, surfaces),
-            None => (&self.airframe.aero, &self.surfaces),
+        let engine_air = match self.needs_mach {
+            true => engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
+            false => EngineAir::default(),
         };
-        let coefficients = aerodynamics::coefficients(aero, surfaces, &air, effective);
-        let wrench = aerodynamics::wrench(aero, &air, &velocity, density, &coefficients)
-            .plus(&self.jet.wrench(effective));
+        let thrust_limits = thrust_limits.unwrap_or_else(|| self.jet.limits(&engine_air));
+        let (jet, thrust_n) = self.jet.wrench(effective, &engine_air, thrust_limits);
+        let mach = engine_air.mach;
+        let wrench = self.air.wrench(&air, &velocity, density, mach, effective).plus(&jet);
         let gravity = &nearby.gravity;
         let derivative =
             rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &earth_rate, gravity);
-        Motion { e_from_body, velocity, air, wrench, derivative }
+        Motion { e_from_body, velocity, air, thrust_n, thrust_limits, wrench, derivative }
     }
 
     /// Effective deflections of a state: what is left of the positions after the faults.
@@ -216,20 +266,21 @@ impl Dynamics {
         self.evaluate(&state.rigid, &effective, &held.wind, &held.gust, &held.density)
     }
 
-    /// Derivative of everything at a state inside the step that began at `start`, where the Earth is `here`.
+    /// Derivative of everything at a state inside the step that began at `start` with what `present` says.
     fn stage(
         &self,
         x: &[f64; STATES],
         start: &Vector3<f64>,
-        here: &Place,
+        present: &Evaluation,
         held: &Held,
     ) -> [f64; STATES] {
         let state = State::from_array(x);
         let position = &state.rigid.position;
-        let nearby = held.slopes.nearby(&self.earth, start, here, position, &held.wind);
+        let nearby = held.slopes.nearby(&self.earth, start, &present.place, position, &held.wind);
         let density = held.density.at(nearby.geopotential_altitude_m);
         let effective = self.effective(&state, &held.effects);
-        let motion = self.motion(&state.rigid, &effective, &held.gust, &nearby, density);
+        let limits = Some(present.motion.thrust_limits);
+        let motion = self.motion(&state.rigid, &effective, &held.gust, &nearby, density, limits);
         self.with_servos(&motion.derivative, &state, held)
     }
 
@@ -250,8 +301,15 @@ impl Dynamics {
     pub fn step(&self, state: &State, present: &Evaluation, held: &Held, step_s: f64) -> State {
         let k1 = self.with_servos(&present.motion.derivative, state, held);
         let start = &state.rigid.position;
-        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, &present.place, held));
+        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, present, held));
         let next = State::from_array(&x);
         State { rigid: next.rigid.normalised(), ..next }
     }
+}
+
+/// The air that the engine works in, with its Mach number.
+#[inline]
+fn engine_air(airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
+    let mach = airspeed_m_s / atmosphere::speed_of_sound(altitude_m);
+    EngineAir { airspeed_m_s, density, mach, altitude_m }
 }

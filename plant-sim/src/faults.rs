@@ -11,22 +11,7 @@
 //! Healthy effectors pass through all of it unchanged, to the bit. "Here" is what acted of the effector until
 //! the onset.
 //!
-//! | kind | the servo | the effector | ramp |
-//! |---|---|---|---|
-//! | stuck here | stands still here | at its servo | none |
-//! | stuck at, jump | is at the angle at once, and stays | at its servo | goes there evenly in that time |
-//! | stuck at, travelling | runs from here to the angle at its rate limit, and stays | at its servo | the same, but no faster than the rate limit |
-//! | hard over | runs from here to the chosen end at its rate limit, and stays | at its servo | none |
-//! | partial loss | follows the commands | at its servo; the remaining fraction acts | the fraction sinks from 1 |
-//! | float | is at zero at once, and stays | at its servo | goes there evenly in that time |
-//! | slow | follows the commands no faster than the rate | at its servo | the rate sinks from the servo's fastest |
-//! | delayed | follows the commands of so long ago; until the first is due, the last one from before the onset | at its servo | the delay grows from 0 |
-//! | intermittent | stands still in the gap at the begin of each period, else follows the commands | at its servo | the gap of a period grows from 0 |
-//! | oscillating | follows the commands | off its servo by a sine that begins at zero, inside the travel | the amplitude grows from 0 |
-//! | drifting | follows the commands | off its servo by the drift so far, inside the travel | the speed grows from 0 |
-//! | biased | follows the commands | off its servo by the bias, inside the travel | the bias grows from 0 |
-//! | limited travel | follows the commands inside the limit; pushed back to it at once | at its servo | the limit comes in from the end of the travel |
-//! | flame-out | the engine's thrust runs down to zero with its lag | at its servo | none |
+//! What each kind does is told by its entry in [`icd::fault::CATALOGUE`] and done in `acting`.
 //!
 //! After the repair every effector moves on from where it is, as its healthy servo lets it; only what was lost
 //! of its effect is there at once. Of two faults that follow each other on one effector, the second begins where
@@ -37,7 +22,7 @@
 //! drift) is held during each integration step at its value at the begin of the step.
 
 use icd::fault::{
-    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Timing,
+    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Target, Timing,
 };
 use icd::{Effector, EffectorList, PerEffector, SimTime};
 
@@ -180,8 +165,8 @@ impl Faults {
         fault: &ScheduledFault,
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
-        let ScheduledFault { effector, kind, timing } = *fault;
-        check(&self.list, &self.servos, effector, &kind, &timing)?;
+        let ScheduledFault { target, kind, timing } = *fault;
+        let effector = check(&self.list, &self.servos, target, &kind, &timing)?;
         let fault = self.number(effector, kind, timing, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
@@ -195,38 +180,32 @@ impl Faults {
     /// Does what a ground station asks, and says truthfully what became of it.
     pub fn request(&mut self, request: &FaultRequest, scene: &mut Scene<'_>) -> FaultReply {
         let reply = match *request {
-            FaultRequest::Clear { effector } if !self.list.contains(effector) => {
-                #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-                let count = self.list.len() as u8;
-                FaultReply::Refused(Refusal::NoSuchEffector { count })
-            }
-            FaultRequest::Clear { effector } => {
-                self.clear(|e| e == effector, scene);
-                FaultReply::Cleared { at: scene.now }
+            FaultRequest::Clear { target } => {
+                scheduled::effector_of(&self.list, target).map(|effector| {
+                    self.clear(|e| e == effector, scene);
+                    FaultReply::Cleared { at: scene.now }
+                })
             }
             FaultRequest::ClearAll => {
                 self.clear(|_| true, scene);
-                FaultReply::Cleared { at: scene.now }
+                Ok(FaultReply::Cleared { at: scene.now })
             }
-            FaultRequest::Inject { effector, kind, timing } => {
-                match self.inject(effector, kind, timing, scene) {
-                    Ok(reply) => reply,
-                    Err(refusal) => FaultReply::Refused(refusal),
-                }
+            FaultRequest::Inject { target, kind, timing } => {
+                self.inject(target, kind, timing, scene)
             }
         };
         self.look_ahead(scene.now);
-        reply
+        reply.unwrap_or_else(FaultReply::Refused)
     }
 
     fn inject(
         &mut self,
-        effector: Effector,
+        target: Target,
         kind: FaultKind,
         timing: Timing,
         scene: &mut Scene<'_>,
     ) -> Result<FaultReply, Refusal> {
-        check(&self.list, &self.servos, effector, &kind, &timing)?;
+        let effector = check(&self.list, &self.servos, target, &kind, &timing)?;
         let now = scene.now;
         if let Onset::At(at) = timing.onset
             && at > now

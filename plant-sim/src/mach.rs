@@ -13,11 +13,12 @@
 
 use std::collections::BTreeMap;
 
-use icd::PerEffector;
+use icd::{EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
-use crate::Airframe;
-use crate::aerodynamics::{Aero, SurfaceDerivatives};
+use crate::aerodynamics::{
+    Aero, AirState, Coefficients, SurfaceDerivatives, Surfaces, coefficients,
+};
 use crate::config::{RangeError, check_range};
 use crate::derivatives::Place;
 
@@ -65,6 +66,9 @@ impl From<DerivativeKey> for String {
 /// The same, ready to be evaluated.
 #[derive(Debug, Clone)]
 pub(crate) struct MachTable {
+    list: EffectorList,
+    aero: Aero,
+    surfaces: PerEffector<SurfaceDerivatives>,
     per_design: f64,
     growth: Vec<(Place, f64)>,
 }
@@ -83,26 +87,39 @@ impl MachEffects {
     }
 
     /// For the equations of motion.
-    pub(crate) fn table(&self) -> MachTable {
+    pub(crate) fn table(
+        &self,
+        list: &EffectorList,
+        aero: &Aero,
+        surfaces: &PerEffector<SurfaceDerivatives>,
+    ) -> MachTable {
         let growth = self.growth.iter().map(|(key, k)| (key.0, *k)).collect();
-        MachTable { per_design: 1.0 / compression(self.design_mach), growth }
+        let per_design = 1.0 / compression(self.design_mach);
+        MachTable { list: *list, aero: aero.clone(), surfaces: *surfaces, per_design, growth }
     }
 }
 
 impl MachTable {
     /// The derivatives at a Mach number.
-    pub(crate) fn at(
-        &self,
-        airframe: &Airframe,
-        mach: f64,
-    ) -> (Aero, PerEffector<SurfaceDerivatives>) {
+    pub(crate) fn at(&self, mach: f64) -> (Aero, PerEffector<SurfaceDerivatives>) {
         let growth = compression(mach) * self.per_design - 1.0;
-        let (mut aero, mut surfaces) = (airframe.aero.clone(), airframe.surface_derivatives);
+        let (mut aero, mut surfaces) = (self.aero.clone(), self.surfaces);
         for (place, k) in &self.growth {
             let factor = 1.0 + k * growth;
-            place.change(&airframe.effectors, &mut aero, &mut surfaces, |value| *value *= factor);
+            place.change(&self.list, &mut aero, &mut surfaces, |value| *value *= factor);
         }
         (aero, surfaces)
+    }
+
+    /// Coefficients at a Mach number.
+    pub(crate) fn coefficients(
+        &self,
+        air: &AirState,
+        mach: f64,
+        deflections: &PerEffector<f64>,
+    ) -> Coefficients {
+        let (aero, surfaces) = self.at(mach);
+        coefficients(&aero, &Surfaces::new(&self.list, &surfaces), air, deflections)
     }
 }
 
@@ -115,10 +132,17 @@ fn compression(mach: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Airframe;
     use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
     use crate::atmosphere;
     use crate::derivatives::DERIVATIVES;
     use icd::tvc_jet;
+
+    fn table_of(airframe: &Airframe) -> MachTable {
+        let aero = airframe.aero.derivatives().unwrap();
+        let mach = airframe.mach.as_ref().unwrap();
+        mach.table(&airframe.effectors, aero, &airframe.surface_derivatives)
+    }
 
     fn variant() -> Airframe {
         Airframe::from_toml("tvc_jet_mach.toml", MACH_AIRFRAME).unwrap()
@@ -144,10 +168,9 @@ mod tests {
     #[test]
     fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
         let airframe = variant();
-        let table = airframe.mach.as_ref().unwrap().table();
-        let (mut at, mut surfaces) =
-            table.at(&airframe, 264.0 / atmosphere::speed_of_sound(5_000.0));
-        let mut jet = Airframe::paper().aero;
+        let table = table_of(&airframe);
+        let (mut at, mut surfaces) = table.at(264.0 / atmosphere::speed_of_sound(5_000.0));
+        let mut jet = Airframe::paper().aero.derivatives().unwrap().clone();
         for d in &DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
             // The design Mach number stands in the file with ten digits.
@@ -170,16 +193,16 @@ mod tests {
         mach.design_mach = 0.6;
         let key = |key: &str| DerivativeKey::try_from(key.to_owned()).unwrap();
         mach.growth = [(key("c_lift_alpha"), 0.5), (key("c_roll_aileron"), -1.0)].into();
-        let table = mach.table();
-        let aero = &airframe.aero;
+        let table = table_of(&airframe);
+        let aero = airframe.aero.derivatives().unwrap();
         let roll =
             |surfaces: &PerEffector<SurfaceDerivatives>| surfaces[tvc_jet::LEFT_AILERON].c_roll;
         // 1/sqrt(1 - 0.36) = 1.25 and 1/sqrt(1 - 0.64) = 1.6667: larger by a third.
-        let (faster, surfaces) = table.at(&airframe, 0.8);
+        let (faster, surfaces) = table.at(0.8);
         assert!((faster.c_lift_alpha / aero.c_lift_alpha - 7.0 / 6.0).abs() < 1e-12);
         assert!((roll(&surfaces) / roll(&airframe.surface_derivatives) - 2.0 / 3.0).abs() < 1e-12);
         assert_eq!(faster.c_yaw_beta, aero.c_yaw_beta, "what is not named does not change");
-        let (beyond, at_end) = (table.at(&airframe, 3.0), table.at(&airframe, MACH_MAX));
+        let (beyond, at_end) = (table.at(3.0), table.at(MACH_MAX));
         assert_eq!(beyond, at_end, "beyond the range it stays");
     }
 

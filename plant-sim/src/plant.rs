@@ -61,18 +61,17 @@ impl Plant {
     pub fn new(setup: &PlantSetup) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.start.geodetic());
-        let dynamics = Dynamics::new(setup.airframe.clone(), earth)
-            .expect("the check of the airframe refuses impossible masses");
+        let dynamics = Dynamics::new(setup.airframe.clone(), earth)?;
         let start = dynamics.earth().place(&dynamics.earth().position(&setup.start.geodetic()));
         let density = isa(start.geopotential_altitude_m).density;
-        step_limit::check(&setup.airframe, &setup.start, density, setup.step_us)
+        step_limit::check(&dynamics, &setup.start, density, setup.step_us)
             .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
         let steady = wind::steady(&setup.wind);
         let trim = trim::solve(&dynamics, &setup.start, &steady)?;
         let state = trim.state();
         let mut turbulence = Turbulence::new(
             setup.wind.turbulence_m_s,
-            setup.airframe.aero.span_m,
+            setup.airframe.aero.geometry().span_m,
             setup.period.as_seconds(),
             setup.seed,
             setup.run,
@@ -152,6 +151,34 @@ impl Plant {
     #[must_use]
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
+    }
+
+    /// Where the aircraft is and how it moves, with its servos.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from another state, for a linearisation: time and everything else stay.
+    pub fn go_on_from(&mut self, state: &State) {
+        self.state = *state;
+        self.observe();
+    }
+
+    /// Smallest and largest thrust of the engine at this airspeed and altitude, N; zeros without an engine.
+    #[must_use]
+    pub fn thrust_range_n(&self) -> [f64; 2] {
+        let Evaluation { place, density, motion } = &self.present;
+        let altitude_m = place.geopotential_altitude_m;
+        self.dynamics.thrust_range_n(motion.air.airspeed_m_s, *density, altitude_m)
+    }
+
+    /// Roll moment on the airframe of what turns with the engine at this thrust, airspeed and altitude, N m.
+    #[must_use]
+    pub fn engine_roll_n_m(&self, thrust_n: f64) -> f64 {
+        let Evaluation { place, density, motion } = &self.present;
+        let altitude_m = place.geopotential_altitude_m;
+        self.dynamics.engine_roll_n_m(thrust_n, motion.air.airspeed_m_s, *density, altitude_m)
     }
 
     /// What the aircraft senses now. Draws this tick's noise: call it once each control tick.

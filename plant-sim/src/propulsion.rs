@@ -2,24 +2,61 @@
 
 use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector, angle};
 
+use crate::airframe::{Nozzle, NozzleShape};
 use crate::rigid_body::Wrench;
+use crate::tables::TablesError;
+use crate::tables::thrust::{Engine, EngineAir, Propulsion};
 
 /// The engine and what turns its jet.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Jet {
     arm_m: f64,
+    shape: NozzleShape,
     engine: Option<Effector>,
     /// Pitch and yaw angle of the nozzle.
     nozzle: [Option<Effector>; 2],
+    /// What limits the thrust beside the travel of the engine, and what turns with it.
+    propulsion: Option<Engine>,
+    is_limited: bool,
 }
 
 impl Jet {
-    /// Of these effectors, with the nozzle `arm_m` behind the centre of gravity.
+    /// Of these effectors.
+    ///
+    /// # Errors
+    /// [`TablesError`] if the tables of the propulsion cannot be evaluated.
+    pub fn new(
+        list: &EffectorList,
+        nozzle: Option<&Nozzle>,
+        propulsion: Option<&Propulsion>,
+    ) -> Result<Self, TablesError> {
+        let angles = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw];
+        Ok(Self {
+            arm_m: nozzle.map_or(0.0, |nozzle| nozzle.arm_m),
+            shape: nozzle.map_or_else(NozzleShape::default, |nozzle| nozzle.shape),
+            engine: list.only(EffectorKind::Engine),
+            nozzle: angles.map(|kind| list.only(kind)),
+            propulsion: propulsion.map(Propulsion::build).transpose()?,
+            is_limited: true,
+        })
+    }
+
+    /// The same with any thrust that is asked for, for the search of a steady flight.
     #[must_use]
-    pub fn new(list: &EffectorList, arm_m: f64) -> Self {
-        let nozzle = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw];
-        let nozzle = nozzle.map(|kind| list.only(kind));
-        Self { arm_m, engine: list.only(EffectorKind::Engine), nozzle }
+    pub(crate) fn without_limits(&self) -> Self {
+        Self { is_limited: false, ..self.clone() }
+    }
+
+    /// Whether the Mach number matters.
+    #[must_use]
+    pub fn needs_mach(&self) -> bool {
+        self.propulsion.is_some()
+    }
+
+    /// Smallest and largest thrust in this air, N; `None` where only the travel of the engine limits it.
+    #[must_use]
+    pub fn thrust_range_n(&self, at: &EngineAir) -> Option<[f64; 2]> {
+        self.propulsion.as_ref().map(|propulsion| propulsion.ends(at))
     }
 
     /// The engine; `None` for a glider.
@@ -28,25 +65,58 @@ impl Jet {
         self.engine
     }
 
-    /// Force and moment of the jet about the centre of gravity.
+    /// Roll moment on the airframe of what turns with the engine at this thrust, N m.
+    #[inline]
+    pub(crate) fn roll_n_m(&self, thrust_n: f64, at: &EngineAir) -> f64 {
+        self.propulsion.as_ref().map_or(0.0, |engine| engine.roll_n_m(thrust_n, at))
+    }
+
+    /// What the engine cannot go beyond in this air, whatever is asked for, N.
+    #[must_use]
+    pub fn limits(&self, at: &EngineAir) -> [f64; 2] {
+        match &self.propulsion {
+            Some(engine) if self.is_limited => engine.ends(at),
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// Force and moment of the jet about the centre of gravity, and the thrust, N.
     ///
     /// Implements Eq. (4) with exact trigonometry: T_x = T cos δz cos δy, T_y = −T cos δz sin δy, T_z = T sin δz
     /// at the nozzle, `arm_m` behind the centre of gravity.
     /// Implements Eq. (5): l = 0, m = T_z arm, n = −T_y arm.
     /// Positive nozzle angles give positive pitch and yaw; without a nozzle the thrust is along x. `effective` holds
-    /// δz and δy in rad and the thrust in N.
+    /// δz and δy in rad and the thrust that the engine is to give in N, `limits` what it can give.
     #[inline]
     #[must_use]
-    pub fn wrench(&self, effective: &PerEffector<f64>) -> Wrench {
+    pub fn wrench(
+        &self,
+        effective: &PerEffector<f64>,
+        at: &EngineAir,
+        [least, most]: [f64; 2],
+    ) -> (Wrench, f64) {
         let of = |effector: Option<Effector>| effector.map_or(0.0, |effector| effective[effector]);
+        // Comparisons: a thrust that is no number stays one.
         let thrust = of(self.engine);
+        let thrust = if thrust < least { least } else { thrust };
+        let thrust = if thrust > most { most } else { thrust };
+        let roll_n_m = self.roll_n_m(thrust, at);
         let [(sin_z, cos_z), (sin_y, cos_y)] = angle::sincos_pair(self.nozzle.map(of));
-        let side = -thrust * cos_z * sin_y;
-        let down = thrust * sin_z;
-        Wrench {
-            force: Body::new(thrust * cos_z * cos_y, side, down),
-            moment: Body::new(0.0, down * self.arm_m, -side * self.arm_m),
-        }
+        let (forward, side, down) = match self.shape {
+            NozzleShape::Gimbal => {
+                (thrust * cos_z * cos_y, -thrust * cos_z * sin_y, thrust * sin_z)
+            }
+            NozzleShape::Axisymmetric => {
+                let (tan_z, tan_y) = (sin_z / cos_z, sin_y / cos_y);
+                let forward = thrust / (1.0 + tan_z * tan_z + tan_y * tan_y).sqrt();
+                (forward, -forward * tan_y, forward * tan_z)
+            }
+        };
+        let wrench = Wrench {
+            force: Body::new(forward, side, down),
+            moment: Body::new(roll_n_m, down * self.arm_m, -side * self.arm_m),
+        };
+        (wrench, thrust)
     }
 }
 
@@ -56,11 +126,18 @@ mod tests {
     use icd::tvc_jet;
 
     fn jet(pitch: f64, yaw: f64) -> Wrench {
+        jet_of(NozzleShape::Gimbal, pitch, yaw)
+    }
+
+    fn jet_of(shape: NozzleShape, pitch: f64, yaw: f64) -> Wrench {
         let mut effective = PerEffector::default();
         effective[tvc_jet::ENGINE] = 27_000.0;
         effective[tvc_jet::NOZZLE_PITCH] = pitch;
         effective[tvc_jet::NOZZLE_YAW] = yaw;
-        Jet::new(&tvc_jet::effectors(), 6.5).wrench(&effective)
+        let nozzle = Nozzle { arm_m: 6.5, thrust_floor_n: 1.0, shape };
+        let at = EngineAir { airspeed_m_s: 0.0, density: 0.0, mach: 0.0, altitude_m: 0.0 };
+        let jet = Jet::new(&tvc_jet::effectors(), Some(&nozzle), None).unwrap();
+        jet.wrench(&effective, &at, jet.limits(&at)).0
     }
 
     #[test]
@@ -82,6 +159,15 @@ mod tests {
         assert_eq!(jet(0.0, 0.0).moment.0.norm(), 0.0);
         // Rounding of four products.
         assert!((jet(0.2, -0.15).force.0.norm() - 27_000.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn an_axisymmetric_nozzle_turns_the_thrust_alike_in_pitch_and_yaw() {
+        let of = |pitch, yaw| jet_of(NozzleShape::Axisymmetric, pitch, yaw);
+        let (both, one) = (of(0.2, -0.2), of(0.2, 0.0));
+        assert!((both.force.0.z - both.force.0.y).abs() < 1e-9, "{both:?}");
+        assert!((both.force.0.norm() - 27_000.0).abs() < 1e-9);
+        assert!((one.force.0.z - jet(0.2, 0.0).force.0.z).abs() < 1e-9, "{one:?}");
     }
 
     #[test]

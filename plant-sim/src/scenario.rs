@@ -197,7 +197,7 @@ impl PlantTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icd::fault::{FaultKind, Repeat, Side, Timing, Travel};
+    use icd::fault::{FaultKind, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
     use icd::tvc_jet;
 
     fn refusal(scenario: &str, from: &str, to: &str) -> String {
@@ -215,8 +215,8 @@ mod tests {
         assert_eq!((nominal.start, nominal.duration_s), (StartPart::default(), None));
 
         let case1 = Scenario::from_toml("case1.toml", CASE1, &tvc_jet::effectors()).unwrap().plant;
-        let jam = |effector, degrees: f64, seconds: u64| ScheduledFault {
-            effector,
+        let jam = |effector: icd::Effector, degrees: f64, seconds: u64| ScheduledFault {
+            target: effector.into(),
             kind: FaultKind::StuckAt { angle_rad: degrees.to_radians(), travel: Travel::Jump },
             timing: Timing::at(SimTime::from_micros(seconds * 1_000_000)),
         };
@@ -226,6 +226,53 @@ mod tests {
         let case2 = Scenario::from_toml("case2.toml", CASE2, &tvc_jet::effectors()).unwrap().plant;
         assert_eq!(case2.faults, [jam(tvc_jet::RUDDER, 7.0, 1)]);
         assert_eq!(case2.duration_s, Some(40.0));
+    }
+
+    #[test]
+    fn every_kind_of_the_catalogue_is_read_by_its_keys() {
+        let list = tvc_jet::effectors();
+        for code in 1..=u8::MAX {
+            let Some(kind) = FaultKind::from_code(code, [0.5, 0.5]) else { break };
+            for (effector, class) in
+                [("rudder", TargetClass::Angle), ("engine", TargetClass::Thrust)]
+            {
+                let info = kind.info();
+                let mut lines = format!("effector = \"{effector}\"\nkind = \"{}\"\n", info.key);
+                for (number, value) in info.numbers.iter().zip(kind.values()) {
+                    let (key, measure) = (number.quantity.key(class), number.quantity.measure());
+                    lines += &format!("{key} = {:?}\n", measure.unit(class).from_si(value));
+                }
+                if let Some(choice) = info.choice {
+                    let word = choice.alternatives[usize::from(code - info.code)].key;
+                    lines += &format!("{} = \"{word}\"\n", choice.key);
+                }
+                let read = with_fault(&lines).unwrap();
+                assert_eq!(read.target, list.by_key(effector).unwrap().into());
+                assert_eq!(read.kind.code(), code, "{lines}");
+                let off = read.kind.values().into_iter().zip(kind.values()).map(|(a, b)| a - b);
+                assert!(off.into_iter().all(|off| off.abs() < 1.0e-9), "{lines}: {:?}", read.kind);
+            }
+        }
+    }
+
+    #[test]
+    fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
+        let table = "sensor = \"gnss\"\nkind = \"stuck_here\"";
+        assert_eq!(with_fault(table).unwrap().target, SensorKind::Gnss.into());
+        let unknown = with_fault("sensor = \"radar\"\nkind = \"stuck_here\"").unwrap_err();
+        assert!(unknown.contains("sensor = `radar`, the aircraft has only gyro,"), "{unknown}");
+        let both = format!("effector = \"rudder\"\n{table}");
+        assert!(with_fault(&both).unwrap_err().contains("of an effector or of a sensor"));
+        let neither = with_fault("kind = \"stuck_here\"").unwrap_err();
+        assert!(neither.contains("missing field `effector`"), "{neither}");
+        let unknown = with_fault("effector = \"rudder\"\nkind = \"broken\"").unwrap_err();
+        assert!(
+            unknown.contains("unknown variant `broken`, expected one of `stuck_here`"),
+            "{unknown}"
+        );
+        let key =
+            with_fault("effector = \"rudder\"\nkind = \"float\"\nanglee_deg = 3").unwrap_err();
+        assert!(key.contains("unknown field `anglee_deg`, expected one of `effector`"), "{key}");
     }
 
     #[test]
@@ -286,8 +333,8 @@ mod tests {
             let lines = format!("effector = \"{effector}\"\nkind = \"{kind}\"\n{keys}");
             let fault = with_fault(&lines).unwrap();
             assert_eq!(
-                (tvc_jet::effectors().key(fault.effector), fault.kind),
-                (effector, expected)
+                (fault.target, fault.kind),
+                (tvc_jet::effectors().by_key(effector).unwrap().into(), expected)
             );
         }
     }

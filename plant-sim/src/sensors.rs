@@ -4,7 +4,7 @@
 //! add there stays in the air data. What the rotation of the aircraft itself adds is taken as corrected by the air
 //! data computer, exactly and with the true rates. So without turbulence the air data are the truth to the bit.
 
-use icd::{Body, Effector, EffectorKind, Sensors};
+use icd::{Body, Effector, EffectorKind, FlowAngles, GnssFix, Sample, Sensors};
 
 use crate::aerodynamics::AirState;
 use crate::airframe::{AirData, Airframe};
@@ -32,23 +32,29 @@ impl SensorSet {
         Self { places, engine, gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
     }
 
-    /// One set of values; draws the noise of this tick. `motion` and `gust` are those of `truth`.
+    /// A sample of each sensor, taken now; draws the noise of this tick. `motion` and `gust` are those of `truth`.
     pub fn sense(&mut self, truth: &Truth, motion: &Motion, gust: &Gust) -> Sensors {
         let vanes = air_at(self.places.vanes_m, motion, gust);
         let pitot = air_at(self.places.pitot_m, motion, gust);
-        Sensors {
-            body_rates: Body(truth.body_rates.0 + self.gyro_error().0),
-            specific_force: truth.specific_force,
-            attitude: truth.attitude,
+        let fix = GnssFix {
             velocity: truth.velocity,
             position: truth.position,
             latitude_rad: truth.latitude_rad,
             longitude_rad: truth.longitude_rad,
-            altitude_m: truth.altitude_m,
-            airspeed_m_s: pitot.airspeed_m_s,
-            angle_of_attack_rad: vanes.alpha_rad,
-            sideslip_rad: vanes.beta_rad,
-            thrust_n: self.engine.map_or(0.0, |engine| truth.deflections[engine]),
+        };
+        let angles =
+            FlowAngles { angle_of_attack_rad: vanes.alpha_rad, sideslip_rad: vanes.beta_rad };
+        let thrust_n = self.engine.map_or(0.0, |engine| truth.deflections[engine]);
+        let time = truth.time;
+        Sensors {
+            gyro: Sample::at(time, Body(truth.body_rates.0 + self.gyro_error().0)),
+            accelerometer: Sample::at(time, truth.specific_force),
+            attitude: Sample::at(time, truth.attitude),
+            gnss: Sample::at(time, fix),
+            barometer_m: Sample::at(time, truth.altitude_m),
+            pitot_m_s: Sample::at(time, pitot.airspeed_m_s),
+            vanes: Sample::at(time, angles),
+            engine_n: Sample::at(time, thrust_n),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Everything that defines a flight, as plain data, and what can be wrong with it.
 
 use icd::ControlPeriod;
-use icd::fault::Refusal;
+use icd::fault::{Refusal, TargetClass};
 use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,7 @@ use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
 use crate::geodesy::Geodetic;
 use crate::step_limit::TooQuick;
+use crate::tables::TablesError;
 use crate::trim::TrimError;
 
 /// Longest integration step where nothing else is asked for, µs.
@@ -164,14 +165,14 @@ pub enum SetupError {
         period_us: u32,
     },
     /// A fault that the aircraft cannot have.
-    #[error("fault {number} ({fault}): {}", refusal.described(*is_angle))]
+    #[error("fault {number} ({fault}): {}", refusal.described(*class))]
     Fault {
         /// Which one, counted from 1 in the order of the setup.
         number: usize,
         /// It, in words.
         fault: String,
-        /// Whether its effector's values are angles.
-        is_angle: bool,
+        /// In which units the refusal is told.
+        class: TargetClass,
         /// Why not.
         refusal: Refusal,
     },
@@ -186,6 +187,9 @@ pub enum SetupError {
     /// The integration cannot follow the aircraft.
     #[error(transparent)]
     TooQuick(Box<TooQuick>),
+    /// Its tables cannot be evaluated.
+    #[error(transparent)]
+    Tables(#[from] Box<TablesError>),
     /// Level flight is not possible, so there is nothing to start from.
     #[error(transparent)]
     Trim(#[from] TrimError),
@@ -216,7 +220,7 @@ impl Start {
     /// [`RangeError`] for the first one that cannot be.
     pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
-        check_range(section, "airspeed_m_s", self.airspeed_m_s, 20.0, 1_000.0)?;
+        check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;
         check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;
         // North and east lose their meaning at the poles.
         check_range(section, "latitude_deg", self.latitude_rad.to_degrees(), -89.0, 89.0)?;
@@ -284,9 +288,9 @@ impl PlantSetup {
     /// [`SetupError::Fault`], the first one found.
     pub fn check_faults(&self) -> Result<(), SetupError> {
         for (index, fault) in self.faults.iter().enumerate() {
-            let ScheduledFault { effector, kind, timing } = fault;
+            let ScheduledFault { target, kind, timing } = fault;
             let Airframe { effectors, servos, .. } = &self.airframe;
-            faults::check(effectors, servos, *effector, kind, timing)
+            faults::check(effectors, servos, *target, kind, timing)
                 .map_err(|refusal| self.fault_error(index, refusal))?;
         }
         Ok(())
@@ -295,9 +299,9 @@ impl PlantSetup {
     /// What is said of a fault that the aircraft cannot have.
     pub(crate) fn fault_error(&self, index: usize, refusal: Refusal) -> SetupError {
         let effectors = &self.airframe.effectors;
-        let (fault, is_angle) = self.faults.get(index).map_or_else(Default::default, |fault| {
-            (fault.described(effectors), effectors.is_angle(fault.effector))
-        });
-        SetupError::Fault { number: index + 1, fault, is_angle, refusal }
+        let fault = self.faults.get(index);
+        let class = fault.map_or(TargetClass::Angle, |fault| fault.target.class(effectors));
+        let fault = fault.map_or_else(String::new, |fault| fault.described(effectors));
+        SetupError::Fault { number: index + 1, fault, class, refusal }
     }
 }

@@ -1,6 +1,10 @@
 //! Whether the integration can follow an aircraft: its quickest motion in the air against the step.
 
+use icd::{Body, PerEffector};
+
+use crate::aerodynamics::{Aerodynamics, AirState, Coefficients, Geometry};
 use crate::airframe::Airframe;
+use crate::dynamics::Dynamics;
 use crate::setup::Start;
 
 /// Largest product of rate and step. RK4 is stable up to 2.78; the rest is room for flight that is faster and lower than
@@ -46,16 +50,18 @@ pub struct TooQuick {
 /// # Errors
 /// [`TooQuick`] with the key that would have to be larger.
 pub fn check(
-    airframe: &Airframe,
+    dynamics: &Dynamics,
     start: &Start,
     density: f64,
     step_us: u32,
 ) -> Result<(), TooQuick> {
-    let Airframe { mass, aero, .. } = airframe;
+    let Airframe { mass, aero, .. } = dynamics.airframe();
+    let Geometry { area_m2, span_m, chord_m } = aero.geometry();
     let v = start.airspeed_m_s;
-    let force = 0.5 * density * v * v * aero.area_m2;
-    let (per_chord, per_span) = (0.5 * aero.chord_m / v, 0.5 * aero.span_m / v);
-    let (pitch, lateral) = (force * aero.chord_m, force * aero.span_m);
+    let force = 0.5 * density * v * v * area_m2;
+    let (per_chord, per_span) = (0.5 * chord_m / v, 0.5 * span_m / v);
+    let (pitch, lateral) = (force * chord_m, force * span_m);
+    let aero = Slopes::of(dynamics, start, [per_chord, per_span]);
     let (m, ixx, iyy, izz) = (mass.mass_kg, mass.ixx_kg_m2, mass.iyy_kg_m2, mass.izz_kg_m2);
     let (roll_damping, pitch_damping) = (lateral * per_span, pitch * per_chord);
     // Value and derivative with their keys, what is divided by the value, and whether that is a rate or its square.
@@ -93,6 +99,69 @@ pub fn check(
         }
     }
     Ok(())
+}
+
+/// The derivatives that the rates follow from, named as in an airframe file.
+struct Slopes {
+    c_lift_alpha: f64,
+    c_side_beta: f64,
+    c_roll_p: f64,
+    c_pitch_q: f64,
+    c_pitch_alpha: f64,
+    c_yaw_r: f64,
+    c_yaw_beta: f64,
+}
+
+impl Slopes {
+    /// Those of the file, or where it has tables the central differences at an angle of attack of zero.
+    fn of(dynamics: &Dynamics, start: &Start, [per_chord, per_span]: [f64; 2]) -> Self {
+        if let Aerodynamics::Derivatives(a) = &dynamics.airframe().aero {
+            return Self {
+                c_lift_alpha: a.c_lift_alpha,
+                c_side_beta: a.c_side_beta,
+                c_roll_p: a.c_roll_p,
+                c_pitch_q: a.c_pitch_q,
+                c_pitch_alpha: a.c_pitch_alpha,
+                c_yaw_r: a.c_yaw_r,
+                c_yaw_beta: a.c_yaw_beta,
+            };
+        }
+        let (airspeed_m_s, altitude_m) = (start.airspeed_m_s, start.altitude_m);
+        let at = |alpha_rad, beta_rad, rates| {
+            let air = AirState { airspeed_m_s, alpha_rad, beta_rad, rates };
+            dynamics.coefficients(&air, altitude_m, &PerEffector::default())
+        };
+        let still = Body::zero();
+        let d_alpha = difference(|d| at(d, 0.0, still));
+        let d_beta = difference(|d| at(0.0, d, still));
+        let d_p = difference(|d| at(0.0, 0.0, Body::new(d / per_span, 0.0, 0.0)));
+        let d_q = difference(|d| at(0.0, 0.0, Body::new(0.0, d / per_chord, 0.0)));
+        let d_r = difference(|d| at(0.0, 0.0, Body::new(0.0, 0.0, d / per_span)));
+        Self {
+            c_lift_alpha: d_alpha.lift,
+            c_side_beta: d_beta.side,
+            c_roll_p: d_p.roll,
+            c_pitch_q: d_q.pitch,
+            c_pitch_alpha: d_alpha.pitch,
+            c_yaw_r: d_r.yaw,
+            c_yaw_beta: d_beta.yaw,
+        }
+    }
+}
+
+/// Central difference of the coefficients over an angle, or a rate over 2V.
+fn difference(at: impl Fn(f64) -> Coefficients) -> Coefficients {
+    const STEP: f64 = 1.0e-2;
+    let (above, below) = (at(STEP), at(-STEP));
+    let slope = |of: fn(&Coefficients) -> f64| (of(&above) - of(&below)) / (2.0 * STEP);
+    Coefficients {
+        lift: slope(|c| c.lift),
+        drag: slope(|c| c.drag),
+        side: slope(|c| c.side),
+        roll: slope(|c| c.roll),
+        pitch: slope(|c| c.pitch),
+        yaw: slope(|c| c.yaw),
+    }
 }
 
 #[cfg(test)]

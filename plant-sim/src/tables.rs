@@ -21,6 +21,7 @@ use crate::config::RangeError;
 pub mod aerodynamics;
 mod csv;
 pub mod lookup;
+pub(crate) mod stored;
 pub mod sum;
 pub mod thrust;
 
@@ -55,7 +56,7 @@ pub struct TableText {
     pub outside: Outside,
     /// An input, whose breakpoints begin at zero, in which all functions are odd: what is listed for +x holds for -x with
     /// the other sign.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub odd_in: Option<String>,
     /// Header and rows.
     pub csv: String,

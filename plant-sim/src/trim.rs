@@ -1,7 +1,5 @@
 //! Level flight that goes on by itself: where every flight starts.
 
-use core::fmt;
-
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -12,6 +10,10 @@ use crate::geodesy;
 use crate::rigid_body::RigidState;
 use crate::setup::Start;
 use crate::wind::Gust;
+
+mod nearest;
+
+pub use nearest::{AtLimit, Nearest};
 
 /// Newton steps before the search is given up; it needs five.
 const STEPS_MAX: u32 = 40;
@@ -64,36 +66,30 @@ impl Trim {
 }
 
 /// Why there is no steady flight.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrimError {
-    /// The search did not end; the accelerations that are left over.
-    #[error("no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {residuals}")]
+    /// There is none that the aircraft can hold.
+    #[error("no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}")]
     NotConverged {
         /// Airspeed asked for, m/s.
         airspeed_m_s: f64,
         /// Altitude asked for, m.
         altitude_m: f64,
-        /// What is left over.
-        residuals: Residuals,
+        /// The flight that comes nearest.
+        nearest: Box<Nearest>,
     },
     /// It was found, but an effector cannot hold it.
-    #[error("steady level flight needs more than the aircraft has: {0}")]
-    OutOfReach(#[from] RangeError),
-}
-
-/// Accelerations that should be zero: u', v', w' in m/s² and p', q', r' in rad/s².
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Residuals(pub [f64; 6]);
-
-impl fmt::Display for Residuals {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = ["u'", "v'", "w'", "p'", "q'", "r'"];
-        let units = ["m/s2", "m/s2", "m/s2", "rad/s2", "rad/s2", "rad/s2"];
-        for (i, ((value, name), unit)) in self.0.iter().zip(names).zip(units).enumerate() {
-            write!(f, "{}{name} = {value:.3e} {unit}", if i == 0 { "" } else { ", " })?;
-        }
-        Ok(())
-    }
+    #[error(
+        "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
+    )]
+    OutOfReach {
+        /// Airspeed asked for, m/s.
+        airspeed_m_s: f64,
+        /// Altitude asked for, m.
+        altitude_m: f64,
+        /// Which quantity, and its range.
+        source: Box<RangeError>,
+    },
 }
 
 /// In the order of the unknowns: angle of attack, elevator, thrust, aileron, rudder, turn rate.
@@ -107,6 +103,8 @@ struct Problem<'a> {
     /// Slope of the flight path through the air, rad: against a vertical wind.
     climb_rad: f64,
     density: LocalDensity,
+    /// Geopotential altitude, m.
+    altitude_m: f64,
 }
 
 /// Searches steady level flight at the start, in this steady wind (m/s, where it blows to).
@@ -121,8 +119,10 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
     let sine = (wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
     let earth = dynamics.earth();
     let place = earth.place(&earth.position(&start.geodetic()));
-    let density = LocalDensity::around(place.geopotential_altitude_m);
-    let problem = Problem { dynamics, start, wind, climb_rad: libm::asin(sine), density };
+    let altitude_m = place.geopotential_altitude_m;
+    let density = LocalDensity::around(altitude_m);
+    let (dynamics, climb_rad) = (&dynamics.with_any_thrust(), libm::asin(sine));
+    let problem = Problem { dynamics, start, wind, climb_rad, density, altitude_m };
     let mut x = Unknowns::zeros();
     x[0] = 0.03;
     if let Some(engine) = dynamics.jet().engine() {
@@ -132,9 +132,7 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
     let mut residual = problem.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
-            let trim = problem.trim(&x);
-            in_reach(dynamics, &trim)?;
-            return Ok(trim);
+            return problem.held(&x);
         }
         let jacobian = problem.jacobian(&x);
         // An aircraft that lacks a control has a singular one; then the shortest step serves.
@@ -144,31 +142,50 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
         x -= step * scale;
         residual = problem.residual(&x);
     }
-    Err(TrimError::NotConverged {
-        airspeed_m_s: start.airspeed_m_s,
-        altitude_m: start.altitude_m,
-        residuals: Residuals(residual.into()),
-    })
-}
-
-fn in_reach(dynamics: &Dynamics, trim: &Trim) -> Result<(), RangeError> {
-    let positions = trim.positions();
-    let airframe = dynamics.airframe();
-    let list = &airframe.effectors;
-    for effector in list.all() {
-        let servo = &airframe.servos[effector];
-        let (key, unit) = if list.is_angle(effector) {
-            ("deflection_deg", 1.0_f64.to_degrees())
-        } else {
-            ("thrust_n", 1.0)
-        };
-        let value = positions[effector] * unit;
-        check_range(list.key(effector), key, value, servo.min * unit, servo.max * unit)?;
+    let (x, nearest) = problem.nearest();
+    if Unknowns::from(nearest.residuals.0).amax() < TOLERANCE {
+        return problem.held(&x);
     }
-    Ok(())
+    let Start { airspeed_m_s, altitude_m, .. } = *start;
+    Err(TrimError::NotConverged { airspeed_m_s, altitude_m, nearest: Box::new(nearest) })
 }
 
 impl Problem<'_> {
+    /// The trim, if the aircraft can hold it.
+    fn held(&self, x: &Unknowns) -> Result<Trim, TrimError> {
+        let trim = self.trim(x);
+        let Start { airspeed_m_s, altitude_m, .. } = *self.start;
+        let refused =
+            |source| TrimError::OutOfReach { airspeed_m_s, altitude_m, source: Box::new(source) };
+        self.in_reach(&trim).map_err(refused)?;
+        Ok(trim)
+    }
+
+    /// Checks that the effectors can be where the trim has them.
+    fn in_reach(&self, trim: &Trim) -> Result<(), RangeError> {
+        let airframe = self.dynamics.airframe();
+        let list = &airframe.effectors;
+        for effector in list.all() {
+            let servo = &airframe.servos[effector];
+            let (key, unit, [min, max]) = if list.is_angle(effector) {
+                ("deflection_deg", 1.0_f64.to_degrees(), [servo.min, servo.max])
+            } else {
+                ("thrust_n", 1.0, self.thrust_range_n())
+            };
+            let value = trim.positions[effector] * unit;
+            check_range(list.key(effector), key, value, min * unit, max * unit)?;
+        }
+        let alpha = trim.alpha_rad.to_degrees();
+        let most = airframe.limits.alpha_rad.to_degrees();
+        check_range("limits", "angle_of_attack_deg", alpha, -most, most)
+    }
+
+    fn thrust_range_n(&self) -> [f64; 2] {
+        let altitude_m = self.altitude_m;
+        let density = self.density.at(altitude_m);
+        self.dynamics.thrust_range_n(self.start.airspeed_m_s, density, altitude_m)
+    }
+
     fn trim(&self, x: &Unknowns) -> Trim {
         let theta_rad = x[0] + self.climb_rad;
         let (rigid, _) = self.rigid(x[0], x[5]);
@@ -248,99 +265,4 @@ impl Problem<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::earth::{Earth, EarthModel};
-    use crate::{Airframe, WindSettings, wind};
-
-    const START: Start = Start {
-        altitude_m: 5_000.0,
-        airspeed_m_s: 264.0,
-        heading_rad: 0.0,
-        latitude_rad: 0.8,
-        longitude_rad: 0.1,
-    };
-
-    fn trimmed(model: EarthModel, start: Start, wind: WindSettings) -> (Dynamics, Trim) {
-        let earth = Earth::new(model, start.geodetic());
-        let dynamics = Dynamics::new(Airframe::paper(), earth).unwrap();
-        let trim = solve(&dynamics, &start, &wind::steady(&wind)).unwrap();
-        (dynamics, trim)
-    }
-
-    fn crosswind() -> WindSettings {
-        WindSettings { speed_m_s: 20.0, towards_rad: 1.2, ..WindSettings::CALM }
-    }
-
-    #[test]
-    fn val_the_design_point_is_that_of_the_parameter_set() {
-        let (_, trim) = trimmed(EarthModel::Flat, START, WindSettings::CALM);
-        // Printed as 1.997 deg and 27.12 kN.
-        assert!((trim.alpha_rad.to_degrees() - 1.997).abs() < 5e-4, "{} rad", trim.alpha_rad);
-        assert!((trim.thrust_n - 27_120.0).abs() < 5.0, "{} N", trim.thrust_n);
-        // Cm0 was calibrated with a gas constant that differs in the seventh digit.
-        assert!(trim.elevator_rad.abs() < 1e-6, "{} rad", trim.elevator_rad);
-        assert_eq!(trim.theta_rad, trim.alpha_rad);
-    }
-
-    #[test]
-    fn on_the_flat_earth_the_lateral_trim_is_exactly_zero() {
-        for (heading_rad, wind) in
-            [(0.0, WindSettings::CALM), (0.0, crosswind()), (2.0, crosswind())]
-        {
-            let (_, trim) = trimmed(EarthModel::Flat, Start { heading_rad, ..START }, wind);
-            let lateral = [trim.aileron_rad, trim.rudder_rad, trim.turn_rate_rad_s];
-            if heading_rad == 0.0 {
-                assert_eq!(lateral, [0.0; 3], "wind {wind:?}");
-            }
-            // At other headings the mirror is turned, and rounding shows.
-            assert!(lateral.iter().all(|x| x.abs() < 1e-12), "{lateral:?} at {heading_rad} rad");
-        }
-    }
-
-    #[test]
-    fn on_the_rotating_earth_a_slow_turn_balances_the_coriolis_force() {
-        let (_, trim) = trimmed(EarthModel::Wgs84, START, WindSettings::CALM);
-        // Northbound, Coriolis pushes right with 2 W V sin(lat): a turn to the right with 2 W sin(lat).
-        let expected = 2.0 * crate::earth::ROTATION_RAD_S * libm::sin(START.latitude_rad);
-        let turn = trim.turn_rate_rad_s;
-        // The rudder that holds the turn and the yaw damping push sideways a little.
-        assert!((turn / expected - 1.0).abs() < 0.01, "{turn} instead of {expected} rad/s");
-        assert!(trim.aileron_rad.abs() < 1e-3 && trim.rudder_rad.abs() < 1e-3, "{trim:?}");
-    }
-
-    #[test]
-    fn trim_flies_level_at_the_airspeed_in_any_steady_wind() {
-        for model in [EarthModel::Flat, EarthModel::Wgs84] {
-            let updraught = WindSettings { down_m_s: -3.0, ..crosswind() };
-            for wind in [WindSettings::CALM, crosswind(), updraught] {
-                let (dynamics, trim) = trimmed(model, START, wind);
-                let state = trim.state();
-                let air = wind::steady(&wind);
-                let density = LocalDensity::around(5_000.0);
-                let (rigid, gust) = (&state.rigid, Gust::none());
-                let e = dynamics.evaluate(rigid, &state.positions, &air, &gust, &density);
-                let ground = e.place.e_from_ned.tr_mul(&e.motion.derivative.position);
-                // On WGS-84 the vertical of the position comes from Bowring's formula, good to 1e-12 rad.
-                assert!(ground.z.abs() < 1e-9, "{model:?} sinks with {} m/s", ground.z);
-                assert!((e.motion.air.airspeed_m_s - 264.0).abs() < 1e-11);
-                assert!(
-                    e.motion.air.beta_rad.abs() < 1e-13,
-                    "sideslip {} rad",
-                    e.motion.air.beta_rad
-                );
-                assert!(e.motion.derivative.rates.0.norm() < 1e-10);
-            }
-        }
-    }
-
-    #[test]
-    fn too_slow_a_flight_is_refused_with_what_is_missing() {
-        let start = Start { airspeed_m_s: 60.0, ..START };
-        let earth = Earth::new(EarthModel::Flat, start.geodetic());
-        let dynamics = Dynamics::new(Airframe::paper(), earth).unwrap();
-        let error = solve(&dynamics, &start, &Ned::zero()).unwrap_err().to_string();
-        assert!(error.contains("level flight"), "{error}");
-        assert!(error.contains("w' = ") || error.contains("is outside"), "{error}");
-    }
-}
+mod tests;

@@ -96,7 +96,10 @@ impl Truth {
         held: &Held,
         e: &Evaluation,
     ) -> Self {
-        let deflections = dynamics.effective(state, &held.effects);
+        let mut deflections = dynamics.effective(state, &held.effects);
+        if let Some(engine) = dynamics.jet().engine() {
+            deflections[engine] = e.motion.thrust_n;
+        }
         let rigid = &state.rigid;
         let earth = dynamics.earth();
         let here = held.slopes.geodetic(earth, &rigid.position, &e.place);

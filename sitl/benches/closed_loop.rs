@@ -4,7 +4,7 @@ use autopilot::autopilot::Autopilot;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use criterion::{Criterion, criterion_group, criterion_main};
-use flight_control::{Demand, FlightControl};
+use flight_control::{Demand, FlightControl, Navigator};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
@@ -53,20 +53,24 @@ fn direct(c: &mut Criterion) {
     }
 }
 
-/// One control step alone: estimator, laws, observer and compensator, awake.
+/// One control step alone: navigator, laws, observer and compensator, awake.
 fn control(c: &mut Criterion) {
     let setup = setup(1_000);
     let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
     let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.parameters.gains);
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+    let mut navigator = Navigator::default();
+    let mut step =
+        |time, sensors: &icd::Sensors| flight.step(&navigator.step(time, sensors), &demand);
     // Four seconds: the fault of case 1 acts and the compensator is awake.
     for _ in 0..2_000 {
-        let output = flight.step(&plant.sense(), &demand);
+        let output = step(plant.time(), &plant.sense());
         plant.advance(&output.actuators);
     }
     let sensors = plant.sense();
-    assert!(flight.step(&sensors, &demand).log.compensator_active);
-    c.bench_function("control step", |b| b.iter(|| flight.step(&sensors, &demand)));
+    let time = plant.time();
+    assert!(step(time, &sensors).log.compensator_active);
+    c.bench_function("control step", |b| b.iter(|| step(time, &sensors)));
 }
 
 /// What the link adds, without the socket: both packets encoded, checked and decoded.

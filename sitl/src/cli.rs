@@ -4,22 +4,27 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use host_io::file;
 use icd::ControlPeriod;
 use plant_sim::io::{PlantArgs, parse_earth, parse_period, whole};
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, EarthModel, Scenario, scenario};
+use plant_sim::{Airframe, EarthModel, Scenario, Start, scenario};
 
+use crate::actions::{self, ActionsArgs};
 use crate::bench::{self, BenchArgs};
 use crate::configuration::AircraftArgs;
+use crate::design::{self, DesignArgs};
 use crate::echo::{self, EchoArgs};
 use crate::envelope;
 use crate::false_alarms;
+use crate::fly::jams::{self, JamsArgs};
 use crate::fly::{self, FlyArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::linearize;
+use crate::margins::{self, MarginsArgs};
 use crate::mission::{self, MissionOptions};
 use crate::paper::{self, Link, Options};
 use crate::plot::{self, PlotArgs};
@@ -49,6 +54,31 @@ pub struct Cli {
     launch: LaunchArgs,
 }
 
+/// The program `sitl`: reads the command line, and says on standard error what went wrong. `own_law` is a law that
+/// the caller brings: it flies unless `--law` says otherwise.
+#[must_use]
+pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
+    host_io::console::show();
+    let mut cli = Cli::parse();
+    cli.bring(own_law);
+    run(&cli).unwrap_or_else(|error| {
+        tracing::error!("{error}");
+        ExitCode::FAILURE
+    })
+}
+
+impl Cli {
+    /// Takes a law that the program brings.
+    fn bring(&mut self, own_law: Option<OwnLaw>) {
+        self.launch.bring(own_law);
+        match &mut self.command {
+            Some(Command::Autopilot(args)) => args.own_law = own_law,
+            Some(Command::Fly(args)) => args.bring(own_law),
+            _ => {}
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Fly a scenario in this process to its end, and say what became of it
@@ -67,6 +97,15 @@ enum Command {
     Replay(ReplayArgs),
     /// Derive the controller's belief from the plant at its design trim
     Linearize(LinearizeArgs),
+    /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
+    Jams(Box<JamsArgs>),
+    /// Design the gains of a law from the controller's model
+    #[command(subcommand)]
+    Design(Design),
+    /// Write buttons for QGroundControl that break something
+    Actions(Box<ActionsArgs>),
+    /// Print eigenvalues and margins of gain, phase and delay of each law's loop, confirmed by flights
+    Margins(Box<MarginsArgs>),
     /// The flight software alone, as the program `autopilot`
     Autopilot(Box<AutopilotArgs>),
     /// The aircraft alone, as the program `plant-sim`
@@ -78,6 +117,13 @@ enum Command {
     /// Send link packets to and fro without a flight
     #[command(hide = true)]
     Echo(EchoArgs),
+}
+
+/// Laws whose gains can be designed.
+#[derive(Debug, Subcommand)]
+enum Design {
+    /// Linear quadratic regulator: the discrete Riccati equation at the design point
+    Lqr(DesignArgs),
 }
 
 /// Options of `sitl paper`.
@@ -186,6 +232,10 @@ pub struct LinearizeArgs {
     /// The aircraft, instead of the one that comes with the program
     #[arg(long, value_name = "FILE")]
     airframe: Option<PathBuf>,
+    /// Flight condition of the model instead of the design point of the airframe; several make a model that is scheduled
+    /// between them
+    #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
+    at: Vec<linearize::Condition>,
 }
 
 /// Does what the command line says.
@@ -203,8 +253,12 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(&args.options())?,
         Some(Command::Plot(args)) => plot::run(args)?,
+        Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Replay(args)) => return replay::run(args),
         Some(Command::Linearize(args)) => write_belief(args)?,
+        Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
+        Some(Command::Actions(args)) => actions::run(args)?,
+        Some(Command::Margins(args)) => margins::run(args)?,
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(Command::Parameters) => {
@@ -288,8 +342,23 @@ fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         }
     };
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
-    let setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-    let text = linearize::to_toml(&linearize::linearize(&setup)?)?;
+    let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+    let at = |condition: &linearize::Condition| {
+        let linearize::Condition { altitude_m, airspeed_m_s } = *condition;
+        Start { altitude_m, airspeed_m_s, ..setup.start }
+    };
+    let mut points: Vec<Start> = args.at.iter().map(at).collect();
+    if let [only] = points[..] {
+        setup.start = only;
+        points.clear();
+    }
+    let file = args.airframe.as_ref().map_or("tvc_jet.toml".into(), |path| path.to_string_lossy());
+    let belief =
+        linearize::linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
+    belief.validate().map_err(|error| format!("{file}: the model: {error}"))?;
+    let parameters = linearize::parameters_of(&args.out)
+        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
+    let text = linearize::to_toml(&belief, &parameters)?;
     file::write(&args.out, text.as_bytes(), linearize::MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     println!("wrote {}", args.out.display());
@@ -346,6 +415,7 @@ mod tests {
             "plot a.ulg",
             "replay a.ulg",
             "linearize",
+            "design lqr --out x",
             "autopilot --cpu 0",
             "plant-sim --cpu 0 --step-us 500 --seed 3",
             "parameters",

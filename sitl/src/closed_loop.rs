@@ -17,7 +17,7 @@ use autopilot::autopilot::Settings;
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::{Belief, DesignModel, State, StepLog};
+use flight_control::{Belief, DesignModel, NavigationState, StepLog};
 use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
 use plant_sim::{PlantSetup, SetupError, Truth};
@@ -109,15 +109,15 @@ pub fn settings(setup: &FlightSetup) -> Settings {
 #[must_use]
 pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> {
     let Record { truth, log } = record;
-    let state = State {
+    let state = NavigationState {
         rates: truth.body_rates.0,
         attitude: truth.euler(),
         alpha: truth.alpha_rad,
         beta: truth.beta_rad,
         airspeed_m_s: truth.airspeed_m_s,
         altitude_m: truth.altitude_m,
-        climb_rate_m_s: -truth.velocity.0.z,
         thrust_n: model.engine().map_or(0.0, |engine| truth.deflections[engine]),
+        ..NavigationState::at_rest()
     };
     beyond_model(model, &state, &truth.angular_acceleration.0, &log.modelled)
 }
@@ -126,9 +126,11 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
 #[must_use]
 pub fn beyond_model(
     model: &DesignModel,
-    state: &State,
+    state: &NavigationState,
     angular_acceleration: &Vector3<f64>,
     modelled: &PerEffector<f64>,
 ) -> Vector3<f64> {
+    let adapted = model.at(state);
+    let model = adapted.as_ref().unwrap_or(model);
     angular_acceleration - model.acceleration(state, &model.condition(state), modelled)
 }

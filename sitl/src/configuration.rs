@@ -3,11 +3,10 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use autopilot::config::{self, DEFAULT_BELIEF};
+use autopilot::config::{self, DEFAULT_BELIEF, Model};
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::Belief;
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::EffectorList;
 use plant_sim::airframe::DEFAULT_AIRFRAME;
@@ -179,15 +178,15 @@ impl AircraftArgs {
         })
     }
 
-    /// The controller's model.
+    /// The controller's model, with the defaults of its parameters.
     ///
     /// # Errors
     /// [`ConfigurationError`] names file, key, value and range.
-    pub fn model(&self) -> Result<Belief, ConfigurationError> {
+    pub fn model(&self) -> Result<Model, ConfigurationError> {
         let file = Named::of(self.model.as_ref(), DEFAULT_BELIEF)?;
         Ok(match self.changed(&file, Target::Model, "model.")? {
-            None => config::belief(&file.name, &file.text)?,
-            Some((name, table)) => config::belief_of(&name, table)?,
+            None => config::model(&file.name, &file.text)?,
+            Some((name, table)) => config::model_of(&name, table)?,
         })
     }
 

@@ -112,7 +112,7 @@ fn packets() -> (Vec<u8>, Vec<u8>) {
     let mut values = [0.0; Sensors::COUNT];
     // The attitude must be one.
     values[6] = 1.0;
-    let sensors = Sensors::from_array(&values);
+    let sensors = Sensors::at(SimTime::ZERO, &values);
     let mut plant = PlantSide::new(1, tvc_jet::aircraft());
     let mut flight = FlightSide::new(tvc_jet::aircraft());
     let period = ControlPeriod::DEFAULT;

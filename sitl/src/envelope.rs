@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use autopilot::config;
-use flight_control::{AltitudeLimit, Belief, Demand, FlightControl, Gains};
+use flight_control::{AltitudeLimit, Belief, Demand, FlightControl, Gains, Navigator};
 use icd::{ControlPeriod, EffectorKind};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
@@ -143,6 +143,7 @@ impl Sides {
         let mut plant = self.start(case)?;
         let mut flight = FlightControl::new(self.plant.period, &self.belief, &self.gains);
         flight.start_at(&plant.trim().positions());
+        let mut navigator = Navigator::default();
         let level = case.from_m == case.to_m;
         let end_s = if level { LEVEL_S } else { CLIMB_S };
         let upwards = if case.to_m >= case.from_m { 1.0 } else { -1.0 };
@@ -164,16 +165,16 @@ impl Sides {
                 roll_rad: if begun { case.bank_deg.to_radians() } else { 0.0 },
                 airspeed_m_s: case.airspeed_m_s,
             };
-            let sensors = plant.sense();
-            let output = flight.step(&sensors, &demand);
-            let error_m = sensors.altitude_m - case.to_m;
+            let state = navigator.step(plant.time(), &plant.sense());
+            let output = flight.step(&state, &demand);
+            let error_m = state.altitude_m - case.to_m;
             let beyond = if level { error_m.abs() } else { upwards * error_m };
             flown.overshoot_m = flown.overshoot_m.max(beyond);
-            flown.alpha_max_rad = flown.alpha_max_rad.max(sensors.angle_of_attack_rad);
+            flown.alpha_max_rad = flown.alpha_max_rad.max(state.alpha);
             if time_s >= end_s - JUDGED_S {
                 flown.error_m = flown.error_m.max(error_m.abs());
             }
-            flown.airspeed_error_m_s = sensors.airspeed_m_s - case.airspeed_m_s;
+            flown.airspeed_error_m_s = state.airspeed_m_s - case.airspeed_m_s;
             flown.limit = output.log.altitude_limit;
             flown.thrust_saturated = output.log.health.thrust_saturated;
             plant.advance(&output.actuators);

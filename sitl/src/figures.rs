@@ -220,7 +220,7 @@ impl fmt::Display for FaultName<'_> {
         match case.setup.plant.faults.first() {
             Some(fault) => {
                 let angle = case.jam_rad.to_degrees();
-                let name = case.setup.plant.airframe.effectors.name(fault.effector);
+                let name = fault.target.name(&case.setup.plant.airframe.effectors);
                 write!(f, "{name} jams at {angle:+.0} deg at {} s", case.fault_s)
             }
             None => f.write_str("no fault"),

@@ -12,8 +12,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use autopilot::config::ConfigError;
-use autopilot::parameters::{ParameterError, Parameters};
-use autopilot::run::{Ftc, ScriptArgs};
+use autopilot::own_law::OwnLaw;
+use autopilot::parameters::ParameterError;
+use autopilot::run::{Ftc, LawArgs, RunError, ScriptArgs};
+use flight_control::MainLaw;
 use host_io::file::{self, FileProblem};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::io::{parse_earth, parse_period, whole};
@@ -30,6 +32,7 @@ use crate::runner::Progress;
 use crate::table;
 
 mod files;
+pub mod jams;
 mod judge;
 mod log;
 pub mod measures;
@@ -64,6 +67,9 @@ pub struct FlyArgs {
     /// Whether the compensator acts
     #[arg(long, value_enum, value_name = "MODE")]
     ftc: Option<Ftc>,
+    /// Main controller, estimator of the compensator, gains.
+    #[command(flatten)]
+    laws: LawArgs,
     /// Seed of all random streams, or seeds A..B, both included, each a flight of its own; instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N|A..B")]
     seed: Option<Seeds>,
@@ -94,6 +100,9 @@ pub struct FlyArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<f64>,
+    /// A law that the program brings.
+    #[arg(skip)]
+    own_law: Option<OwnLaw>,
 }
 
 /// What keeps a flight from being flown, or its results from being written.
@@ -108,6 +117,12 @@ pub enum FlyError {
     /// The compensator's mode cannot be set.
     #[error("--ftc: {0}")]
     Ftc(#[from] ParameterError),
+    /// The file of gains cannot be used.
+    #[error(transparent)]
+    Laws(Box<RunError>),
+    /// There is no such law here.
+    #[error("{0}")]
+    Law(#[source] ParameterError),
     /// This aircraft cannot fly this scenario.
     #[error("scenario {scenario}: {source}")]
     Flight {
@@ -184,6 +199,14 @@ struct Many<'a> {
 }
 
 impl FlyArgs {
+    /// Takes a law that the program brings; it flies unless `--law` says otherwise.
+    pub(crate) fn bring(&mut self, own_law: Option<OwnLaw>) {
+        self.own_law = own_law;
+        if own_law.is_some() {
+            self.laws.law.get_or_insert(MainLaw::Own);
+        }
+    }
+
     /// Whether every aircraft was kept.
     fn fly(&self) -> Result<bool, FlyError> {
         let setup = self.setup()?;
@@ -207,6 +230,7 @@ impl FlyArgs {
             table: rows.as_mut(),
             log: wants_log.then(|| FlightLog::begin(&self.scenario, &setup)).transpose()?,
             progress: Some(&progress),
+            own_law: self.own_law,
         };
         let (outcome, log) = judge::fly(&setup, !self.no_stop_at_loss, keep)
             .map_err(|error| self.of_scenario(error))?;
@@ -232,7 +256,7 @@ impl FlyArgs {
             }
         }
         let folder = self.out.as_deref().map(Folder::create).transpose()?;
-        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss)
+        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, self.own_law)
             .map_err(|error| self.of_scenario(error))?;
         if let Some(folder) = &folder {
             folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
@@ -296,15 +320,20 @@ impl FlyArgs {
         plant.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(plant.wind.turbulence_m_s);
         plant.check()?;
         plant.check_faults().map_err(|source| self.of_scenario(source.into()))?;
-        let mut parameters = Parameters::default();
+        let model = aircraft.model()?;
+        let mut parameters = model.defaults;
+        self.laws.apply(&mut parameters).map_err(|error| FlyError::Laws(Box::new(error)))?;
         if let Some(ftc) = self.ftc {
             parameters.set("FTC_MODE", ftc.value())?;
         }
+        let mut parameters = aircraft.parameters(parameters)?;
+        parameters.brings_law = self.own_law.is_some();
+        parameters.check_law().map_err(FlyError::Law)?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {
             plant,
-            belief: aircraft.model()?,
-            parameters: aircraft.parameters(parameters)?,
+            belief: model.belief,
+            parameters,
             references: flight.references,
             script: self.script.read(flight.script, &effectors)?.map(Arc::new),
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),

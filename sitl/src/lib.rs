@@ -1,10 +1,12 @@
 //! Sees both sides: flies plant and autopilot together and judges the flights.
 
+pub mod actions;
 pub mod arrangement;
 pub mod bench;
 pub mod cli;
 pub mod closed_loop;
 pub mod configuration;
+pub mod design;
 pub mod dispersion;
 pub mod echo;
 pub mod envelope;
@@ -14,6 +16,7 @@ pub mod flight_log;
 pub mod fly;
 pub mod launch;
 pub mod linearize;
+pub mod margins;
 pub mod metrics;
 pub mod mission;
 pub mod paper;

@@ -3,36 +3,115 @@
 //! The belief is a file, because the controller may not look at the plant: `sitl linearize` writes it, and
 //! a test keeps it current. Derivatives are central differences of the plant's own aerodynamics.
 
+use std::path::Path;
+
+use autopilot::config::PARAMETERS;
 use flight_control::Belief;
+use flight_control::belief::schedule::POINTS_MAX;
 use flight_control::belief::{
-    AirframeBelief, EffectorBelief, GeometryBelief, LiftBelief, MassBelief, NozzleBelief,
-    ServoBelief, TrimBelief,
+    AirframeBelief, EffectorBelief, EngineBelief, GeometryBelief, LiftBelief, MassBelief,
+    NozzleBelief, Schedule, SchedulePoint, ServoBelief, TrimBelief,
 };
-use icd::{Body, Effector, PerEffector};
-use plant_sim::aerodynamics::{self, AirState, Coefficients, Surfaces};
-use plant_sim::{Airframe, Plant, PlantSetup, SetupError, Trim};
+use host_io::file::{self, FileProblem};
+use icd::{Body, Effector, EffectorKind, PerEffector};
+use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
+use plant_sim::{Airframe, Plant, PlantSetup, SetupError, Start};
+
+/// Why a plant cannot be linearised.
+#[derive(Debug, thiserror::Error)]
+pub enum LinearizeError {
+    /// It has no trim there.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// More points than a model can have.
+    #[error("--at: {found} conditions, expected at most {POINTS_MAX}")]
+    Points {
+        /// How many there are.
+        found: usize,
+    },
+}
+
+/// A flight condition of the command line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Condition {
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Airspeed, m/s.
+    pub airspeed_m_s: f64,
+}
+
+impl std::str::FromStr for Condition {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Vec<f64> =
+            text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
+        match (numbers.as_slice(), text.split(',').count()) {
+            ([altitude_m, airspeed_m_s], 2) => {
+                Ok(Self { altitude_m: *altitude_m, airspeed_m_s: *airspeed_m_s })
+            }
+            _ => Err("expected ALTITUDE_M,AIRSPEED_M_S, as in 5000,264".to_owned()),
+        }
+    }
+}
 
 /// By this line a model is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl linearize`";
 
-/// Half width of the differences in angles, rad.
-const ANGLE_STEP_RAD: f64 = 1.0e-3;
+/// Half width of the differences in angles, rad: tables are linear between breakpoints some degrees apart, and a slope of less
+/// than that would be the one of a single interval.
+const ANGLE_STEP_RAD: f64 = 3.0e-2;
+/// Where the aerodynamics is in tables, the model takes the angle of attack in full up to this fraction of the limit of the
+/// airframe.
+const LINEAR_FRACTION: f64 = 0.8;
 /// Half width of the differences in body rates, rad/s.
 const RATE_STEP_RAD_S: f64 = 1.0e-2;
+/// Half width of the differences in thrust, of its range.
+const THRUST_STEP: f64 = 1.0e-2;
 /// Digits that are kept: the differences are good to about eleven.
 const DIGITS: i32 = 9;
 
-/// Linearises the plant of a setup at its trim.
+/// Linearises the plant of a setup at its trim, and at the trims of further starts, between which the model is scheduled.
 ///
 /// # Errors
-/// [`SetupError`] if the plant has no trim.
-pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
+/// [`LinearizeError`] if the plant has no trim, or there are more points than a model can have.
+pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<Belief, LinearizeError> {
+    if points.len() > POINTS_MAX {
+        return Err(LinearizeError::Points { found: points.len() });
+    }
+    let mut schedule = Vec::new();
+    for start in points {
+        let at = PlantSetup { start: *start, ..setup.clone() };
+        schedule.push(schedule_point(&linearize_at(&at)?));
+    }
+    schedule.sort_by(|a, b| a.pressure_pa().total_cmp(&b.pressure_pa()));
+    Ok(Belief { schedule: Schedule::new(schedule), ..linearize_at(setup)? })
+}
+
+/// What a schedule has of the model at one condition.
+fn schedule_point(belief: &Belief) -> SchedulePoint {
+    let Belief { airframe, lift, trim, effectors, .. } = belief;
+    SchedulePoint {
+        airspeed_m_s: trim.airspeed_m_s,
+        altitude_m: trim.altitude_m,
+        trim_thrust_n: trim.thrust_n,
+        thrust_n: effectors.thrust_range_n(),
+        c_lift: effectors.c_lift,
+        c_roll: effectors.c_roll,
+        c_pitch: effectors.c_pitch,
+        c_yaw: effectors.c_yaw,
+        airframe: *airframe,
+        lift: *lift,
+    }
+}
+
+fn linearize_at(setup: &PlantSetup) -> Result<Belief, SetupError> {
     let plant = Plant::new(setup)?;
     let trim = plant.trim();
     let airframe = &setup.airframe;
-    let surfaces = airframe.surfaces();
-    let airspeed_m_s = setup.start.airspeed_m_s;
-    let local = Local { airframe, surfaces, airspeed_m_s, trim };
+    let geometry = airframe.aero.geometry();
+    let local = Local { plant: &plant, start: &setup.start, geometry };
+    let slopes = local.slopes();
     let mass = &airframe.mass;
     Ok(Belief {
         aircraft: airframe.name,
@@ -44,17 +123,19 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
             ixz_kg_m2: mass.ixz_kg_m2,
         },
         geometry: GeometryBelief {
-            wing_area_m2: airframe.aero.area_m2,
-            span_m: airframe.aero.span_m,
-            chord_m: airframe.aero.chord_m,
+            wing_area_m2: geometry.area_m2,
+            span_m: geometry.span_m,
+            chord_m: geometry.chord_m,
         },
-        airframe: local.airframe_belief(),
-        lift: local.lift_belief(),
+        airframe: local.airframe_belief(&slopes),
+        lift: local.lift_belief(&slopes),
         nozzle: airframe.nozzle.map(|nozzle| NozzleBelief {
             arm_m: nozzle.arm_m,
             thrust_floor_n: nozzle.thrust_floor_n,
         }),
-        effectors: local.effector_belief(),
+        effectors: local.effector_belief(&slopes),
+        engine: local.engine_belief(),
+        schedule: Schedule::default(),
         trim: TrimBelief {
             airspeed_m_s: setup.start.airspeed_m_s,
             altitude_m: setup.start.altitude_m,
@@ -67,10 +148,9 @@ pub fn linearize(setup: &PlantSetup) -> Result<Belief, SetupError> {
 
 /// The plant around its trim.
 struct Local<'a> {
-    airframe: &'a Airframe,
-    surfaces: Surfaces,
-    airspeed_m_s: f64,
-    trim: &'a Trim,
+    plant: &'a Plant,
+    start: &'a Start,
+    geometry: Geometry,
 }
 
 impl Local<'_> {
@@ -81,66 +161,109 @@ impl Local<'_> {
         rates: Body,
         positions: &PerEffector<f64>,
     ) -> Coefficients {
-        let air = AirState { airspeed_m_s: self.airspeed_m_s, alpha_rad, beta_rad, rates };
-        aerodynamics::coefficients(&self.airframe.aero, &self.surfaces, &air, positions)
+        let Start { airspeed_m_s, altitude_m, .. } = *self.start;
+        let air = AirState { airspeed_m_s, alpha_rad, beta_rad, rates };
+        self.plant.dynamics().coefficients(&air, altitude_m, positions)
     }
 
-    fn clean(&self, alpha_rad: f64, beta_rad: f64, rates: Body) -> Coefficients {
-        self.at(alpha_rad, beta_rad, rates, &PerEffector::default())
+    fn trimmed(&self, alpha_rad: f64, beta_rad: f64, rates: Body) -> Coefficients {
+        self.at(alpha_rad, beta_rad, rates, &self.plant.trim().positions())
     }
 
-    fn airframe_belief(&self) -> AirframeBelief {
-        let alpha = self.trim.alpha_rad;
+    /// Angles of attack, rad, up to which a coefficient is linear and to which it tends beyond.
+    fn stall(&self) -> [f64; 2] {
+        let airframe = self.plant.dynamics().airframe();
+        let limit = airframe.limits.alpha_rad;
+        let tables = [LINEAR_FRACTION * limit, limit];
+        airframe.aero.derivatives().map_or(tables, |a| [a.alpha_linear_rad, a.alpha_max_rad])
+    }
+
+    fn airframe_belief(&self, slopes: &PerEffector<Slopes>) -> AirframeBelief {
+        let trim = self.plant.trim();
+        let alpha = trim.alpha_rad;
         let still = Body::zero();
-        let d_alpha = difference(ANGLE_STEP_RAD, |d| self.clean(alpha + d, 0.0, still));
-        let d_beta = difference(ANGLE_STEP_RAD, |d| self.clean(alpha, d, still));
-        let rate =
-            |axis: Body| difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body(axis.0 * d)));
+        let d_alpha = difference(ANGLE_STEP_RAD, |d| self.trimmed(alpha + d, 0.0, still));
+        let d_beta = difference(ANGLE_STEP_RAD, |d| self.trimmed(alpha, d, still));
+        let rate = |axis: Body| {
+            difference(RATE_STEP_RAD_S, |d| self.trimmed(alpha, 0.0, Body(axis.0 * d)))
+        };
         let (d_p, d_q, d_r) = (
             rate(Body::new(1.0, 0.0, 0.0)),
             rate(Body::new(0.0, 1.0, 0.0)),
             rate(Body::new(0.0, 0.0, 1.0)),
         );
-        let aero = &self.airframe.aero;
-        let per_span = 2.0 * self.airspeed_m_s / aero.span_m;
-        let per_chord = 2.0 * self.airspeed_m_s / aero.chord_m;
+        let per_span = 2.0 * self.start.airspeed_m_s / self.geometry.span_m;
+        let per_chord = 2.0 * self.start.airspeed_m_s / self.geometry.chord_m;
+        let [stall_onset_rad, stall_ceiling_rad] = self.stall();
+        let at_zero = self.trimmed(alpha, 0.0, still).pitch
+            - d_alpha.pitch * alpha
+            - self.in_trim(slopes, |slopes| slopes.pitch);
         AirframeBelief {
             c_roll_beta: rounded(d_beta.roll),
             c_roll_p: rounded(d_p.roll * per_span),
             c_roll_r: rounded(d_r.roll * per_span),
-            c_pitch_0: rounded(self.clean(alpha, 0.0, still).pitch - d_alpha.pitch * alpha),
+            c_pitch_0: rounded(at_zero),
             c_pitch_alpha: rounded(d_alpha.pitch),
             c_pitch_q: rounded(d_q.pitch * per_chord),
             c_yaw_beta: rounded(d_beta.yaw),
             c_yaw_p: rounded(d_p.yaw * per_span),
             c_yaw_r: rounded(d_r.yaw * per_span),
-            stall_onset_rad: rounded(aero.alpha_linear_rad),
-            stall_ceiling_rad: rounded(aero.alpha_max_rad),
+            stall_onset_rad: rounded(stall_onset_rad),
+            stall_ceiling_rad: rounded(stall_ceiling_rad),
         }
     }
 
-    fn lift_belief(&self) -> LiftBelief {
-        let (alpha, still) = (self.trim.alpha_rad, Body::zero());
-        let d_alpha = difference(ANGLE_STEP_RAD, |d| self.clean(alpha + d, 0.0, still));
-        let d_q = difference(RATE_STEP_RAD_S, |d| self.clean(alpha, 0.0, Body::new(0.0, d, 0.0)));
-        let per_chord = 2.0 * self.airspeed_m_s / self.airframe.aero.chord_m;
+    /// What the effectors add to a coefficient in the trim, by their slopes.
+    fn in_trim(&self, slopes: &PerEffector<Slopes>, of: fn(&Slopes) -> f64) -> f64 {
+        let (list, trim) = (&self.plant.dynamics().airframe().effectors, self.plant.trim());
+        list.all().map(|effector| of(&slopes[effector]) * trim.positions[effector]).sum()
+    }
+
+    fn lift_belief(&self, slopes: &PerEffector<Slopes>) -> LiftBelief {
+        let (alpha, still) = (self.plant.trim().alpha_rad, Body::zero());
+        let d_alpha = difference(ANGLE_STEP_RAD, |d| self.trimmed(alpha + d, 0.0, still));
+        let d_q = difference(RATE_STEP_RAD_S, |d| self.trimmed(alpha, 0.0, Body::new(0.0, d, 0.0)));
+        let per_chord = 2.0 * self.start.airspeed_m_s / self.geometry.chord_m;
+        let at_zero = self.trimmed(alpha, 0.0, still).lift
+            - d_alpha.lift * alpha
+            - self.in_trim(slopes, |slopes| slopes.lift);
         LiftBelief {
-            c_lift_0: rounded(self.clean(alpha, 0.0, still).lift - d_alpha.lift * alpha),
+            c_lift_0: rounded(at_zero),
             c_lift_alpha: rounded(d_alpha.lift),
             c_lift_q: rounded(d_q.lift * per_chord),
         }
     }
 
-    fn effector_belief(&self) -> EffectorBelief {
-        let Airframe { effectors: list, servos, gains, .. } = self.airframe;
-        let alpha = self.trim.alpha_rad;
-        let slopes = PerEffector::from_fn(|effector: Effector| {
+    /// What each surface does around the trim; zeros for what is none.
+    fn slopes(&self) -> PerEffector<Slopes> {
+        let (list, trim) = (&self.plant.dynamics().airframe().effectors, self.plant.trim());
+        PerEffector::from_fn(|effector: Effector| {
+            if !list.kind(effector).is_some_and(EffectorKind::is_surface) {
+                return Slopes::default();
+            }
             difference(ANGLE_STEP_RAD, |d| {
-                let mut positions = PerEffector::default();
-                positions[effector] = d;
-                self.at(alpha, 0.0, Body::zero(), &positions)
+                let mut positions = trim.positions();
+                positions[effector] += d;
+                self.at(trim.alpha_rad, 0.0, Body::zero(), &positions)
             })
-        });
+        })
+    }
+
+    /// The moment of what turns with the engine, around the trim.
+    fn engine_belief(&self) -> Option<EngineBelief> {
+        let thrust_n = self.plant.trim().thrust_n;
+        let [least, most] = self.plant.thrust_range_n();
+        let step = THRUST_STEP * (most - least);
+        let at = |thrust_n: f64| self.plant.engine_roll_n_m(thrust_n);
+        let per_thrust = (at(thrust_n + step) - at(thrust_n - step)) / (2.0 * step);
+        let roll_per_thrust_m = rounded(per_thrust);
+        let roll_zero_n_m = rounded(at(thrust_n) - per_thrust * thrust_n);
+        let turns = (roll_per_thrust_m, roll_zero_n_m) != (0.0, 0.0) && per_thrust.is_finite();
+        turns.then_some(EngineBelief { roll_zero_n_m, roll_per_thrust_m })
+    }
+
+    fn effector_belief(&self, slopes: &PerEffector<Slopes>) -> EffectorBelief {
+        let Airframe { effectors: list, servos, gains, .. } = self.plant.dynamics().airframe();
         let column = |of: fn(&Slopes) -> f64| {
             PerEffector::from_fn(|effector| rounded(of(&slopes[effector])))
         };
@@ -154,8 +277,8 @@ impl Local<'_> {
                     max: rounded(servo.max),
                 }
             } else {
-                let (lag_s, min, max) = (servo.lag_s, servo.min, servo.max);
-                ServoBelief { lag_s, rate_limit: servo.rate_limit, min, max }
+                let [min, max] = self.plant.thrust_range_n();
+                ServoBelief { lag_s: servo.lag_s, rate_limit: servo.rate_limit, min, max }
             }
         };
         let mut beliefs = PerEffector::default();
@@ -174,7 +297,7 @@ impl Local<'_> {
     }
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Slopes {
     lift: f64,
     roll: f64,
@@ -203,21 +326,57 @@ fn rounded(value: f64) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// The belief as the file that the autopilot reads.
+/// The text of the table `[parameters]` in a model file, as it stands there, comments and all: what stands from its heading
+/// to the next one or to the end. Empty for a file without one, or that is not there.
+///
+/// # Errors
+/// [`FileProblem`] if the file is there and cannot be read.
+pub fn parameters_of(path: &Path) -> Result<String, FileProblem> {
+    let text = match file::read_text(path, file::TEXT_MAX) {
+        Err(problem) if problem.is_not_found() => return Ok(String::new()),
+        text => text?,
+    };
+    let heading = format!("[{PARAMETERS}]");
+    let from_heading = text.lines().skip_while(|line| line.trim() != heading);
+    let ends = |(index, line): &(usize, &str)| *index > 0 && line.trim_start().starts_with('[');
+    let table = from_heading.enumerate().take_while(|line| !ends(line)).map(|(_, line)| line);
+    Ok(table.map(|line| format!("{line}\n")).collect())
+}
+
+/// The belief as the file that the autopilot reads; `parameters` is the text of the table of parameters in it.
 ///
 /// # Errors
 /// Only if a number cannot be written as TOML, which a validated belief has none of.
-pub fn to_toml(belief: &Belief) -> Result<String, toml::ser::Error> {
+pub fn to_toml(belief: &Belief, parameters: &str) -> Result<String, toml::ser::Error> {
     let body = toml::to_string_pretty(belief)?;
+    let edit = if parameters.is_empty() { "do not edit" } else { "edit [parameters] only" };
+    let gap = if parameters.is_empty() { "" } else { "\n" };
     Ok(format!(
         "# What the controller believes about the aircraft: the plant's airframe linearised at its design trim.\n\
-         {MARK}; do not edit. Angles in rad, coefficients per rad.\n\n{body}"
+         {MARK}; {edit}. Angles in rad, coefficients per rad.\n\n{body}{gap}{parameters}"
     ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parameters_of_a_model_file_are_kept_with_their_comments() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.toml");
+        assert_eq!(parameters_of(&path).unwrap(), "");
+        let airframe = Airframe::paper();
+        let text = plant_sim::scenario::NOMINAL;
+        let scenario = plant_sim::Scenario::from_toml("s", text, &airframe.effectors).unwrap();
+        let setup = scenario.plant.setup(airframe, 0, icd::ControlPeriod::DEFAULT, 1_000);
+        let belief = linearize(&setup, &[]).unwrap();
+        let table = "[parameters]\n# why\nFTC_ALLOC = 1 # how\n";
+        std::fs::write(&path, to_toml(&belief, table).unwrap()).unwrap();
+        assert_eq!(parameters_of(&path).unwrap(), table);
+        let read = autopilot::config::model("m", &to_toml(&belief, table).unwrap()).unwrap();
+        assert_eq!(read.belief, belief);
+    }
 
     #[test]
     fn rounding_keeps_nine_digits() {

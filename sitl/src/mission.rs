@@ -6,14 +6,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use autopilot::event::{EventKind, Wish};
-use autopilot::parameters::Parameters;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
-use plant_sim::setup::default_step_us;
+use plant_sim::setup::{Start, default_step_us};
 use plant_sim::{EarthModel, SetupError, scenario};
 
 use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
@@ -89,36 +88,37 @@ pub struct Flown {
     pub events: Vec<(f64, EventKind)>,
 }
 
-/// A plan with all that a plan can have, around a start point: two legs that climb, a turn on a slow circle, a
-/// rectangle flown twice, a descent on a circle to the left, and the return.
+/// A plan with all that a plan can have, around the start of a setup: two legs that climb, a turn on a slow circle, a
+/// rectangle flown twice, a descent on a circle to the left, and the return. Its lengths are in units of the
+/// aircraft's circles (`NAV_LOITER_RAD`).
 #[must_use]
-pub fn demo(start: Place) -> Plan {
-    let horizon = Horizon::at(start);
-    let point = |north_km: f64, east_km: f64, altitude_m: f64| Point {
-        place: Some(horizon.place_at(&Horizontal::new(north_km * 1.0e3, east_km * 1.0e3))),
-        altitude_m: Some(altitude_m),
+pub fn demo(setup: &FlightSetup) -> Plan {
+    let radius_m = setup.parameters.navigation.loiter_radius_m;
+    let Start { altitude_m: start_m, airspeed_m_s, .. } = setup.plant.start;
+    let horizon = Horizon::at(start(setup));
+    let point = |north: f64, east: f64, up: f64| Point {
+        place: Some(horizon.place_at(&Horizontal::new(north * radius_m, east * radius_m))),
+        altitude_m: Some(start_m + up * radius_m),
     };
-    let waypoint = |north_km, east_km, altitude_m| Action::Waypoint {
-        point: point(north_km, east_km, altitude_m),
-        acceptance_m: None,
-    };
-    let circle = |north_km, east_km, altitude_m, clockwise| Circle {
-        centre: point(north_km, east_km, altitude_m),
-        radius_m: Some(10_000.0),
+    let waypoint =
+        |north, east, up| Action::Waypoint { point: point(north, east, up), acceptance_m: None };
+    let circle = |north, east, up, clockwise| Circle {
+        centre: point(north, east, up),
+        radius_m: Some(radius_m),
         clockwise,
     };
     let actions = vec![
-        waypoint(30.0, 0.0, 5_500.0),
-        waypoint(30.0, 40.0, 6_500.0),
-        Action::ChangeSpeed { airspeed_m_s: 240.0 },
-        Action::LoiterTurns { circle: circle(0.0, 70.0, 6_000.0, true), turns: 1.0 },
-        Action::ChangeSpeed { airspeed_m_s: 264.0 },
-        waypoint(-45.0, 50.0, 5_000.0),
-        waypoint(-45.0, 0.0, 5_000.0),
-        waypoint(-10.0, 0.0, 5_500.0),
-        waypoint(-10.0, 50.0, 5_500.0),
+        waypoint(3.0, 0.0, 0.05),
+        waypoint(3.0, 4.0, 0.15),
+        Action::ChangeSpeed { airspeed_m_s: airspeed_m_s * 10.0 / 11.0 },
+        Action::LoiterTurns { circle: circle(0.0, 7.0, 0.1, true), turns: 1.0 },
+        Action::ChangeSpeed { airspeed_m_s },
+        waypoint(-4.5, 5.0, 0.0),
+        waypoint(-4.5, 0.0, 0.0),
+        waypoint(-1.0, 0.0, 0.05),
+        waypoint(-1.0, 5.0, 0.05),
         Action::Jump { to: 5, times: Some(1) },
-        Action::LoiterToAltitude(circle(10.0, 15.0, 4_000.0, false)),
+        Action::LoiterToAltitude(circle(1.0, 1.5, -0.1, false)),
         Action::Return,
     ];
     let items = actions.into_iter().map(|action| Item { action, autocontinue: true }).collect();
@@ -142,10 +142,11 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     plant.wind.towards_rad = WIND_TOWARDS_RAD;
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.seed = options.seed;
+    let model = aircraft.model()?;
     Ok(FlightSetup {
         plant,
-        belief: aircraft.model()?,
-        parameters: aircraft.parameters(Parameters::default())?,
+        belief: model.belief,
+        parameters: aircraft.parameters(model.defaults)?,
         references: nominal.references,
         script: nominal.script.map(Arc::new),
         duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
@@ -197,13 +198,10 @@ impl TrackPoint {
         let navigation = &snapshot.navigation;
         Self {
             t_s: snapshot.time.as_seconds(),
-            place: Place {
-                latitude_rad: snapshot.sensors.latitude_rad,
-                longitude_rad: snapshot.sensors.longitude_rad,
-            },
+            place: Place::of(snapshot.motion()),
             altitude_m: [truth.altitude_m, snapshot.demand.altitude_m],
             airspeed_m_s: [truth.airspeed_m_s, snapshot.demand.airspeed_m_s],
-            roll_rad: [snapshot.log.state.attitude.phi, snapshot.demand.roll_rad],
+            roll_rad: [snapshot.motion().attitude.phi, snapshot.demand.roll_rad],
             mode: snapshot.mode,
             item: navigation.item,
             cross_track_m: navigation.cross_track_m,
@@ -225,7 +223,7 @@ impl TrackPoint {
 /// What keeps it from being flown or drawn, in words for the operator.
 pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
-    let plan = Arc::new(demo(start(&setup)));
+    let plan = Arc::new(demo(&setup));
     let flown = fly(&setup, &begin(&plan))?;
     let figure = figures::mission(&plan, start(&setup), &flown)?;
     fs::create_dir_all(&options.out)?;

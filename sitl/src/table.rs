@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use icd::ControlPeriod;
-use plant_sim::Attained;
+use flight_control::StepLog;
+use icd::{ControlPeriod, Effector, EffectorKind, EffectorList};
+use plant_sim::{Attained, Truth};
 
 /// Rows of a file are at least this far apart, us: 100 Hz.
 const ROW_SPACING_US: u32 = 10_000;
@@ -152,13 +153,103 @@ pub fn header() -> String {
     Row::COLUMNS.join(",") + "\n"
 }
 
+/// The columns for any aircraft: those of [`Row`], with its own effectors where those of the paper's jet stand.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    names: Vec<String>,
+    sources: Vec<Source>,
+}
+
+/// Where a column comes from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    /// A place in [`Row`].
+    Row(usize),
+    /// What is left of an effector's position.
+    Position(Effector),
+    /// The command of an effector.
+    Command(Effector),
+}
+
+impl Columns {
+    /// For an aircraft with these effectors.
+    #[must_use]
+    pub fn of(effectors: &EffectorList) -> Self {
+        let mut columns = Self { names: Vec::new(), sources: Vec::new() };
+        let is_command = |column: &str| column.starts_with("cmd_");
+        let is_position = |column: &str| {
+            Row::COLUMNS.iter().any(|other| other.strip_prefix("cmd_") == Some(column))
+        };
+        let mut before = "";
+        for (place, column) in Row::COLUMNS.iter().enumerate() {
+            if is_position(column) {
+                if !is_position(before) {
+                    columns.add("", effectors, Source::Position);
+                }
+            } else if is_command(column) {
+                if !is_command(before) {
+                    columns.add("cmd_", effectors, Source::Command);
+                }
+            } else if !is_of_missing_nozzle(column, effectors) {
+                columns.names.push((*column).to_owned());
+                columns.sources.push(Source::Row(place));
+            }
+            before = column;
+        }
+        columns
+    }
+
+    fn add(&mut self, prefix: &str, effectors: &EffectorList, source: fn(Effector) -> Source) {
+        for effector in effectors.all() {
+            self.names.push(format!("{prefix}{}", name(effectors, effector)));
+            self.sources.push(source(effector));
+        }
+    }
+
+    /// The first line of a table.
+    #[must_use]
+    pub fn header(&self) -> String {
+        self.names.join(",") + "\n"
+    }
+
+    /// Adds the line of a tick.
+    pub fn push(&self, text: &mut String, row: &Row, truth: &Truth, log: &StepLog) {
+        let row = row.values();
+        let values = self.sources.iter().map(|source| match *source {
+            Source::Row(place) => row[place],
+            Source::Position(effector) => truth.deflections[effector],
+            Source::Command(effector) => log.commands[effector],
+        });
+        push_values(text, values);
+    }
+}
+
+/// Name of an effector's column; the only engine is the thrust.
+fn name(effectors: &EffectorList, effector: Effector) -> String {
+    if effectors.only(EffectorKind::Engine) == Some(effector) {
+        return "thrust_n".to_owned();
+    }
+    format!("{}_{}", effectors.key(effector), effectors.unit(effector))
+}
+
+/// Whether a column is about a nozzle that the aircraft does not have.
+fn is_of_missing_nozzle(column: &str, effectors: &EffectorList) -> bool {
+    [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw]
+        .into_iter()
+        .any(|kind| column.contains(kind.key()) && effectors.only(kind).is_none())
+}
+
 /// Adds the line of a row.
 pub fn push_row(text: &mut String, row: &Row) {
-    for (index, value) in row.values().iter().enumerate() {
+    push_values(text, row.values().into_iter());
+}
+
+fn push_values(text: &mut String, values: impl Iterator<Item = f64>) {
+    for (index, value) in values.enumerate() {
         if index > 0 {
             text.push(',');
         }
-        push_value(text, *value);
+        push_value(text, value);
     }
     text.push('\n');
 }
@@ -194,6 +285,19 @@ mod tests {
     fn the_columns_are_those_promised_in_that_order() {
         let promised: Vec<_> = PROMISED.split_whitespace().collect();
         assert_eq!(Row::COLUMNS, promised.as_slice());
+    }
+
+    #[test]
+    fn the_columns_follow_the_effectors_of_the_aircraft() {
+        assert_eq!(Columns::of(&icd::tvc_jet::effectors()).header(), header());
+        let text = include_str!("../../plant-sim/airframes/aerosonde.toml");
+        let airframe = plant_sim::Airframe::from_toml("aerosonde.toml", text).unwrap();
+        let columns = Columns::of(&airframe.effectors);
+        assert!(columns.names.iter().all(|name| !name.contains("nozzle")), "{:?}", columns.names);
+        let engine = airframe.effectors.only(EffectorKind::Engine).unwrap();
+        let place = columns.names.iter().position(|name| name == "cmd_thrust_n").unwrap();
+        assert!(matches!(columns.sources[place], Source::Command(found) if found == engine));
+        assert_eq!(columns.names.len(), COUNT - 2 * 2 - 2);
     }
 
     proptest! {

@@ -269,7 +269,7 @@ fn fly_with_pauses(
 
 fn broken_elevator() -> FaultRequest {
     let kind = FaultKind::StuckAt { angle_rad: 0.1, travel: Travel::Jump };
-    FaultRequest::Inject { effector: tvc_jet::LEFT_ELEVATOR, kind, timing: Timing::NOW }
+    FaultRequest::Inject { target: tvc_jet::LEFT_ELEVATOR.into(), kind, timing: Timing::NOW }
 }
 
 #[test]

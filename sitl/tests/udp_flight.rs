@@ -111,12 +111,12 @@ fn a_setup_that_cannot_fly_is_told_by_the_process_that_finds_it() {
     setup.plant.start.airspeed_m_s = 5.0;
     match fly_udp(program(), &setup, &mut |_| {}) {
         Err(UdpFlightError::Process { process: "plant-sim", message, .. }) => {
-            assert!(message.contains("airspeed_m_s"), "{message}");
+            assert!(message.contains("steady level flight at 5 m/s"), "{message}");
         }
         other => panic!("{other:?}"),
     }
     setup.plant.start.airspeed_m_s = 264.0;
-    setup.parameters.gains.observer.bandwidth = f64::NAN;
+    setup.parameters.gains.neso.bandwidth = f64::NAN;
     match fly_udp(program(), &setup, &mut |_| {}) {
         Err(UdpFlightError::Process { process: "autopilot", message, .. }) => {
             assert!(message.contains("OBS_W0"), "{message}");

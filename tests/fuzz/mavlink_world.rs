@@ -51,12 +51,8 @@ impl World {
         let mut values = [0.0; Sensors::COUNT];
         values[6] = 1.0;
         values[10] = 264.0;
-        let sensors = Sensors {
-            airspeed_m_s: 264.0,
-            altitude_m: 5_000.0,
-            thrust_n: 27_000.0,
-            ..Sensors::from_array(&values)
-        };
+        (values[18], values[19], values[22]) = (5_000.0, 264.0, 27_000.0);
+        let sensors = Sensors::at(SimTime::ZERO, &values);
         let mut ground = Ground::new(&parameters, &belief, &[station(14_550)]);
         assert!(ground.open(TCP, true, WallTime::ZERO));
         let (now, sim) = (WallTime::ZERO, SimTime::ZERO);

@@ -14,7 +14,8 @@ const CHECKSUM: usize = 4;
 fn level_flight() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
-    Sensors { airspeed_m_s: 264.0, altitude_m: 5_000.0, ..Sensors::from_array(&values) }
+    (values[18], values[19]) = (5_000.0, 264.0);
+    Sensors::at(SimTime::ZERO, &values)
 }
 
 /// A question of a plant, an answer to it, and a refusal.

@@ -181,7 +181,7 @@ fn changed_parameters() -> Parameters {
 /// The controller's model, the autopilot's settings and the saved parameters.
 #[test]
 fn toml_of_the_autopilot() {
-    let parameters = to_text(&changed_parameters());
+    let parameters = to_text(&changed_parameters(), &Parameters::default());
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
         // What is wrong with any of them is an error.
@@ -189,7 +189,11 @@ fn toml_of_the_autopilot() {
             0 => drop(config::belief("model", &damaged(config::DEFAULT_BELIEF, &mut choices))),
             1 => drop(ConfigFile::from_toml("settings", &damaged(CONFIG, &mut choices))),
             _ => {
-                let read = from_text("parameters", &damaged(&parameters, &mut choices));
+                let read = from_text(
+                    "parameters",
+                    &damaged(&parameters, &mut choices),
+                    &Parameters::default(),
+                );
                 if let Ok(read) = read {
                     assert_eq!(read.check(), Ok(()), "what was read is in range");
                 }

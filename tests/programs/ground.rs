@@ -132,8 +132,15 @@ impl Ground {
 
     /// Uploads a plan of waypoints (latitude, longitude, 1e-7 deg, altitude above the sea, m), and waits until it is taken.
     pub fn upload(&mut self, waypoints: &[(i32, i32, f32)]) -> MavMissionResult {
+        let command = MavCmd::MAV_CMD_NAV_WAYPOINT;
+        let item = |&(x, y, z)| MISSION_ITEM_INT_DATA { x, y, z, command, ..Default::default() };
+        self.upload_items(&waypoints.iter().map(item).collect::<Vec<_>>())
+    }
+
+    /// The same with items of any command; number, frame and target are filled in.
+    pub fn upload_items(&mut self, items: &[MISSION_ITEM_INT_DATA]) -> MavMissionResult {
         (self.wanted_item, self.plan_answer) = (None, None);
-        let count = u16::try_from(waypoints.len()).expect("a short plan");
+        let count = u16::try_from(items.len()).expect("a short plan");
         let to = (1, 1);
         self.send(&MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
             count,
@@ -149,18 +156,13 @@ impl Ground {
                 return answer;
             }
             let seq = self.wanted_item.take().expect("waited for it");
-            let (x, y, z) = waypoints[usize::from(seq)];
             self.send(&MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {
-                x,
-                y,
-                z,
                 seq,
-                command: MavCmd::MAV_CMD_NAV_WAYPOINT,
                 frame: MavFrame::MAV_FRAME_GLOBAL,
                 autocontinue: 1,
                 target_system: to.0,
                 target_component: to.1,
-                ..Default::default()
+                ..items[usize::from(seq)].clone()
             }));
         }
     }

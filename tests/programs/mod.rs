@@ -20,17 +20,8 @@ pub fn program(name: &str) -> PathBuf {
         let test = std::env::current_exe().expect("a test has a path");
         let folder = test.ancestors().nth(2).expect("target/profile/deps/test").to_path_buf();
         let mut build = Command::new(env!("CARGO"));
-        build.args([
-            "build",
-            "--quiet",
-            "-p",
-            "sitl",
-            "-p",
-            "autopilot",
-            "-p",
-            "plant-sim",
-            "--bins",
-        ]);
+        // With one test, so that features are those of `cargo test --workspace`, which has built them already.
+        build.args(["build", "--quiet", "--workspace", "--bins", "--test", "architecture"]);
         if folder.ends_with("release") {
             build.arg("--release");
         }

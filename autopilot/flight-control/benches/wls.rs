@@ -5,9 +5,9 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use flight_control::allocation::attainable::axis_reach;
 use flight_control::allocation::{ActiveSet, Column, Settings, allocate};
-use flight_control::gains::CompensatorMode;
-use flight_control::{Belief, Demand, FlightControl, Gains};
-use icd::{Attitude, Body, ControlPeriod, EulerAngles, Ned, Sensors};
+use flight_control::gains::{AllocationMode, CompensatorMode};
+use flight_control::{Belief, Demand, FlightControl, Gains, NavigationState};
+use icd::{ControlPeriod, EulerAngles, Ned};
 use nalgebra::Vector3;
 
 /// Two pairs of ailerons, two elevators, two canards, two rudders, nozzle with two axes: rad/s² per rad.
@@ -61,31 +61,34 @@ fn allocation(c: &mut Criterion) {
     });
 }
 
-/// One control step with the compensator awake, to compare with.
+/// One control step with the compensator awake, to compare with; then the same that allocates by least squares, one look
+/// at the attainable set in fifty steps included.
 fn control_step(c: &mut Criterion) {
     let belief: Belief =
         toml::from_str(include_str!("../../models/tvc_jet.toml")).expect("file of the crate");
     let mut gains = Gains::REFERENCE;
     gains.selection.compensator = CompensatorMode::AlwaysOn;
-    let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &gains);
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let trim = &belief.trim;
-    let euler = EulerAngles { phi: 0.05, theta: trim.theta_rad, psi: 0.0 };
-    let sensors = Sensors {
-        body_rates: Body::new(0.1, 0.02, -0.01),
-        specific_force: Body::new(0.0, 0.0, -9.8),
-        attitude: Attitude::from_euler(euler),
+    let state = NavigationState {
+        rates: Vector3::new(0.1, 0.02, -0.01),
+        attitude: EulerAngles { phi: 0.05, theta: trim.theta_rad, psi: 0.0 },
         velocity: Ned::new(264.0, 0.0, 0.0),
-        position: Ned::new(0.0, 0.0, -5_000.0),
-        latitude_rad: 0.6,
-        longitude_rad: -2.0,
         altitude_m: 5_000.0,
         airspeed_m_s: 264.0,
-        angle_of_attack_rad: trim.theta_rad,
-        sideslip_rad: 0.01,
+        alpha: trim.theta_rad,
+        beta: 0.01,
         thrust_n: trim.thrust_n,
+        ..NavigationState::at_rest()
     };
-    c.bench_function("control step", |b| b.iter(|| flight.step(black_box(&sensors), &demand)));
+    for (name, allocation) in [
+        ("control step", AllocationMode::Paper),
+        ("control step, compensation by wls", AllocationMode::Wls),
+    ] {
+        gains.selection.allocation = allocation;
+        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &gains);
+        c.bench_function(name, |b| b.iter(|| flight.step(black_box(&state), &demand)));
+    }
 }
 
 criterion_group!(benches, control_step, allocation);

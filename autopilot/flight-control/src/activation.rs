@@ -5,8 +5,52 @@
 
 use icd::ControlPeriod;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
-use crate::gains::{ActivationGains, CompensatorMode};
+use crate::gains::{CompensatorMode, Tunable, rows};
+
+/// Gains of the activation logic.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ActivationGains {
+    /// Roll level of |z2|, rad/s².
+    pub level_roll: f64,
+    /// Pitch level of |z2|, rad/s².
+    pub level_pitch: f64,
+    /// Yaw level of |z2|, rad/s².
+    pub level_yaw: f64,
+    /// The level must be exceeded this long without a break, s.
+    pub on_dwell_s: f64,
+    /// Release below this fraction of the level.
+    pub hysteresis: f64,
+    /// The estimate must stay below the release level this long without a break, s.
+    pub off_dwell_s: f64,
+    /// The compensation fades in and out over this time, s.
+    pub fade_s: f64,
+}
+
+/// Rows of [`ActivationGains`].
+pub const TUNABLES: &[Tunable] = rows! { activation:
+    "ACT_LVL_P", "rad/s^2", 0.001, 100.0, level_roll, "Roll level of the estimate that wakes the compensator";
+    "ACT_LVL_Q", "rad/s^2", 0.001, 100.0, level_pitch, "Pitch level of the estimate that wakes the compensator";
+    "ACT_LVL_R", "rad/s^2", 0.001, 100.0, level_yaw, "Yaw level of the estimate that wakes the compensator";
+    "ACT_T_ON", "s", 0.001, 10.0, on_dwell_s, "Time above the level before the compensator wakes";
+    "ACT_HYST", "-", 0.01, 0.99, hysteresis, "Release below this fraction of the level";
+    "ACT_T_OFF", "s", 0.001, 600.0, off_dwell_s, "Time below the release level before it sleeps again";
+    "ACT_FADE", "s", 0.001, 10.0, fade_s, "Time in which the compensation fades in and out";
+};
+
+impl ActivationGains {
+    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
+    pub const REFERENCE: Self = Self {
+        level_roll: 1.05,
+        level_pitch: 0.30,
+        level_yaw: 0.18,
+        on_dwell_s: 0.02,
+        hysteresis: 0.25,
+        off_dwell_s: 5.0,
+        fade_s: 0.05,
+    };
+}
 
 /// State of the activation logic.
 ///

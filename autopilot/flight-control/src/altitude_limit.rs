@@ -4,9 +4,9 @@ use icd::ControlPeriod;
 use serde::{Deserialize, Serialize};
 
 use crate::belief::Belief;
-use crate::estimator::State;
 use crate::main_controller::Demand;
 use crate::mixer::{Saturation, Side};
+use crate::navigation::NavigationState;
 
 /// An altitude error inside this is held, m.
 const HELD_WITHIN_M: f64 = 10.0;
@@ -83,13 +83,13 @@ impl AltitudeWatch {
     /// One step; `saturated` is that of the same step.
     pub fn step(
         &mut self,
-        state: &State,
+        state: &NavigationState,
         demand: &Demand,
         saturated: &Saturation,
         belief: &Belief,
     ) -> Option<AltitudeLimit> {
         let error = state.altitude_m - demand.altitude_m;
-        let closing = -libm::copysign(1.0, error) * state.climb_rate_m_s;
+        let closing = -libm::copysign(1.0, error) * state.climb_rate_m_s();
         let stands = error.abs() > HELD_WITHIN_M && closing < CLOSING_M_S;
         match missing(state, demand, saturated, belief).filter(|_| stands) {
             Some(limit) => {
@@ -109,7 +109,7 @@ impl AltitudeWatch {
 
 /// What is at its limit; the wing before the elevator that drives it there, both before the engine.
 fn missing(
-    state: &State,
+    state: &NavigationState,
     demand: &Demand,
     saturated: &Saturation,
     belief: &Belief,
@@ -130,9 +130,14 @@ fn missing(
 mod tests {
     use super::*;
     use crate::testing;
+    use icd::Ned;
 
     /// What is named after so many seconds of the same step.
-    fn after(seconds: f64, state: &State, saturated: Saturation) -> Option<AltitudeLimit> {
+    fn after(
+        seconds: f64,
+        state: &NavigationState,
+        saturated: Saturation,
+    ) -> Option<AltitudeLimit> {
         let mut watch = AltitudeWatch::new(ControlPeriod::DEFAULT);
         let mut named = None;
         let mut left_s = seconds;
@@ -143,8 +148,8 @@ mod tests {
         named
     }
 
-    fn low() -> State {
-        State { altitude_m: 4_900.0, ..testing::level_state() }
+    fn low() -> NavigationState {
+        NavigationState { altitude_m: 4_900.0, ..testing::level_state() }
     }
 
     const ELEVATOR: Saturation = Saturation {
@@ -160,18 +165,18 @@ mod tests {
     fn an_error_that_stands_at_a_limit_is_named_after_three_seconds_with_what_is_missing() {
         assert_eq!(after(2.9, &low(), ELEVATOR), None);
         assert_eq!(after(3.1, &low(), ELEVATOR), Some(AltitudeLimit::Elevator));
-        let stalled = State { alpha: 0.26, ..low() };
+        let stalled = NavigationState { alpha: 0.26, ..low() };
         assert_eq!(after(3.1, &stalled, ELEVATOR), Some(AltitudeLimit::Wing));
-        let slow = State { airspeed_m_s: 250.0, ..low() };
+        let slow = NavigationState { airspeed_m_s: 250.0, ..low() };
         let full = Saturation { thrust: Side::Above, ..Saturation::default() };
         assert_eq!(after(3.1, &slow, full), Some(AltitudeLimit::Engine));
     }
 
     #[test]
     fn a_climb_a_small_error_and_an_error_without_a_limit_are_not_named() {
-        let climbing = State { climb_rate_m_s: 5.0, ..low() };
+        let climbing = NavigationState { velocity: Ned::new(264.0, 0.0, -5.0), ..low() };
         assert_eq!(after(60.0, &climbing, ELEVATOR), None);
-        let close = State { altitude_m: 4_995.0, ..low() };
+        let close = NavigationState { altitude_m: 4_995.0, ..low() };
         assert_eq!(after(60.0, &close, ELEVATOR), None);
         assert_eq!(after(60.0, &low(), Saturation::default()), None);
     }

@@ -1,24 +1,117 @@
 //! How much of its effectors the compensator still has: the reserve of each axis.
 
-use icd::{EffectorKind, PerEffector};
+use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 use serde::{Deserialize, Serialize};
 
+use crate::allocation::attainable::axis_reach;
+use crate::allocator::Columns;
 use crate::belief::{Belief, ServoBelief};
+use crate::design_model::{DesignModel, FlightCondition};
+use crate::gains::AllocationMode;
 
-/// Remaining authority of each axis, 0 (nothing left) to 100 (the effector is at neutral), percent.
+/// Remaining authority of each axis, 0 (nothing left) to 100 (all effectors at neutral), percent.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Authority {
-    /// Left in δ_a, the aileron pair, percent.
+    /// Left in roll, in the direction that has less.
     pub roll_pct: f64,
-    /// Left in δ_z, the nozzle's pitch angle, percent.
+    /// Left in pitch, likewise.
     pub pitch_pct: f64,
-    /// Left in δ_y, the nozzle's yaw angle, percent.
+    /// Left in yaw, likewise.
     pub yaw_pct: f64,
+    /// Left for negative moments of roll, pitch and yaw: to the left, nose down, nose left.
+    pub negative_pct: [f64; 3],
+    /// Left for positive ones: to the right, nose up, nose right.
+    pub positive_pct: [f64; 3],
 }
 
 impl Authority {
     /// Nothing is left on any axis.
-    pub const NONE: Self = Self { roll_pct: 0.0, pitch_pct: 0.0, yaw_pct: 0.0 };
+    pub const NONE: Self = Self {
+        roll_pct: 0.0,
+        pitch_pct: 0.0,
+        yaw_pct: 0.0,
+        negative_pct: [0.0; 3],
+        positive_pct: [0.0; 3],
+    };
+}
+
+/// Time between two looks at the attainable set, which costs several control steps, us.
+const LOOK_EVERY_US: u32 = 100_000;
+
+/// Computes the authority: of Eq. (25) in each step, of the attainable set ten times a second.
+#[derive(Debug, Clone)]
+pub struct AuthorityWatch {
+    period: ControlPeriod,
+    /// Time until the next look at the attainable set, us.
+    due_us: u32,
+    last: Authority,
+}
+
+impl AuthorityWatch {
+    /// Looks in its first step.
+    #[must_use]
+    pub fn new(period: ControlPeriod) -> Self {
+        Self { period, due_us: 0, last: Authority::NONE }
+    }
+
+    /// Looks in the next step.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.period);
+    }
+
+    /// What is left with these commands, rad, engine N; `thrust_n` is measured.
+    pub fn step(
+        &mut self,
+        allocation: AllocationMode,
+        commands: &PerEffector<f64>,
+        thrust_n: f64,
+        model: &DesignModel,
+        at: &FlightCondition,
+    ) -> Authority {
+        if allocation == AllocationMode::Paper {
+            self.due_us = 0;
+            return authority(commands, thrust_n, model.belief());
+        }
+        if self.due_us == 0 {
+            self.last = attainable_authority(commands, model, at);
+            self.due_us = LOOK_EVERY_US;
+        }
+        self.due_us = self.due_us.saturating_sub(self.period.as_micros());
+        self.last
+    }
+}
+
+/// Authority from the attainable set ([`crate::allocation::attainable`]): how far each axis can still be driven from the
+/// present commands, the other two left as they are, over how far it could be driven from neutral. Both ways; what
+/// is more than from neutral counts as 100 %.
+#[must_use]
+pub fn attainable_authority(
+    commands: &PerEffector<f64>,
+    model: &DesignModel,
+    at: &FlightCondition,
+) -> Authority {
+    let neutral = PerEffector::default();
+    let columns = Columns::new(model, at, &neutral);
+    let reach = |positions| axis_reach(columns.as_slice(), &columns.pick(positions)).axes();
+    let (left, whole) = (reach(commands), reach(&neutral));
+    let part = |left: f64, whole: f64| {
+        if whole > 0.0 { 100.0 * (left / whole).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    let of = |axis: usize| {
+        let (left, whole) = (&left[axis], &whole[axis]);
+        [part(left.negative, whole.negative), part(left.positive, whole.positive)]
+    };
+    Authority::of_sides([of(0), of(1), of(2)])
+}
+
+impl Authority {
+    /// From what is left for negative and positive moments of each axis.
+    fn of_sides(sides: [[f64; 2]; 3]) -> Self {
+        let [roll_pct, pitch_pct, yaw_pct] =
+            sides.map(|[negative, positive]| negative.min(positive));
+        let (negative_pct, positive_pct) = (sides.map(|side| side[0]), sides.map(|side| side[1]));
+        Self { roll_pct, pitch_pct, yaw_pct, negative_pct, positive_pct }
+    }
 }
 
 /// Way that is left to the effectors by which the compensator acts, in the direction in which they stand.
@@ -31,31 +124,54 @@ impl Authority {
 ///
 /// The nozzle works by thrust alone. Below T_min, the thrust that Eq. (25) divides by at least, it gives only
 /// the part T / T_min of the moment that is counted on; pitch and yaw are multiplied by that. `thrust_n` is the
-/// measured T, N.
+/// measured T, N. For either direction of the moment the same holds with the travel in that direction.
 #[must_use]
 pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, belief: &Belief) -> Authority {
     let effectors = &belief.effectors;
-    let left = |effector| left(commands[effector], &effectors.servos[effector]);
+    let servo = |effector: Effector| &effectors.servos[effector];
+    // In percent: less than what an effector has left where it stands, and to either side.
+    let left = |effector| {
+        let [below, above] = ways(commands[effector], servo(effector));
+        let here = left(commands[effector], servo(effector));
+        [here, below, above]
+    };
     let nozzle = |kind| {
         let (Some(nozzle), Some(effector)) = (&belief.nozzle, effectors.list.only(kind)) else {
-            return 0.0;
+            return [0.0; 3];
         };
         let floor_n = nozzle.thrust_floor_n;
         // The order makes zero of a thrust that is not a number.
         let effect = if thrust_n >= floor_n { 1.0 } else { (thrust_n / floor_n).max(0.0) };
-        effect * left(effector)
+        left(effector).map(|left| effect * left)
     };
     let rolls = effectors.list.all().filter(|effector| effectors.gains[*effector].roll != 0.0);
-    Authority {
-        roll_pct: rolls.map(left).fold(0.0, f64::max),
-        pitch_pct: nozzle(EffectorKind::NozzlePitch),
-        yaw_pct: nozzle(EffectorKind::NozzleYaw),
-    }
+    let most = |most: [f64; 3], left: [f64; 3]| {
+        [most[0].max(left[0]), most[1].max(left[1]), most[2].max(left[2])]
+    };
+    // A surface whose deflection rolls to the left has its way to the right below it.
+    let of_roll = |effector| match left(effector) {
+        [here, below, above] if effectors.c_roll[effector] < 0.0 => [here, above, below],
+        left => left,
+    };
+    let axes = [
+        rolls.map(of_roll).fold([0.0; 3], most),
+        nozzle(EffectorKind::NozzlePitch),
+        nozzle(EffectorKind::NozzleYaw),
+    ];
+    let [roll_pct, pitch_pct, yaw_pct] = axes.map(|axis| axis[0]);
+    let (negative_pct, positive_pct) = (axes.map(|axis| axis[1]), axes.map(|axis| axis[2]));
+    Authority { roll_pct, pitch_pct, yaw_pct, negative_pct, positive_pct }
 }
 
 fn left(command: f64, servo: &ServoBelief) -> f64 {
     let travel = if command < 0.0 { -servo.min } else { servo.max };
     100.0 * (1.0 - command.abs() / travel).clamp(0.0, 1.0)
+}
+
+/// Way below and above a command in parts of the travel there, percent.
+fn ways(command: f64, servo: &ServoBelief) -> [f64; 2] {
+    [servo.min, servo.max]
+        .map(|end| if end == 0.0 { 0.0 } else { 100.0 * (1.0 - command / end).clamp(0.0, 1.0) })
 }
 
 #[cfg(test)]
@@ -75,7 +191,8 @@ mod tests {
         for effector in [tvc_jet::NOZZLE_PITCH, tvc_jet::NOZZLE_YAW] {
             commands[effector] = fraction * belief.effectors.servos[effector].max;
         }
-        let Authority { roll_pct, pitch_pct, yaw_pct } = authority(&commands, thrust_n, &belief);
+        let Authority { roll_pct, pitch_pct, yaw_pct, .. } =
+            authority(&commands, thrust_n, &belief);
         [roll_pct, pitch_pct, yaw_pct]
     }
 
@@ -105,7 +222,69 @@ mod tests {
             commands[effector] = 0.3;
         }
         let left = authority(&commands, 27_000.0, &testing::belief());
-        assert_eq!(left, Authority { roll_pct: 100.0, pitch_pct: 100.0, yaw_pct: 100.0 });
+        assert_eq!([left.roll_pct, left.pitch_pct, left.yaw_pct], [100.0; 3]);
+    }
+
+    #[test]
+    fn with_the_ailerons_to_the_left_all_is_left_to_the_right() {
+        let belief = testing::belief();
+        let mut commands = PerEffector::default();
+        // A positive aileron command rolls to the left.
+        commands[tvc_jet::RIGHT_AILERON] =
+            0.75 * belief.effectors.servos[tvc_jet::RIGHT_AILERON].max;
+        commands[tvc_jet::LEFT_AILERON] = -commands[tvc_jet::RIGHT_AILERON];
+        let left = authority(&commands, 27_000.0, &belief);
+        assert_eq!(
+            (left.negative_pct[0], left.positive_pct[0], left.roll_pct),
+            (25.0, 100.0, 25.0)
+        );
+    }
+
+    /// An aircraft without a nozzle.
+    fn aerosonde() -> (DesignModel, FlightCondition) {
+        let model = DesignModel::new(testing::aerosonde());
+        let at = model.condition(model.design_point());
+        (model, at)
+    }
+
+    #[test]
+    fn the_attainable_set_has_all_at_neutral_and_what_the_elevators_have_left_of_pitch() {
+        let (model, at) = aerosonde();
+        let neutral = attainable_authority(&PerEffector::default(), &model, &at);
+        for left in neutral.negative_pct.into_iter().chain(neutral.positive_pct) {
+            assert!((left - 100.0).abs() < 1.0e-9, "{left} %");
+        }
+        let effectors = &model.belief().effectors;
+        let elevators = |part: f64| {
+            PerEffector::from_fn(|effector| {
+                let pitches = effectors.gains[effector].pitch != 0.0;
+                if pitches { part * effectors.servos[effector].max } else { 0.0 }
+            })
+        };
+        // Down is where a positive elevator pushes.
+        let down = attainable_authority(&elevators(0.6), &model, &at);
+        assert!((down.negative_pct[1] - 40.0).abs() < 1.0e-6, "{down:?}");
+        assert!(
+            (down.pitch_pct - 40.0).abs() < 1.0e-6 && down.positive_pct[1] == 100.0,
+            "{down:?}"
+        );
+        let end = attainable_authority(&elevators(1.0), &model, &at);
+        assert!(end.pitch_pct < 1.0e-6 && end.roll_pct > 90.0, "{end:?}");
+    }
+
+    #[test]
+    fn the_watch_looks_at_the_attainable_set_ten_times_a_second() {
+        let (model, at) = aerosonde();
+        let mut watch = AuthorityWatch::new(ControlPeriod::DEFAULT);
+        let mut changes = 0;
+        let mut last = Authority::NONE;
+        for tick in 0..500_u32 {
+            let commands = PerEffector::from_fn(|_| 2.0e-4 * f64::from(tick));
+            let now = watch.step(AllocationMode::Wls, &commands, 10.0, &model, &at);
+            changes += u32::from(now != last);
+            last = now;
+        }
+        assert_eq!(changes, 10);
     }
 
     proptest! {

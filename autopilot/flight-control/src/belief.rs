@@ -10,8 +10,10 @@ use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
 
 mod effectors;
+pub mod schedule;
 
 pub use effectors::{EffectorBelief, EffectorFile, ServoBelief, TablesError};
+pub use schedule::{Schedule, SchedulePoint};
 
 /// The controller's belief about the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,11 +32,17 @@ pub struct Belief {
     /// The nozzle; `None` for an aircraft without one.
     #[serde(default)]
     pub nozzle: Option<NozzleBelief>,
+    /// What the engine does beside its thrust; `None` where that is nothing.
+    #[serde(default)]
+    pub engine: Option<EngineBelief>,
     /// Steady level flight at the design point.
     pub trim: TrimBelief,
     /// The effectors: what they are, how the healthy ones move, what they do.
     #[serde(rename = "effector")]
     pub effectors: EffectorBelief,
+    /// What changes with the flight condition.
+    #[serde(default, rename = "at")]
+    pub schedule: Schedule,
 }
 
 /// Mass and inertia.
@@ -93,6 +101,25 @@ pub struct AirframeBelief {
     pub stall_ceiling_rad: f64,
 }
 
+impl AirframeBelief {
+    /// Between these and others, field by field.
+    fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            c_roll_beta: of(self.c_roll_beta, other.c_roll_beta),
+            c_roll_p: of(self.c_roll_p, other.c_roll_p),
+            c_roll_r: of(self.c_roll_r, other.c_roll_r),
+            c_pitch_0: of(self.c_pitch_0, other.c_pitch_0),
+            c_pitch_alpha: of(self.c_pitch_alpha, other.c_pitch_alpha),
+            c_pitch_q: of(self.c_pitch_q, other.c_pitch_q),
+            c_yaw_beta: of(self.c_yaw_beta, other.c_yaw_beta),
+            c_yaw_p: of(self.c_yaw_p, other.c_yaw_p),
+            c_yaw_r: of(self.c_yaw_r, other.c_yaw_r),
+            stall_onset_rad: of(self.stall_onset_rad, other.stall_onset_rad),
+            stall_ceiling_rad: of(self.stall_ceiling_rad, other.stall_ceiling_rad),
+        }
+    }
+}
+
 /// Lift coefficients, per rad; the pitch rate in rad/s times c/2V.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -105,6 +132,17 @@ pub struct LiftBelief {
     pub c_lift_q: f64,
 }
 
+impl LiftBelief {
+    /// Between these and others, field by field.
+    fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            c_lift_0: of(self.c_lift_0, other.c_lift_0),
+            c_lift_alpha: of(self.c_lift_alpha, other.c_lift_alpha),
+            c_lift_q: of(self.c_lift_q, other.c_lift_q),
+        }
+    }
+}
+
 /// The nozzle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -113,6 +151,16 @@ pub struct NozzleBelief {
     pub arm_m: f64,
     /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has no authority to speak of.
     pub thrust_floor_n: f64,
+}
+
+/// Roll moment of what turns with the engine, as a propeller: a zero and a slope over the thrust.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EngineBelief {
+    /// Roll moment without thrust, N m.
+    pub roll_zero_n_m: f64,
+    /// Roll moment per thrust, m.
+    pub roll_per_thrust_m: f64,
 }
 
 /// Steady level flight at the design point.
@@ -134,6 +182,8 @@ pub struct TrimBelief {
 /// A belief that the laws cannot fly with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeliefError {
+    /// Which `[[at]]` the key belongs to, counted from 1; 0 for the rest of the file.
+    pub point: u8,
     /// Name of the effector that the key belongs to; empty for the keys of the other tables.
     pub effector: Name,
     /// Key in the file.
@@ -148,7 +198,10 @@ pub struct BeliefError {
 
 impl fmt::Display for BeliefError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { effector, key, value, min, max } = self;
+        let Self { point, effector, key, value, min, max } = self;
+        if *point > 0 {
+            write!(f, "[[at]] number {point}: ")?;
+        }
         if !effector.is_empty() {
             write!(f, "effector `{effector}`: ")?;
         }
@@ -190,6 +243,10 @@ impl Belief {
             check("nozzle.arm_m", nozzle.arm_m, 0.01, 1.0e3)?;
             check("nozzle.thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
+        if let Some(engine) = &self.engine {
+            check("engine.roll_zero_n_m", engine.roll_zero_n_m, -1.0e6, 1.0e6)?;
+            check("engine.roll_per_thrust_m", engine.roll_per_thrust_m, -100.0, 100.0)?;
+        }
         let effectors = &self.effectors;
         effectors.validate()?;
         let [min, max] = effectors.thrust_range_n();
@@ -207,7 +264,8 @@ impl Belief {
         check("lift.c_lift_alpha (with balanced elevators)", slope, 1.0e-3, 100.0)?;
         let MassBelief { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
-        check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)
+        check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)?;
+        self.schedule.validate(self)
     }
 
     fn scalars(&self) -> [(&'static str, f64, f64, f64); 26] {
@@ -262,7 +320,7 @@ fn check_of(
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(BeliefError { effector: *effector, key, value, min, max })
+        Err(BeliefError { point: 0, effector: *effector, key, value, min, max })
     }
 }
 

@@ -1,9 +1,146 @@
-//! Step two b: the command that cancels the estimated fault with ailerons and nozzle.
+//! Step two: an estimate of the acceleration that no healthy aircraft would have, and the command of ailerons and
+//! nozzle that cancels it.
+//!
+//! A compensator is an [`Estimator`], one file in the folder of this module with its gains, their rows and its
+//! state. What its estimate becomes is the same for all: the command of Eq. (25) here, or increments of any
+//! effectors in [`crate::allocator`]. When it acts is the business of [`crate::activation`].
 
+use icd::ControlPeriod;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::design_model::{DesignModel, FlightCondition};
+use crate::gains::{CompensatorLaw, Gains};
+use crate::main_controller::Visitor;
+use incremental::Incremental;
+use linear_eso::LinearEso;
+use neso::Neso;
+
+pub mod incremental;
+pub mod linear_eso;
+pub mod neso;
+
+/// What a compensator estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// z: body rates, rad/s.
+    pub z: Vector3<f64>,
+    /// z2: angular acceleration by faults and disturbances, rad/s².
+    pub z2: Vector3<f64>,
+}
+
+/// Estimates the angular acceleration that the design model does not explain.
+pub trait Estimator {
+    /// One control period with measured body rates `y`, rad/s, and modelled acceleration f + U, rad/s².
+    ///
+    /// The first step only takes the measurement: z = y, z2 = 0.
+    fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) -> Estimate;
+
+    /// Another one has worked so far: goes on where it was.
+    fn start_from(&mut self, from: &Handover);
+
+    /// Shows each continuous state to a linearisation, which may change it.
+    fn states(&mut self, visit: &mut Visitor<'_>);
+}
+
+/// What one estimator leaves to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Handover {
+    /// Its last estimate.
+    pub estimate: Estimate,
+    /// The body rates of its last step, rad/s.
+    pub y: Vector3<f64>,
+    /// The modelled acceleration of its last step, rad/s².
+    pub modelled_acceleration: Vector3<f64>,
+}
+
+/// The estimator that works.
+#[derive(Debug, Clone)]
+enum Running {
+    Neso(Neso),
+    LinearEso(LinearEso),
+    Incremental(Incremental),
+}
+
+impl Running {
+    fn new(law: CompensatorLaw, gains: &Gains, period: ControlPeriod) -> Self {
+        match law {
+            CompensatorLaw::Neso => Self::Neso(Neso::new(&gains.neso, period)),
+            CompensatorLaw::LinearEso => Self::LinearEso(LinearEso::new(&gains.linear_eso, period)),
+            CompensatorLaw::Incremental => {
+                Self::Incremental(Incremental::new(&gains.incremental, period))
+            }
+        }
+    }
+
+    fn set_gains(&mut self, gains: &Gains) {
+        match self {
+            Self::Neso(law) => law.set_gains(&gains.neso),
+            Self::LinearEso(law) => law.set_gains(&gains.linear_eso),
+            Self::Incremental(law) => law.set_gains(&gains.incremental),
+        }
+    }
+
+    fn estimator(&mut self) -> &mut dyn Estimator {
+        match self {
+            Self::Neso(law) => law,
+            Self::LinearEso(law) => law,
+            Self::Incremental(law) => law,
+        }
+    }
+}
+
+/// Step two a: steps the chosen estimator, and changes estimators without a jump of the estimate.
+#[derive(Debug, Clone)]
+pub struct Compensator {
+    gains: Gains,
+    period: ControlPeriod,
+    running: Running,
+    works: CompensatorLaw,
+    last: Option<Handover>,
+}
+
+impl Compensator {
+    /// Waits for its first measurement.
+    #[must_use]
+    pub fn new(gains: &Gains, period: ControlPeriod) -> Self {
+        let works = gains.selection.compensator_law;
+        let running = Running::new(works, gains, period);
+        Self { gains: *gains, period, running, works, last: None }
+    }
+
+    /// Takes new gains; the estimates stay. Another estimator goes on with them in the next step.
+    pub fn set_gains(&mut self, gains: &Gains) {
+        self.gains = *gains;
+        self.running.set_gains(gains);
+    }
+
+    /// Forgets the estimates; the next step starts from its measurement.
+    pub fn reset(&mut self) {
+        *self = Self::new(&self.gains, self.period);
+    }
+
+    /// Shows the continuous states of the estimator.
+    pub fn states(&mut self, visit: &mut Visitor<'_>) {
+        self.running.estimator().states(visit);
+    }
+
+    /// One step with measured body rates `y`, rad/s, and modelled acceleration f + U, rad/s².
+    pub fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) -> Estimate {
+        let selected = self.gains.selection.compensator_law;
+        if selected != self.works {
+            self.running = Running::new(selected, &self.gains, self.period);
+            self.works = selected;
+            if let Some(last) = &self.last {
+                self.running.estimator().start_from(last);
+            }
+        }
+        let estimate = self.running.estimator().step(y, modelled_acceleration);
+        let modelled_acceleration = *modelled_acceleration;
+        self.last = Some(Handover { estimate, y: *y, modelled_acceleration });
+        estimate
+    }
+}
 
 /// u_cf: the redundant commands [Δδa, δz, δy], rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -56,47 +193,4 @@ pub fn compensate(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing;
-    use proptest::prelude::*;
-
-    fn setup() -> (DesignModel, FlightCondition) {
-        let model = DesignModel::new(testing::belief());
-        let at = model.condition(&testing::level_state());
-        (model, at)
-    }
-
-    proptest! {
-        #[test]
-        fn the_demand_cancels_the_estimate_through_g_c(p in -5.0..5.0, q in -1.0..1.0, r in -1.0..1.0) {
-            let (model, at) = setup();
-            let z2 = Vector3::new(p, q, r);
-            let u = compensate(&z2, 1.0, &model, &at);
-            // See Eq. (19): g_c u_cf = -F.
-            let effect = model.redundant_effectiveness(&at)
-                * Vector3::new(u.aileron_rad, u.nozzle_pitch_rad, u.nozzle_yaw_rad);
-            prop_assert!((effect + z2).norm() < 1.0e-12 * (1.0 + z2.norm()));
-        }
-    }
-
-    #[test]
-    fn asleep_means_exactly_zero() {
-        let (model, at) = setup();
-        assert_eq!(compensate(&Vector3::new(1.0, 2.0, 3.0), 0.0, &model, &at), Compensation::NONE);
-    }
-
-    #[test]
-    fn the_demand_stays_finite_without_thrust() {
-        let (model, at) = setup();
-        let at = FlightCondition { t_x_t: 0.0, ..at };
-        let u = compensate(&Vector3::new(1.0, 1.0, 1.0), 1.0, &model, &at);
-        assert!(u.nozzle_pitch_rad.is_finite() && u.nozzle_yaw_rad.is_finite());
-    }
-
-    #[test]
-    fn a_roll_to_the_right_is_met_by_positive_aileron() {
-        let (model, at) = setup();
-        assert!(compensate(&Vector3::new(1.0, 0.0, 0.0), 1.0, &model, &at).aileron_rad > 0.0);
-    }
-}
+mod tests;

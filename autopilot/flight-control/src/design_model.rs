@@ -6,23 +6,27 @@ use arrayvec::ArrayVec;
 use icd::{Effector, EffectorKind, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use crate::belief::{Belief, MassBelief};
-use crate::estimator::State;
+use crate::belief::{Belief, EffectorBelief, MassBelief, Schedule};
+use crate::level_turn::{LevelTurn, level_turn};
+use crate::navigation::NavigationState;
 
 pub mod atmosphere;
 
-/// Smallest airspeed in the coefficients, m/s: the rates are divided by it.
-const AIRSPEED_FLOOR_M_S: f64 = 20.0;
+/// Smallest airspeed in the coefficients as a part of that of the design point: the rates are divided by it.
+const AIRSPEED_FLOOR: f64 = 0.075;
 
 /// The design model with what can be computed once.
 #[derive(Debug, Clone)]
 pub struct DesignModel {
     belief: Belief,
+    schedule: Schedule,
     inverse_inertia: Matrix3<f64>,
     surfaces: Surfaces,
     nozzle_pitch: Option<Effector>,
     nozzle_yaw: Option<Effector>,
     aileron_pair: (f64, f64),
+    design_point: NavigationState,
+    design_turn: LevelTurn,
 }
 
 /// The aerodynamic surfaces: left and right ones together, and those that stand alone.
@@ -59,13 +63,17 @@ impl DesignModel {
             pairs: list.pairs().filter(|[left, _]| is_surface(left)).collect(),
             singles: list.singles().filter(is_surface).collect(),
         };
-        let per_roll = |coefficients| effectors.per_command(coefficients, |gains| gains.roll);
+        let design_point = design_point(&belief);
+        let condition = condition(&belief, &design_point);
         Self {
+            design_turn: level_turn(&belief, &design_point, &condition),
+            design_point,
             inverse_inertia: inverse_inertia(&belief.mass),
             surfaces,
             nozzle_pitch: list.only(EffectorKind::NozzlePitch),
             nozzle_yaw: list.only(EffectorKind::NozzleYaw),
-            aileron_pair: (per_roll(&effectors.c_roll), per_roll(&effectors.c_yaw)),
+            aileron_pair: aileron_pair(effectors),
+            schedule: belief.schedule,
             belief,
         }
     }
@@ -84,38 +92,54 @@ impl DesignModel {
 
     /// Steady level flight at the design point.
     #[must_use]
-    pub fn design_point(&self) -> State {
-        let trim = &self.belief.trim;
-        State {
-            attitude: EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 },
-            alpha: trim.theta_rad,
-            airspeed_m_s: trim.airspeed_m_s,
-            altitude_m: trim.altitude_m,
-            thrust_n: trim.thrust_n,
-            ..State::AT_REST
+    pub fn design_point(&self) -> &NavigationState {
+        &self.design_point
+    }
+
+    /// Trim of level flight at this airspeed, altitude, bank and thrust: that of the model file, plus what the model says
+    /// that is different from the design point. At the design point the difference is zero.
+    #[must_use]
+    pub fn trim(&self, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
+        let (trim, design) = (&self.belief.trim, &self.design_turn);
+        let here = level_turn(&self.belief, state, at);
+        LevelTurn {
+            theta_rad: trim.theta_rad + (here.theta_rad - design.theta_rad),
+            elevator_rad: trim.elevator_rad + (here.elevator_rad - design.elevator_rad),
+            pitch_rate_rad_s: here.pitch_rate_rad_s,
         }
+    }
+
+    /// Takes the coefficients at the condition of `state`; whether the model has any that change.
+    pub fn adapt(&mut self, state: &NavigationState) -> bool {
+        if self.schedule.is_empty() {
+            return false;
+        }
+        let v = state.airspeed_m_s;
+        let pressure_pa = 0.5 * atmosphere::density(state.altitude_m) * v * v;
+        self.schedule.put(pressure_pa, &mut self.belief);
+        self.aileron_pair = aileron_pair(&self.belief.effectors);
+        true
+    }
+
+    /// The model with the coefficients at the condition of `state`; `None` for one that is the same everywhere.
+    #[must_use]
+    pub fn at(&self, state: &NavigationState) -> Option<Self> {
+        let mut model = (!self.schedule.is_empty()).then(|| self.clone())?;
+        model.adapt(state);
+        Some(model)
     }
 
     /// Dynamic pressure and arms at `state`.
     #[must_use]
-    pub fn condition(&self, state: &State) -> FlightCondition {
-        let g = &self.belief.geometry;
-        let v = state.airspeed_m_s.max(AIRSPEED_FLOOR_M_S);
-        let q_s = 0.5 * atmosphere::density(state.altitude_m) * v * v * g.wing_area_m2;
-        FlightCondition {
-            q_s_b: q_s * g.span_m,
-            q_s_c: q_s * g.chord_m,
-            span_time: g.span_m / (2.0 * v),
-            chord_time: g.chord_m / (2.0 * v),
-            t_x_t: state.thrust_n * self.belief.nozzle_arm_m(),
-        }
+    pub fn condition(&self, state: &NavigationState) -> FlightCondition {
+        condition(&self.belief, state)
     }
 
     /// f(x): angular acceleration with all effectors at zero, rad/s².
     ///
     /// Implements Eq. (7): M times the aerodynamic moments at zero deflection, plus h(x).
     #[must_use]
-    pub fn bare_airframe(&self, state: &State, at: &FlightCondition) -> Vector3<f64> {
+    pub fn bare_airframe(&self, state: &NavigationState, at: &FlightCondition) -> Vector3<f64> {
         let a = &self.belief.airframe;
         let (p, q, r) = (state.rates.x, state.rates.y, state.rates.z);
         let beta = self.effective_angle(state.beta);
@@ -123,7 +147,10 @@ impl DesignModel {
         let c_roll = a.c_roll_beta * beta + (a.c_roll_p * p + a.c_roll_r * r) * at.span_time;
         let c_pitch = a.c_pitch_0 + a.c_pitch_alpha * alpha + a.c_pitch_q * q * at.chord_time;
         let c_yaw = a.c_yaw_beta * beta + (a.c_yaw_p * p + a.c_yaw_r * r) * at.span_time;
-        let moment = Vector3::new(at.q_s_b * c_roll, at.q_s_c * c_pitch, at.q_s_b * c_yaw);
+        let mut moment = Vector3::new(at.q_s_b * c_roll, at.q_s_c * c_pitch, at.q_s_b * c_yaw);
+        if let Some(engine) = &self.belief.engine {
+            moment.x += engine.roll_zero_n_m + engine.roll_per_thrust_m * state.thrust_n;
+        }
         self.inverse_inertia * moment + inertial_coupling(&self.belief.mass, &state.rates)
     }
 
@@ -178,11 +205,30 @@ impl DesignModel {
     #[must_use]
     pub fn acceleration(
         &self,
-        state: &State,
+        state: &NavigationState,
         at: &FlightCondition,
         positions: &PerEffector<f64>,
     ) -> Vector3<f64> {
         self.bare_airframe(state, at) + self.surfaces(at, positions) + self.nozzle(at, positions)
+    }
+
+    /// One column of g(x) and g_T(x): angular acceleration per rad of a surface or a nozzle angle, rad/s² per rad.
+    ///
+    /// Zero for an engine and for a place without an effector.
+    #[must_use]
+    pub fn effect(&self, at: &FlightCondition, effector: Effector) -> Vector3<f64> {
+        let s = &self.belief.effectors;
+        let moment = match s.list.kind(effector) {
+            Some(EffectorKind::NozzlePitch) => Vector3::new(0.0, at.t_x_t, 0.0),
+            Some(EffectorKind::NozzleYaw) => Vector3::new(0.0, 0.0, at.t_x_t),
+            Some(kind) if kind.is_surface() => Vector3::new(
+                at.q_s_b * s.c_roll[effector],
+                at.q_s_c * s.c_pitch[effector],
+                at.q_s_b * s.c_yaw[effector],
+            ),
+            _ => return Vector3::zeros(),
+        };
+        self.inverse_inertia * moment
     }
 
     /// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.
@@ -210,6 +256,37 @@ impl DesignModel {
         );
         self.inverse_inertia * moments
     }
+}
+
+fn design_point(belief: &Belief) -> NavigationState {
+    let trim = &belief.trim;
+    NavigationState {
+        attitude: EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 },
+        alpha: trim.theta_rad,
+        airspeed_m_s: trim.airspeed_m_s,
+        altitude_m: trim.altitude_m,
+        thrust_n: trim.thrust_n,
+        ..NavigationState::at_rest()
+    }
+}
+
+fn condition(belief: &Belief, state: &NavigationState) -> FlightCondition {
+    let g = &belief.geometry;
+    let v = state.airspeed_m_s.max(AIRSPEED_FLOOR * belief.trim.airspeed_m_s);
+    let q_s = 0.5 * atmosphere::density(state.altitude_m) * v * v * g.wing_area_m2;
+    FlightCondition {
+        q_s_b: q_s * g.span_m,
+        q_s_c: q_s * g.chord_m,
+        span_time: g.span_m / (2.0 * v),
+        chord_time: g.chord_m / (2.0 * v),
+        t_x_t: state.thrust_n * belief.nozzle_arm_m(),
+    }
+}
+
+/// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.
+fn aileron_pair(effectors: &EffectorBelief) -> (f64, f64) {
+    let per_roll = |coefficients| effectors.per_command(coefficients, |gains| gains.roll);
+    (per_roll(&effectors.c_roll), per_roll(&effectors.c_yaw))
 }
 
 /// M: inverse of the inertia matrix, 1/(kg m²).

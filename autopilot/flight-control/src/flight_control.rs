@@ -1,33 +1,35 @@
 //! One control step: the pipeline of the block diagram, nothing else.
 
-use icd::{Actuators, ControlPeriod, PerEffector, Sensors};
+use icd::{Actuators, ControlPeriod, PerEffector};
+use nalgebra::Vector3;
 
 use crate::activation::Activation;
+use crate::allocator::Allocator;
 use crate::altitude_limit::AltitudeWatch;
-use crate::authority::authority;
+use crate::authority::AuthorityWatch;
 use crate::belief::Belief;
-use crate::compensator::compensate;
-use crate::design_model::DesignModel;
-use crate::estimator::Estimator;
-use crate::gains::{Gains, ObserverMode};
+use crate::compensator::{Compensation, Compensator, compensate};
+use crate::design_model::{DesignModel, FlightCondition};
+use crate::gains::{AllocationMode, Gains, ObserverMode};
 use crate::health::Health;
 use crate::healthy_actuators::HealthyActuators;
 use crate::log::StepLog;
-use crate::main_controller::{Demand, MainCommand, MainController, References};
+use crate::main_controller::{Demand, Law, MainCommand, MainController, Visitor};
 use crate::mixer::{Mixed, Mixer, Saturation};
-use crate::observer::Observer;
+use crate::navigation::NavigationState;
 
 /// The flight control: both steps and what they remember.
 #[derive(Debug, Clone)]
 pub struct FlightControl {
     gains: Gains,
     model: DesignModel,
-    estimator: Estimator,
-    observer: Observer,
+    compensator: Compensator,
     activation: Activation,
     main_controller: MainController,
+    allocator: Allocator,
     mixer: Mixer,
     watch: AltitudeWatch,
+    authority: AuthorityWatch,
     /// Backward signal one: where healthy effectors are, from what the mixer asked in earlier steps.
     applied: HealthyActuators,
     /// The same without the compensation, for the literal observer.
@@ -54,13 +56,14 @@ impl FlightControl {
         let model = DesignModel::new(*belief);
         Self {
             gains: *gains,
-            estimator: Estimator::default(),
-            observer: Observer::new(&gains.observer, period),
+            compensator: Compensator::new(gains, period),
             activation: Activation::new(period),
-            main_controller: MainController::new(&gains.main, &model, period),
+            main_controller: MainController::new(gains, &model, period),
             model,
+            allocator: Allocator::default(),
             mixer: Mixer::new(&belief.effectors),
             watch: AltitudeWatch::new(period),
+            authority: AuthorityWatch::new(period),
             applied: actuators.clone(),
             main_only: actuators,
             saturation: Saturation::default(),
@@ -69,11 +72,12 @@ impl FlightControl {
 
     /// Back to the state before the first sample.
     pub fn reset(&mut self) {
-        self.estimator.reset();
-        self.observer.reset();
+        self.compensator.reset();
         self.activation.reset();
-        self.main_controller.reset();
+        self.main_controller.reset(&self.model);
+        self.allocator.reset();
         self.watch.reset();
+        self.authority.reset();
         self.applied.reset();
         self.main_only.reset();
         self.saturation = Saturation::default();
@@ -92,11 +96,12 @@ impl FlightControl {
         &self.gains
     }
 
-    /// Takes a validated set of gains from the next step on; estimates and integrators stay.
+    /// Takes a validated set of gains from the next step on; estimates and integrators stay. Another law goes on
+    /// where the last one was, without a bump.
     pub fn set_gains(&mut self, gains: &Gains) {
         self.gains = *gains;
-        self.observer.set_gains(&gains.observer);
-        self.main_controller.set_gains(&gains.main);
+        self.compensator.set_gains(gains);
+        self.main_controller.set_gains(gains);
     }
 
     /// The design model.
@@ -105,14 +110,36 @@ impl FlightControl {
         &self.model
     }
 
-    /// One control period: sensors in, commands out. Same state and inputs, same bits.
+    /// Shows the continuous states to a linearisation, which may change them. The modelled positions without the
+    /// compensation are states of their own only for the literal observer.
+    pub fn states(&mut self, visit: &mut Visitor<'_>) {
+        self.compensator.states(visit);
+        self.main_controller.states(visit);
+        self.applied.states(visit);
+        if self.gains.selection.observer == ObserverMode::Literal {
+            self.main_only.states(visit);
+        }
+    }
+
+    /// One control period: navigation state in, commands out. Same state and inputs, same bits.
     ///
-    /// The order is: sense, model, observer, activation, compensation, main controller, mixer, and at the
+    /// The order is: model, observer, activation, compensation, main controller, mixer, and at the
     /// end the model of the healthy actuators moves on.
-    pub fn step(&mut self, sensors: &Sensors, demand: &Demand) -> StepOutput {
+    pub fn step(&mut self, state: &NavigationState, demand: &Demand) -> StepOutput {
+        self.step_with(state, demand, None)
+    }
+
+    /// The same; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies.
+    pub fn step_with(
+        &mut self,
+        state: &NavigationState,
+        demand: &Demand,
+        own: Option<&mut dyn Law>,
+    ) -> StepOutput {
+        if self.model.adapt(state) {
+            self.mixer = Mixer::new(&self.model.belief().effectors);
+        }
         let gains = &self.gains;
-        let belief = self.model.belief();
-        let (state, implausible_input) = self.estimator.step(sensors);
 
         self.applied.measure_thrust(state.thrust_n);
         self.main_only.measure_thrust(state.thrust_n);
@@ -120,33 +147,35 @@ impl FlightControl {
             ObserverMode::Informed => self.applied.positions(),
             ObserverMode::Literal => self.main_only.positions(),
         };
-        let at = self.model.condition(&state);
-        let modelled_acceleration = self.model.acceleration(&state, &at, &modelled);
+        let at = self.model.condition(state);
+        let modelled_acceleration = self.model.acceleration(state, &at, &modelled);
 
-        self.observer.step(&state.rates, &modelled_acceleration);
-        let z2 = self.observer.z2();
+        let estimate = self.compensator.step(&state.rates, &modelled_acceleration);
+        let z2 = estimate.z2;
         let wake = self.activation.step(&z2, &gains.activation, gains.selection.compensator);
-        let compensation = compensate(&z2, wake.fade, &self.model, &at);
 
-        let law = gains.selection.main;
         let saturation = &self.saturation;
-        let main =
-            self.main_controller.step(&state, &at, demand, saturation, &gains.main, law, belief);
-        let mixed = self.mixer.mix(&main, &compensation);
-        let altitude_limit = self.watch.step(&state, demand, &mixed.saturation, belief);
-        let authority = authority(&mixed.commands, state.thrust_n, belief);
+        let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
+        let (compensation, mixed) = self.allocate(&main, &z2, wake.fade, &at);
+        let attained =
+            self.model.surfaces(&at, &mixed.increments) + self.model.nozzle(&at, &mixed.increments);
+        let belief = self.model.belief();
+        let altitude_limit = self.watch.step(state, demand, &mixed.saturation, belief);
+        let allocation = self.gains.selection.allocation;
+        let (commands, thrust_n) = (&mixed.commands, state.thrust_n);
+        let authority = self.authority.step(allocation, commands, thrust_n, &self.model, &at);
         let healthy_positions = *self.applied.positions();
         self.finish(&main, &mixed);
 
         let references = self.main_controller.references();
-        let References { altitude_m, roll_rad } =
-            references.unwrap_or(References { altitude_m: state.altitude_m, roll_rad: 0.0 });
+        let (altitude_m, roll_rad) = references
+            .map_or((state.altitude_m, 0.0), |tracked| (tracked.altitude_m, tracked.roll_rad));
         let log = StepLog {
-            state,
+            state: *state,
             altitude_reference_m: altitude_m,
             roll_reference_rad: roll_rad,
             airspeed_reference_m_s: demand.airspeed_m_s,
-            z: self.observer.z(),
+            z: estimate.z,
             z2,
             levels: wake.levels,
             level: wake.level,
@@ -155,15 +184,43 @@ impl FlightControl {
             main,
             compensation,
             applied_compensation: mixed.applied,
+            increments: mixed.increments,
+            attained,
             commands: mixed.commands,
             limited: mixed.limited,
             modelled: healthy_positions,
             authority,
             altitude_limit,
             modelled_acceleration,
-            health: health(implausible_input, &mixed.saturation),
+            health: health(
+                !state.valid.is_complete(),
+                self.main_controller.implausible(),
+                &mixed.saturation,
+            ),
         };
         StepOutput { actuators: Actuators { commands: mixed.commands }, log }
+    }
+
+    /// Step two b: the compensation that is asked for, and the commands of both steps together.
+    fn allocate(
+        &mut self,
+        main: &MainCommand,
+        z2: &Vector3<f64>,
+        fade: f64,
+        at: &FlightCondition,
+    ) -> (Compensation, Mixed) {
+        match self.gains.selection.allocation {
+            AllocationMode::Paper => {
+                let compensation = compensate(z2, fade, &self.model, at);
+                (compensation, self.mixer.mix(main, &compensation))
+            }
+            AllocationMode::Wls => {
+                let main = self.mixer.mix(main, &Compensation::NONE);
+                let increments = self.allocator.step(z2, fade, &self.model, at, &main.commands);
+                let mixed = self.mixer.add(main, &increments);
+                (mixed.applied, mixed)
+            }
+        }
     }
 
     /// Sends the two backward signals on their way to the next step.
@@ -180,9 +237,10 @@ impl FlightControl {
     }
 }
 
-fn health(implausible_input: bool, saturation: &Saturation) -> Health {
+fn health(implausible_input: bool, implausible_command: bool, saturation: &Saturation) -> Health {
     Health {
         implausible_input,
+        implausible_command,
         aileron_saturated: saturation.aileron.is_saturated(),
         elevator_saturated: saturation.elevator.is_saturated(),
         rudder_saturated: saturation.rudder.is_saturated(),

@@ -5,8 +5,10 @@ use serde::{Deserialize, Serialize};
 /// What was not normal in one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Health {
-    /// A sensor value was not finite or beyond what an aircraft can have; the last good set was used.
+    /// A part of the navigation state is not valid; its last good value was used.
     pub implausible_input: bool,
+    /// The main controller asked for something that is not finite; its last finite command was used.
+    pub implausible_command: bool,
     /// The total aileron demand is beyond the travel.
     pub aileron_saturated: bool,
     /// The elevator demand is beyond the travel.

@@ -6,6 +6,7 @@
 use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 
 use crate::belief::Belief;
+use crate::main_controller::Visitor;
 
 /// Lag and rate limit of one servo over one control period.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,6 +73,15 @@ impl HealthyActuators {
     #[must_use]
     pub fn positions(&self) -> &PerEffector<f64> {
         &self.positions
+    }
+
+    /// Shows the positions that the model integrates.
+    pub fn states(&mut self, visit: &mut Visitor<'_>) {
+        for (effector, servo) in self.servos.iter() {
+            if servo.fraction > 0.0 {
+                visit(&mut self.positions[effector]);
+            }
+        }
     }
 
     /// Takes over the measured thrust, N.

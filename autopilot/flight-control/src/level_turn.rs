@@ -6,10 +6,10 @@
 
 use crate::belief::Belief;
 use crate::design_model::FlightCondition;
-use crate::estimator::State;
+use crate::navigation::NavigationState;
 
 /// g, m/s², as in the standard atmosphere.
-const GRAVITY_M_S2: f64 = 9.806_65;
+pub const GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Cosine of the bank up to which the turn is level; beyond 60° the lift that is asked for falls again.
 const LEVEL_COSINE: f64 = 0.5;
@@ -44,7 +44,7 @@ fn load_factor(cos_phi: f64) -> f64 {
 /// C_Lδ and C_mδ are those of all effectors that follow the elevator command δe. The jet's sin α is written as α. The angle of attack is cut at the stall onset of the model: beyond it more
 /// angle gives no more lift that could be relied on.
 #[must_use]
-pub fn level_turn(belief: &Belief, state: &State, at: &FlightCondition) -> LevelTurn {
+pub fn level_turn(belief: &Belief, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
     let Belief { mass, geometry, airframe, lift, effectors, .. } = belief;
     let q_s = at.q_s_c / geometry.chord_m;
     let v = geometry.chord_m / (2.0 * at.chord_time);
@@ -77,7 +77,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn at(airspeed_m_s: f64, altitude_m: f64, bank_deg: f64, thrust_n: f64) -> LevelTurn {
-        let mut state = State { airspeed_m_s, altitude_m, thrust_n, ..testing::level_state() };
+        let mut state =
+            NavigationState { airspeed_m_s, altitude_m, thrust_n, ..testing::level_state() };
         state.attitude.phi = bank_deg.to_radians();
         let model = DesignModel::new(testing::belief());
         level_turn(model.belief(), &state, &model.condition(&state))

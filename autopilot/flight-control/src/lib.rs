@@ -5,13 +5,15 @@
 //! paper's; docs/equations.md is the index, docs/symbols.md the dictionary.
 //!
 //! ```text
-//!  Sensors ─> estimator ─> State ──┬─────────────> main_controller ── u1 ──┐        step one
-//!                                  │                    ^ saturated        v
-//!                                  ├─> design_model ─> observer ─> activation
-//!                                  │      ^ modelled      │ z2        │ fade
-//!                                  │      │ positions     v           v              step two
-//!                                  └──────┼───────────> compensator ── u_cf ──> mixer ─> Actuators
-//!                                         └── healthy_actuators <─────────────────┘
+//!  Sensors ─> navigation ─> NavigationState (for vehicle, guidance, scripts and telemetry too)
+//!                                │
+//!                                ├─────────────> main_controller ── u1 ──┐        step one
+//!                                │                    ^ saturated        v
+//!                                ├─> design_model ─> estimator of the compensator ─> activation
+//!                                │      ^ modelled      │ z2                            │ fade
+//!                                │      │ positions     v                               v  step two
+//!                                └──────┼───────────> compensate ── u_cf ──> mixer ─> Actuators
+//!                                       └── healthy_actuators <─────────────────┘
 //! ```
 //!
 //! Exactly two signals run backwards, both one period old: the modelled positions of healthy effectors
@@ -20,14 +22,15 @@
 //! | block of the paper | file |
 //! |---|---|
 //! | Fig. 1 | [`flight_control`] |
-//! | Figs. 2, 3: main controller, step one | [`main_controller`] |
-//! | NESO, step two a | [`observer`] |
+//! | the "sensors" of Fig. 1: samples to state | [`navigation`] |
+//! | Figs. 2, 3: main controller, step one | [`main_controller`]: the PID and the other laws |
+//! | NESO, step two a | [`compensator::neso`] |
 //! | automatic activation | [`activation`] |
 //! | compensator, step two b | [`mod@compensator`] |
 //! | design model f, g, g_T, g_c | [`design_model`] |
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
-//! | not in the paper: demand to any number of effectors | [`allocation`] |
+//! | not in the paper: demand to any number of effectors | [`allocator`], solver [`allocation`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
 //! | not in the paper: trim of level flight and level turns | [`mod@level_turn`] |
 //! | not in the paper: why the altitude is not held | [`altitude_limit`] |
@@ -43,12 +46,12 @@ extern crate std;
 
 pub mod activation;
 pub mod allocation;
+pub mod allocator;
 pub mod altitude_limit;
 pub mod authority;
 pub mod belief;
 pub mod compensator;
 pub mod design_model;
-pub mod estimator;
 pub mod flight_control;
 pub mod gains;
 pub mod guidance;
@@ -58,8 +61,7 @@ pub mod level_turn;
 pub mod log;
 pub mod main_controller;
 pub mod mixer;
-pub mod observer;
-pub mod pid;
+pub mod navigation;
 
 #[cfg(test)]
 mod testing;
@@ -69,10 +71,10 @@ pub use authority::Authority;
 pub use belief::Belief;
 pub use compensator::Compensation;
 pub use design_model::DesignModel;
-pub use estimator::State;
 pub use flight_control::{FlightControl, StepOutput};
-pub use gains::{CompensatorMode, Gains, MainLaw, ObserverMode};
+pub use gains::{AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode};
 pub use guidance::GuidanceGains;
 pub use health::Health;
 pub use log::StepLog;
-pub use main_controller::{Demand, MainCommand};
+pub use main_controller::{Demand, Law, LawInput, MainCommand, References};
+pub use navigation::{NavigationState, Navigator};

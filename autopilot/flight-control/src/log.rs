@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
 use crate::compensator::Compensation;
-use crate::estimator::State;
 use crate::health::Health;
 use crate::main_controller::MainCommand;
 use crate::mixer::EffectorSet;
+use crate::navigation::NavigationState;
 
 /// The signals of one control step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepLog {
-    /// What the estimator made of the sensors.
-    pub state: State,
+    /// What the laws knew of the aircraft.
+    pub state: NavigationState,
     /// Altitude reference after its slew limit, m.
     pub altitude_reference_m: f64,
     /// Roll reference after its lag, rad.
@@ -41,6 +41,11 @@ pub struct StepLog {
     pub compensation: Compensation,
     /// What of it was applied, after limits.
     pub applied_compensation: Compensation,
+    /// The same by effectors: what of each command is compensation, rad.
+    pub increments: PerEffector<f64>,
+    /// Angular acceleration that the increments give by the design model, rad/s²; with all of the demand met it is
+    /// minus z2.
+    pub attained: Vector3<f64>,
     /// What each effector is told, rad; engine N.
     pub commands: PerEffector<f64>,
     /// Which effectors were asked for more than their travel.

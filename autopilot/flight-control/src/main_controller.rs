@@ -1,17 +1,31 @@
-//! Step one: the laws of the healthy aircraft. It knows nothing of observer and compensator.
+//! Step one: the law of the healthy aircraft. It knows nothing of the compensator.
+//!
+//! A law is one file in the folder of this module: its gains and their rows, its state, its step. [`Law`] is all
+//! that the rest knows of it; a law of one's own implements the same trait (docs/own-law.md).
 
 use icd::ControlPeriod;
 use serde::{Deserialize, Serialize};
 
-use crate::belief::Belief;
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::estimator::State;
-use crate::gains::{AltitudeGains, MainGains, MainLaw, RollGains, SpeedGains};
-use crate::level_turn::{LevelTurn, level_turn};
+use crate::gains::{Gains, MainLaw, Tunable, rows};
 use crate::mixer::Saturation;
-use crate::pid::Integral;
+use crate::navigation::NavigationState;
+use lqr::Lqr;
+use ndi::Ndi;
+use pid::Pid;
+use pid_ganged_nozzle::PidGangedNozzle;
 
-mod ganged_nozzle;
+pub mod integral;
+pub mod lqr;
+pub mod ndi;
+pub mod pid;
+pub mod pid_ganged_nozzle;
+
+/// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
+const TRANSFER_S: f64 = 2.0;
+
+/// Largest command of a law that is believed, rad or N; beyond it sums could overflow.
+const COMMAND_MAX: f64 = 1.0e9;
 
 /// What the operator or the guidance wants.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,54 +62,200 @@ pub struct References {
     pub altitude_m: f64,
     /// φ_f, rad.
     pub roll_rad: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
 }
 
-/// The main controller: altitude, roll, yaw damper, speed hold.
+/// How references are shaped before any law sees them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceGains {
+    /// Slew limit of the altitude reference, m/s.
+    pub slew_m_s: f64,
+    /// Time constant of the lag on the roll reference, s.
+    pub roll_lag_s: f64,
+}
+
+impl ReferenceGains {
+    /// This project's choice.
+    pub const REFERENCE: Self = Self { slew_m_s: 100.0, roll_lag_s: 0.3 };
+}
+
+/// Rows of [`ReferenceGains`].
+pub const TUNABLES: &[Tunable] = rows! { references:
+    "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
+    "ROL_LAG", "s", 0.01, 10.0, roll_lag_s, "Time constant of the lag on the roll reference";
+};
+
+/// All that a law is given in one step.
+#[derive(Debug, Clone, Copy)]
+pub struct LawInput<'a> {
+    /// What is known of the aircraft.
+    pub state: &'a NavigationState,
+    /// What is wanted.
+    pub references: &'a References,
+    /// What the effectors could not give in the last step, for integrators.
+    pub saturated: &'a Saturation,
+    /// The model of the healthy aircraft.
+    pub model: &'a DesignModel,
+    /// Dynamic pressure and arms of the model at `state`.
+    pub at: &'a FlightCondition,
+    /// Control period, s.
+    pub h: f64,
+}
+
+/// A main controller: navigation state and references in, commands out.
+///
+/// A step cannot fail and must not allocate. A command that is not finite never reaches an effector: the last
+/// finite one of the same axis stands in.
+pub trait Law {
+    /// One control period.
+    fn step(&mut self, input: &LawInput<'_>) -> MainCommand;
+
+    /// Another law has flown so far and `command` was its last one: integrators start so that the first step of
+    /// this law asks for the same. What remains of the difference fades out over two seconds.
+    fn start_from(&mut self, _input: &LawInput<'_>, _command: &MainCommand) {}
+
+    /// Shows each continuous state to a linearisation, which may change it. Counters and switches are not among them.
+    fn states(&mut self, _visit: &mut Visitor<'_>) {}
+}
+
+/// Who looks at continuous states, one after the other, always in the same order.
+pub type Visitor<'a> = dyn FnMut(&mut f64) + 'a;
+
+/// The law that flies.
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one, and nothing may allocate")]
+enum Running {
+    Pid(Pid),
+    PidGangedNozzle(PidGangedNozzle),
+    Ndi(Ndi),
+    Lqr(Lqr),
+    /// The caller of [`MainController::step`] brings it.
+    Own,
+}
+
+impl Running {
+    fn new(law: MainLaw, gains: &Gains, model: &DesignModel) -> Self {
+        match law {
+            MainLaw::Pid => Self::Pid(Pid::new(&gains.pid)),
+            MainLaw::PidGangedNozzle => Self::PidGangedNozzle(PidGangedNozzle::new(&gains.pid)),
+            MainLaw::Ndi => Self::Ndi(Ndi::new(&gains.ndi, model)),
+            MainLaw::Lqr => Self::Lqr(Lqr::new(&gains.lqr)),
+            MainLaw::Own => Self::Own,
+        }
+    }
+
+    fn set_gains(&mut self, gains: &Gains) {
+        match self {
+            Self::Pid(law) => law.set_gains(&gains.pid),
+            Self::PidGangedNozzle(law) => law.set_gains(&gains.pid),
+            Self::Ndi(law) => law.set_gains(&gains.ndi),
+            Self::Lqr(law) => law.set_gains(&gains.lqr),
+            Self::Own => {}
+        }
+    }
+
+    fn step(&mut self, input: &LawInput<'_>, own: Option<&mut dyn Law>) -> Option<MainCommand> {
+        match self {
+            Self::Pid(law) => Some(law.step(input)),
+            Self::PidGangedNozzle(law) => Some(law.step(input)),
+            Self::Ndi(law) => Some(law.step(input)),
+            Self::Lqr(law) => Some(law.step(input)),
+            Self::Own => own.map(|law| law.step(input)),
+        }
+    }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        match self {
+            Self::Pid(law) => law.states(visit),
+            Self::PidGangedNozzle(law) => law.states(visit),
+            Self::Ndi(law) => law.states(visit),
+            Self::Lqr(law) => law.states(visit),
+            // It is with the caller.
+            Self::Own => {}
+        }
+    }
+
+    fn start_from(
+        &mut self,
+        input: &LawInput<'_>,
+        command: &MainCommand,
+        own: Option<&mut dyn Law>,
+    ) {
+        match self {
+            Self::Pid(law) => law.start_from(input, command),
+            Self::PidGangedNozzle(law) => law.start_from(input, command),
+            Self::Ndi(law) => law.start_from(input, command),
+            Self::Lqr(law) => law.start_from(input, command),
+            Self::Own => {
+                if let Some(law) = own {
+                    law.start_from(input, command);
+                }
+            }
+        }
+    }
+}
+
+/// Step one: shapes the references, steps the chosen law, and changes laws without a bump.
 #[derive(Debug, Clone)]
 pub struct MainController {
+    gains: Gains,
     h: f64,
     /// 1 - exp(-h/τ) of the lag on the roll reference.
     lag_fraction: f64,
     references: Option<References>,
-    /// The model's trim of the design point, about which [`Self::trim`] is a difference.
-    design: LevelTurn,
-    /// Without a climb for so long, s.
-    settled_s: f64,
-    altitude: Integral,
-    roll: Integral,
-    speed: Integral,
+    running: Running,
+    flies: MainLaw,
+    /// Command of the last step.
+    last: Option<MainCommand>,
+    /// After a switch: old command minus new one, and the time for which it still fades, s.
+    transfer: Option<(MainCommand, f64)>,
+    /// The law asked for something that is not finite in the last step.
+    implausible: bool,
 }
 
 impl MainController {
     /// With empty integrators.
     #[must_use]
-    pub fn new(gains: &MainGains, model: &DesignModel, period: ControlPeriod) -> Self {
+    pub fn new(gains: &Gains, model: &DesignModel, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
-        let state = model.design_point();
+        let flies = gains.selection.main;
         Self {
+            gains: *gains,
             h,
-            lag_fraction: lag_fraction(gains, h),
+            lag_fraction: lag_fraction(&gains.references, h),
             references: None,
-            design: level_turn(model.belief(), &state, &model.condition(&state)),
-            settled_s: 0.0,
-            altitude: Integral::default(),
-            roll: Integral::default(),
-            speed: Integral::default(),
+            running: Running::new(flies, gains, model),
+            flies,
+            last: None,
+            transfer: None,
+            implausible: false,
         }
     }
 
-    /// Takes new gains; references and integrators stay.
-    pub fn set_gains(&mut self, gains: &MainGains) {
-        self.lag_fraction = lag_fraction(gains, self.h);
+    /// Takes new gains; references and integrators stay. Another law takes over in the next step.
+    pub fn set_gains(&mut self, gains: &Gains) {
+        self.gains = *gains;
+        self.lag_fraction = lag_fraction(&gains.references, self.h);
+        self.running.set_gains(gains);
     }
 
-    /// Empties the integrators; the references start from the state of the next step.
-    pub fn reset(&mut self) {
+    /// Back to the state before the first step; the references start from the state of the next one.
+    pub fn reset(&mut self, model: &DesignModel) {
         self.references = None;
-        self.settled_s = 0.0;
-        self.altitude = Integral::default();
-        self.roll = Integral::default();
-        self.speed = Integral::default();
+        self.flies = self.gains.selection.main;
+        self.running = Running::new(self.flies, &self.gains, model);
+        self.last = None;
+        self.transfer = None;
+        self.implausible = false;
+    }
+
+    /// Shows the continuous states: those of the references that no demand has reached, and those of the law.
+    pub fn states(&mut self, visit: &mut Visitor<'_>) {
+        if let Some(references) = &mut self.references {
+            visit(&mut references.roll_rad);
+        }
+        self.running.states(visit);
     }
 
     /// The references as tracked in the last step.
@@ -104,135 +264,109 @@ impl MainController {
         self.references
     }
 
+    /// In the last step the law asked for something that no effector can follow: not finite, or beyond 1e9.
+    #[must_use]
+    pub fn implausible(&self) -> bool {
+        self.implausible
+    }
+
     /// One step. `saturated` is what the mixer could not give in the last step, `at` the condition of `state`.
-    #[expect(clippy::too_many_arguments, reason = "state, inputs, gains and model of one law each")]
+    /// `own` is the law that flies where [`MainLaw::Own`] is selected; without one the PID does.
     pub fn step(
         &mut self,
-        state: &State,
+        state: &NavigationState,
         at: &FlightCondition,
         demand: &Demand,
         saturated: &Saturation,
-        gains: &MainGains,
-        law: MainLaw,
-        belief: &Belief,
+        model: &DesignModel,
+        mut own: Option<&mut dyn Law>,
     ) -> MainCommand {
-        let references = self.track(state, demand, gains);
-        let trim = self.trim(state, at, belief);
-        let altitude_m = references.altitude_m;
-        let elevator_rad =
-            self.altitude_law(state, altitude_m, saturated, &gains.altitude, &trim, belief);
-        let mut command = MainCommand {
-            aileron_rad: self.roll_law(state, references.roll_rad, saturated, &gains.roll),
-            elevator_rad,
-            rudder_rad: gains.yaw.k_r * state.rates.z,
-            nozzle_pitch_rad: 0.0,
-            nozzle_yaw_rad: 0.0,
-            thrust_n: self.speed_law(state, demand.airspeed_m_s, saturated, &gains.speed, belief),
+        let references = self.track(state, demand);
+        let input = LawInput { state, references: &references, saturated, model, at, h: self.h };
+        let selected = match (self.gains.selection.main, &own) {
+            (MainLaw::Own, None) => MainLaw::Pid,
+            (selected, _) => selected,
         };
-        if law == MainLaw::PidGangedNozzle {
-            ganged_nozzle::gang(&mut command, state, belief);
+        let switched = selected != self.flies;
+        if switched {
+            self.running = Running::new(selected, &self.gains, model);
+            self.flies = selected;
+            if let Some(last) = &self.last {
+                let own: Option<&mut dyn Law> = match &mut own {
+                    Some(law) => Some(&mut **law),
+                    None => None,
+                };
+                self.running.start_from(&input, last, own);
+            }
         }
+        let last = self.last.unwrap_or_else(|| at_trim(model));
+        let raw = self.running.step(&input, own).unwrap_or(last);
+        let asked = raw.finite_or(&last);
+        self.implausible = asked != raw;
+        if switched && self.last.is_some() {
+            self.transfer = Some((last.combine(&asked, |old, new| old - new), TRANSFER_S));
+        }
+        let command = self.fade(asked);
+        self.last = Some(command);
         command
     }
 
-    fn track(&mut self, state: &State, demand: &Demand, gains: &MainGains) -> References {
-        let mut references = self
-            .references
-            .unwrap_or(References { altitude_m: state.altitude_m, roll_rad: state.attitude.phi });
-        let slew = gains.altitude.slew_m_s * self.h;
+    /// Adds what is left of the old law's command.
+    fn fade(&mut self, asked: MainCommand) -> MainCommand {
+        let Some((difference, left_s)) = self.transfer else { return asked };
+        let share = left_s / TRANSFER_S;
+        let left_s = left_s - self.h;
+        self.transfer = (left_s > 0.0).then_some((difference, left_s));
+        asked.combine(&difference, |asked, difference| asked + share * difference)
+    }
+
+    fn track(&mut self, state: &NavigationState, demand: &Demand) -> References {
+        let Demand { airspeed_m_s, .. } = *demand;
+        let mut references = self.references.unwrap_or(References {
+            altitude_m: state.altitude_m,
+            roll_rad: state.attitude.phi,
+            airspeed_m_s,
+        });
+        let slew = self.gains.references.slew_m_s * self.h;
         references.altitude_m += (demand.altitude_m - references.altitude_m).clamp(-slew, slew);
         references.roll_rad += self.lag_fraction * (demand.roll_rad - references.roll_rad);
+        references.airspeed_m_s = airspeed_m_s;
         self.references = Some(references);
         references
     }
+}
 
-    /// Trim of level flight at this airspeed, altitude, bank and thrust: that of the model file, plus what the
-    /// model says that is different from the design point. At the design point the difference is zero.
-    fn trim(&self, state: &State, at: &FlightCondition, belief: &Belief) -> LevelTurn {
-        let here = level_turn(belief, state, at);
-        LevelTurn {
-            theta_rad: belief.trim.theta_rad + (here.theta_rad - self.design.theta_rad),
-            elevator_rad: belief.trim.elevator_rad + (here.elevator_rad - self.design.elevator_rad),
-            pitch_rate_rad_s: here.pitch_rate_rad_s,
+impl MainCommand {
+    /// Field by field.
+    fn combine(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            aileron_rad: of(self.aileron_rad, other.aileron_rad),
+            elevator_rad: of(self.elevator_rad, other.elevator_rad),
+            rudder_rad: of(self.rudder_rad, other.rudder_rad),
+            nozzle_pitch_rad: of(self.nozzle_pitch_rad, other.nozzle_pitch_rad),
+            nozzle_yaw_rad: of(self.nozzle_yaw_rad, other.nozzle_yaw_rad),
+            thrust_n: of(self.thrust_n, other.thrust_n),
         }
     }
 
-    /// Elevator that holds the altitude.
-    ///
-    /// Implements Eq. (15), about the trim of level flight and with a limited altitude error.
-    ///
-    /// Differs from the paper: q, θ and the law enter as deviations from the trim of level flight at this
-    /// dynamic pressure and bank; the altitude error is limited, the reference slews, and the integrator runs
-    /// in a band and where the aircraft has stopped climbing, because the paper's law would saturate the
-    /// elevators for a step of 1000 m. Beyond the stall onset the angle of attack pushes the nose down.
-    fn altitude_law(
-        &mut self,
-        state: &State,
-        reference_m: f64,
-        saturated: &Saturation,
-        gains: &AltitudeGains,
-        trim: &LevelTurn,
-        belief: &Belief,
-    ) -> f64 {
-        let error = state.altitude_m - reference_m;
-        let stall = (state.alpha - belief.airframe.stall_onset_rad).max(0.0);
-        let climbs = state.climb_rate_m_s.abs() >= gains.settled_climb_m_s;
-        self.settled_s =
-            if climbs { 0.0 } else { (self.settled_s + self.h).min(gains.settled_after_s) };
-        let runs = error.abs() < gains.integral_band_m || self.settled_s >= gains.settled_after_s;
-        // A negative error raises the nose.
-        let blocked = saturated.elevator.blocks(error) || (stall > 0.0 && error < 0.0);
-        let error = error.clamp(-gains.error_max_m, gains.error_max_m);
-        if runs && !blocked {
-            self.altitude.add(gains.k_hi * error * self.h, gains.integral_max_rad);
-        }
-        trim.elevator_rad
-            + gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
-            + gains.k_theta * (state.attitude.theta - trim.theta_rad)
-            + gains.k_hd * state.climb_rate_m_s
-            + gains.k_h * error
-            + gains.k_alpha * stall
-            + self.altitude.value()
-    }
-
-    /// Aileron that holds the roll angle; the rudder's yaw damper δr_c = K_r r stands in [`Self::step`].
-    ///
-    /// Implements Eq. (16).
-    fn roll_law(
-        &mut self,
-        state: &State,
-        reference_rad: f64,
-        saturated: &Saturation,
-        gains: &RollGains,
-    ) -> f64 {
-        let error = state.attitude.phi - reference_rad;
-        if !saturated.aileron.blocks(error) {
-            self.roll.add(gains.k_phi_i * error * self.h, gains.integral_max_rad);
-        }
-        gains.k_p * state.rates.x + gains.k_phi * error + self.roll.value()
-    }
-
-    /// Thrust that holds the airspeed, N. Not in the paper, which leaves the speed open.
-    fn speed_law(
-        &mut self,
-        state: &State,
-        reference_m_s: f64,
-        saturated: &Saturation,
-        gains: &SpeedGains,
-        belief: &Belief,
-    ) -> f64 {
-        let error = reference_m_s - state.airspeed_m_s;
-        if !saturated.thrust.blocks(error) {
-            // Never more than the engine can give.
-            let max = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
-            self.speed.add(gains.k_vi * error * self.h, max);
-        }
-        belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
+    /// Where a field is not finite or beyond [`COMMAND_MAX`], that of `other`.
+    fn finite_or(&self, other: &Self) -> Self {
+        self.combine(other, |asked, other| if asked.abs() <= COMMAND_MAX { asked } else { other })
     }
 }
 
-fn lag_fraction(gains: &MainGains, h: f64) -> f64 {
-    1.0 - libm::exp(-h / gains.roll.reference_lag_s)
+/// The effectors of steady level flight at the design point.
+fn at_trim(model: &DesignModel) -> MainCommand {
+    let trim = &model.belief().trim;
+    MainCommand {
+        elevator_rad: trim.elevator_rad,
+        thrust_n: trim.thrust_n,
+        ..MainCommand::default()
+    }
+}
+
+fn lag_fraction(gains: &ReferenceGains, h: f64) -> f64 {
+    1.0 - libm::exp(-h / gains.roll_lag_s)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
+use crate::allocator::Increments;
 use crate::belief::EffectorBelief;
 use crate::compensator::Compensation;
 use crate::main_controller::MainCommand;
@@ -61,6 +62,8 @@ pub struct Mixed {
     pub commands: PerEffector<f64>,
     /// What of the compensation got through.
     pub applied: Compensation,
+    /// The same by effectors: what of each command is compensation, rad.
+    pub increments: PerEffector<f64>,
     /// What did not, by the parts of the main command.
     pub saturation: Saturation,
     /// Which effectors were asked for more than their travel.
@@ -158,14 +161,16 @@ impl Mixer {
         }
         let [aileron, .., nozzle_pitch, nozzle_yaw] = given;
         let share = |main: f64, part: usize| main.clamp(self.ranges[part][0], self.ranges[part][1]);
+        let applied = Compensation {
+            aileron_rad: aileron - share(main.aileron_rad, 0),
+            nozzle_pitch_rad: nozzle_pitch - share(main.nozzle_pitch_rad, 4),
+            nozzle_yaw_rad: nozzle_yaw - share(main.nozzle_yaw_rad, 5),
+        };
         let [aileron_side, elevator_side, rudder_side, thrust_side, pitch_side, yaw_side] = sides;
         Mixed {
             commands,
-            applied: Compensation {
-                aileron_rad: aileron - share(main.aileron_rad, 0),
-                nozzle_pitch_rad: nozzle_pitch - share(main.nozzle_pitch_rad, 4),
-                nozzle_yaw_rad: nozzle_yaw - share(main.nozzle_yaw_rad, 5),
-            },
+            applied,
+            increments: self.by_effector(&applied),
             saturation: Saturation {
                 aileron: aileron_side,
                 elevator: elevator_side,
@@ -176,6 +181,52 @@ impl Mixer {
             },
             limited,
         }
+    }
+
+    /// What each effector gets of a compensation, rad.
+    fn by_effector(&self, compensation: &Compensation) -> PerEffector<f64> {
+        let mut increments = PerEffector::default();
+        if *compensation != Compensation::NONE {
+            let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *compensation;
+            let parts = [aileron_rad, 0.0, 0.0, 0.0, nozzle_pitch_rad, nozzle_yaw_rad];
+            for effector in self.list.all() {
+                increments[effector] = weighted(&self.gains[effector], &parts);
+            }
+        }
+        increments
+    }
+
+    /// Adds an allocated compensation to the mixed main command, which was served first: the increments lie within
+    /// what it leaves of each effector's travel. What could not be given remains that of the main command.
+    ///
+    /// The compensation is reported in the terms of Eq. (25) too: the part of the increments that is an aileron
+    /// command, and the angles of the nozzle.
+    #[must_use]
+    pub fn add(&self, main: Mixed, increments: &Increments) -> Mixed {
+        let mut mixed = main;
+        let (mut along, mut length) = ([0.0; PARTS], [0.0; PARTS]);
+        for effector in self.list.all() {
+            let [min, max] = self.ends[effector];
+            let increment = increments.positions[effector];
+            (mixed.commands[effector], _) = clip(mixed.commands[effector] + increment, min, max);
+            if increments.limited.contains(effector) {
+                mixed.limited = mixed.limited.with(effector, true);
+            }
+            for ((along, length), gain) in
+                along.iter_mut().zip(&mut length).zip(self.gains[effector])
+            {
+                *along += gain * increment;
+                *length += gain * gain;
+            }
+        }
+        let part = |part: usize| if length[part] > 0.0 { along[part] / length[part] } else { 0.0 };
+        mixed.applied = Compensation {
+            aileron_rad: part(0),
+            nozzle_pitch_rad: part(4),
+            nozzle_yaw_rad: part(5),
+        };
+        mixed.increments = increments.positions;
+        mixed
     }
 
     /// The effectors as the main controller alone would have them.

@@ -1,39 +1,39 @@
 //! The reference belief and level flight at the design point, for the tests of this crate.
 
-use icd::{Attitude, Body, EulerAngles, Ned, Sensors};
+use icd::{Attitude, EulerAngles, Sensors, SimTime};
 
 use crate::belief::Belief;
-use crate::estimator::{Estimator, State};
 use crate::main_controller::Demand;
+use crate::navigation::{NavigationState, Navigator};
 
 /// The shipped belief.
 pub fn belief() -> Belief {
     toml::from_str(include_str!("../../models/tvc_jet.toml")).unwrap()
 }
 
-/// Level flight at 264 m/s and 5000 m.
-pub fn level_flight() -> Sensors {
-    let trim = belief().trim;
-    let euler = EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 };
-    Sensors {
-        body_rates: Body::zero(),
-        specific_force: Body::new(0.0, 0.0, -9.8),
-        attitude: Attitude::from_euler(euler),
-        velocity: Ned::new(264.0, 0.0, 0.0),
-        position: Ned::new(0.0, 0.0, -5_000.0),
-        latitude_rad: 0.609,
-        longitude_rad: -2.058,
-        altitude_m: 5_000.0,
-        airspeed_m_s: 264.0,
-        angle_of_attack_rad: trim.theta_rad,
-        sideslip_rad: 0.0,
-        thrust_n: trim.thrust_n,
-    }
+/// The belief of an aircraft without nozzle; its file has parameters too.
+pub fn aerosonde() -> Belief {
+    let mut file: toml::Table = include_str!("../../models/aerosonde.toml").parse().unwrap();
+    file.remove("parameters");
+    file.try_into().unwrap()
 }
 
-/// The state of [`level_flight`].
-pub fn level_state() -> State {
-    Estimator::default().step(&level_flight()).0
+/// Level flight at 264 m/s and 5000 m.
+pub fn level_sensors() -> Sensors {
+    let trim = belief().trim;
+    let euler = EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 };
+    let [w, x, y, z] = Attitude::from_euler(euler).wxyz();
+    let (rates, force, velocity) = ([0.0; 3], [0.0, 0.0, -9.8], [264.0, 0.0, 0.0]);
+    let place = [0.0, 0.0, -5_000.0, 0.609, -2.058, 5_000.0];
+    let air = [264.0, trim.theta_rad, 0.0, trim.thrust_n];
+    let values = rates.into_iter().chain(force).chain([w, x, y, z]).chain(velocity);
+    let mut all = values.chain(place).chain(air);
+    Sensors::at(SimTime::ZERO, &core::array::from_fn(|_| all.next().unwrap()))
+}
+
+/// The state of [`level_sensors`].
+pub fn level_state() -> NavigationState {
+    Navigator::default().step(SimTime::ZERO, &level_sensors())
 }
 
 /// Keep doing that.

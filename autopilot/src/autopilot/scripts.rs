@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest};
-use icd::{Effector, Sensors, SimTime};
+use flight_control::NavigationState;
+use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest, Target};
 
 use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
 use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
@@ -41,7 +41,7 @@ struct Asked {
     number: u32,
     line: u16,
     /// `None` for all of them.
-    effector: Option<Effector>,
+    target: Option<Target>,
 }
 
 impl Scripts {
@@ -66,10 +66,10 @@ impl Scripts {
         !self.asked.is_full()
     }
 
-    /// A number for a request of this line, about this effector.
-    fn number(&mut self, line: u16, effector: Option<Effector>) -> u32 {
+    /// A number for a request of this line, about this target.
+    fn number(&mut self, line: u16, target: Option<Target>) -> u32 {
         self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
-        self.asked.push(Asked { number: self.last_number, line, effector });
+        self.asked.push(Asked { number: self.last_number, line, target });
         self.last_number
     }
 }
@@ -113,13 +113,13 @@ impl Autopilot {
     }
 
     /// Executes the lines that are due at this tick, up to [`LINES_PER_STEP`].
-    pub(super) fn step_script(&mut self, time: SimTime, sensors: &Sensors) {
+    pub(super) fn step_script(&mut self, state: &NavigationState) {
         let Some(mut run) = self.scripts.running.take() else { return };
         let id = run.script().id();
-        self.vehicle.see(sensors);
+        self.vehicle.see(state);
         for _ in 0..LINES_PER_STEP {
             let has_room = self.scripts.has_room() && self.has_room_for_request();
-            let Some(due) = run.next(time, sensors, has_room) else { break };
+            let Some(due) = run.next(state, has_room) else { break };
             self.tell_script(id, ScriptEvent::Line(due.line));
             if let Err(refusal) = self.execute(due.line, due.action) {
                 let why = LineRefusal::Vehicle(refusal);
@@ -127,7 +127,7 @@ impl Autopilot {
             }
         }
         // The line that is next now has seen this tick, whether or not there was a turn left for it.
-        run.look(time, sensors);
+        run.look(state);
         if run.is_over() {
             self.tell_script(id, ScriptEvent::Done);
         } else {
@@ -153,7 +153,7 @@ impl Autopilot {
         if !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
-        let number = self.scripts.number(line, request.effector());
+        let number = self.scripts.number(line, request.target());
         self.requests.push_back(PlantRequest { number, action: PlantAction::Fault(request) });
         Ok(())
     }
@@ -166,12 +166,10 @@ impl Autopilot {
         let asked = &mut self.scripts.asked;
         let place = asked.iter().position(|asked| asked.number == number);
         let Some(place) = place else { return true };
-        let Asked { line, effector, .. } = asked.swap_remove(place);
+        let Asked { line, target, .. } = asked.swap_remove(place);
         let why = match reply {
             None => LineRefusal::NoAnswer,
-            Some(FaultReply::Refused(refusal)) => {
-                LineRefusal::Plant { effector, refusal: *refusal }
-            }
+            Some(FaultReply::Refused(refusal)) => LineRefusal::Plant { target, refusal: *refusal },
             Some(
                 FaultReply::Applied { .. }
                 | FaultReply::Unchanged { .. }

@@ -29,8 +29,11 @@ fn autopilot() -> Autopilot {
 fn sensors() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
-    let level = Sensors::from_array(&values);
-    Sensors { altitude_m: 5_000.0, airspeed_m_s: 264.0, thrust_n: 27_000.0, ..level }
+    let mut level = Sensors::at(SimTime::ZERO, &values);
+    level.barometer_m.value = 5_000.0;
+    level.pitot_m_s.value = 264.0;
+    level.engine_n.value = 27_000.0;
+    level
 }
 
 fn flying() -> Autopilot {
@@ -46,7 +49,7 @@ fn break_rudder(number: u32) -> Intent {
     let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        wish: Wish::Fault(FaultRequest::Inject { effector: tvc_jet::RUDDER, kind, timing }),
+        wish: Wish::Fault(FaultRequest::Inject { target: tvc_jet::RUDDER.into(), kind, timing }),
     }
 }
 
@@ -261,12 +264,27 @@ fn modes_and_references_need_a_flying_aircraft_and_parameters_do_not() {
 fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
     let mut autopilot = flying();
     let before = autopilot.snapshot().unwrap().log.commands;
-    let contact = Sensors { altitude_m: -0.2, airspeed_m_s: 190.0, ..sensors() };
+    let mut contact = sensors();
+    contact.barometer_m.value = -0.2;
+    contact.pitot_m_s.value = 190.0;
     let held = autopilot.hold(&contact, true);
     let snapshot = autopilot.snapshot().unwrap();
-    assert_eq!(snapshot.sensors, contact);
+    let motion = snapshot.motion();
+    assert_eq!([motion.altitude_m, motion.airspeed_m_s], [-0.2, 190.0]);
     assert!(snapshot.on_ground);
     assert_eq!(held.commands, before);
+}
+
+#[test]
+fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
+    let mut autopilot = flying();
+    let mut slow = sensors();
+    slow.pitot_m_s.value = 190.0;
+    autopilot.hold(&slow, false);
+    assert_eq!(autopilot.snapshot().unwrap().motion().airspeed_m_s, 190.0);
+    slow.pitot_m_s.valid = false;
+    let state = autopilot.step(SimTime::from_micros(2_000), &slow).log.state;
+    assert_eq!((state.airspeed_m_s, state.valid.airspeed), (264.0, false));
 }
 
 #[test]

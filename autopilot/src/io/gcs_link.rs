@@ -100,6 +100,8 @@ pub struct GcsConfig {
     pub parameters: Parameters,
     /// Belief of the control side; scales the effectors' commands.
     pub belief: Belief,
+    /// Defaults of the parameters for this aircraft.
+    pub defaults: Parameters,
     /// The autopilot that heartbeats name.
     pub identity: HeartbeatIdentity,
     /// What begins with each flight, as on the control side.
@@ -183,6 +185,7 @@ impl GcsLink {
             links,
             parameters,
             belief,
+            defaults,
             identity,
             script,
             kept,
@@ -204,6 +207,7 @@ impl GcsLink {
             links.clients.iter().copied().map(Address::UdpClient).collect();
         let host = Host { identity: *identity, unix_start_us: clock::unix_start_us() };
         let mut ground = Ground::new(parameters, belief, &configured)
+            .with_defaults(defaults)
             .with_host(host)
             .with_script(script.clone());
         let mut store = None;

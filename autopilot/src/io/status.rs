@@ -133,8 +133,8 @@ impl FaultStatus {
             FaultState::Scheduled { at } => (FaultPhase::Scheduled, at),
             FaultState::Ended { .. } | FaultState::Cancelled { .. } => return None,
         };
-        let kind = entry.kind.described(effectors.is_angle(entry.effector));
-        let what = format!("{} {kind}", effectors.name(entry.effector));
+        let kind = entry.kind.described(entry.target.class(effectors));
+        let what = format!("{} {kind}", entry.target.name(effectors));
         Some(Self { what, phase, at_s: at.as_seconds() })
     }
 }
@@ -292,7 +292,13 @@ mod tests {
                 _ => FaultState::Scheduled { at: at(u64::from(id)) },
             };
             let (effector, timing) = (tvc_jet::LEFT_ELEVATOR, Timing::at(at(3)));
-            list.handle_event(&EventKind::Fault(FaultEntry { id, effector, kind, timing, state }));
+            list.handle_event(&EventKind::Fault(FaultEntry {
+                id,
+                target: effector.into(),
+                kind,
+                timing,
+                state,
+            }));
         }
         let mut listed = list
             .entries()

@@ -17,7 +17,7 @@ use tracing::warn;
 
 use crate::mavlink::mission::{SavedPlan, SavedPlanError};
 use crate::mavlink::param::{Save, Saved};
-use crate::parameters::{Parameters, SavedError, SavedProblem, from_text};
+use crate::parameters::{Parameters, SavedError, SavedProblem, from_text, has_only_parameters};
 
 /// Time for more changes to come before a change is written.
 const GATHER: Duration = Duration::from_millis(500);
@@ -74,11 +74,12 @@ impl ParameterFile {
         }
     }
 
-    /// What is kept; `None` where nothing is to be. A file that is not there keeps nothing but defaults.
+    /// What is kept; `None` where nothing is to be. What the file does not have is as in `defaults`, those of the
+    /// aircraft; a file that is not there keeps nothing but these.
     ///
     /// # Errors
     /// [`SavedError`] names the file and what is wrong with it.
-    pub fn read(&self) -> Result<Option<Kept>, SavedError> {
+    pub fn read(&self, defaults: &Parameters) -> Result<Option<Kept>, SavedError> {
         let Self::At(path) = self else { return Ok(None) };
         let file = path.display().to_string();
         let unreadable = |problem: &FileProblem| SavedError {
@@ -86,11 +87,11 @@ impl ParameterFile {
             problem: SavedProblem::Unreadable(problem.to_string()),
         };
         let parameters = match file::read_text(path, file::TEXT_MAX) {
-            Ok(text) => from_text(&file, &text)?,
-            Err(problem) if problem.is_not_found() => Parameters::default(),
+            Ok(text) => from_text(&file, &text, defaults)?,
+            Err(problem) if problem.is_not_found() => *defaults,
             Err(problem) => return Err(unreadable(&problem)),
         };
-        Ok(Some(Kept { path: path.clone(), parameters }))
+        Ok(Some(Kept { path: path.clone(), parameters, defaults: *defaults }))
     }
 
     /// The plan that is kept beside the parameters; `None` where nothing is to be. A file that is not there keeps no plan.
@@ -132,8 +133,10 @@ fn data_folder(
 pub struct Kept {
     /// The file.
     pub path: PathBuf,
-    /// What is in it.
+    /// What is in it, and where it has nothing the defaults.
     pub parameters: Parameters,
+    /// Defaults of the aircraft.
+    pub defaults: Parameters,
 }
 
 impl Kept {
@@ -146,7 +149,7 @@ impl Kept {
     /// One line about the values that differ from their defaults; `None` if there are none.
     #[must_use]
     pub fn summary(&self) -> Option<String> {
-        let values = self.parameters.differences();
+        let values = self.parameters.differences(&self.defaults);
         let count = match values.len() {
             0 => return None,
             1 => "1 saved value".to_owned(),
@@ -251,7 +254,7 @@ impl Drop for Store {
 /// The parameter file as one of this program: it has parameters and nothing else.
 fn own_file(path: &Path) -> OwnFile {
     OwnFile::new(path, file::TEXT_MAX, |content| {
-        str::from_utf8(content).is_ok_and(|text| from_text("", text).is_ok())
+        str::from_utf8(content).is_ok_and(has_only_parameters)
     })
 }
 

@@ -1,6 +1,7 @@
 //! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
 
-use icd::{Ned, Sensors};
+use flight_control::NavigationState;
+use icd::Ned;
 
 use super::fault_list::FaultList;
 use crate::event::{EventKind, Snapshot};
@@ -36,24 +37,19 @@ pub struct Home {
 }
 
 impl Home {
-    fn at(place: Place, sensors: &Sensors) -> Self {
-        let aircraft = place_of(sensors);
-        let offset = Horizon::at(aircraft).offset(&Site::at(place));
-        let at = sensors.position.0;
+    fn at(place: Place, motion: &NavigationState) -> Self {
+        let offset = Horizon::at(Place::of(motion)).offset(&Site::at(place));
+        let at = motion.position.0;
         Self {
             latitude_rad: place.latitude_rad,
             longitude_rad: place.longitude_rad,
-            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + sensors.altitude_m),
+            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + motion.altitude_m),
         }
     }
 
     fn is_at(&self, place: Place) -> bool {
         place == Place { latitude_rad: self.latitude_rad, longitude_rad: self.longitude_rad }
     }
-}
-
-fn place_of(sensors: &Sensors) -> Place {
-    Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad }
 }
 
 /// The aircraft as the ground stations may know it.
@@ -105,7 +101,7 @@ impl Aircraft {
             EventKind::Home(place) => {
                 // Before the first snapshot there are no axes: it will bring home too.
                 if let Some(snapshot) = &self.snapshot {
-                    self.home = Some(Home::at(place, &snapshot.sensors));
+                    self.home = Some(Home::at(place, snapshot.motion()));
                     self.home_told = true;
                 }
             }
@@ -129,12 +125,12 @@ impl Aircraft {
                 self.contradictions = 0;
             }
         }
-        let first_seen = self.home.is_none().then(|| place_of(&snapshot.sensors));
+        let first_seen = self.home.is_none().then(|| Place::of(snapshot.motion()));
         if let Some(place) = snapshot.navigation.home.or(first_seen)
             && !self.home.is_some_and(|home| home.is_at(place))
             && !self.home_told
         {
-            self.home = Some(Home::at(place, &snapshot.sensors));
+            self.home = Some(Home::at(place, snapshot.motion()));
         }
         // One that contradicts the event can be a leftover from before it; the next one is believed.
         self.home_told = false;

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::codec::Encoded;
 use super::ftp::crc32;
+use crate::parameters::Parameters;
 
 mod actuators;
 mod parameters;
@@ -34,11 +35,11 @@ pub struct Metadata {
 }
 
 impl Metadata {
-    /// For an aircraft with these effectors.
+    /// For an aircraft with these effectors and these defaults of its parameters.
     #[must_use]
-    pub fn new(effectors: &EffectorList) -> Self {
-        let contents =
-            [parameters::description(effectors), events(), actuators::description(effectors)];
+    pub fn new(effectors: &EffectorList, defaults: &Parameters) -> Self {
+        let parameters = parameters::description(effectors, defaults);
+        let contents = [parameters, events(), actuators::description(effectors)];
         let texts = contents.map(|content| Arc::from(content.to_string()));
         let names = DESCRIPTIONS.map(|(_, name)| name);
         let descriptions: Vec<_> = names.into_iter().zip(texts).collect();

@@ -28,6 +28,8 @@ pub struct From {
 pub struct Context<'a> {
     /// The authoritative parameters.
     pub parameters: &'a mut Parameters,
+    /// Their defaults for this aircraft.
+    pub defaults: &'a Parameters,
     /// How far the effectors travel, as far as the autopilot knows.
     pub belief: &'a Belief,
     /// What is known about the aircraft.

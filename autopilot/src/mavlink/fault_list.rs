@@ -4,7 +4,7 @@
 //! Where reports can have been missed (the autopilot joins a flight, the plant comes back after a silence, or
 //! events were lost) the plant is asked for all of it.
 
-use icd::fault::{FaultEntry, FaultState};
+use icd::fault::{FaultEntry, FaultState, Target};
 use icd::{Effector, EffectorList};
 
 use super::failure;
@@ -64,38 +64,41 @@ impl FaultList {
         &self.entries
     }
 
-    /// The fault that acts on an effector now.
+    /// The fault that acts on something now.
     #[must_use]
-    pub fn acting(&self, effector: Effector) -> Option<&FaultEntry> {
+    pub fn acting(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
+        let target = target.into();
         self.entries.iter().find(|entry| {
-            entry.effector == effector && matches!(entry.state, FaultState::Acting { .. })
+            entry.target == target && matches!(entry.state, FaultState::Acting { .. })
         })
     }
 
-    /// The first of the faults of an effector: the one that acts, else the one that does so next.
+    /// The first of its faults: the one that acts, else the one that does so next.
     #[must_use]
-    pub fn foremost(&self, effector: Effector) -> Option<&FaultEntry> {
-        let of_effector = self.entries.iter().filter(|entry| entry.effector == effector);
-        of_effector.min_by_key(|entry| match entry.state {
+    pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
+        let target = target.into();
+        let its = self.entries.iter().filter(|entry| entry.target == target);
+        its.min_by_key(|entry| match entry.state {
             FaultState::Resting { next, .. } => (true, next),
             FaultState::Scheduled { at } => (true, at),
             state => (false, state.time()),
         })
     }
 
-    /// Something acts, rests or is scheduled for an effector.
+    /// Something acts, rests or is scheduled for it.
     #[must_use]
-    pub fn names(&self, effector: Effector) -> bool {
-        self.entries.iter().any(|entry| entry.effector == effector)
+    pub fn names(&self, target: impl Into<Target>) -> bool {
+        let target = target.into();
+        self.entries.iter().any(|entry| entry.target == target)
     }
 
     /// In words, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
     pub fn lines(&self, effectors: &EffectorList) -> impl Iterator<Item = String> {
         self.entries.iter().map(|entry| {
-            let FaultEntry { id, effector, kind, timing, state } = entry;
-            let (unit, instance) = failure::unit_and_instance(*effector, effectors);
-            let kind = kind.described(effectors.is_angle(*effector));
-            let name = effectors.name(*effector);
+            let FaultEntry { id, target, kind, timing, state } = entry;
+            let (unit, instance) = failure::unit_and_instance(*target, effectors);
+            let kind = kind.described(target.class(effectors));
+            let name = target.name(effectors);
             format!("Fault {id}: {unit} {instance} ({name}) {kind}{timing}, {state}")
         })
     }
@@ -143,7 +146,7 @@ mod tests {
     fn entry(id: u32, state: FaultState) -> EventKind {
         EventKind::Fault(FaultEntry {
             id,
-            effector: tvc_jet::RUDDER,
+            target: tvc_jet::RUDDER.into(),
             kind: FaultKind::StuckHere,
             timing: Timing::at(SimTime::from_micros(1_000_000)),
             state,

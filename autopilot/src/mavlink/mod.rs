@@ -84,6 +84,8 @@ pub struct Ground {
     /// MAV_SYS_ID as it was at the start.
     own: Identity,
     parameters: Parameters,
+    /// Their defaults for this aircraft.
+    defaults: Parameters,
     belief: Belief,
     aircraft: Aircraft,
     intents: Intents,
@@ -117,13 +119,14 @@ impl Ground {
         Self {
             own: Identity::autopilot(parameters.link.system_id),
             parameters: *parameters,
+            defaults: Parameters::default(),
             belief: *belief,
             aircraft: Aircraft::default(),
             intents: Intents::default(),
             peers: Peers::new(configured),
             texts: StatusTexts::default(),
             heartbeat: Heartbeat::default(),
-            telemetry: Telemetry::new(belief, parameters, Host::default()),
+            telemetry: Telemetry::new(belief, parameters, &Parameters::default(), Host::default()),
             command: CommandService::default(),
             param: ParamService::default(),
             offboard: Offboard::default(),
@@ -143,11 +146,19 @@ impl Ground {
         }
     }
 
-    /// What the process tells of itself; to be called before anything else.
+    /// Defaults of the parameters for this aircraft; to be called before anything else.
+    #[must_use]
+    pub fn with_defaults(mut self, defaults: &Parameters) -> Self {
+        self.defaults = *defaults;
+        self.telemetry = Telemetry::new(&self.belief, &self.parameters, defaults, Host::default());
+        self
+    }
+
+    /// What the process tells of itself; to be called before anything else but the defaults.
     #[must_use]
     pub fn with_host(mut self, host: Host) -> Self {
         self.heartbeat = Heartbeat::new(host.identity);
-        self.telemetry = Telemetry::new(&self.belief, &self.parameters, host);
+        self.telemetry = Telemetry::new(&self.belief, &self.parameters, &self.defaults, host);
         self
     }
 
@@ -334,6 +345,7 @@ impl Ground {
         };
         let context = Context {
             parameters: &mut self.parameters,
+            defaults: &self.defaults,
             belief: &self.belief,
             aircraft: &self.aircraft,
             intents: &mut self.intents,

@@ -84,8 +84,8 @@ impl Offboard {
             Message::SetAttitudeTarget(data) => setpoints::of_attitude(data, ctx.parameters),
             Message::SetPositionGlobal(target) => setpoints::of_global(target, ctx.parameters),
             Message::SetPositionLocal(target) => {
-                let heading = ctx.aircraft.snapshot().map(|state| state.sensors.attitude.euler());
-                setpoints::of_local(target, heading.map(|euler| euler.psi), ctx.parameters)
+                let heading_rad = ctx.aircraft.snapshot().map(|state| state.motion().attitude.psi);
+                setpoints::of_local(target, heading_rad, ctx.parameters)
             }
             _ => return,
         };

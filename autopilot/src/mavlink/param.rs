@@ -247,7 +247,12 @@ impl ParamService {
         }
         if !same {
             let before = *ctx.parameters;
-            let warning = ctx.parameters.set(&name, value).map_err(refusal)?;
+            let set = ctx.parameters.set(&name, value);
+            let set = set.and_then(|warning| ctx.parameters.check_law().map(|()| warning));
+            let warning = set.map_err(|error| {
+                *ctx.parameters = before;
+                refusal(error)
+            })?;
             if let Some(warning) = warning {
                 let text = format!("{name} set {warning}");
                 ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
@@ -255,7 +260,7 @@ impl ParamService {
             self.changed.note(&before, ctx.parameters);
         }
         let value = if same { old.value } else { value };
-        if let Err(error) = self.keeper.keep(&name, value) {
+        if let Err(error) = self.keeper.keep(&name, value, ctx.defaults) {
             let text = format!("{name} set, but not saved: {error}");
             ctx.texts.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
         }
@@ -282,7 +287,7 @@ impl ParamService {
                 if !saves {
                     self.reset(now, ctx, out);
                 }
-                if self.keeper.wait(from) {
+                if self.keeper.wait(from, ctx.defaults) {
                     return;
                 }
                 // Nothing is kept: the defaults are there all the same.
@@ -305,9 +310,9 @@ impl ParamService {
     /// All parameters at their defaults, also those that the command line set.
     fn reset(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
         let before = *ctx.parameters;
-        *ctx.parameters = Parameters::default();
+        *ctx.parameters = Parameters { brings_law: before.brings_law, ..*ctx.defaults };
         self.changed.note(&before, ctx.parameters);
-        self.keeper.reset();
+        self.keeper.reset(ctx.defaults);
         let effectors = ctx.effectors();
         let faults = ctx.aircraft.faults();
         let differs = |index: &usize| {
@@ -429,6 +434,7 @@ fn refusal(error: ParameterError) -> (MavParamError, String) {
         }
         ParameterError::OutOfRange { .. }
         | ParameterError::NotAChoice { .. }
+        | ParameterError::NoOwnLaw
         | ParameterError::Order { .. }
         | ParameterError::Gains(_) => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
     };

@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::{MavResult, MavSeverity};
 use arrayvec::ArrayVec;
-use icd::fault::{FaultReply, Refusal};
+use icd::fault::{FaultReply, Refusal, Target};
 use icd::{Effector, EffectorList, FaultRequest};
 
 use super::codec::{Command, Encoded};
@@ -39,8 +39,8 @@ pub struct Part {
 }
 
 impl Part {
-    fn effector(&self) -> Option<Effector> {
-        self.fault.and_then(|fault| fault.effector())
+    fn target(&self) -> Option<Target> {
+        self.fault.and_then(|fault| fault.target())
     }
 }
 
@@ -78,11 +78,11 @@ struct Verdict {
     /// A part was refused, not just left without an answer.
     refused: bool,
     /// Of these the plant did what was asked.
-    done: Vec<Effector>,
+    done: Vec<Target>,
     /// Taken off the list, and no event tells so: these faults were scheduled or rested.
-    quietly_cleared: Vec<Effector>,
+    quietly_cleared: Vec<Target>,
     /// There was nothing on the list to mend.
-    healthy: Vec<Effector>,
+    healthy: Vec<Target>,
     /// Something was mended, and an event tells so.
     mended: bool,
 }
@@ -204,7 +204,7 @@ impl Pending {
 /// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
 fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     for part in &open.parts {
-        open.verdict.not_now(part.effector(), NO_ANSWER);
+        open.verdict.not_now(part.target(), NO_ANSWER);
     }
     open.verdict.tell(now, ctx.texts, ctx.effectors());
     let result = open.verdict.result;
@@ -240,73 +240,70 @@ impl Default for Verdict {
 impl Verdict {
     /// Takes the outcome of one part.
     fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, ctx: &mut Context) {
-        let effector = part.effector();
+        let target = part.target();
         match outcome {
             Outcome::Done => {}
             Outcome::Plant(reply) => self.take_reply(part, reply, now, ctx),
             Outcome::Refused(refusal) => {
                 self.refused = true;
                 if refusal.is_temporary() {
-                    self.not_now(effector, refusal);
+                    self.not_now(target, refusal);
                 } else {
-                    self.never(effector, refusal);
+                    self.never(target, refusal);
                 }
             }
-            Outcome::NoAnswer => self.not_now(effector, NO_ANSWER),
+            Outcome::NoAnswer => self.not_now(target, NO_ANSWER),
         }
     }
 
     /// Takes what the plant said; a text at once for what no event tells and no refusal is.
     fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, ctx: &mut Context) {
-        let effector = part.effector();
+        let target = part.target();
         match reply {
             FaultReply::Refused(refusal) => {
                 self.refused = true;
                 match refusal {
                     Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
-                        self.not_now(
-                            effector,
-                            failure::refused(refusal, effector, ctx.effectors()),
-                        );
+                        self.not_now(target, failure::refused(refusal, target, ctx.effectors()));
                     }
-                    _ => self.never(effector, failure::refused(refusal, effector, ctx.effectors())),
+                    _ => self.never(target, failure::refused(refusal, target, ctx.effectors())),
                 }
                 return;
             }
             FaultReply::Scheduled { at } => {
-                if let Some(FaultRequest::Inject { effector, kind, timing }) = part.fault {
+                if let Some(FaultRequest::Inject { target, kind, timing }) = part.fault {
                     let effectors = ctx.effectors();
-                    let kind = kind.described(effectors.is_angle(effector));
-                    let effector = effectors.name(effector);
+                    let kind = kind.described(target.class(effectors));
+                    let target = target.name(effectors);
                     let at_s = at.as_seconds();
-                    let text = format!("Scheduled: {effector} {kind}, at {at_s} s{timing}");
+                    let text = format!("Scheduled: {target} {kind}, at {at_s} s{timing}");
                     ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
                 }
             }
             FaultReply::Cleared { .. } => {
                 // The end of a fault that acts is an event, and comes behind this answer.
                 let faults = ctx.aircraft.faults();
-                match effector {
-                    Some(effector) if faults.acting(effector).is_some() => self.mended = true,
-                    Some(effector) if faults.names(effector) => self.quietly_cleared.push(effector),
-                    effector => self.healthy.extend(effector),
+                match target {
+                    Some(target) if faults.acting(target).is_some() => self.mended = true,
+                    Some(target) if faults.names(target) => self.quietly_cleared.push(target),
+                    target => self.healthy.extend(target),
                 }
             }
             FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}
         }
-        self.done.extend(effector);
+        self.done.extend(target);
     }
 
-    fn not_now(&mut self, effector: Option<Effector>, reason: impl ToString) {
+    fn not_now(&mut self, target: Option<Target>, reason: impl ToString) {
         if self.result != MavResult::MAV_RESULT_DENIED {
             self.result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
         }
-        self.reasons.add(reason.to_string(), effector);
+        self.reasons.add(reason.to_string(), target);
     }
 
-    fn never(&mut self, effector: Option<Effector>, reason: impl ToString) {
+    fn never(&mut self, target: Option<Target>, reason: impl ToString) {
         self.result = MavResult::MAV_RESULT_DENIED;
-        self.reasons.add(reason.to_string(), effector);
+        self.reasons.add(reason.to_string(), target);
     }
 
     fn tell(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
@@ -322,7 +319,7 @@ impl Verdict {
         if self.reasons.is_empty() {
             return;
         }
-        let head = match (self.refused, self.reasons.names_effectors()) {
+        let head = match (self.refused, self.reasons.names_targets()) {
             (true, true) => "Fault refused",
             (true, false) => "Refused",
             (false, _) => "Not confirmed",

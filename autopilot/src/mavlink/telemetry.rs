@@ -84,10 +84,15 @@ pub struct Telemetry {
 impl Telemetry {
     /// Nobody listens yet.
     #[must_use]
-    pub fn new(belief: &Belief, parameters: &Parameters, host: Host) -> Self {
+    pub fn new(
+        belief: &Belief,
+        parameters: &Parameters,
+        defaults: &Parameters,
+        host: Host,
+    ) -> Self {
         Self {
             belief: *belief,
-            metadata: Metadata::new(&belief.effectors.list),
+            metadata: Metadata::new(&belief.effectors.list, defaults),
             host,
             defaults: parameters.streams,
             rates: Vec::new(),

@@ -1,43 +1,26 @@
 //! Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
 //!
-//! They are read when an order is given, so a later change leaves an active fault as it is.
+//! They are read when an order is given, so a later change leaves an active fault as it is. Which numbers and choices
+//! there are is said by the catalogue of faults.
 
-use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 
-/// Sizes and times of faults. Sizes in degrees are for the seven effectors that turn; `engine_pct` is the
-/// engine's for all of them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+use icd::fault::kind::{ChoiceParameter, NumberParameter};
+use icd::fault::mavlink::FailureType;
+use icd::fault::{CATALOGUE, KindInfo, TargetClass};
+
+use super::Choice;
+
+/// Most settings of kinds that there is room for.
+const SETTINGS_MAX: usize = 64;
+
+/// Sizes and times of faults. Sizes in degrees are for effectors that turn; `engine_pct` is the engine's for all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FailureParameters {
     /// Fault injection is allowed.
     pub enabled: bool,
-    /// STUCK means stuck at `stuck_deg` instead of where it is.
-    pub stuck_at_angle: bool,
-    /// Angle of STUCK, deg.
-    pub stuck_deg: f64,
-    /// A stuck effector travels to its angle at the actuator's rate instead of jumping.
-    pub stuck_travels: bool,
-    /// What WRONG means.
-    pub wrong: WrongMode,
-    /// Effect that is left after a loss, percent.
-    pub remaining_pct: f64,
-    /// Size of a bias, deg.
-    pub bias_deg: f64,
-    /// Largest deflection of limited travel, deg.
-    pub limit_deg: f64,
-    /// Largest speed of SLOW, deg/s.
-    pub rate_dps: f64,
-    /// Delay of DELAYED, ms.
-    pub delay_ms: f64,
-    /// Part of each period of INTERMITTENT in which commands get through, percent.
-    pub present_pct: f64,
-    /// Period of INTERMITTENT, s.
-    pub period_s: f64,
-    /// Amplitude of GARBAGE, deg.
-    pub oscillation_deg: f64,
-    /// Frequency of GARBAGE, Hz.
-    pub oscillation_hz: f64,
-    /// Speed and direction of DRIFT, deg/s.
-    pub drift_dps: f64,
+    /// Numbers and choices of the kinds, in the order of [`settings`].
+    pub(super) settings: [f64; SETTINGS_MAX],
     /// The engine's bias, limit and amplitude, percent of its largest thrust; its speed and drift, percent/s.
     pub engine_pct: f64,
     /// Time from nothing to the whole fault, s; not used for kinds without a size.
@@ -50,42 +33,98 @@ pub struct FailureParameters {
     pub times: u32,
 }
 
-/// What WRONG means where the order does not say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum WrongMode {
-    /// Loss of effectiveness.
-    Loss,
-    /// Off by a constant.
-    Bias,
-    /// Runs to the end of positive deflections.
-    HardOverPositive,
-    /// Runs to the end of negative deflections.
-    HardOverNegative,
-    /// Moves only so far.
-    Limit,
+/// A parameter that the catalogue asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Setting {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    /// Unit; `-` for a choice.
+    pub unit: &'static str,
+    pub min: f64,
+    pub max: f64,
+    pub default: f64,
+    /// Empty for a number.
+    pub choices: Vec<Choice>,
+}
+
+/// All of them: choices, then numbers.
+pub(super) fn settings() -> &'static [Setting] {
+    static SETTINGS: LazyLock<Vec<Setting>> = LazyLock::new(|| {
+        let choices = FailureType::ALL.into_iter().flat_map(choices_of);
+        choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX).collect()
+    });
+    &SETTINGS
+}
+
+/// The mode of a type, and the choices of its kinds.
+fn choices_of(failure_type: FailureType) -> Vec<Setting> {
+    let kinds = || CATALOGUE.iter().filter(|kind| kind.mavlink.failure_type == failure_type);
+    let mode = failure_type.mode().map(|mode| {
+        let labels = kinds().flat_map(|KindInfo { mavlink, .. }| {
+            (mavlink.first_mode.into()..).zip(mavlink.mode.iter().copied())
+        });
+        choice(mode.name, mode.meaning, labels.collect())
+    });
+    let others = kinds().filter_map(|kind| kind.choice).filter_map(|all| {
+        let ChoiceParameter { name, meaning } = all.parameter?;
+        let labels = all.alternatives.iter().map(|one| one.label);
+        Some(choice(name, meaning, (0..).zip(labels).collect()))
+    });
+    mode.into_iter().chain(others).collect()
+}
+
+fn choice(
+    name: &'static str,
+    meaning: &'static str,
+    mut labels: Vec<(i32, &'static str)>,
+) -> Setting {
+    labels.sort_unstable();
+    let max = labels.last().map_or(0.0, |(value, _)| f64::from(*value));
+    let choices = labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
+    Setting { name, meaning, unit: "-", min: 0.0, max, default: 0.0, choices }
+}
+
+fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Setting> {
+    kind.numbers.iter().map(|number| {
+        let NumberParameter { name, min, max, default, meaning } = number.parameter;
+        let unit = number.quantity.measure().unit(TargetClass::Angle).name;
+        Setting { name, meaning, unit, min, max, default, choices: Vec::new() }
+    })
 }
 
 impl FailureParameters {
-    pub(super) const DEFAULT: Self = Self {
-        enabled: true,
-        stuck_at_angle: false,
-        stuck_deg: 0.0,
-        stuck_travels: false,
-        wrong: WrongMode::Loss,
-        remaining_pct: 50.0,
-        bias_deg: 5.0,
-        limit_deg: 5.0,
-        rate_dps: 10.0,
-        delay_ms: 200.0,
-        present_pct: 50.0,
-        period_s: 1.0,
-        oscillation_deg: 5.0,
-        oscillation_hz: 2.0,
-        drift_dps: 1.0,
-        engine_pct: 10.0,
-        ramp_s: 0.0,
-        duration_s: 0.0,
-        every_s: 0.0,
-        times: 0,
-    };
+    pub(super) fn reference() -> Self {
+        let mut numbers = [0.0; SETTINGS_MAX];
+        for (number, setting) in numbers.iter_mut().zip(settings()) {
+            *number = setting.default;
+        }
+        Self {
+            enabled: true,
+            settings: numbers,
+            engine_pct: 10.0,
+            ramp_s: 0.0,
+            duration_s: 0.0,
+            every_s: 0.0,
+            times: 0,
+        }
+    }
+
+    /// A number of a kind by the name of its parameter, in its unit; of a choice the number of the alternative.
+    #[must_use]
+    pub fn number(&self, name: &str) -> f64 {
+        let mut all = settings().iter().zip(self.settings);
+        all.find(|(setting, _)| setting.name == name).map_or(0.0, |(_, number)| number)
+    }
+
+    /// The alternative that a choice is set to.
+    #[must_use]
+    pub fn choice(&self, name: &str) -> u8 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked against the choices when it was set"
+        )]
+        let choice = self.number(name) as u8;
+        choice
+    }
 }

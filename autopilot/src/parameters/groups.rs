@@ -22,6 +22,15 @@ pub struct NavigationParameters {
     pub climb_max_m_s: f64,
     /// Altitude of the return, m above the ellipsoid.
     pub return_altitude_m: f64,
+    /// Fastest change of a roll reference that the guidance makes, deg/s; logs of before have the default.
+    #[serde(default = "roll_slew_deg_s")]
+    pub roll_slew_deg_s: f64,
+}
+
+/// Default of [`NavigationParameters::roll_slew_deg_s`]: the ailerons of the paper's jet follow it without reaching
+/// their stops.
+pub(super) fn roll_slew_deg_s() -> f64 {
+    20.0
 }
 
 /// What silence of ground stations leads to, and when.

@@ -3,6 +3,8 @@
 
 use core::fmt::Write as _;
 
+use flight_control::compensator::neso::Lemma1Warning;
+
 use super::{Kind, ParameterError, Parameters, table};
 
 /// What stands above the values.
@@ -46,12 +48,13 @@ pub enum SavedProblem {
     Parameter(#[from] ParameterError),
 }
 
-/// The text for `parameters`. [`from_text`] gives the same parameters to the bit.
+/// The text for `parameters`, where `defaults` are those of the aircraft. [`from_text`] gives the same parameters to
+/// the bit.
 #[must_use]
-pub fn to_text(parameters: &Parameters) -> String {
+pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
     let mut text = HEADER.to_owned();
     for row in table() {
-        let (value, default) = (row.value(parameters), row.default_value());
+        let (value, default) = (row.value(parameters), row.value(defaults));
         if value.to_bits() != default.to_bits() {
             let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
             // Writing to a string cannot fail.
@@ -61,21 +64,53 @@ pub fn to_text(parameters: &Parameters) -> String {
     text
 }
 
-/// The parameters in `text`, which comes from `file`; what does not stand there has its default.
+/// The parameters in `text`, which comes from `file`; what does not stand there is as in `defaults`.
 ///
 /// # Errors
 /// [`SavedError`] names the file, the parameter, its value and what is allowed.
-pub fn from_text(file: &str, text: &str) -> Result<Parameters, SavedError> {
+pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
     let refuse = |problem| SavedError { file: file.to_owned(), problem };
+    let mut parameters = *defaults;
+    // The warning, if any, was told when the value was set.
+    set_from_text(&mut parameters, text).map_err(refuse)?;
+    Ok(parameters)
+}
+
+/// Sets the parameters that stand in `text`; the others stay.
+///
+/// # Errors
+/// [`SavedProblem`] names the parameter, its value and what is allowed; nothing changes then.
+pub fn set_from_text(
+    parameters: &mut Parameters,
+    text: &str,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
     let table: toml::Table = text
         .parse()
-        .map_err(|error: toml::de::Error| refuse(SavedProblem::Syntax(one_line(&error, text))))?;
+        .map_err(|error: toml::de::Error| SavedProblem::Syntax(one_line(&error, text)))?;
+    set_from_table(parameters, &table)
+}
+
+/// Sets the parameters that stand in a table; the others stay.
+///
+/// # Errors
+/// [`SavedProblem`] names the parameter, its value and what is allowed; nothing changes then.
+pub fn set_from_table(
+    parameters: &mut Parameters,
+    table: &toml::Table,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
     let settings = table.iter().map(|(name, value)| Ok((name.as_str(), number(name, value)?)));
-    let settings: Vec<(&str, f64)> = settings.collect::<Result<_, _>>().map_err(refuse)?;
-    let mut parameters = Parameters::default();
-    // The warning, if any, was told when the value was set.
-    parameters.set_all(settings).map_err(|error| refuse(error.into()))?;
-    Ok(parameters)
+    let settings: Vec<(&str, f64)> = settings.collect::<Result<_, SavedProblem>>()?;
+    Ok(parameters.set_all(settings)?)
+}
+
+/// Whether a text has numbers under names of parameters and nothing else. Whether they can be flown together depends
+/// on the defaults of an aircraft.
+#[must_use]
+pub fn has_only_parameters(text: &str) -> bool {
+    let is_one = |(name, value): (&String, &toml::Value)| {
+        number(name, value).is_ok() && table().iter().any(|row| row.name == name)
+    };
+    text.parse::<toml::Table>().is_ok_and(|table| table.iter().all(is_one))
 }
 
 fn number(name: &str, value: &toml::Value) -> Result<f64, SavedProblem> {
@@ -96,11 +131,11 @@ fn one_line(error: &toml::de::Error, text: &str) -> String {
 }
 
 impl Parameters {
-    /// The values that differ from their defaults, for people: `OBS_W0 = 40, FTC_MODE = 0`.
+    /// The values that differ from `defaults`, for people: `OBS_W0 = 40, FTC_MODE = 0`.
     #[must_use]
-    pub fn differences(&self) -> Vec<String> {
-        let changed =
-            table().iter().filter(|row| row.value(self).to_bits() != row.default_value().to_bits());
+    pub fn differences(&self, defaults: &Self) -> Vec<String> {
+        let bits = |row: &super::Parameter, of: &Self| row.value(of).to_bits();
+        let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
         changed
             .map(|row| match row.kind {
                 Kind::Int => format!("{} = {:.0}", row.name, row.value(self)),
@@ -113,6 +148,14 @@ impl Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn to_text(parameters: &Parameters) -> String {
+        super::to_text(parameters, &Parameters::default())
+    }
+
+    fn from_text(file: &str, text: &str) -> Result<Parameters, SavedError> {
+        super::from_text(file, text, &Parameters::default())
+    }
 
     #[test]
     fn the_defaults_are_a_text_without_values_and_come_back() {

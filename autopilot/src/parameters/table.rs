@@ -2,10 +2,11 @@
 
 use std::sync::LazyLock;
 
-use flight_control::gains::TUNABLES;
+use flight_control::gains::tunables;
 
 use super::{
-    Choice, CompensatorMode, Get, Kind, MainLaw, ObserverMode, Parameter, Set, SticksLossAction,
+    AllocationMode, Choice, CompensatorLaw, CompensatorMode, Get, Kind, MainLaw, ObserverMode,
+    Parameter, Set, SticksLossAction,
 };
 use crate::vehicle::LinkLossAction;
 
@@ -13,7 +14,7 @@ use crate::vehicle::LinkLossAction;
 #[must_use]
 pub fn table() -> &'static [Parameter] {
     static TABLE: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
-        let gains = TUNABLES.iter().map(|tunable| Parameter {
+        let gains = tunables().map(|tunable| Parameter {
             name: tunable.name,
             group: law(tunable.name),
             kind: Kind::Real,
@@ -26,18 +27,8 @@ pub fn table() -> &'static [Parameter] {
             get: Get::Gain(tunable.get),
             set: Set::Gain(tunable.set),
         });
-        let [choices, numbers, times] = failure::ROWS;
-        let own = [
-            LAWS,
-            REFERENCES,
-            choices,
-            numbers,
-            times,
-            GUIDANCE,
-            LINK_LOSS,
-            LINK_SILENCE,
-            LINK_TIMES,
-        ];
+        let failure = failure::rows();
+        let own = [LAWS, REFERENCES, &failure, GUIDANCE, LINK_LOSS, LINK_SILENCE, LINK_TIMES];
         let [channel, slots] = mode_switch::ROWS;
         let stations = [station::ROWS, channel, slots];
         own.concat()
@@ -57,7 +48,11 @@ fn law(name: &str) -> &'static str {
         Some("ROL") => "Roll law",
         Some("YAW") => "Yaw damper",
         Some("SPD") => "Speed law",
+        Some("NDI") => "Dynamic inversion",
+        Some("LQR") => "Linear quadratic regulator",
         Some("OBS") => "Observer",
+        Some("LES") => "Linear observer",
+        Some("INC") => "Incremental compensator",
         Some("ACT") => "Activation",
         _ => "Other gains",
     }
@@ -129,7 +124,17 @@ const LAWS: &[Parameter] = choices! { "Laws";
         1 ObserverMode::Literal "as printed, does not know the compensation";
     "CTL_LAW", gains.selection.main, "Main controller":
         0 MainLaw::Pid "PID",
-        1 MainLaw::PidGangedNozzle "PID with the nozzle ganged to it (baseline)";
+        1 MainLaw::PidGangedNozzle "PID with the nozzle ganged to it (baseline)",
+        2 MainLaw::Ndi "nonlinear dynamic inversion",
+        3 MainLaw::Lqr "linear quadratic regulator",
+        9 MainLaw::Own "law that the program brings";
+    "FTC_LAW", gains.selection.compensator_law, "Estimator of the compensator":
+        0 CompensatorLaw::Neso "nonlinear extended state observer (NESO)",
+        1 CompensatorLaw::LinearEso "linear extended state observer",
+        2 CompensatorLaw::Incremental "filtered angular acceleration (incremental)";
+    "FTC_ALLOC", gains.selection.allocation, "Allocation of the compensating demand":
+        0 AllocationMode::Paper "ailerons and nozzle, by the inverse of the paper",
+        1 AllocationMode::Wls "all surfaces and nozzle angles, bounded weighted least squares";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";
@@ -137,26 +142,28 @@ const REFERENCES: &[Parameter] = numbers! { Real, "References";
         "Lowest altitude reference, above the ellipsoid";
     "REF_ALT_MAX", "m", 0.0 to 20_000.0, limits.altitude_max_m,
         "Highest altitude reference, above the ellipsoid";
-    "FW_AIRSPD_MIN", "m/s", 50.0 to 500.0, limits.airspeed_min_m_s,
+    "FW_AIRSPD_MIN", "m/s", 5.0 to 500.0, limits.airspeed_min_m_s,
         "Lowest true airspeed reference";
-    "FW_AIRSPD_MAX", "m/s", 50.0 to 500.0, limits.airspeed_max_m_s,
+    "FW_AIRSPD_MAX", "m/s", 5.0 to 500.0, limits.airspeed_max_m_s,
         "Highest true airspeed reference";
     "REF_ROLL_MAX", "deg", 1.0 to 80.0, limits.roll_max_deg,
         "Largest roll reference";
 };
 
 const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
-    "FW_L1_PERIOD", "s", 12.0 to 100.0, navigation.l1_period_s,
+    "FW_L1_PERIOD", "s", 1.0 to 100.0, navigation.l1_period_s,
         "Period of the lateral guidance: longer is softer, and cuts corners more";
     "FW_L1_DAMPING", "-", 0.4 to 1.5, navigation.l1_damping,
         "Damping of the lateral guidance";
+    "FW_PN_R_SLEW_MAX", "deg/s", 1.0 to 500.0, navigation.roll_slew_deg_s,
+        "Fastest change of the roll reference that the guidance makes";
     "NAV_BANK_MAX", "deg", 1.0 to 80.0, navigation.bank_max_deg,
         "Largest bank angle of the guidance; REF_ROLL_MAX limits it too";
-    "NAV_LOITER_RAD", "m", 1_000.0 to 100_000.0, navigation.loiter_radius_m,
+    "NAV_LOITER_RAD", "m", 10.0 to 100_000.0, navigation.loiter_radius_m,
         "Radius of circles that have none of their own";
-    "NAV_ACC_RAD", "m", 50.0 to 20_000.0, navigation.acceptance_m,
+    "NAV_ACC_RAD", "m", 1.0 to 20_000.0, navigation.acceptance_m,
         "Smallest acceptance radius of waypoints";
-    "NAV_CLIMB_MAX", "m/s", 1.0 to 100.0, navigation.climb_max_m_s,
+    "NAV_CLIMB_MAX", "m/s", 0.1 to 100.0, navigation.climb_max_m_s,
         "Largest climb rate of stick and offboard references";
     "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, navigation.return_altitude_m,
         "Altitude of the return, above the ellipsoid (PX4 counts it from home)";

@@ -37,5 +37,5 @@ fn a_lower_limit_above_its_upper_limit_is_refused() {
 fn a_set_outside_lemma_1_is_accepted_with_a_warning() {
     let mut parameters = Parameters::default();
     assert!(parameters.set("OBS_KB", 1.5).unwrap().is_some());
-    assert!((parameters.gains.observer.rate_factor - 1.5).abs() < 1e-12);
+    assert!((parameters.gains.neso.rate_factor - 1.5).abs() < 1e-12);
 }

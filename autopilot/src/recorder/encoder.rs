@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use icd::fault::FaultReply;
-use icd::{Effector, EffectorList, SimTime};
+use icd::fault::{FaultReply, Target, TargetClass};
+use icd::{EffectorList, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
@@ -46,7 +46,7 @@ pub struct Encoder<W> {
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
     told: SimTime,
     /// Inputs in words by their number, the latest one last.
-    wishes: VecDeque<(u32, String, Option<Effector>)>,
+    wishes: VecDeque<(u32, String, Option<Target>)>,
     /// Why the last input was refused.
     refusal: Option<String>,
     /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is no news there either.
@@ -103,6 +103,7 @@ impl<W: Write> Encoder<W> {
         log.info("ver_wire", Value::U64(header.wire_version.into()))?;
         log.info("session", Value::Text(&header.session))?;
         log.info("control_header", Value::Text(&json))?;
+        log.info("fault_kinds", Value::Text(&words::fault_kinds()))?;
         let formats = [
             topics::sensors(),
             topics::commands(&effectors),
@@ -278,11 +279,11 @@ impl<W: Write> Encoder<W> {
                 if self.wishes.len() >= WISHES_MAX {
                     self.wishes.pop_front();
                 }
-                let effector = match &intent.wish {
-                    Wish::Fault(fault) => fault.effector(),
+                let target = match &intent.wish {
+                    Wish::Fault(fault) => fault.target(),
                     _ => None,
                 };
-                self.wishes.push_back((intent.number, words, effector));
+                self.wishes.push_back((intent.number, words, target));
                 Ok(())
             }
             Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
@@ -314,13 +315,12 @@ impl<W: Write> Encoder<W> {
     /// The words of a refusal: which input, and why.
     fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(u8, String)> {
         let place = self.wishes.iter().position(|(wish, ..)| *wish == number)?;
-        let (_, words, effector) = self.wishes.remove(place)?;
+        let (_, words, target) = self.wishes.remove(place)?;
         let why = match outcome {
             Outcome::Done => return None,
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::Plant(FaultReply::Refused(refusal)) => {
-                let is_angle = effector.is_none_or(|effector| self.effectors.is_angle(effector));
-                refusal.described(is_angle).to_string()
+                refusal.described(TargetClass::of_request(target, &self.effectors)).to_string()
             }
             Outcome::Plant(_) => return None,
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),

@@ -1,7 +1,7 @@
 //! A number for a flight: equal where sensors, commands and requests were equal bit for bit.
 
 use icd::fault::PlantAction;
-use icd::{Actuators, Sensors, SimTime};
+use icd::{Actuators, Sensors, SimTime, Stamp};
 use sha2::{Digest, Sha256};
 
 use super::Moment;
@@ -10,11 +10,14 @@ use super::Moment;
 const STEP: u8 = 1;
 /// In front of a request that left for the plant.
 const REQUEST: u8 = 2;
+/// In front of the stamp of a sample.
+const SAMPLE: u8 = 3;
 
 /// SHA-256 over the flight, in order.
 ///
 /// ```text
 /// control step: 0x01, time us u64, 23 sensor values f64, commands f64     (little endian, as on the link)
+/// sample:       0x03, kind of sensor u8, valid u8, time us u64   (behind its step, where it is not a valid one of the step's time)
 /// request:      0x02, control steps flown u64, moment u8, the action (postcard)
 /// ```
 ///
@@ -39,6 +42,11 @@ impl RunHash {
         self.sha.update(time.as_micros().to_le_bytes());
         for value in sensors.to_array().iter().chain(actuators.commands.first(effectors)) {
             self.sha.update(value.to_le_bytes());
+        }
+        let now = Stamp { time, valid: true };
+        for (sensor, stamp) in (0_u8..).zip(sensors.stamps()).filter(|(_, stamp)| *stamp != now) {
+            self.sha.update([SAMPLE, sensor, u8::from(stamp.valid)]);
+            self.sha.update(stamp.time.as_micros().to_le_bytes());
         }
     }
 
@@ -86,18 +94,18 @@ mod tests {
         let mut values = [0.25; Sensors::COUNT];
         values[6..10].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
         values[22] = last;
-        let sensors = Sensors::from_array(&values);
+        let at = |micros| Sensors::at(SimTime::from_micros(micros), &values);
         let actuators = Actuators { commands: PerEffector::from_values([-1.5; 8]) };
         let mut hash = RunHash::default();
-        hash.step(SimTime::ZERO, &sensors, &actuators, 8);
+        hash.step(SimTime::ZERO, &at(0), &actuators, 8);
         hash.request(0, Moment::Step, action);
-        hash.step(SimTime::from_micros(2_000), &sensors, &actuators, 8);
+        hash.step(SimTime::from_micros(2_000), &at(2_000), &actuators, 8);
         hash
     }
 
     #[test]
     fn the_hash_is_that_of_the_documented_bytes() {
-        let action = PlantAction::Fault(FaultRequest::Clear { effector: tvc_jet::RUDDER });
+        let action = PlantAction::Fault(FaultRequest::Clear { target: tvc_jet::RUDDER.into() });
         let hash = flown(3.0, &action);
         let mut bytes = Vec::new();
         for time in [0_u64, 2_000] {
@@ -123,6 +131,24 @@ mod tests {
         assert_eq!(hash.hex(), hex(&Sha256::digest(&bytes)));
         assert_eq!(hash.steps(), 2);
         assert_eq!(hash.hex(), VECTOR);
+    }
+
+    #[test]
+    fn a_sample_that_is_old_or_not_valid_changes_the_hash_by_its_documented_bytes() {
+        let time = SimTime::from_micros(2_000);
+        let mut sensors = Sensors::at(time, &[0.5; Sensors::COUNT]);
+        let of = |sensors: &Sensors| {
+            let mut hash = RunHash::default();
+            hash.step(time, sensors, &Actuators::default(), 0);
+            hash.hex()
+        };
+        let ideal = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 23].concat()];
+        assert_eq!(of(&sensors), hex(&Sha256::digest(ideal.concat())));
+        sensors.gnss.time = SimTime::from_micros(1_000);
+        sensors.engine_n.valid = false;
+        let gnss = [&[3, 3, 1][..], &1_000_u64.to_le_bytes()].concat();
+        let engine = [&[3, 7, 0][..], &2_000_u64.to_le_bytes()].concat();
+        assert_eq!(of(&sensors), hex(&Sha256::digest([ideal.concat(), gnss, engine].concat())));
     }
 
     /// Fixed, so that logs of different versions can be compared.

@@ -13,8 +13,9 @@ use crate::vehicle::schedule::ReferenceSchedule;
 
 /// Number of the rules that a flight follows. It is raised whenever a program with the same version flies the
 /// same inputs otherwise, so that an older log is refused and not compared. Logs without the number have 0: their
-/// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim.
-pub const FLIGHT_RULES: u32 = 2;
+/// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim,
+/// and in those of 2 a change of CTL_LAW in flight is not smoothed.
+pub const FLIGHT_RULES: u32 = 3;
 
 /// The control side of a flight at its first packet; JSON in the info message `control_header`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

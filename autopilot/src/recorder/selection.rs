@@ -10,6 +10,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use icd::fault::{SensorKind, Target};
 use icd::{Effector, SimTime};
 
 use super::{Entry, Recorded, Step, words};
@@ -59,8 +60,8 @@ impl LogRate {
 /// Kinds of events that are counted one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cause {
-    /// A fault of this effector begins, rests or ends.
-    Fault(Effector),
+    /// A fault of this target begins, rests or ends.
+    Fault(Target),
     /// The compensator wakes or sleeps.
     Compensator,
     /// An axis has no authority left, or has it again.
@@ -76,12 +77,14 @@ enum Cause {
 }
 
 impl Cause {
-    const COUNT: usize = Effector::MAX + 8;
+    const SENSORS: usize = SensorKind::ALL.len();
+    const COUNT: usize = Effector::MAX + Self::SENSORS + 8;
 
     const fn index(self) -> usize {
-        const NEXT: usize = Effector::MAX;
+        const NEXT: usize = Effector::MAX + Cause::SENSORS;
         match self {
-            Self::Fault(effector) => effector.index(),
+            Self::Fault(Target::Effector(effector)) => effector.index(),
+            Self::Fault(Target::Sensor(sensor)) => Effector::MAX + sensor as usize,
             Self::Compensator => NEXT,
             Self::Authority(Axis::Roll) => NEXT + 1,
             Self::Authority(Axis::Pitch) => NEXT + 2,
@@ -275,7 +278,7 @@ impl Selection {
             Entry::Fault { time, entry } => {
                 // What the plant repeats when it is asked for its list is no event.
                 if self.faults.handle_event(&EventKind::Fault(*entry)) {
-                    self.happens(Cause::Fault(entry.effector), *time);
+                    self.happens(Cause::Fault(entry.target), *time);
                 }
             }
             other => {

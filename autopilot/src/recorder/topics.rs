@@ -70,34 +70,64 @@ const CONTROL_HEAD: [&str; 39] = [
 ];
 
 /// Last columns of the topic `control`.
-const CONTROL_TAIL: [&str; 14] = [
+const CONTROL_TAIL: [&str; 43] = [
+    "attained_roll_rad_s2",
+    "attained_pitch_rad_s2",
+    "attained_yaw_rad_s2",
     "authority_roll_pct",
     "authority_pitch_pct",
     "authority_yaw_pct",
+    "authority_roll_negative_pct",
+    "authority_pitch_negative_pct",
+    "authority_yaw_negative_pct",
+    "authority_roll_positive_pct",
+    "authority_pitch_positive_pct",
+    "authority_yaw_positive_pct",
     // 0: held, or nothing is at its limit; 1 engine, 2 elevator, 3 wing.
     "altitude_limit",
     "modelled_roll_rad_s2",
     "modelled_pitch_rad_s2",
     "modelled_yaw_rad_s2",
     "implausible_input",
+    "implausible_command",
     "aileron_saturated",
     "elevator_saturated",
     "rudder_saturated",
     "nozzle_pitch_saturated",
     "nozzle_yaw_saturated",
     "thrust_saturated",
+    // What else is known of the aircraft, and which parts of all that are valid.
+    "specific_force_x_m_s2",
+    "specific_force_y_m_s2",
+    "specific_force_z_m_s2",
+    "velocity_north_m_s",
+    "velocity_east_m_s",
+    "position_north_m",
+    "position_east_m",
+    "position_down_m",
+    "latitude_rad",
+    "longitude_rad",
+    "rates_valid",
+    "attitude_valid",
+    "specific_force_valid",
+    "velocity_valid",
+    "position_valid",
+    "altitude_valid",
+    "airspeed_valid",
+    "flow_angles_valid",
+    "thrust_valid",
 ];
 
 /// Most columns of the topic `control`.
-const CONTROL_MAX: usize = CONTROL_HEAD.len() + 2 * Effector::MAX + CONTROL_TAIL.len();
+const CONTROL_MAX: usize = CONTROL_HEAD.len() + 3 * Effector::MAX + CONTROL_TAIL.len();
 
-/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with command and modelled position of
-/// each effector in their midst; flags are 0 or 1.
+/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with command, compensation in
+/// it and modelled position of each effector in their midst; flags are 0 or 1.
 #[must_use]
 pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
     let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
     let of = |before| effectors.all().map(move |e| effector_field(before, effectors, e));
-    let of_effectors = ["command", "modelled"].into_iter().flat_map(of);
+    let of_effectors = ["command", "added", "modelled"].into_iter().flat_map(of);
     let (head, tail) = (CONTROL_HEAD.into_iter(), CONTROL_TAIL.into_iter());
     head.map(fixed).chain(of_effectors).chain(tail.map(fixed)).collect()
 }
@@ -120,6 +150,8 @@ pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_
         main,
         compensation,
         applied_compensation: applied,
+        increments,
+        attained,
         commands,
         // Which effectors is seen from the commands.
         limited: _,
@@ -133,7 +165,9 @@ pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_
     let three = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
     let angles = [state.attitude.phi, state.attitude.theta, state.attitude.psi];
     let motion = [state.alpha, state.beta, state.airspeed_m_s, state.altitude_m];
-    let rest = [state.climb_rate_m_s, state.thrust_n];
+    let rest = [state.climb_rate_m_s(), state.thrust_n];
+    let (velocity, valid) = (&state.velocity.0, &state.valid);
+    let place = [state.latitude_rad, state.longitude_rad];
     let references = [*altitude_reference_m, *roll_reference_rad, *airspeed_reference_m_s];
     let detector = [*level, flag(*compensator_active), *fade];
     let surfaces = [main.aileron_rad, main.elevator_rad, main.rudder_rad];
@@ -143,12 +177,24 @@ pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_
         .flat_map(|c| [c.aileron_rad, c.nozzle_pitch_rad, c.nozzle_yaw_rad]);
     let flags = [
         health.implausible_input,
+        health.implausible_command,
         health.aileron_saturated,
         health.elevator_saturated,
         health.rudder_saturated,
         health.nozzle_pitch_saturated,
         health.nozzle_yaw_saturated,
         health.thrust_saturated,
+    ];
+    let valid = [
+        valid.rates,
+        valid.attitude,
+        valid.specific_force,
+        valid.velocity,
+        valid.position,
+        valid.altitude,
+        valid.airspeed,
+        valid.flow_angles,
+        valid.thrust,
     ];
     three(&state.rates)
         .into_iter()
@@ -164,11 +210,20 @@ pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_
         .chain(engine)
         .chain(compensations)
         .chain(commands.first(effectors).iter().copied())
+        .chain(increments.first(effectors).iter().copied())
         .chain(modelled.first(effectors).iter().copied())
+        .chain(three(attained))
         .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
+        .chain(authority.negative_pct)
+        .chain(authority.positive_pct)
         .chain([altitude_limit.map_or(0.0, |limit| f64::from(limit.code()))])
         .chain(three(modelled_acceleration))
         .chain(flags.map(flag))
+        .chain(three(&state.specific_force.0))
+        .chain([velocity.x, velocity.y])
+        .chain(three(&state.position.0))
+        .chain(place)
+        .chain(valid.map(flag))
         .collect()
 }
 
@@ -183,10 +238,14 @@ fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
     Format { name: name.to_owned(), fields: std::iter::once(time).chain(columns).collect() }
 }
 
-/// What the sensors said in a control step.
+/// The samples of a control step: their values, their times, whether they are valid.
 #[must_use]
 pub fn sensors() -> Format {
-    numbers("sensors", Sensors::NAMES)
+    use FieldType::{Bool, F64, U64};
+    let values = Sensors::NAMES.map(|name| Field::new(F64, name));
+    let times = Sensors::TIMES.map(|name| Field::new(U64, name));
+    let valid = Sensors::VALID.map(|name| Field::new(Bool, name));
+    topic("sensors", values.into_iter().chain(times).chain(valid))
 }
 
 /// What was commanded in a control step.
@@ -276,7 +335,14 @@ pub fn hash_row(row: &mut Row, time: SimTime, hash: &RunHash) {
 
 /// Row of [`sensors`].
 pub fn sensors_row(row: &mut Row, time: SimTime, sensors: &Sensors) {
+    let stamps = sensors.stamps();
     row.begin(time.as_micros()).f64s(&sensors.to_array());
+    for stamp in stamps {
+        row.u64(stamp.time.as_micros());
+    }
+    for stamp in stamps {
+        row.bool(stamp.valid);
+    }
 }
 
 /// Row of [`commands`], of so many effectors.
@@ -324,7 +390,7 @@ pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
         .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
         .u32(entry.id)
         .u32(times)
-        .u8(entry.effector.code())
+        .u8(entry.target.into())
         .u8(entry.kind.code())
         .u8(state);
 }
@@ -357,7 +423,7 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 mod tests {
     use super::*;
     use crate::config::{self, DEFAULT_BELIEF};
-    use flight_control::{AltitudeLimit, Demand, FlightControl, Gains};
+    use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
     use icd::tvc_jet;
     use icd::{ControlPeriod, Effector};
@@ -375,7 +441,7 @@ mod tests {
         let time = SimTime::from_micros(4_000);
         let mut values = [0.0; Sensors::COUNT];
         values[6] = 1.0;
-        sensors_row(&mut row, time, &Sensors::from_array(&values));
+        sensors_row(&mut row, time, &Sensors::at(time, &values));
         assert_eq!(row.bytes().len(), sensors().size());
         let list = tvc_jet::effectors();
         commands_row(&mut row, time, &Actuators::default(), list.len());
@@ -395,11 +461,11 @@ mod tests {
         let control = control_names(&list);
         for (name, effector) in command_names(&list).iter().zip(tvc_jet::ALL) {
             assert_eq!(name.as_str(), format!("{}_{}", list.key(effector), list.unit(effector)));
-            for before in ["command", "modelled"] {
+            for before in ["command", "added", "modelled"] {
                 assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
             }
         }
-        assert_eq!(control.len(), 69);
+        assert_eq!(control.len(), 106);
     }
 
     /// Puts another number in the place of each number, and true in that of each flag.
@@ -422,20 +488,24 @@ mod tests {
     fn every_number_and_flag_of_a_step_has_a_column_of_its_own() {
         let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
         let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
-        let mut sensors = [0.0; Sensors::COUNT];
-        sensors[6] = 1.0;
-        let level = Sensors { airspeed_m_s: 264.0, ..Sensors::from_array(&sensors) };
+        let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
         let mut json = serde_json::to_value(flight.step(&level, &demand).log).unwrap();
+        // Each row has its time, and the angles say the same as the rotation.
+        let state = json["state"].as_object_mut().unwrap();
+        let kept = ["time", "orientation"].map(|name| (name, state.remove(name).unwrap()));
         let limited = json.as_object_mut().unwrap().remove("limited").unwrap();
         let mut numbers = 1;
         number(&mut json, &mut numbers);
         json["limited"] = limited;
+        for (name, value) in kept {
+            json["state"][name] = value;
+        }
         let log: StepLog = serde_json::from_value(json).unwrap();
         // As for an aircraft with every place taken.
         let values = control_values(&log, Effector::MAX);
         for n in 2..=numbers {
-            let columns = values.iter().filter(|value| **value == f64::from(n)).count();
+            let columns = values.iter().filter(|value| value.abs() == f64::from(n)).count();
             assert_eq!(columns, 1, "number {n} of {log:?}");
         }
         // The others are flags: true.
@@ -461,7 +531,7 @@ mod tests {
         let repeat = Some(Repeat { every_s: 5.0, times: Some(3) });
         let entry = FaultEntry {
             id: 7,
-            effector: tvc_jet::NOZZLE_YAW,
+            target: tvc_jet::NOZZLE_YAW.into(),
             kind: FaultKind::Oscillating { amplitude: 0.1, frequency_hz: 2.0 },
             timing: Timing {
                 onset: Onset::At(SimTime::ZERO),

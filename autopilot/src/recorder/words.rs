@@ -1,5 +1,6 @@
 //! Inputs in words, for the texts of a flight log.
 
+use icd::fault::CATALOGUE;
 use icd::pace::Pace;
 use icd::{EffectorList, FaultRequest};
 
@@ -10,6 +11,19 @@ use crate::vehicle::Reference;
 #[must_use]
 pub const fn is_stream(wish: &Wish) -> bool {
     matches!(wish, Wish::Setpoint(_) | Wish::Sticks(_))
+}
+
+/// What the codes of faults mean: `1 stuck_here, 2 stuck_at jump, ...`.
+#[must_use]
+pub fn fault_kinds() -> String {
+    let all = CATALOGUE.iter().flat_map(|kind| {
+        let alternatives = kind.choice.map_or(&[][..], |choice| choice.alternatives);
+        (kind.code..kind.code + kind.alternatives()).enumerate().map(move |(place, code)| {
+            let alternative = alternatives.get(place).map_or("", |one| one.key);
+            format!("{code} {} {alternative}", kind.key).trim_end().to_owned()
+        })
+    });
+    all.collect::<Vec<_>>().join(", ")
 }
 
 /// What an operator wished of an aircraft with these effectors; `None` for streams.
@@ -25,13 +39,11 @@ pub fn wish(wish: &Wish, effectors: &EffectorList) -> Option<String> {
         Wish::Gains(_) => "gains".to_owned(),
         Wish::Limits(_) => "limits of references".to_owned(),
         Wish::Navigation(_) => "parameters of the guidance".to_owned(),
-        Wish::Fault(FaultRequest::Inject { effector, kind, timing }) => {
-            let kind = kind.described(effectors.is_angle(*effector));
-            format!("fault: {} {kind}{timing}", effectors.name(*effector))
+        Wish::Fault(FaultRequest::Inject { target, kind, timing }) => {
+            let kind = kind.described(target.class(effectors));
+            format!("fault: {} {kind}{timing}", target.name(effectors))
         }
-        Wish::Fault(FaultRequest::Clear { effector }) => {
-            format!("mend {}", effectors.name(*effector))
-        }
+        Wish::Fault(FaultRequest::Clear { target }) => format!("mend {}", target.name(effectors)),
         Wish::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
         Wish::Restart => "new flight".to_owned(),
         Wish::Reposition(_) => "reposition".to_owned(),

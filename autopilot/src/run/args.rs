@@ -12,14 +12,16 @@ use tracing::warn;
 
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
+use super::laws::LawArgs;
 use super::recording::RecordingArgs;
 use super::script::ScriptArgs;
 use super::signing::SigningArgs;
-use crate::config::{self, ConfigError};
+use crate::config::{self, ConfigError, Model};
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, KeptPlan, ParameterFile};
-use crate::parameters::{NavigationParameters, Parameters, ReferenceLimits};
+use crate::own_law::OwnLaw;
+use crate::parameters::{self, NavigationParameters, Parameters, ReferenceLimits};
 use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
@@ -93,6 +95,12 @@ pub struct AutopilotArgs {
     /// Whether the compensator acts
     #[arg(long, value_enum, value_name = "MODE")]
     pub ftc: Option<Ftc>,
+    /// Main controller, estimator of the compensator, gains.
+    #[command(flatten)]
+    pub laws: LawArgs,
+    /// The law that `--law own` flies; a program brings it, no option.
+    #[arg(skip)]
+    pub own_law: Option<OwnLaw>,
     /// Set a parameter; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub parameters: Vec<ParameterSetting>,
@@ -172,16 +180,27 @@ impl AutopilotArgs {
         self.recording.folder(self.setup.is_some())
     }
 
+    /// The controller's model of the aircraft, with the defaults of its parameters.
+    ///
+    /// # Errors
+    /// [`RunError`] names file, key, value and allowed range.
+    pub fn model(&self) -> Result<Model, RunError> {
+        Ok(match &self.belief {
+            None => config::model(DEFAULT_BELIEF_NAME, config::DEFAULT_BELIEF)?,
+            Some(path) => config::model(&path.display().to_string(), &config::read(path)?)?,
+        })
+    }
+
     /// The parameters that ground stations have set; `None` where none are kept.
     ///
     /// # Errors
     /// [`RunError`] names file, parameter, value and allowed range.
-    pub fn kept_parameters(&self) -> Result<Option<Kept>, RunError> {
+    pub fn kept_parameters(&self, defaults: &Parameters) -> Result<Option<Kept>, RunError> {
         if self.setup.is_some() {
             // Exactly that setup.
             return Ok(None);
         }
-        Ok(self.parameter_file.clone().unwrap_or_default().read()?)
+        Ok(self.parameter_file.clone().unwrap_or_default().read(defaults)?)
     }
 
     /// The plan that a ground station has uploaded in an earlier run; `None` where none is kept.
@@ -211,35 +230,39 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup(&self) -> Result<(ControlSetup, Parameters), RunError> {
-        self.control_setup_over(&Parameters::default())
+        let model = self.model()?;
+        self.control_setup_over(&model.belief, &model.defaults)
     }
 
-    /// The same, where what the options leave open is as in `parameters`.
+    /// The same with this belief, where what the options leave open is as in `over`.
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup_over(
         &self,
-        parameters: &Parameters,
+        belief: &Belief,
+        over: &Parameters,
     ) -> Result<(ControlSetup, Parameters), RunError> {
-        let mut parameters = *parameters;
+        let mut parameters = *over;
         if let Some(path) = &self.setup {
             let setup = read_setup(path)?;
             parameters.gains = setup.gains;
             parameters.limits = setup.limits;
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
+            parameters.brings_law = self.own_law.is_some();
+            parameters.check_law()?;
             return Ok((setup, parameters));
         }
+        parameters.brings_law = self.own_law.is_some();
+        self.laws.apply(&mut parameters)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
         if let Some(warning) = parameters.set_all(ftc.into_iter().chain(settings))? {
             warn!("parameters: {warning}");
         }
-        let belief = match &self.belief {
-            None => config::belief(DEFAULT_BELIEF_NAME, config::DEFAULT_BELIEF)?,
-            Some(path) => config::belief(&path.display().to_string(), &config::read(path)?)?,
-        };
+        parameters.check_law()?;
+        let belief = *belief;
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
             Some((name, text)) => (*name, Cow::Borrowed(*text)),
@@ -273,7 +296,7 @@ fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
     let file = path.display().to_string();
     let belief = setup.belief.validate();
     belief.map_err(|source| ConfigError::Belief { file, source })?;
-    setup.gains.validate().map_err(crate::parameters::ParameterError::from)?;
+    setup.gains.validate().map_err(parameters::ParameterError::from)?;
     Ok(setup)
 }
 
@@ -293,7 +316,7 @@ fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
 mod tests {
     use super::*;
     use clap::{Args, Command, FromArgMatches};
-    use flight_control::CompensatorMode;
+    use flight_control::{CompensatorMode, MainLaw};
 
     fn parse(options: &[&str]) -> Result<AutopilotArgs, clap::Error> {
         let command = AutopilotArgs::augment_args(Command::new("autopilot"));
@@ -310,7 +333,7 @@ mod tests {
         let options = ["--ftc", "off", "--param", "OBS_W0=40", "--scenario", "case1"];
         let (setup, parameters) = parse(&options).unwrap().control_setup().unwrap();
         assert_eq!(setup.gains.selection.compensator, CompensatorMode::Off);
-        assert_eq!(setup.gains.observer.bandwidth, 40.0);
+        assert_eq!(setup.gains.neso.bandwidth, 40.0);
         assert_eq!(setup.gains, parameters.gains);
         assert_eq!(setup.references.entry(0).unwrap().altitude_m, Some(6_000.0));
     }
@@ -331,6 +354,20 @@ mod tests {
             assert_eq!(empty.exit_code(), 2, "a usage error");
             assert!(empty.to_string().contains(option), "{empty}");
             assert!(parse(&[option, "none"]).is_ok() && parse(&[option, "some/where"]).is_ok());
+        }
+    }
+
+    #[test]
+    fn laws_are_chosen_by_name_and_one_that_is_not_there_is_refused() {
+        let options = ["--law", "pid-ganged-nozzle", "--compensator", "neso"];
+        let (setup, _) = parse(&options).unwrap().control_setup().unwrap();
+        assert_eq!(setup.gains.selection.main, MainLaw::PidGangedNozzle);
+        let message = parse(&["--law", "lqg"]).unwrap_err().to_string();
+        assert!(message.contains("there is no law lqg; the laws are pid, "), "{message}");
+        assert!(parse(&["--compensator", "pid"]).is_err());
+        for options in [["--law", "own"], ["--param", "CTL_LAW=9"]] {
+            let message = error(&options);
+            assert!(message.contains("CTL_LAW = 9") && message.contains("own-law.md"), "{message}");
         }
     }
 

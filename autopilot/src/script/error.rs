@@ -44,9 +44,9 @@ pub enum Problem {
         /// Unit of all three.
         unit: &'static str,
     },
-    /// Not for this effector.
+    /// The target has no such fault.
     #[error("{0}")]
-    NotForThisEffector(&'static str),
+    NotForThisTarget(String),
     /// Repetition without a duration, or quicker than it.
     #[error("`every` needs `for` with a shorter time before it")]
     EveryWithoutFor,

@@ -1,21 +1,18 @@
-//! `fail` and `clear`: effectors, kinds of faults and their timing in words.
+//! `fail` and `clear`: targets, kinds of faults and their timing in words. The words of the kinds are those of the
+//! catalogue.
 
-use core::f64::consts::PI;
+use core::cmp::Reverse;
 
-use icd::fault::{FaultKind, Onset, Repeat, Side, Timing, Travel};
+use icd::fault::kind::Measure::{Milliseconds, Seconds};
+use icd::fault::kind::{Choice, NUMBERS_MAX, NumberInfo, Piece};
+use icd::fault::{CATALOGUE, FaultKind, KindInfo, Onset, Refusal, Repeat, SensorKind, Target};
+use icd::fault::{TargetClass, Timing};
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::cursor::Cursor;
 use super::error::{Problem, ScriptError};
-use super::parser::{DEGREES, SECONDS};
+use super::parser::SECONDS;
 
-const KINDS: &str = "a kind of fault: stuck, stuck at, hard over, a number % left, floating, slow, delayed, \
-                     intermittent, oscillating, drifting, biased, limited to, flame-out";
-const DEG: f64 = PI / 180.0;
-const DEGREES_PER_SECOND: [(&str, f64); 1] = [("deg/s", DEG)];
-const KILONEWTONS: [(&str, f64); 1] = [("kn", 1.0e3)];
-const KILONEWTONS_PER_SECOND: [(&str, f64); 1] = [("kn/s", 1.0e3)];
-const HERTZ: [(&str, f64); 1] = [("hz", 1.0)];
 /// How often a fault can come again.
 const TIMES_MAX: u32 = 1_000_000;
 
@@ -24,10 +21,16 @@ pub(super) fn fail(
     cursor: &mut Cursor,
     effectors: &EffectorList,
 ) -> Result<FaultRequest, ScriptError> {
-    let effector = effector(cursor, effectors, &names(effectors))?;
-    let kind = kind(cursor, effectors.is_angle(effector))?;
+    let before = cursor.clone();
+    let target = target(cursor, effectors, &names(effectors))?;
+    let class = target.class(effectors);
+    if class == TargetClass::Sensor {
+        let why = Refusal::NoSensorFaults.described(class).to_string();
+        return Err(before.problem(Problem::NotForThisTarget(why)));
+    }
+    let kind = kind(cursor, class)?;
     let timing = timing(cursor)?;
-    Ok(FaultRequest::Inject { effector, kind, timing })
+    Ok(FaultRequest::Inject { target, kind, timing })
 }
 
 /// What follows `clear`.
@@ -39,7 +42,7 @@ pub(super) fn clear(
         return Ok(FaultRequest::ClearAll);
     }
     let wanted = format!("`all` or {}", names(effectors));
-    Ok(FaultRequest::Clear { effector: effector(cursor, effectors, &wanted)? })
+    Ok(FaultRequest::Clear { target: target(cursor, effectors, &wanted)? })
 }
 
 /// Words of ground stations for servos and motors.
@@ -59,6 +62,19 @@ fn names(effectors: &EffectorList) -> String {
     format!("an effector: {}", names.join(", "))
 }
 
+/// A target: an effector, or a sensor by its name.
+fn target(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+    wanted: &str,
+) -> Result<Target, ScriptError> {
+    let named = |sensor: &SensorKind| cursor.take(sensor.name()) || cursor.take(sensor.key());
+    if let Some(sensor) = SensorKind::ALL.into_iter().find(named) {
+        return Ok(sensor.into());
+    }
+    effector(cursor, effectors, wanted).map(Target::from)
+}
+
 /// An effector by its name for people, for files, or for ground stations. The longest name that fits counts.
 fn effector(
     cursor: &mut Cursor,
@@ -66,7 +82,7 @@ fn effector(
     wanted: &str,
 ) -> Result<Effector, ScriptError> {
     let mut all: Vec<Effector> = effectors.all().collect();
-    all.sort_by_key(|effector| core::cmp::Reverse(effectors.name(*effector).len()));
+    all.sort_by_key(|effector| Reverse(effectors.name(*effector).len()));
     let named = |cursor: &mut Cursor, effector: &Effector| {
         cursor.take(effectors.name(*effector)) || cursor.take(effectors.key(*effector))
     };
@@ -94,130 +110,96 @@ fn effector(
     Err(cursor.wanted(wanted))
 }
 
-fn kind(cursor: &mut Cursor, is_angle: bool) -> Result<FaultKind, ScriptError> {
-    let only_angles = |cursor: &Cursor, why| {
-        let problem = Problem::NotForThisEffector(why);
-        if is_angle { Ok(()) } else { Err(cursor.problem(problem)) }
+/// A kind by its words; the longest that fit count.
+fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptError> {
+    let mut all: Vec<&KindInfo> = CATALOGUE.iter().collect();
+    all.sort_by_key(|info| Reverse(first_words(info).first().map_or(0, |words| words.len())));
+    let before = cursor.clone();
+    let begins = |info: &&&KindInfo| match first_words(info) {
+        [] => cursor.is_number(),
+        words => words.iter().any(|words| cursor.take(words)),
     };
-    if cursor.take("stuck at") {
-        only_angles(cursor, "the engine cannot be stuck at an angle, only `stuck`")?;
-        let angle_rad = cursor.amount("the angle", &DEGREES)?.within(ANGLE, ("deg", DEG))?;
-        let slowly = ["at the actuator's rate", "at actuator rate", "at the actuator rate"];
-        let slowly = slowly.iter().any(|words| cursor.take(words));
-        let travel = if slowly { Travel::AtActuatorRate } else { Travel::Jump };
-        return Ok(FaultKind::StuckAt { angle_rad, travel });
+    let info = all.iter().find(begins).ok_or_else(|| before.wanted(kinds()))?;
+    if !info.targets.allow(class) {
+        let only = if info.targets.thrust { "only" } else { "not" };
+        let why = format!("`{}` is {only} for the engine", words(info));
+        return Err(before.problem(Problem::NotForThisTarget(why)));
     }
-    if cursor.take("stuck") {
-        return Ok(FaultKind::StuckHere);
-    }
-    if cursor.take("hard over") {
-        only_angles(cursor, "the engine has no end of travel to run to")?;
-        let sides = [("positive", Side::Positive), ("negative", Side::Negative)];
-        let side = cursor.need_one("the end, by the sign of the deflection", &sides)?;
-        return Ok(FaultKind::HardOver { side });
-    }
-    if cursor.take("floating") || cursor.take("float") {
-        only_angles(cursor, "the engine cannot float")?;
-        return Ok(FaultKind::Float);
-    }
-    if cursor.take("flame-out") || cursor.take("flame out") {
-        return if is_angle {
-            Err(cursor.problem(Problem::NotForThisEffector("only the engine can flame out")))
-        } else {
-            Ok(FaultKind::FlameOut)
-        };
-    }
-    if cursor.take("slow") {
-        return Ok(FaultKind::Slow { rate: rate(cursor, is_angle, Sign::Positive)? });
-    }
-    if cursor.take("delayed") {
-        cursor.take("by");
-        let delay = cursor.amount("the delay", &SECONDS)?;
-        let delay_s = delay.within((0.0, FaultKind::DELAY_MAX_S), ("s", 1.0))?;
-        return Ok(FaultKind::Delayed { delay_s });
-    }
-    if cursor.take("intermittent") {
-        let present = percent(cursor, "the part of a period in which commands get through")?;
-        cursor.need("of")?;
-        let period_s = duration(cursor, "the period")?;
-        return Ok(FaultKind::Intermittent { period_s, present });
-    }
-    if cursor.take("oscillating") {
-        let amplitude = deviation(cursor, "the amplitude", is_angle, Sign::Positive)?;
-        cursor.need("at")?;
-        let frequency = cursor.amount("the frequency", &HERTZ)?;
-        let range = (f64::MIN_POSITIVE, FaultKind::FREQUENCY_MAX_HZ);
-        let frequency_hz = frequency.within(range, ("Hz", 1.0))?;
-        return Ok(FaultKind::Oscillating { amplitude, frequency_hz });
-    }
-    if cursor.take("drifting") {
-        return Ok(FaultKind::Drifting { rate: rate(cursor, is_angle, Sign::Any)? });
-    }
-    if cursor.take("biased") {
-        cursor.take("by");
-        return Ok(FaultKind::Biased { bias: deviation(cursor, "the bias", is_angle, Sign::Any)? });
-    }
-    if cursor.take("limited to") {
-        let limit = deviation(cursor, "the limit", is_angle, Sign::Positive)?;
-        return Ok(FaultKind::LimitedTravel { limit });
-    }
-    if cursor.is_number() {
-        let remaining = percent(cursor, "the effect left")?;
-        cursor.need("left")?;
-        return Ok(FaultKind::PartialLoss { remaining });
-    }
-    Err(cursor.wanted(KINDS))
-}
-
-/// Angles that an effector might have, rad; the plant knows each one's travel.
-const ANGLE: (f64, f64) = (-PI, PI);
-/// Largest thrust that is looked at, N.
-const THRUST_MAX_N: f64 = 1.0e6;
-
-/// Which signs a value may have.
-#[derive(Clone, Copy, PartialEq)]
-enum Sign {
-    Any,
-    Positive,
-}
-
-impl Sign {
-    fn range(self, max: f64) -> (f64, f64) {
-        match self {
-            Self::Any => (-max, max),
-            Self::Positive => (0.0, max),
+    let (mut values, mut alternative) = ([0.0; NUMBERS_MAX], 0);
+    for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
+        match *piece {
+            Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
+            Piece::Maybe(word) => drop(cursor.take(word)),
+            Piece::Number(quantity) => {
+                let mut numbers = values.iter_mut().zip(info.numbers);
+                let place = numbers.find(|(_, number)| number.quantity == quantity);
+                if let Some((value, number)) = place {
+                    *value = self::number(cursor, number, class)?;
+                }
+            }
+            Piece::Choice => {
+                if let Some(choice) = &info.choice {
+                    alternative = self::choice(cursor, choice)?;
+                }
+            }
         }
     }
+    info.with(alternative, values).ok_or_else(|| before.wanted(kinds()))
 }
 
-/// An angle, or of the engine a thrust.
-fn deviation(
+/// The words by which a kind is known; none: it begins with a number.
+fn first_words(info: &KindInfo) -> &'static [&'static str] {
+    match info.phrase.first() {
+        Some(Piece::Words(words)) => words,
+        _ => &[],
+    }
+}
+
+/// How a kind is called in messages.
+fn words(info: &KindInfo) -> String {
+    if let Some(words) = first_words(info).first() {
+        return (*words).to_owned();
+    }
+    let words = info.phrase.iter().filter_map(|piece| match piece {
+        Piece::Words(words) => words.first().copied(),
+        Piece::Number(quantity) => Some(quantity.measure().unit(TargetClass::Angle).name),
+        Piece::Maybe(_) | Piece::Choice => None,
+    });
+    format!("a number {}", words.collect::<Vec<_>>().join(" "))
+}
+
+/// All of them in messages.
+fn kinds() -> String {
+    let all: Vec<String> = CATALOGUE.iter().map(words).collect();
+    format!("a kind of fault: {}", all.join(", "))
+}
+
+/// A number with its unit, in SI units; times come in any unit of time.
+fn number(
     cursor: &mut Cursor,
-    what: &'static str,
-    is_angle: bool,
-    sign: Sign,
+    number: &NumberInfo,
+    class: TargetClass,
 ) -> Result<f64, ScriptError> {
-    if is_angle {
-        cursor.amount(what, &DEGREES)?.within(sign.range(PI), ("deg", DEG))
-    } else {
-        cursor.amount(what, &KILONEWTONS)?.within(sign.range(THRUST_MAX_N), ("kN", 1.0e3))
+    let (what, measure) = (number.quantity.name(), number.quantity.measure());
+    let unit = measure.unit(class);
+    let [min, max] = number.range.anywhere(measure, class);
+    if matches!(measure, Seconds | Milliseconds) {
+        let range = (unit.to_si(min), unit.to_si(max));
+        return cursor.amount(what, &SECONDS)?.within(range, ("s", 1.0));
     }
+    let amount = cursor.amount(what, &[(&unit.name.to_ascii_lowercase(), 1.0)])?;
+    amount.within((min, max), (unit.name, 1.0)).map(|value| unit.to_si(value))
 }
 
-fn rate(cursor: &mut Cursor, is_angle: bool, sign: Sign) -> Result<f64, ScriptError> {
-    if is_angle {
-        let range = sign.range(100.0 * PI);
-        cursor.amount("the rate", &DEGREES_PER_SECOND)?.within(range, ("deg/s", DEG))
-    } else {
-        let range = sign.range(THRUST_MAX_N);
-        cursor.amount("the rate", &KILONEWTONS_PER_SECOND)?.within(range, ("kN/s", 1.0e3))
+/// An alternative by its words, from 0.
+fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<u8, ScriptError> {
+    let all = (0..).zip(choice.alternatives);
+    let all: Vec<(&str, u8)> =
+        all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
+    match choice.default {
+        Some(default) => Ok(cursor.choose(&all).unwrap_or(default)),
+        None => cursor.need_one(choice.title, &all),
     }
-}
-
-/// A percentage as a fraction.
-fn percent(cursor: &mut Cursor, what: &'static str) -> Result<f64, ScriptError> {
-    let percent = cursor.amount(what, &[("%", 1.0)])?;
-    Ok(percent.within((0.0, 100.0), ("%", 1.0))? / 100.0)
 }
 
 /// A time longer than nothing, s.

@@ -5,6 +5,7 @@ use super::error::{Problem, ScriptError};
 use super::quantity::{Condition, Crossing, ROWS};
 use super::words::{self, Word};
 use super::{Action, LINES_MAX, Line, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger, fault};
+use crate::vehicle::schedule::AIRSPEED_M_S;
 use crate::vehicle::{Mode, Reference};
 use icd::{EffectorList, SimTime};
 
@@ -146,7 +147,7 @@ fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, Scrip
     if cursor.take("airspeed") {
         let airspeed = cursor.amount("airspeed", &METRES_PER_SECOND)?;
         return airspeed
-            .within((50.0, 500.0), ("m/s", 1.0))
+            .within(AIRSPEED_M_S, ("m/s", 1.0))
             .map(|m_s| Action::Refer(Reference::Airspeed(m_s)));
     }
     if cursor.take("roll") {

@@ -2,7 +2,8 @@
 
 use core::f64::consts::PI;
 
-use icd::{Sensors, SimTime};
+use flight_control::NavigationState;
+use icd::SimTime;
 
 /// Standard gravity, m/s²: the unit of the load factor.
 const STANDARD_GRAVITY: f64 = 9.806_65;
@@ -100,22 +101,21 @@ pub(super) const ROWS: [Row; 13] = [
 impl Quantity {
     /// Its value now.
     #[must_use]
-    pub fn value(self, time: SimTime, sensors: &Sensors) -> f64 {
-        let rates = || sensors.body_rates.0;
+    pub fn value(self, state: &NavigationState) -> f64 {
         match self {
-            Self::Roll => sensors.attitude.euler().phi,
-            Self::Pitch => sensors.attitude.euler().theta,
-            Self::Heading => sensors.attitude.euler().psi,
-            Self::Altitude => sensors.altitude_m,
-            Self::ClimbRate => -sensors.velocity.0.z,
-            Self::Airspeed => sensors.airspeed_m_s,
-            Self::Alpha => sensors.angle_of_attack_rad,
-            Self::Beta => sensors.sideslip_rad,
-            Self::RollRate => rates().x,
-            Self::PitchRate => rates().y,
-            Self::YawRate => rates().z,
-            Self::LoadFactor => -sensors.specific_force.0.z / STANDARD_GRAVITY,
-            Self::Time => time.as_seconds(),
+            Self::Roll => state.attitude.phi,
+            Self::Pitch => state.attitude.theta,
+            Self::Heading => state.attitude.psi,
+            Self::Altitude => state.altitude_m,
+            Self::ClimbRate => state.climb_rate_m_s(),
+            Self::Airspeed => state.airspeed_m_s,
+            Self::Alpha => state.alpha,
+            Self::Beta => state.beta,
+            Self::RollRate => state.rates.x,
+            Self::PitchRate => state.rates.y,
+            Self::YawRate => state.rates.z,
+            Self::LoadFactor => -state.specific_force.0.z / STANDARD_GRAVITY,
+            Self::Time => state.time.as_seconds(),
         }
     }
 
@@ -126,17 +126,11 @@ impl Quantity {
 }
 
 impl Condition {
-    /// How far the quantity is beyond the value now; of an angle the shorter way round. `None` if it is no
-    /// number.
+    /// How far the quantity is beyond the value now; of an angle the shorter way round.
     #[must_use]
-    pub fn excess(&self, time: SimTime, sensors: &Sensors) -> Option<f64> {
-        let difference = self.quantity.value(time, sensors) - self.value;
-        let difference = if self.quantity.is_circular() {
-            libm::remainder(difference, 2.0 * PI)
-        } else {
-            difference
-        };
-        difference.is_finite().then_some(difference)
+    pub fn excess(&self, state: &NavigationState) -> f64 {
+        let difference = self.quantity.value(state) - self.value;
+        if self.quantity.is_circular() { libm::remainder(difference, 2.0 * PI) } else { difference }
     }
 
     /// What to compare with at the next tick. Standing on the value is not yet passing it.

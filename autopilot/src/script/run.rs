@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use icd::{Sensors, SimTime};
+use flight_control::NavigationState;
+use icd::SimTime;
 
 use super::{Action, Script, Trigger};
 
@@ -54,14 +55,14 @@ impl Run {
     /// The first line that is due at this tick and not executed yet; to be called until there is none or enough
     /// were executed. The sequences come in the order of the text. While `can_ask` is false a line that asks the
     /// plant waits, and its sequence with it.
-    pub fn next(&mut self, time: SimTime, sensors: &Sensors, can_ask: bool) -> Option<Due> {
-        self.look(time, sensors);
+    pub fn next(&mut self, state: &NavigationState, can_ask: bool) -> Option<Due> {
+        self.look(state);
         for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
             let Some(line) = sequence.lines.get(place.next) else { continue };
             if !place.due || matches!(line.action, Action::Fault(_)) && !can_ask {
                 continue;
             }
-            *place = Place { next: place.next + 1, since: time, excess: None, due: false };
+            *place = Place { next: place.next + 1, since: state.time, excess: None, due: false };
             let due = Due { line: line.number, action: line.action };
             if due.action == Action::End {
                 self.end();
@@ -73,7 +74,8 @@ impl Run {
 
     /// Looks whether the triggers of the lines that are next have come. What has come at a tick stays so, also when
     /// the line is executed later; looking again at the same tick changes nothing.
-    pub fn look(&mut self, time: SimTime, sensors: &Sensors) {
+    pub fn look(&mut self, state: &NavigationState) {
+        let time = state.time;
         let began = *self.began.get_or_insert_with(|| {
             for place in &mut self.places {
                 place.since = time;
@@ -87,12 +89,10 @@ impl Run {
                 Trigger::At(micros) => time.micros_since(began) >= micros,
                 Trigger::After(micros) => time.micros_since(place.since) >= micros,
                 Trigger::When(condition) => {
-                    // No number: as if the tick had not been.
-                    condition.excess(time, sensors).is_some_and(|now| {
-                        let before = place.excess.unwrap_or(now);
-                        place.excess = Some(condition.remembered(before, now));
-                        condition.is_crossed(before, now)
-                    })
+                    let now = condition.excess(state);
+                    let before = place.excess.unwrap_or(now);
+                    place.excess = Some(condition.remembered(before, now));
+                    condition.is_crossed(before, now)
                 }
             };
         }

@@ -1,20 +1,25 @@
 //! Signals that flicker, and what is told of them.
 
-use flight_control::{AltitudeLimit, Authority, Belief, FlightControl, Gains};
-use icd::Sensors;
+use flight_control::{AltitudeLimit, Authority, Belief, FlightControl, Gains, NavigationState};
 
 use super::*;
 use crate::config::{self, DEFAULT_BELIEF};
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
-const FULL: Authority = Authority { roll_pct: 100.0, pitch_pct: 100.0, yaw_pct: 100.0 };
+const FULL: Authority = Authority {
+    roll_pct: 100.0,
+    pitch_pct: 100.0,
+    yaw_pct: 100.0,
+    negative_pct: [100.0; 3],
+    positive_pct: [100.0; 3],
+};
 
 /// A step in which nothing is the matter.
 fn calm() -> StepLog {
     let belief: Belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
     let mut flight = FlightControl::new(PERIOD, &belief, &Gains::REFERENCE);
     let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let mut log = flight.step(&Sensors::from_array(&[0.0; Sensors::COUNT]), &demand).log;
+    let mut log = flight.step(&NavigationState::at_rest(), &demand).log;
     log.health = Health::default();
     log.authority = FULL;
     log.compensator_active = false;

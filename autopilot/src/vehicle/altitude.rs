@@ -6,12 +6,11 @@ use super::situation::Situation;
 /// Rate at which a standing altitude error is added to what the laws are asked for, 1/s: slower than the
 /// altitude law, which needs about 10 s.
 const TRIM_RATE_PER_S: f64 = 0.025;
-/// Largest addition, m.
-const TRIM_MAX_M: f64 = 300.0;
-/// The altitude law sees no larger error, m; such an error is a climb that has not ended.
-const LAW_SEES_M: f64 = 400.0;
-/// An aircraft that climbs or descends faster has no standing error, m/s.
-const STANDING_CLIMB_M_S: f64 = 5.0;
+/// Largest addition, as a part of the largest error that the altitude law sees; a larger error is a climb that has not
+/// ended.
+const TRIM_MAX: f64 = 0.75;
+/// An aircraft that climbs or descends faster than this part of `NAV_CLIMB_MAX` has no standing error.
+const STANDING_CLIMB: f64 = 1.0 / 6.0;
 
 /// The altitude that the laws are asked for where a path, a pilot or a stream is flown.
 ///
@@ -35,16 +34,19 @@ impl AltitudeDemand {
     /// What to ask the laws for after one tick, m.
     pub fn step(&mut self, reference_m: f64, situation: &Situation, rules: &Rules) -> f64 {
         let Situation { altitude_m, climb_m_s, dt_s, .. } = *situation;
-        let seen = || altitude_m + (reference_m - altitude_m).clamp(-LAW_SEES_M, LAW_SEES_M);
+        let sees_m = rules.altitude_error_max_m;
+        let seen = || altitude_m + (reference_m - altitude_m).max(-sees_m).min(sees_m);
         let moved = self.reference_m.unwrap_or_else(seen);
         let most = rules.navigation.climb_max_m_s * dt_s;
         let moved = moved + (reference_m - moved).clamp(-most, most);
         self.reference_m = Some(moved);
         let error = moved - altitude_m;
-        if error.abs() < LAW_SEES_M {
-            let standing = (1.0 - climb_m_s.abs() / STANDING_CLIMB_M_S).max(0.0);
+        if error.abs() < sees_m {
+            let standing_m_s = STANDING_CLIMB * rules.navigation.climb_max_m_s;
+            let standing = (1.0 - climb_m_s.abs() / standing_m_s).max(0.0);
             let change = TRIM_RATE_PER_S * standing * error * dt_s;
-            self.added_m = (self.added_m + change).clamp(-TRIM_MAX_M, TRIM_MAX_M);
+            let most = TRIM_MAX * sees_m;
+            self.added_m = (self.added_m + change).max(-most).min(most);
         }
         moved + self.added_m
     }

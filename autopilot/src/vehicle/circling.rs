@@ -8,9 +8,6 @@ use super::navigation::Target;
 use super::rules::Rules;
 use super::situation::Situation;
 
-/// A circle that begins here begins this long after now, s: the time to roll in.
-const ROLL_IN_S: f64 = 2.0;
-
 /// A circle around a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orbit {
@@ -48,7 +45,8 @@ impl Orbit {
         let side = if clockwise { 1.0 } else { -1.0 };
         let abeam = Horizontal::new(-sin, cos) * side;
         let radius_m = circle.flown_radius_m(situation, demand, rules);
-        let centre = ahead * (situation.speed_m_s * ROLL_IN_S) + abeam * radius_m;
+        // The circle begins when the aircraft has rolled in.
+        let centre = ahead * (situation.speed_m_s * rules.roll_in_s()) + abeam * radius_m;
         Self { centre: Site::at(situation.horizon.place_at(&centre)), ..circle }
     }
 

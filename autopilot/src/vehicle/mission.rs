@@ -21,7 +21,7 @@ mod look_ahead;
 
 use begin::Otherwise;
 use leg::Leg;
-use loiter::{ALTITUDE_REACHED_M, Circled, Loiter, Until};
+use loiter::{Circled, Loiter, Until};
 
 /// Items that are begun in one tick, each with two events; the next tick goes on with the rest.
 const AT_ONCE_MAX: u32 = 4;
@@ -275,7 +275,7 @@ impl Mission {
             },
             Task::Climb(course_rad) => {
                 let left = (situation.altitude_m - demand.altitude_m).abs();
-                (left > ALTITUDE_REACHED_M).then(|| Flown {
+                (left > rules.altitude_reached_m()).then(|| Flown {
                     steering: hold_course(*course_rad, &situation.velocity, &rules.guidance()),
                     target: None,
                 })

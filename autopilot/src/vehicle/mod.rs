@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use flight_control::Demand;
 use flight_control::guidance::Steering;
-use icd::{Sensors, SimTime};
+use flight_control::{Demand, NavigationState};
+use icd::SimTime;
 
 mod altitude;
 mod circling;
@@ -48,9 +48,6 @@ use schedule::ReferenceSchedule;
 use situation::{Situation, WindEstimate};
 use sticks::Pilot;
 
-/// Fastest change of a roll reference that the guidance makes, rad/s (20 deg/s): the ailerons follow it
-/// without reaching their stops.
-const ROLL_RATE_RAD_S: f64 = 0.349_065_85;
 /// Longest time between two ticks that counts, s.
 const DT_MAX_S: f64 = 0.1;
 
@@ -150,42 +147,49 @@ impl Vehicle {
         self.terminated
     }
 
-    /// Takes the references of the first sample, if there are none yet, so that they can be changed before the
-    /// first tick of [`Vehicle::track`].
-    pub fn see(&mut self, sensors: &Sensors) {
-        if self.demand.is_none() {
-            self.demand = Some(self.first(sensors));
+    /// Takes the references, home and local axes of the first known state, if there are none yet, so that they can be
+    /// changed before the first tick of [`Vehicle::track`].
+    pub fn see(&mut self, state: &NavigationState) {
+        let valid = &state.valid;
+        if self.demand.is_some() || !(valid.altitude && valid.airspeed && valid.position) {
+            return;
+        }
+        self.demand = Some(present(state));
+        let place = Place::of(state);
+        if rules::check_place(place).is_ok() {
+            self.home = Some(Site::at(place));
+            self.axes = Some(LocalAxes::of(place, state.altitude_m, state.position));
         }
     }
 
     /// What the laws are asked for at this tick: the references, with what a standing altitude error needs.
     ///
-    /// The references are the first sample's altitude, airspeed and course, then what the schedule,
-    /// the operator and the mode have said since. Sensor values that are no numbers leave them as they are.
+    /// The references are altitude, airspeed and course of the first known state, then what the schedule,
+    /// the operator and the mode have said since. Before it they are the state's own.
     pub fn track(
         &mut self,
-        time: SimTime,
-        sensors: &Sensors,
+        state: &NavigationState,
         rules: &Rules,
         tell: &mut dyn FnMut(EventKind),
     ) -> Demand {
+        let time = state.time;
         let before = self.time.replace(time).unwrap_or(time);
         #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
         let dt_s = (time.micros_since(before) as f64 * 1.0e-6).min(DT_MAX_S);
-        let mut demand = self.demand.unwrap_or_else(|| self.first(sensors));
+        self.see(state);
+        let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
         let mut altitude_m = None;
         let mut flown = None;
         if self.is_guided() {
-            self.wind.step(sensors, dt_s);
-            if let Some(situation) = Situation::new(sensors, &self.wind, dt_s) {
-                flown = self.fly(&situation, &mut demand, rules, tell);
-                if let Some(Flown { steering, .. }) = flown {
-                    let most = ROLL_RATE_RAD_S * dt_s;
-                    demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
-                }
-                altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
+            self.wind.step(state, dt_s);
+            let situation = Situation::new(state, &self.wind, dt_s);
+            flown = self.fly(&situation, &mut demand, rules, tell);
+            if let Some(Flown { steering, .. }) = flown {
+                let most = rules.roll_slew_rad_s() * dt_s;
+                demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
             }
+            altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
         } else {
             self.altitude.reset();
         }
@@ -197,17 +201,6 @@ impl Vehicle {
     /// Guidance or a pilot make a reference: the laws get more than the references that were given.
     fn is_guided(&self) -> bool {
         self.mode != Mode::Position || !self.position.is_as_given()
-    }
-
-    /// References, home and local axes of the first sample.
-    fn first(&mut self, sensors: &Sensors) -> Demand {
-        let place =
-            Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad };
-        if rules::check_place(place).is_ok() {
-            self.home = Some(Site::at(place));
-            self.axes = Some(LocalAxes::of(place, sensors.altitude_m, sensors.position));
-        }
-        Demand { altitude_m: sensors.altitude_m, roll_rad: 0.0, airspeed_m_s: sensors.airspeed_m_s }
     }
 
     /// A scheduled roll angle is flown in Position and replaces the course; altitude and airspeed count in every
@@ -289,6 +282,11 @@ impl Vehicle {
             ..Navigation::default()
         };
     }
+}
+
+/// What asks for nothing: altitude and airspeed as they are, wings level.
+fn present(state: &NavigationState) -> Demand {
+    Demand { altitude_m: state.altitude_m, roll_rad: 0.0, airspeed_m_s: state.airspeed_m_s }
 }
 
 #[cfg(test)]

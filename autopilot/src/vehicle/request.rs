@@ -1,5 +1,6 @@
 //! What may be asked of the vehicle: values in SI and radians, already finite, not yet checked against limits.
 
+use flight_control::NavigationState;
 use icd::Ned;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +11,14 @@ pub struct Place {
     pub latitude_rad: f64,
     /// Longitude, rad.
     pub longitude_rad: f64,
+}
+
+impl Place {
+    /// Where the aircraft is.
+    #[must_use]
+    pub const fn of(state: &NavigationState) -> Self {
+        Self { latitude_rad: state.latitude_rad, longitude_rad: state.longitude_rad }
+    }
 }
 
 /// A reference that the operator may change.

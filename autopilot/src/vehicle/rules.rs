@@ -1,6 +1,6 @@
 //! What a reference may be: the checks at the door of the vehicle.
 
-use flight_control::GuidanceGains;
+use flight_control::{Gains, GuidanceGains};
 
 use super::VehicleRefusal;
 use super::request::{Place, Reference};
@@ -15,6 +15,11 @@ const LATITUDE_MAX_DEG: f64 = 89.9;
 /// them.
 const CIRCLE_RESERVE: f64 = 1.1;
 
+/// With this change of the roll reference, deg/s and rad/s (nine digits), it takes [`ROLL_IN_S`] to roll into a turn.
+const ROLL_SLEW_DEG_S: f64 = 20.0;
+const ROLL_SLEW_RAD_S: f64 = 0.349_065_85;
+const ROLL_IN_S: f64 = 2.0;
+
 /// The parameters that the vehicle obeys.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
@@ -22,6 +27,8 @@ pub struct Rules {
     pub limits: ReferenceLimits,
     /// Guidance.
     pub navigation: NavigationParameters,
+    /// The altitude laws see no larger error (`ALT_ERR_MAX`), m.
+    pub altitude_error_max_m: f64,
 }
 
 /// A number, its name and unit, and its range.
@@ -91,6 +98,23 @@ pub fn up_to(what: &'static str, unit: &'static str, value: f64, max: f64) -> Ch
 }
 
 impl Rules {
+    /// Those of a set of parameters.
+    #[must_use]
+    pub fn new(limits: ReferenceLimits, navigation: NavigationParameters, gains: &Gains) -> Self {
+        Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
+    }
+
+    /// Takes what is in new gains.
+    pub fn obey(&mut self, gains: &Gains) {
+        *self = Self::new(self.limits, self.navigation, gains);
+    }
+
+    /// An altitude counts as reached within this, m: what the aircraft climbs in a second.
+    #[must_use]
+    pub fn altitude_reached_m(&self) -> f64 {
+        self.navigation.climb_max_m_s
+    }
+
     /// What the guidance is tuned by: it asks for no more bank than a reference may have.
     #[must_use]
     pub fn guidance(&self) -> GuidanceGains {
@@ -106,6 +130,23 @@ impl Rules {
     #[must_use]
     pub fn smallest_circle_m(&self, ground_speed_m_s: f64) -> f64 {
         CIRCLE_RESERVE * self.guidance().turn_radius_m(ground_speed_m_s)
+    }
+
+    /// Fastest change of a roll reference that the guidance makes, rad/s.
+    #[must_use]
+    pub fn roll_slew_rad_s(&self) -> f64 {
+        ROLL_SLEW_RAD_S * self.slews()
+    }
+
+    /// Time to roll into a turn of a right angle or more, s.
+    #[must_use]
+    pub fn roll_in_s(&self) -> f64 {
+        ROLL_IN_S / self.slews()
+    }
+
+    /// Fastest change of the roll reference in units of [`ROLL_SLEW_RAD_S`].
+    fn slews(&self) -> f64 {
+        self.navigation.roll_slew_deg_s / ROLL_SLEW_DEG_S
     }
 
     /// Largest roll reference, rad.

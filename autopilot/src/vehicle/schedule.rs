@@ -10,7 +10,7 @@ const ALTITUDE_M: (f64, f64) = (0.0, 20_000.0);
 /// Range of roll references in a scenario, deg.
 const ROLL_DEG: (f64, f64) = (-80.0, 80.0);
 /// Range of airspeed references in a scenario, m/s.
-const AIRSPEED_M_S: (f64, f64) = (50.0, 500.0);
+pub const AIRSPEED_M_S: (f64, f64) = (5.0, 500.0);
 
 /// One entry as it stands in the file.
 #[derive(Debug, Clone, Copy, Deserialize)]

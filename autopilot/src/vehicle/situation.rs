@@ -1,7 +1,7 @@
-//! Where the aircraft is and how it moves over the ground: what the guidance sees of the sensors.
+//! Where the aircraft is and how it moves over the ground: what the guidance sees of the navigation state.
 
+use flight_control::NavigationState;
 use flight_control::guidance::Horizontal;
-use icd::{Body, Sensors};
 
 use super::geodesy::Horizon;
 use super::request::Place;
@@ -36,9 +36,9 @@ pub struct Situation {
 pub struct WindEstimate(Option<Horizontal>);
 
 impl WindEstimate {
-    /// Takes the sensors of one tick. The first estimate is what they say.
-    pub fn step(&mut self, sensors: &Sensors, dt_s: f64) {
-        let now = wind(sensors);
+    /// Takes the wind of one tick. The first estimate is that.
+    pub fn step(&mut self, state: &NavigationState, dt_s: f64) {
+        let now = state.wind().0.xy();
         let estimate = self.0.get_or_insert(now);
         let share = dt_s / (WIND_LAG_S + dt_s);
         *estimate += (now - *estimate) * share;
@@ -51,43 +51,21 @@ impl WindEstimate {
     }
 }
 
-/// Ground velocity minus velocity through the air.
-fn wind(sensors: &Sensors) -> Horizontal {
-    let (sin_alpha, cos_alpha) = libm::sincos(sensors.angle_of_attack_rad);
-    let (sin_beta, cos_beta) = libm::sincos(sensors.sideslip_rad);
-    let through_air = Body::new(cos_alpha * cos_beta, sin_beta, sin_alpha * cos_beta);
-    let through_air = sensors.attitude.to_ned(through_air).0 * sensors.airspeed_m_s;
-    (sensors.velocity.0 - through_air).xy()
-}
-
 impl Situation {
-    /// From the sensors of a tick; `None` if they are no numbers.
+    /// From the navigation state of a tick.
     #[must_use]
-    pub fn new(sensors: &Sensors, wind: &WindEstimate, dt_s: f64) -> Option<Self> {
-        let place =
-            Place { latitude_rad: sensors.latitude_rad, longitude_rad: sensors.longitude_rad };
-        let velocity = sensors.velocity.0.xy();
-        let bank_rad = sensors.attitude.euler().phi;
-        let numbers = [
-            place.latitude_rad,
-            place.longitude_rad,
-            velocity.x,
-            velocity.y,
-            sensors.velocity.0.z,
-            sensors.altitude_m,
-            sensors.airspeed_m_s,
-            bank_rad,
-        ];
-        numbers.iter().all(|number| number.is_finite()).then(|| Self {
+    pub fn new(state: &NavigationState, wind: &WindEstimate, dt_s: f64) -> Self {
+        let velocity = state.velocity.0.xy();
+        Self {
             dt_s,
-            horizon: Horizon::at(place),
+            horizon: Horizon::at(Place::of(state)),
             velocity,
             speed_m_s: velocity.norm(),
-            altitude_m: sensors.altitude_m,
-            climb_m_s: -sensors.velocity.0.z,
-            bank_rad,
+            altitude_m: state.altitude_m,
+            climb_m_s: state.climb_rate_m_s(),
+            bank_rad: state.attitude.phi,
             wind_m_s: wind.value().norm(),
-        })
+        }
     }
 
     /// Course over the ground, rad from north.

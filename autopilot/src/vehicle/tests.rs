@@ -1,6 +1,7 @@
 use super::*;
 use crate::config;
 use crate::parameters::Parameters;
+use flight_control::navigation::Validity;
 
 mod loops;
 mod modes;
@@ -8,10 +9,9 @@ mod plane;
 mod plans;
 mod position;
 
-fn sensors() -> Sensors {
-    let mut values = [0.0; Sensors::COUNT];
-    values[6] = 1.0;
-    Sensors { altitude_m: 5_000.0, airspeed_m_s: 264.0, ..Sensors::from_array(&values) }
+fn level(time: SimTime) -> NavigationState {
+    let level = NavigationState { altitude_m: 5_000.0, ..NavigationState::at_rest() };
+    NavigationState { time, airspeed_m_s: 264.0, valid: Validity::COMPLETE, ..level }
 }
 
 fn seconds(s: f64) -> SimTime {
@@ -19,12 +19,12 @@ fn seconds(s: f64) -> SimTime {
 }
 
 fn rules() -> Rules {
-    let Parameters { limits, navigation, .. } = Parameters::default();
-    Rules { limits, navigation }
+    let Parameters { limits, navigation, gains, .. } = Parameters::default();
+    Rules::new(limits, navigation, &gains)
 }
 
 fn track(vehicle: &mut Vehicle, time: SimTime) -> Demand {
-    vehicle.track(time, &sensors(), &rules(), &mut |_| {})
+    vehicle.track(&level(time), &rules(), &mut |_| {})
 }
 
 fn change(vehicle: &mut Vehicle, mode: Mode) {
@@ -36,6 +36,18 @@ fn without_any_word_it_keeps_what_it_has() {
     let mut vehicle = Vehicle::new(ReferenceSchedule::default());
     let demand = track(&mut vehicle, SimTime::ZERO);
     assert_eq!(demand, Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 });
+}
+
+#[test]
+fn before_anything_is_known_it_asks_for_nothing_and_then_for_what_it_finds() {
+    let text = "[[autopilot.reference]]\nat_s = 0.0\nairspeed_m_s = 250.0\n";
+    let mut vehicle = Vehicle::new(config::references("s.toml", text).unwrap());
+    let mut ask = |state: &NavigationState| vehicle.track(state, &rules(), &mut |_| {});
+    let nothing = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 0.0 };
+    assert_eq!(ask(&NavigationState::at_rest()), nothing);
+    // The references of the schedule are not lost.
+    let found = Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 250.0 };
+    assert_eq!(ask(&level(seconds(0.1))), found);
 }
 
 #[test]

@@ -1,18 +1,11 @@
-//! Which faults an effector can have, and in which ranges their numbers and times must lie.
+//! Whether an effector can have a fault: by the catalogue, with the reach of the effector, and by the times.
 //!
-//! The ranges of an effector's own numbers come from its reach: speeds up to its fastest, deviations up to half
-//! its travel. A number that is none is outside every range. The plant checks what it is asked with the servos that
+//! A number that is none is outside every range. The plant checks what it is asked with the servos that
 //! it has; who asks it can check before with those that it believes in.
 
-use super::{FaultKind, Quantity, Refusal, Timing};
+use super::{FaultKind, Quantity, Refusal, TargetClass, Timing};
 use crate::time::SimTime;
 
-/// Slowest speed that a slow effector can be given, as a fraction of its fastest.
-const SLOWEST: f64 = 1.0e-3;
-/// Frequency of an oscillation, Hz.
-pub const FREQUENCY_HZ: [f64; 2] = [0.001, FaultKind::FREQUENCY_MAX_HZ];
-/// Period of an intermittent fault, s.
-pub const PERIOD_S: [f64; 2] = [0.02, 60.0];
 /// Longest ramp, s.
 pub const RAMP_MAX_S: f64 = 3_600.0;
 /// Shortest duration, s.
@@ -47,49 +40,12 @@ pub fn check(kind: &FaultKind, timing: &Timing, reach: &Reach) -> Result<(), Ref
 }
 
 fn of_kind(kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
-    let half = 0.5 * (reach.max - reach.min);
-    let (slowest, fastest) = match reach.fastest {
-        Some(fastest) => (SLOWEST * fastest, fastest),
-        None => (f64::MIN_POSITIVE, f64::MAX),
-    };
-    match *kind {
-        FaultKind::StuckAt { .. } | FaultKind::HardOver { .. } | FaultKind::Float
-            if !reach.is_angle =>
-        {
-            Err(Refusal::NotForThisEffector)
-        }
-        FaultKind::FlameOut if reach.is_angle => Err(Refusal::NotForThisEffector),
-        FaultKind::StuckHere
-        | FaultKind::HardOver { .. }
-        | FaultKind::Float
-        | FaultKind::FlameOut => Ok(()),
-        FaultKind::StuckAt { angle_rad, .. } => {
-            if (reach.min..=reach.max).contains(&angle_rad) {
-                Ok(())
-            } else {
-                Err(Refusal::AngleOutOfTravel { angle_rad, limit_rad: reach.max })
-            }
-        }
-        FaultKind::PartialLoss { remaining } => range(Quantity::Remaining, remaining, [0.0, 1.0]),
-        FaultKind::Slow { rate } => range(Quantity::Rate, rate, [slowest, fastest]),
-        FaultKind::Delayed { delay_s } => {
-            range(Quantity::Delay, delay_s, [0.0, FaultKind::DELAY_MAX_S])
-        }
-        FaultKind::Intermittent { period_s, present } => {
-            range(Quantity::Period, period_s, PERIOD_S)?;
-            range(Quantity::Present, present, [0.0, 1.0])
-        }
-        FaultKind::Oscillating { amplitude, frequency_hz } => {
-            range(Quantity::Amplitude, amplitude, [0.0, half])?;
-            range(Quantity::Frequency, frequency_hz, FREQUENCY_HZ)
-        }
-        FaultKind::Drifting { rate } => range(Quantity::Rate, rate, [-fastest, fastest]),
-        FaultKind::Biased { bias } => range(Quantity::Bias, bias, [-half, half]),
-        FaultKind::LimitedTravel { limit } => {
-            let least = if reach.is_angle { 0.0 } else { reach.min };
-            range(Quantity::Limit, limit, [least, reach.max])
-        }
+    let info = kind.info();
+    if !info.targets.allow(TargetClass::of(reach.is_angle)) {
+        return Err(Refusal::NotForThisEffector);
     }
+    let mut numbers = info.numbers.iter().zip(kind.values());
+    numbers.try_for_each(|(number, value)| range(number.quantity, value, number.range.of(reach)))
 }
 
 /// Checks the times of a fault.

@@ -5,8 +5,8 @@ use super::encode::{KIND_ACTUATORS, KIND_REFUSAL, KIND_SENSORS};
 use super::{
     ActuatorPacket, Actuators, Aircraft, ControlPeriod, ENVELOPE_MAX, Effector, MAGIC, Name,
     PACKET_MAX, Pace, Packet, PerEffector, Phase, PlantAction, PlantReport, PlantRequest,
-    RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, VERSION, WireError,
-    faults,
+    RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors, SimTime, Stamp, VERSION,
+    WireError, faults,
 };
 
 /// Header and checksum, without a body.
@@ -118,13 +118,14 @@ fn sensor_packet(
     let micros = r.u32()?;
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| context.value("control_period_us", f64::from(micros)))?;
+    let stamps = read_stamps(r, context, time)?;
     let values =
         context.all_finite(r.f64s::<{ Sensors::COUNT }>()?, |index| Sensors::NAMES[index])?;
     let square = values[6..10].iter().map(|v| v * v).sum::<f64>();
     if (square - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(context.value("attitude (squared length)", square));
     }
-    let sensors = Sensors::from_array(&values);
+    let sensors = Sensors::new(&stamps, &values);
     let mut reports = Reports::new();
     for _ in 0..r.u8()? {
         let report = read_report(r, context, aircraft)?;
@@ -132,6 +133,24 @@ fn sensor_packet(
     }
     skip_envelope(r)?;
     Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
+}
+
+/// Time and validity of each sample; none is of the future.
+fn read_stamps(
+    r: &mut Reader<'_>,
+    context: Context,
+    now: SimTime,
+) -> Result<[Stamp; Sensors::SENSORS], WireError> {
+    let mut stamps = [Stamp { time: now, valid: false }; Sensors::SENSORS];
+    for (index, stamp) in stamps.iter_mut().enumerate() {
+        stamp.time = SimTime::from_micros(r.u64()?);
+        if stamp.time > now {
+            let us = stamp.time.as_seconds() * 1.0e6;
+            return Err(context.value(Sensors::TIMES[index], us));
+        }
+        stamp.valid = read_flag(r, Sensors::VALID[index])?;
+    }
+    Ok(stamps)
 }
 
 fn actuator_packet(

@@ -23,6 +23,10 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
     w.u64(packet.time.as_micros());
     write_aircraft(&mut w, &packet.aircraft);
     w.u32(packet.period.as_micros());
+    for stamp in packet.sensors.stamps() {
+        w.u64(stamp.time.as_micros());
+        w.u8(u8::from(stamp.valid));
+    }
     for v in packet.sensors.to_array() {
         w.f64(v);
     }

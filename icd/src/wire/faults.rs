@@ -1,28 +1,27 @@
 //! Faults as bytes, both ways side by side.
 //!
 //! Absent times are written as the largest number, absent durations and repetitions as zero, which no real
-//! one can be.
+//! one can be. A target is one byte: the place of an effector, or from 128 on a sensor.
 
 use super::cursor::{Reader, Writer};
 use super::decode::Context;
 use super::{SimTime, WireError};
-use crate::effector::Effector;
 use crate::fault::{
     FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, Quantity, Refusal, Repeat,
-    Timing,
+    Target, Timing,
 };
 
 const AT_ONCE: u64 = u64::MAX;
 
 pub(super) fn write_request(w: &mut Writer<'_>, request: &FaultRequest) {
     match request {
-        FaultRequest::Clear { effector } => {
+        FaultRequest::Clear { target } => {
             w.u8(1);
-            w.u8(effector.code());
+            w.u8((*target).into());
         }
-        FaultRequest::Inject { effector, kind, timing } => {
+        FaultRequest::Inject { target, kind, timing } => {
             w.u8(2);
-            w.u8(effector.code());
+            w.u8((*target).into());
             write_kind(w, kind);
             write_timing(w, timing);
         }
@@ -35,9 +34,9 @@ pub(super) fn read_request(
     context: Context,
 ) -> Result<FaultRequest, WireError> {
     match r.u8()? {
-        1 => Ok(FaultRequest::Clear { effector: read_effector(r)? }),
+        1 => Ok(FaultRequest::Clear { target: read_target(r)? }),
         2 => Ok(FaultRequest::Inject {
-            effector: read_effector(r)?,
+            target: read_target(r)?,
             kind: read_kind(r, context)?,
             timing: read_timing(r, context)?,
         }),
@@ -48,7 +47,7 @@ pub(super) fn read_request(
 
 pub(super) fn write_entry(w: &mut Writer<'_>, entry: &FaultEntry) {
     w.u32(entry.id);
-    w.u8(entry.effector.code());
+    w.u8(entry.target.into());
     write_kind(w, &entry.kind);
     write_timing(w, &entry.timing);
     let (code, at, next) = match entry.state {
@@ -65,7 +64,7 @@ pub(super) fn write_entry(w: &mut Writer<'_>, entry: &FaultEntry) {
 
 pub(super) fn read_entry(r: &mut Reader<'_>, context: Context) -> Result<FaultEntry, WireError> {
     let id = r.u32()?;
-    let effector = read_effector(r)?;
+    let target = read_target(r)?;
     let kind = read_kind(r, context)?;
     let timing = read_timing(r, context)?;
     let code = r.u8()?;
@@ -79,7 +78,7 @@ pub(super) fn read_entry(r: &mut Reader<'_>, context: Context) -> Result<FaultEn
         5 => FaultState::Cancelled { at },
         value => return Err(WireError::Code { field: "fault state", value }),
     };
-    Ok(FaultEntry { id, effector, kind, timing, state })
+    Ok(FaultEntry { id, target, kind, timing, state })
 }
 
 pub(super) fn write_reply(w: &mut Writer<'_>, reply: &FaultReply) {
@@ -114,11 +113,6 @@ pub(super) fn read_reply(r: &mut Reader<'_>, context: Context) -> Result<FaultRe
 
 fn write_refusal(w: &mut Writer<'_>, refusal: &Refusal) {
     match *refusal {
-        Refusal::AngleOutOfTravel { angle_rad, limit_rad } => {
-            w.u8(0);
-            w.f64(angle_rad);
-            w.f64(limit_rad);
-        }
         Refusal::OutOfRange { what, value, min, max } => {
             w.u8(1);
             w.u8(what as u8);
@@ -141,15 +135,12 @@ fn write_refusal(w: &mut Writer<'_>, refusal: &Refusal) {
             w.u8(6);
             w.u8(count);
         }
+        Refusal::NoSensorFaults => w.u8(7),
     }
 }
 
 fn read_refusal(r: &mut Reader<'_>, context: Context) -> Result<Refusal, WireError> {
     match r.u8()? {
-        0 => Ok(Refusal::AngleOutOfTravel {
-            angle_rad: context.finite("angle", r.f64()?)?,
-            limit_rad: context.finite("angle limit", r.f64()?)?,
-        }),
         1 => {
             let code = r.u8()?;
             let what = Quantity::from_code(code)
@@ -169,6 +160,7 @@ fn read_refusal(r: &mut Reader<'_>, context: Context) -> Result<Refusal, WireErr
         4 => Ok(Refusal::ScheduleFull { capacity: r.u32()? }),
         5 => Ok(Refusal::FlightOver),
         6 => Ok(Refusal::NoSuchEffector { count: r.u8()? }),
+        7 => Ok(Refusal::NoSensorFaults),
         value => Err(WireError::Code { field: "refusal", value }),
     }
 }
@@ -210,8 +202,7 @@ fn read_timing(r: &mut Reader<'_>, context: Context) -> Result<Timing, WireError
     Ok(Timing { onset, ramp_s, duration_s: given(duration_s), repeat: given(every_s).map(repeat) })
 }
 
-fn read_effector(r: &mut Reader<'_>) -> Result<Effector, WireError> {
-    let code = r.u8()?;
-    Effector::from_index(usize::from(code))
-        .ok_or(WireError::Code { field: "effector", value: code })
+fn read_target(r: &mut Reader<'_>) -> Result<Target, WireError> {
+    let value = r.u8()?;
+    Target::try_from(value).map_err(|_| WireError::Code { field: "target", value })
 }

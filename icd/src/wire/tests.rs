@@ -3,25 +3,19 @@ use crate::fault::{
     FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, Quantity, Refusal, Repeat,
     Side, Timing, Travel,
 };
-use crate::frames::{Attitude, Body, Ned};
+use crate::frames::Attitude;
 use crate::tvc_jet;
 use proptest::prelude::*;
 
+/// Every sensor with a time of its own, every other one invalid.
 fn sensors() -> Sensors {
-    Sensors {
-        body_rates: Body::new(0.1, -0.2, 0.3),
-        specific_force: Body::new(0.0, 0.1, -9.8),
-        attitude: Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3),
-        velocity: Ned::new(264.0, 0.0, -1.0),
-        position: Ned::new(1.0, 2.0, -5000.0),
-        latitude_rad: 0.609,
-        longitude_rad: -2.05,
-        altitude_m: 5000.0,
-        airspeed_m_s: 264.0,
-        angle_of_attack_rad: 0.035,
-        sideslip_rad: 1.0 / 3.0,
-        thrust_n: 27_120.0,
-    }
+    let mut values = core::array::from_fn(|index| index as f64 / 3.0);
+    values[6..10].copy_from_slice(&Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3).wxyz());
+    let stamp = |sensor: u64| Stamp {
+        time: SimTime::from_micros(13_993 + sensor),
+        valid: sensor.is_multiple_of(2),
+    };
+    Sensors::new(&[0, 1, 2, 3, 4, 5, 6, 7].map(stamp), &values)
 }
 
 fn full_sensor_packet() -> SensorPacket {
@@ -30,7 +24,13 @@ fn full_sensor_packet() -> SensorPacket {
     let timing = Timing { onset: Onset::At(at), ramp_s: 0.25, duration_s: Some(1.0), repeat };
     let entry = |state| {
         let kind = FaultKind::Intermittent { period_s: 0.5, present: 0.25 };
-        PlantReport::Fault(FaultEntry { id: 9, effector: tvc_jet::RUDDER, kind, timing, state })
+        PlantReport::Fault(FaultEntry {
+            id: 9,
+            target: tvc_jet::RUDDER.into(),
+            kind,
+            timing,
+            state,
+        })
     };
     let mut reports = Reports::new();
     reports.push(entry(FaultState::Acting { since: at }));
@@ -61,7 +61,7 @@ fn actuator_packet() -> ActuatorPacket {
         request: Some(PlantRequest {
             number: 9,
             action: PlantAction::Fault(FaultRequest::Inject {
-                effector: tvc_jet::LEFT_ELEVATOR,
+                target: tvc_jet::LEFT_ELEVATOR.into(),
                 kind: FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::AtActuatorRate },
                 timing: Timing::at(SimTime::from_micros(3_000_000)),
             }),
@@ -97,7 +97,7 @@ fn every_request_reply_and_report_comes_back() {
         FaultReply::Unchanged { at },
         FaultReply::Scheduled { at },
         FaultReply::Cleared { at },
-        FaultReply::Refused(Refusal::AngleOutOfTravel { angle_rad: 1.0, limit_rad: 0.5 }),
+        FaultReply::Refused(Refusal::NoSensorFaults),
         FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: SimTime::from_micros(9) }),
         FaultReply::Refused(Refusal::NotForThisEffector),
         FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }),
@@ -131,7 +131,7 @@ fn every_request_reply_and_report_comes_back() {
         let mut packet = full_sensor_packet();
         packet.reports.clear();
         let (effector, kind) = (tvc_jet::ENGINE, FaultKind::FlameOut);
-        let entry = FaultEntry { id: 1, effector, kind, timing: Timing::NOW, state };
+        let entry = FaultEntry { id: 1, target: effector.into(), kind, timing: Timing::NOW, state };
         packet.reports.push(PlantReport::Fault(entry));
         encode_sensors(&packet, &[], &mut bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
@@ -144,9 +144,9 @@ fn every_request_reply_and_report_comes_back() {
         PlantAction::Pace(Pace::Run),
         PlantAction::Pace(Pace::Step(Pace::STEPS_MAX)),
         PlantAction::Pace(Pace::Speed(Pace::SPEED.0)),
-        PlantAction::Fault(FaultRequest::Clear { effector: tvc_jet::NOZZLE_YAW }),
+        PlantAction::Fault(FaultRequest::Clear { target: tvc_jet::NOZZLE_YAW.into() }),
         PlantAction::Fault(FaultRequest::Inject {
-            effector: tvc_jet::ENGINE,
+            target: tvc_jet::ENGINE.into(),
             kind: FaultKind::HardOver { side: Side::Negative },
             timing: Timing::NOW,
         }),
@@ -165,7 +165,7 @@ fn every_request_reply_and_report_comes_back() {
 fn a_value_that_is_not_finite_is_named() {
     let mut bytes = PacketBytes::new();
     let mut packet = full_sensor_packet();
-    packet.sensors.sideslip_rad = f64::NAN;
+    packet.sensors.vanes.value.sideslip_rad = f64::NAN;
     encode_sensors(&packet, &[], &mut bytes);
     match decode(&bytes) {
         Err(WireError::Value { field: "sideslip_rad", session: 42, sequence: 7, .. }) => {}
@@ -216,9 +216,24 @@ fn the_version_that_knows_pace_is_not_the_one_that_did_not() {
 fn an_attitude_that_is_no_rotation_is_refused() {
     let mut bytes = PacketBytes::new();
     let mut packet = full_sensor_packet();
-    packet.sensors.attitude = Attitude::from_unit_wxyz([0.0, 0.0, 0.0, 0.0]);
+    packet.sensors.attitude.value = Attitude::from_unit_wxyz([0.0, 0.0, 0.0, 0.0]);
     encode_sensors(&packet, &[], &mut bytes);
     assert!(matches!(decode(&bytes), Err(WireError::Value { .. })));
+}
+
+#[test]
+fn a_sample_of_the_future_is_refused() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    packet.sensors.gnss.time = packet.time;
+    encode_sensors(&packet, &[], &mut bytes);
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet.clone())));
+    packet.sensors.gnss.time = SimTime::from_micros(14_001);
+    encode_sensors(&packet, &[], &mut bytes);
+    assert!(matches!(
+        decode(&bytes),
+        Err(WireError::Value { field: "gnss_time_us", value: 14_001.0, .. })
+    ));
 }
 
 #[test]

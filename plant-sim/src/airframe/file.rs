@@ -3,22 +3,26 @@
 use icd::effector_list::{EffectorEntry, Name};
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::{AirData, Airframe, Mass, Nozzle};
-use crate::aerodynamics::{Aero, SurfaceDerivatives};
+use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
 use crate::config::{self, ConfigError};
 use crate::limits::LimitsTable;
 use crate::mach::MachEffects;
 use crate::servos::Servo;
 use crate::setup::StartTable;
+use crate::tables::aerodynamics::TableAero;
+use crate::tables::thrust::Propulsion;
 
-/// The airframe file as written: the keys that there are.
+/// The airframe file as written: the keys that there are, with derivatives ([`Aero`]) or tables ([`TableAero`]) in
+/// `[aerodynamics]`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AirframeFile {
+pub struct AirframeFile<A> {
     name: String,
     mass: Mass,
-    aerodynamics: Aero,
+    aerodynamics: A,
     #[serde(default)]
     effector: Vec<EffectorTable>,
     nozzle: Option<Nozzle>,
@@ -26,6 +30,7 @@ pub struct AirframeFile {
     mach: Option<MachEffects>,
     design_point: StartTable,
     limits: LimitsTable,
+    propulsion: Option<Propulsion>,
 }
 
 /// One `[[effector]]`.
@@ -54,15 +59,54 @@ struct EffectorTable {
     yaw_per_roll: Option<f64>,
 }
 
-impl AirframeFile {
-    pub(super) fn into_checked(self, name: &str) -> Result<Airframe, ConfigError> {
-        let airframe = self.into_airframe(name)?;
+/// Reads a file that is known to be TOML. `text` is there for line and column of errors.
+pub(super) fn read(
+    file: &str,
+    table: toml::Table,
+    text: Option<&str>,
+) -> Result<Airframe, ConfigError> {
+    refuse_old_keys(file, &table)?;
+    let has_tables = table
+        .get("aerodynamics")
+        .and_then(toml::Value::as_table)
+        .is_some_and(|part| part.contains_key("sum") || part.contains_key("table"));
+    if has_tables {
+        parse::<TableAero>(file, table, text)?.into_checked(file, Aerodynamics::Tables)
+    } else {
+        parse::<Aero>(file, table, text)?.into_checked(file, Aerodynamics::Derivatives)
+    }
+}
+
+fn parse<A: DeserializeOwned>(
+    file: &str,
+    table: toml::Table,
+    text: Option<&str>,
+) -> Result<AirframeFile<A>, ConfigError> {
+    text.map_or_else(|| config::of_table(file, table), |text| config::parse(file, text))
+}
+
+impl<A> AirframeFile<A> {
+    fn into_checked(
+        self,
+        name: &str,
+        form: fn(A) -> Aerodynamics,
+    ) -> Result<Airframe, ConfigError> {
+        let airframe = self.into_airframe(name, form)?;
         airframe.check().map_err(config::in_file(name))?;
         airframe.check_inertia().map_err(config::in_file(name))?;
+        let refused =
+            |source| ConfigError::Tables { file: name.to_owned(), source: Box::new(source) };
+        airframe.check_tables().map_err(refused)?;
         Ok(airframe)
     }
 
-    fn into_airframe(self, file: &str) -> Result<Airframe, ConfigError> {
+    fn into_airframe(
+        self,
+        file: &str,
+        form: fn(A) -> Aerodynamics,
+    ) -> Result<Airframe, ConfigError> {
+        let aero = form(self.aerodynamics);
+        let has_tables = aero.derivatives().is_none();
         let name = short(file, &self.name)?;
         let refused = |source| ConfigError::Effectors { file: file.to_owned(), source };
         let entries: Vec<EffectorEntry> =
@@ -74,7 +118,7 @@ impl AirframeFile {
         let mut gains = PerEffector::default();
         for (effector, table) in tables {
             servos[effector] = table.servo(file)?;
-            surface_derivatives[effector] = table.derivatives(file)?;
+            surface_derivatives[effector] = table.derivatives(file, has_tables)?;
             gains[effector] = table.gains;
         }
         let nozzle = effectors
@@ -86,16 +130,25 @@ impl AirframeFile {
             let problem = "is missing, and a nozzle needs its arm_m and thrust_floor_n";
             return Err(ConfigError::EffectorKey { file, effector, key, problem });
         }
+        let excluded =
+            |section, other| Err(ConfigError::Excluded { file: file.to_owned(), section, other });
+        if has_tables && self.mach.is_some() {
+            return excluded("mach", "tables in [aerodynamics]: they have the input mach");
+        }
+        if self.propulsion.is_some() && effectors.only(EffectorKind::Engine).is_none() {
+            return excluded("propulsion", "effectors without an engine");
+        }
         Ok(Airframe {
             name,
             mass: self.mass,
-            aero: self.aerodynamics,
+            aero,
             effectors,
             servos,
             surface_derivatives,
             gains,
             nozzle: self.nozzle,
             air_data: self.air_data,
+            propulsion: self.propulsion,
             mach: self.mach,
             design_point: self.design_point.into_start(),
             limits: self.limits.into_limits(),
@@ -164,7 +217,7 @@ impl EffectorTable {
         })
     }
 
-    fn derivatives(&self, file: &str) -> Result<SurfaceDerivatives, ConfigError> {
+    fn derivatives(&self, file: &str, has_tables: bool) -> Result<SurfaceDerivatives, ConfigError> {
         let given = [
             ("c_lift", self.c_lift),
             ("c_drag", self.c_drag),
@@ -174,10 +227,15 @@ impl EffectorTable {
             ("c_yaw", self.c_yaw),
             ("yaw_per_roll", self.yaw_per_roll),
         ];
-        if !self.kind.is_surface()
-            && let Some((key, _)) = given.into_iter().find(|(_, value)| value.is_some())
+        let problem = match (self.kind.is_surface(), has_tables) {
+            (false, _) => Some("has no meaning for what is no surface"),
+            (true, true) => Some("has no meaning beside tables in [aerodynamics]"),
+            (true, false) => None,
+        };
+        if let (Some(problem), Some((key, _))) =
+            (problem, given.into_iter().find(|(_, value)| value.is_some()))
         {
-            return Err(self.error(file, key, "has no meaning for what is no surface"));
+            return Err(self.error(file, key, problem));
         }
         let [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll] =
             given.map(|(_, value)| value.unwrap_or(0.0));
@@ -191,13 +249,8 @@ const OLD_TABLES: [&str; 4] = ["aileron", "elevator", "rudder", "engine"];
 /// Keys of `[aerodynamics]` of earlier versions ended with these.
 const OLD_ENDS: [&str; 3] = ["_aileron", "_elevator", "_rudder"];
 
-/// Says what replaces a key of an earlier version of the file. What is no TOML at all is left to the parser.
-pub(super) fn refuse_old_keys(file: &str, text: &str) -> Result<(), ConfigError> {
-    config::parse(file, text).map_or(Ok(()), |table| refuse_old_keys_of(file, &table))
-}
-
-/// The same of a file that was read already.
-pub(super) fn refuse_old_keys_of(file: &str, table: &toml::Table) -> Result<(), ConfigError> {
+/// Says what replaces a key of an earlier version of the file.
+fn refuse_old_keys(file: &str, table: &toml::Table) -> Result<(), ConfigError> {
     let old = |key: String, instead: String| {
         Err(ConfigError::OldKey { file: file.to_owned(), key, instead })
     };

@@ -1,4 +1,4 @@
-//! What each kind of fault does while it acts. The table of the module above in code, kind by kind.
+//! What each kind of fault does while it acts: the second half of a kind, beside its entry in [`icd::fault::CATALOGUE`].
 
 use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};

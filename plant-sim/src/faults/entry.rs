@@ -30,7 +30,7 @@ pub(super) struct Present {
 impl Fault {
     pub fn entry(&self, state: FaultState) -> PlantReport {
         let Self { id, effector, kind, timing, .. } = *self;
-        PlantReport::Fault(FaultEntry { id, effector, kind, timing, state })
+        PlantReport::Fault(FaultEntry { id, target: effector.into(), kind, timing, state })
     }
 
     /// The same order, the onset apart.

@@ -1,6 +1,6 @@
 //! A fault of the scenario, and whether an aircraft can have it.
 
-use icd::fault::{FaultKind, Refusal, Timing};
+use icd::fault::{FaultKind, Refusal, Target, Timing};
 use icd::{Effector, EffectorList, PerEffector, SimTime, fault};
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +10,9 @@ use crate::servos::Servo;
 /// A fault of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
-    /// Which effector.
-    pub effector: Effector,
+    /// What has it.
+    #[serde(alias = "effector")]
+    pub target: Target,
     /// How it fails.
     pub kind: FaultKind,
     /// When, how fast, for how long, how often; at once means at the start of the flight.
@@ -22,9 +23,8 @@ impl ScheduledFault {
     /// In words: `rudder, stuck at 7.0 deg`.
     #[must_use]
     pub fn described(&self, effectors: &EffectorList) -> String {
-        let Self { effector, kind, .. } = *self;
-        let name = effectors.name(effector);
-        format!("{name}, {}", kind.described(effectors.is_angle(effector)))
+        let Self { target, kind, .. } = *self;
+        format!("{}, {}", target.name(effectors), kind.described(target.class(effectors)))
     }
 
     /// When it acts first.
@@ -34,20 +34,29 @@ impl ScheduledFault {
     }
 }
 
-/// Checks that an aircraft can have a fault.
+/// The effector that a fault is of, if the aircraft can have it.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
 pub fn check(
     list: &EffectorList,
     servos: &PerEffector<Servo>,
-    effector: Effector,
+    target: Target,
     kind: &FaultKind,
     timing: &Timing,
-) -> Result<(), Refusal> {
-    if !list.contains(effector) {
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-        return Err(Refusal::NoSuchEffector { count: list.len() as u8 });
-    }
-    fault::check(kind, timing, &servos[effector].reach(list.is_angle(effector)))
+) -> Result<Effector, Refusal> {
+    let effector = effector_of(list, target)?;
+    fault::check(kind, timing, &servos[effector].reach(list.is_angle(effector)))?;
+    Ok(effector)
+}
+
+/// The effector that is meant.
+///
+/// # Errors
+/// [`Refusal`] if the aircraft lacks it, or if it is none: sensors do not fail yet.
+pub(super) fn effector_of(list: &EffectorList, target: Target) -> Result<Effector, Refusal> {
+    let effector = target.effector().ok_or(Refusal::NoSensorFaults)?;
+    #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+    let count = list.len() as u8;
+    if list.contains(effector) { Ok(effector) } else { Err(Refusal::NoSuchEffector { count }) }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::Airframe;
-use icd::fault::{Quantity, Repeat, Side, Travel};
+use icd::fault::{Quantity, Repeat, SensorKind, Side, Travel};
 use icd::tvc_jet;
 
 mod flown;
@@ -44,11 +44,17 @@ impl Bench {
     }
 
     fn inject(&mut self, now: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
-        self.request(now, FaultRequest::Inject { effector, kind, timing: Timing::NOW })
+        self.request(
+            now,
+            FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW },
+        )
     }
 
     fn inject_at(&mut self, at: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
-        self.request(T0, FaultRequest::Inject { effector, kind, timing: Timing::at(at) })
+        self.request(
+            T0,
+            FaultRequest::Inject { target: effector.into(), kind, timing: Timing::at(at) },
+        )
     }
 
     fn act(&mut self, now: SimTime) {
@@ -121,7 +127,7 @@ fn after_the_repair_every_effector_is_healthy_again() {
             let mut bench = Bench::new();
             bench.inject(T0, effector, kind);
             let stuck = bench.positions[effector];
-            let reply = bench.request(T1, FaultRequest::Clear { effector });
+            let reply = bench.request(T1, FaultRequest::Clear { target: effector.into() });
             assert_eq!(reply, FaultReply::Cleared { at: T1 });
             assert_eq!(*bench.faults.effects(), Effects::none(), "{effector:?} {kind:?}");
             assert_eq!(
@@ -182,9 +188,11 @@ fn a_travelling_effector_stops_at_its_angle_at_the_first_microsecond_after_its_w
 fn impossible_faults_are_refused_with_the_reason() {
     let mut bench = Bench::new();
     let limit_rad = 30.0_f64.to_radians();
+    let what = Quantity::Angle;
+    let beyond = Refusal::OutOfRange { what, value: 0.6, min: -limit_rad, max: limit_rad };
     for (effector, kind, refusal) in [
         (tvc_jet::ENGINE, jump(0.1), Refusal::NotForThisEffector),
-        (tvc_jet::RUDDER, jump(0.6), Refusal::AngleOutOfTravel { angle_rad: 0.6, limit_rad }),
+        (tvc_jet::RUDDER, jump(0.6), beyond),
         (
             tvc_jet::RUDDER,
             FaultKind::PartialLoss { remaining: 1.5 },
@@ -193,8 +201,14 @@ fn impossible_faults_are_refused_with_the_reason() {
     ] {
         assert_eq!(bench.inject(T0, effector, kind), FaultReply::Refused(refusal));
     }
+    let gyro = Target::Sensor(SensorKind::Gyro);
+    let refused = FaultReply::Refused(Refusal::NoSensorFaults);
+    let (kind, timing) = (FaultKind::StuckHere, Timing::NOW);
+    let broken = FaultRequest::Inject { target: gyro, kind, timing };
+    assert_eq!(bench.request(T0, broken), refused);
+    assert_eq!(bench.request(T0, FaultRequest::Clear { target: gyro }), refused);
     let no_number = bench.inject(T0, tvc_jet::RUDDER, jump(f64::NAN));
-    assert!(matches!(no_number, FaultReply::Refused(Refusal::AngleOutOfTravel { .. })));
+    assert!(matches!(no_number, FaultReply::Refused(Refusal::OutOfRange { .. })));
     assert_eq!(*bench.faults.effects(), Effects::none());
     assert_eq!(bench.reports, []);
 }
@@ -230,7 +244,7 @@ fn clearing_forgets_what_is_scheduled_for_that_effector_only() {
     let mut bench = Bench::new();
     bench.inject_at(T1, tvc_jet::RUDDER, FaultKind::Float);
     bench.inject_at(T1, tvc_jet::LEFT_AILERON, FaultKind::Float);
-    bench.request(T0, FaultRequest::Clear { effector: tvc_jet::RUDDER });
+    bench.request(T0, FaultRequest::Clear { target: tvc_jet::RUDDER.into() });
     let waits = FaultState::Scheduled { at: T1 };
     assert_eq!(bench.states(), [waits, waits, FaultState::Cancelled { at: T0 }]);
     bench.act(T1);
@@ -245,7 +259,7 @@ fn the_end_of_a_fault_does_not_mend_the_one_that_replaced_it() {
     let effector = tvc_jet::RUDDER;
     for (kind, from, duration_s) in [(FaultKind::Float, 2, Some(2.0)), (jump(0.1), 3, None)] {
         let timing = Timing { duration_s, ..Timing::at(at(from)) };
-        let fault = ScheduledFault { effector, kind, timing };
+        let fault = ScheduledFault { target: effector.into(), kind, timing };
         bench.faults.schedule(&fault, &mut |_| {}).unwrap();
     }
     for second in 2..5 {
@@ -273,7 +287,8 @@ fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
     assert_eq!(bench.inject_at(T1, effector, kind), FaultReply::Scheduled { at: T1 });
     bench.act(T1);
     let later = SimTime::from_micros(T1.as_micros() + 500_000);
-    let again = |kind, at| FaultRequest::Inject { effector, kind, timing: Timing::at(at) };
+    let again =
+        |kind, at| FaultRequest::Inject { target: effector.into(), kind, timing: Timing::at(at) };
     let told = bench.reports.len();
     assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Unchanged { at: T1 });
     assert_eq!(bench.reports.len(), told, "nothing begins twice");
@@ -282,7 +297,7 @@ fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
         let refusal = Refusal::OnsetInThePast { onset, now: later };
         assert_eq!(bench.request(later, again(kind, onset)), FaultReply::Refused(refusal));
     }
-    bench.request(later, FaultRequest::Clear { effector });
+    bench.request(later, FaultRequest::Clear { target: effector.into() });
     let refusal = Refusal::OnsetInThePast { onset: T1, now: later };
     assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Refused(refusal), "mended");
 }

@@ -265,7 +265,7 @@ mod tests {
         for (table, words) in [
             (
                 "effector = \"engine\"\nkind = \"hard_over\"\nside = \"positive\"",
-                "case.toml: fault 1 (engine, hard over, positive): this effector has no such fault",
+                "case.toml: fault 1 (engine, hard over positive): this effector has no such fault",
             ),
             (
                 "effector = \"nozzle_pitch\"\nkind = \"biased\"\nbias_deg = 20",

@@ -2,7 +2,7 @@
 //!
 //! It goes into the envelope of sensor packets while the autopilot's process records, and nobody else opens it.
 
-use icd::record::{self, EnvelopeBytes, PIECE_MAX, Piece, TruthRow};
+use icd::record::{self, EnvelopeBytes, Piece, TruthRow, piece_max};
 use serde::{Deserialize, Serialize};
 
 use crate::setup::PlantSetup;
@@ -64,14 +64,15 @@ impl Envelopes {
         if !self.wanted {
             return &[];
         }
-        let mut pieces = self.json.chunks(PIECE_MAX);
+        let truth = truth();
+        let mut pieces = self.json.chunks(piece_max(truth.len()));
         let count = u16::try_from(pieces.len()).unwrap_or(u16::MAX);
         let piece = u16::try_from(self.sent).ok().filter(|index| *index < count);
         let piece = piece.and_then(|index| {
             let bytes = pieces.nth(usize::from(index))?;
             Some(Piece { index, count, bytes })
         });
-        record::seal(&truth(), piece, &mut self.bytes);
+        record::seal(&truth, piece, &mut self.bytes);
         self.sent = (self.sent + 1) % AGAIN_AFTER;
         &self.bytes
     }

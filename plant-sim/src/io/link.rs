@@ -257,8 +257,8 @@ mod tests {
         let mut values = [0.0; Sensors::COUNT];
         // The attitude must be one.
         values[6] = 1.0;
-        let sensors = Sensors::from_array(&values);
         let time = SimTime::from_micros(2_000 * tick);
+        let sensors = Sensors::at(time, &values);
         link.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors, Reports::new(), &[]);
     }
 

@@ -2,7 +2,7 @@ use super::*;
 use crate::{Airframe, EarthModel, Scenario, ScheduledFault, scenario};
 use icd::fault::{FaultKind, FaultState, Timing, Travel};
 use icd::tvc_jet;
-use icd::{Body, ControlPeriod, Effector, PerEffector};
+use icd::{Body, ControlPeriod, Effector, FlowAngles, PerEffector, Sample, Stamp};
 use nalgebra::Vector3;
 
 mod other_aircraft;
@@ -56,7 +56,11 @@ fn apart(a: &Truth, b: &Truth) -> f64 {
 
 fn stuck(effector: Effector, angle_rad: f64, at_us: u64) -> ScheduledFault {
     let kind = FaultKind::StuckAt { angle_rad, travel: Travel::Jump };
-    ScheduledFault { effector, kind, timing: Timing::at(SimTime::from_micros(at_us)) }
+    ScheduledFault {
+        target: effector.into(),
+        kind,
+        timing: Timing::at(SimTime::from_micros(at_us)),
+    }
 }
 
 #[test]
@@ -126,7 +130,7 @@ fn another_run_has_another_gust_and_other_noise() {
     first.sensors.gyro_noise_rad_s = 0.001;
     let second = PlantSetup { run: 1, ..first.clone() };
     let (mut a, mut b) = (plant(&first), plant(&second));
-    assert_ne!(a.sense().body_rates, b.sense().body_rates);
+    assert_ne!(a.sense().gyro.value, b.sense().gyro.value);
     assert_ne!(a.truth().wind, b.truth().wind);
 }
 
@@ -140,7 +144,7 @@ fn gyro_noise_does_not_touch_the_flight_or_the_gusts() {
     for _ in 0..200 {
         a.sense();
         let sensed = b.sense();
-        assert_ne!(sensed.body_rates, b.truth().body_rates);
+        assert_ne!(sensed.gyro.value, b.truth().body_rates);
         coast(&mut a, 1);
         coast(&mut b, 1);
     }
@@ -152,10 +156,11 @@ fn ideal_sensors_report_the_truth_to_the_bit() {
     let mut plant = plant(&setup(EarthModel::Wgs84));
     fly(&mut plant, 300, wiggle);
     let (truth, sensors) = (plant.truth(), plant.sense());
-    assert_eq!(sensors.body_rates, truth.body_rates);
-    assert_eq!(sensors.attitude, truth.attitude);
-    assert_eq!(sensors.sideslip_rad, truth.beta_rad);
-    assert_eq!(sensors.thrust_n, truth.deflections[tvc_jet::ENGINE]);
+    assert_eq!(sensors.gyro, Sample::at(truth.time, truth.body_rates));
+    assert_eq!(sensors.attitude, Sample::at(truth.time, truth.attitude));
+    assert_eq!(sensors.vanes.value.sideslip_rad, truth.beta_rad);
+    assert_eq!(sensors.engine_n.value, truth.deflections[tvc_jet::ENGINE]);
+    assert!(sensors.stamps().iter().all(|s| *s == Stamp { time: truth.time, valid: true }));
 }
 
 #[test]
@@ -189,7 +194,8 @@ fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
         let pitot = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(8.0, 2.0, -1.0));
         let expected =
             [pitot.norm(), libm::atan2(vanes.z, vanes.x), libm::asin(vanes.y / vanes.norm())];
-        let sensed = [sensors.airspeed_m_s, sensors.angle_of_attack_rad, sensors.sideslip_rad];
+        let FlowAngles { angle_of_attack_rad, sideslip_rad } = sensors.vanes.value;
+        let sensed = [sensors.pitot_m_s.value, angle_of_attack_rad, sideslip_rad];
         let centre = [truth.airspeed_m_s, truth.alpha_rad, truth.beta_rad];
         for i in 0..3 {
             assert!((sensed[i] - expected[i]).abs() < 1e-9, "{i}: {} {}", sensed[i], expected[i]);
@@ -284,7 +290,7 @@ fn a_fault_without_effect_splits_a_step_and_leaves_the_grid() {
     let healthy = flat();
     let mut split = flat();
     split.faults = vec![ScheduledFault {
-        effector: tvc_jet::NOZZLE_YAW,
+        target: tvc_jet::NOZZLE_YAW.into(),
         kind: FaultKind::StuckHere,
         timing: Timing { duration_s: Some(0.000_444), ..Timing::at(SimTime::from_micros(3_333)) },
     }];
@@ -332,14 +338,14 @@ fn a_travelling_surface_arrives_exactly_and_stays() {
 fn half_the_engine_gives_half_the_thrust() {
     let mut plant = plant(&flat());
     let request = FaultRequest::Inject {
-        effector: tvc_jet::ENGINE,
+        target: tvc_jet::ENGINE.into(),
         kind: FaultKind::PartialLoss { remaining: 0.5 },
         timing: Timing::NOW,
     };
     assert_eq!(plant.request(&request), FaultReply::Applied { at: SimTime::ZERO });
     let thrust = plant.trim().thrust_n;
     assert_eq!(plant.truth().deflections[tvc_jet::ENGINE], 0.5 * thrust);
-    assert_eq!(plant.sense().thrust_n, 0.5 * thrust);
+    assert_eq!(plant.sense().engine_n.value, 0.5 * thrust);
 }
 
 #[test]
@@ -437,7 +443,7 @@ fn the_flight_ends_on_the_ground_and_stays_there() {
     assert_eq!(plant.pop_report(), Some(PlantReport::GroundContact { at: time }));
     fly(&mut plant, 10, dive);
     assert_eq!((plant.truth(), plant.time(), plant.pop_report()), (truth, time, None));
-    let request = FaultRequest::Clear { effector: tvc_jet::RUDDER };
+    let request = FaultRequest::Clear { target: tvc_jet::RUDDER.into() };
     assert_eq!(plant.request(&request), FaultReply::Refused(Refusal::FlightOver));
     assert!(!plant.is_broken());
 }
@@ -491,8 +497,8 @@ fn reports_are_bounded_and_the_oldest_go_first() {
     let effector = tvc_jet::RUDDER;
     for _ in 0..REPORTS_MAX {
         let (kind, timing) = (FaultKind::Float, Timing::NOW);
-        plant.request(&FaultRequest::Inject { effector, kind, timing });
-        plant.request(&FaultRequest::Clear { effector });
+        plant.request(&FaultRequest::Inject { target: effector.into(), kind, timing });
+        plant.request(&FaultRequest::Clear { target: effector.into() });
     }
     let waiting = std::iter::from_fn(|| plant.pop_report()).count();
     assert_eq!((waiting, plant.reports_dropped()), (REPORTS_MAX, REPORTS_MAX as u64));
@@ -557,7 +563,7 @@ fn the_first_report_is_where_the_healthy_effectors_stand_whatever_is_broken_at_t
     healthy.start.airspeed_m_s = 180.0;
     let mut broken = healthy.clone();
     let flame_out = ScheduledFault {
-        effector: tvc_jet::ENGINE,
+        target: tvc_jet::ENGINE.into(),
         kind: FaultKind::FlameOut,
         timing: Timing::at(SimTime::ZERO),
     };

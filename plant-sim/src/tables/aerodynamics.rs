@@ -5,12 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
 use super::{Table, TableText, TablesError, read_all};
-use crate::aerodynamics::AirState;
+use crate::aerodynamics::{AirState, Coefficients, SLOWEST_M_S};
 use crate::config::{RangeError, check_range};
 use crate::rigid_body::Wrench;
-
-/// Airspeed below which the rates over 2V do not grow any more, m/s: only so that nothing is divided by zero.
-const SLOWEST_M_S: f64 = 0.1;
 
 /// What a term may use beside the deflections, in SI units.
 ///
@@ -183,24 +180,49 @@ impl AeroTables {
         density: f64,
         coefficients: &TableCoefficients,
     ) -> Wrench {
-        let [c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw] = *coefficients;
         let (u, w) = (velocity.0.x, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
-        let (cos_alpha, sin_alpha) =
-            if in_plane > 0.0 { (u / in_plane, w / in_plane) } else { (1.0, 0.0) };
+        let direction = if in_plane > 0.0 { [w / in_plane, u / in_plane] } else { [0.0, 1.0] };
         let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * self.area_m2;
+        let Wrench { force, moment } = self.per_pressure_area(direction, coefficients);
+        Wrench { force: Body(force.0 * pressure_area), moment: Body(moment.0 * pressure_area) }
+    }
+
+    /// Force and moment about the centre of gravity over dynamic pressure and area: no unit, and m. `direction` is sine
+    /// and cosine of the angle of attack.
+    #[inline]
+    fn per_pressure_area(&self, direction: [f64; 2], coefficients: &TableCoefficients) -> Wrench {
+        let [c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw] = *coefficients;
+        let [sin_alpha, cos_alpha] = direction;
         let force = Body::new(
-            pressure_area * (c_x + c_lift * sin_alpha - c_drag * cos_alpha),
-            pressure_area * c_y,
-            pressure_area * (c_z - c_drag * sin_alpha - c_lift * cos_alpha),
+            c_x + c_lift * sin_alpha - c_drag * cos_alpha,
+            c_y,
+            c_z - c_drag * sin_alpha - c_lift * cos_alpha,
         );
-        let about_reference = Body::new(
-            pressure_area * self.span_m * c_roll,
-            pressure_area * self.chord_m * c_pitch,
-            pressure_area * self.span_m * c_yaw,
-        );
+        let about_reference =
+            Body::new(self.span_m * c_roll, self.chord_m * c_pitch, self.span_m * c_yaw);
         let moment = Body(about_reference.0 + self.moment_reference.0.cross(&force.0));
         Wrench { force, moment }
+    }
+
+    /// The coefficients as those of derivatives: lift and drag, and moments about the centre of gravity.
+    #[must_use]
+    pub fn about_centre_of_gravity(
+        &self,
+        alpha_rad: f64,
+        coefficients: &TableCoefficients,
+    ) -> Coefficients {
+        let (sin, cos) = libm::sincos(alpha_rad);
+        let Wrench { force, moment } = self.per_pressure_area([sin, cos], coefficients);
+        let (x, z) = (force.0.x, force.0.z);
+        Coefficients {
+            lift: x * sin - z * cos,
+            drag: -x * cos - z * sin,
+            side: force.0.y,
+            roll: moment.0.x / self.span_m,
+            pitch: moment.0.y / self.chord_m,
+            yaw: moment.0.z / self.span_m,
+        }
     }
 }
 

@@ -149,17 +149,24 @@ impl Engine {
     pub fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
         let [least, most] = self.ends(at);
         let thrust_n = thrust_n.min(most).max(least);
-        let roll_n_m = match self {
+        Push { thrust_n, roll_n_m: self.roll_n_m(thrust_n, at) }
+    }
+
+    /// Roll moment on the airframe of what turns at this thrust, N m.
+    #[inline]
+    #[must_use]
+    pub fn roll_n_m(&self, thrust_n: f64, at: &EngineAir) -> f64 {
+        match self {
             Self::Tables { .. } => 0.0,
             Self::Propeller(propeller) => {
                 -propeller.torque(propeller.speed_at_thrust(thrust_n, at), at)
             }
-        };
-        Push { thrust_n, roll_n_m }
+        }
     }
 
     /// Thrust with the lever at 0 and at 1, N.
-    fn ends(&self, at: &EngineAir) -> [f64; 2] {
+    #[must_use]
+    pub fn ends(&self, at: &EngineAir) -> [f64; 2] {
         match self {
             Self::Tables { ends, .. } => {
                 let mut sums = [0.0; 2];
@@ -172,7 +179,7 @@ impl Engine {
 }
 
 /// The air that the engine works in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EngineAir {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,

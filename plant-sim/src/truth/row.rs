@@ -51,7 +51,7 @@ mod tests {
         let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
         let mut plant = Plant::new(&setup).unwrap();
         let (effector, kind) = (tvc_jet::NOZZLE_PITCH, FaultKind::PartialLoss { remaining: 0.5 });
-        plant.request(&FaultRequest::Inject { effector, kind, timing: Timing::NOW });
+        plant.request(&FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW });
         let mut commands = plant.trim().positions();
         commands[tvc_jet::LEFT_AILERON] = 0.05;
         commands[tvc_jet::RUDDER] = -0.05;

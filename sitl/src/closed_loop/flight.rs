@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 
 use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::event::{Event, Snapshot};
+use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Moment, Recorded};
 use flight_control::StepOutput;
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
@@ -60,6 +61,11 @@ pub trait Operator {
 
     /// One tick, after its control step.
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Self::Stop>;
+
+    /// A law that the program brings, for where `CTL_LAW` is 9.
+    fn own_law(&self) -> Option<OwnLaw> {
+        None
+    }
 
     /// The next input of this exchange, before its step; asked until there is none.
     fn input(&mut self, _exchange: &Exchange) -> Option<Recorded> {
@@ -120,7 +126,7 @@ pub fn run<O: Operator>(
 ) -> Result<Flown<O::Stop>, SetupError> {
     setup.check_model(settings.belief.aircraft())?;
     let plant = Plant::new(setup)?;
-    let mut autopilot = Autopilot::new(settings);
+    let mut autopilot = Autopilot::new(settings).with_own_law(operator.own_law());
     autopilot.begin_flight(setup.period, plant.time(), false);
     let (replies, events) = (VecDeque::new(), Vec::new());
     let mut flight = Flight { plant, autopilot, replies, events, step: 0, is_over: false };

@@ -2,8 +2,8 @@
 
 use icd::Body;
 use plant_sim::Airframe;
-use plant_sim::aerodynamics::{self, AirState, Coefficients};
-use plant_sim::atmosphere::LocalDensity;
+use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
+use plant_sim::atmosphere::{self, LocalDensity};
 
 use super::{Case, limits};
 
@@ -29,16 +29,17 @@ pub struct LevelTrim {
 pub(super) fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> {
     let density = LocalDensity::around(case.to_m).at(case.to_m);
     let v = case.airspeed_m_s;
-    let q_s = 0.5 * density * v * v * airframe.aero.area_m2;
+    let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
     let load_factor = 1.0 / case.bank_deg.to_radians().cos();
     let pitch_rate = GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
     let weight = load_factor * airframe.mass.mass_kg * GRAVITY_M_S2;
-    let surfaces = airframe.surfaces();
+    let forces = AirForces::new(airframe).ok()?;
+    let mach = v / atmosphere::speed_of_sound(case.to_m);
     let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {
         let rates = Body::new(0.0, pitch_rate, 0.0);
         let air = AirState { airspeed_m_s: v, alpha_rad, beta_rad: 0.0, rates };
         let positions = airframe.follow([0.0, elevator_rad, 0.0, 0.0]);
-        aerodynamics::coefficients(&airframe.aero, &surfaces, &air, &positions)
+        forces.coefficients(&air, mach, &positions)
     };
     // Linear in the deflection, so that one difference has it.
     let per_elevator = (at(0.0, 0.1).pitch - at(0.0, -0.1).pitch) / 0.2;
@@ -48,7 +49,7 @@ pub(super) fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> 
         let thrust_n = q_s * c.drag / alpha_rad.cos();
         (elevator_rad, thrust_n, q_s * c.lift + thrust_n * alpha_rad.sin() - weight)
     };
-    let (mut low, mut high) = (-0.1, airframe.aero.alpha_max_rad);
+    let (mut low, mut high) = (-0.1, airframe.limits.alpha_rad);
     if balanced(high).2 < 0.0 {
         return None;
     }

@@ -135,7 +135,7 @@ fn noticed(
     let mut setup = setup(options, airframe, &design, seed, &references, duration_s)?;
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);
     let (effector, kind, timing) = (fault.effector, fault.kind, Timing::at(onset));
-    setup.plant.faults = vec![ScheduledFault { effector, kind, timing }];
+    setup.plant.faults = vec![ScheduledFault { target: effector.into(), kind, timing }];
     let mut detectors = Detectors::new(&setup.parameters.gains.activation, setup.plant.period);
     let mut delays: Box<PerDetector<f64>> = Box::new([[f64::INFINITY; SCALES]; KINDS]);
     fly(&setup, &mut |record| {

@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 
+use autopilot::own_law::OwnLaw;
 use flight_control::DesignModel;
 use icd::SimTime;
 use icd::fault::{PlantReport, PlantRequest};
@@ -14,9 +15,9 @@ use super::outcome::{Fate, Loss, LossBy, Outcome};
 use crate::closed_loop::{Exchange, FlightSetup, Flown, Operator, Tick, run, settings};
 use crate::paper::trace::Sample;
 use crate::runner::Progress;
-use crate::table;
+use crate::table::{self, Columns};
 
-/// What is kept of a flight beside its measures.
+/// What goes with a flight beside its setup: what is kept of it, and a law that the program brings.
 #[derive(Default)]
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
@@ -25,6 +26,8 @@ pub(super) struct Keep<'a> {
     pub(super) log: Option<FlightLog>,
     /// Told of each second of simulation time.
     pub(super) progress: Option<&'a Progress>,
+    /// What flies where `CTL_LAW` is 9.
+    pub(super) own_law: Option<OwnLaw>,
 }
 
 /// One second, us.
@@ -48,6 +51,7 @@ pub(super) fn fly(
         limits: airframe.limits,
         measures: Measures::new(airframe, setup.plant.period.as_seconds()),
         rows_every: table::ticks_per_row(setup.plant.period) as u64,
+        columns: Columns::of(&airframe.effectors),
         line: String::new(),
         steps: 0,
         altitude_m: [f64::NAN; 2],
@@ -57,7 +61,7 @@ pub(super) fn fly(
         keep,
     };
     if let Some(output) = judge.keep.table.as_mut() {
-        output.write(table::header().as_bytes())?;
+        output.write(judge.columns.header().as_bytes())?;
     }
     let Flown { end, stopped } = run(&setup.plant, &settings(setup), setup.duration, &mut judge)?;
     if let Some(Stop::Failed(error)) = stopped {
@@ -80,6 +84,7 @@ struct Judge<'a> {
     limits: FlightLimits,
     measures: Measures,
     rows_every: u64,
+    columns: Columns,
     /// The row that is being written.
     line: String,
     steps: u64,
@@ -115,7 +120,7 @@ impl Judge<'_> {
             && self.steps.is_multiple_of(self.rows_every)
         {
             self.line.clear();
-            table::push_row(&mut self.line, &sample.row);
+            self.columns.push(&mut self.line, &sample.row, &record.truth, &record.log);
             output.write(self.line.as_bytes())?;
         }
         if let Some(log) = self.keep.log.as_mut() {
@@ -145,6 +150,10 @@ fn until_failed(done: Result<(), FlyError>) -> ControlFlow<Stop> {
 
 impl Operator for Judge<'_> {
     type Stop = Stop;
+
+    fn own_law(&self) -> Option<OwnLaw> {
+        self.keep.own_law
+    }
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Stop> {
         until_failed(self.look(tick))?;

@@ -1,6 +1,6 @@
 //! Options of `sitl` itself, and what they become for the two processes.
 
-use autopilot::parameters::Parameters;
+use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use plant_sim::io::{PlantArgs, Speed};
@@ -19,6 +19,21 @@ pub struct LaunchArgs {
     /// Whether the compensator acts: off, armed or always [default: armed]
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
+    /// Main controller: pid, pid-ganged-nozzle, ndi, lqr, own [default: pid]
+    #[arg(long, value_name = "LAW")]
+    law: Option<String>,
+    /// Estimator of the compensator: neso, linear-eso, incremental [default: neso]
+    #[arg(long, value_name = "LAW")]
+    compensator: Option<String>,
+    /// Allocation of the compensating demand: paper, wls [default: as the model file says, else paper]
+    #[arg(long, value_name = "HOW")]
+    allocation: Option<String>,
+    /// Parameters from a file, as `sitl design` writes them
+    #[arg(long, value_name = "FILE")]
+    gains: Option<String>,
+    /// The law that `--law own` flies; a program brings it, no option.
+    #[arg(skip)]
+    own_law: Option<OwnLaw>,
     /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
     speed: Option<String>,
@@ -138,10 +153,12 @@ impl LaunchArgs {
     /// The options for each process, after both have been asked whether they would start with them.
     pub(super) fn check(&self) -> Result<Options, OptionError> {
         let options = Options { autopilot: self.autopilot_words(), plant: self.plant_words() };
-        let autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
-        let kept =
-            autopilot.kept_parameters()?.map_or_else(Parameters::default, |kept| kept.parameters);
-        autopilot.control_setup_over(&kept)?;
+        let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
+        autopilot.own_law = self.own_law;
+        let model = autopilot.model()?;
+        let kept = autopilot.kept_parameters(&model.defaults)?;
+        let saved = kept.map_or(model.defaults, |kept| kept.parameters);
+        autopilot.control_setup_over(&model.belief, &saved)?;
         autopilot.links()?;
         autopilot.kept_key()?;
         let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
@@ -149,11 +166,23 @@ impl LaunchArgs {
         Ok(options)
     }
 
+    /// Takes a law that the program brings; it flies unless `--law` says otherwise.
+    pub(crate) fn bring(&mut self, own_law: Option<OwnLaw>) {
+        self.own_law = own_law;
+        if own_law.is_some() {
+            self.law.get_or_insert_with(|| "own".to_owned());
+        }
+    }
+
     fn autopilot_words(&self) -> Vec<String> {
         let mut words = Vec::new();
         add(&mut words, "--scenario", &self.scenario);
         add(&mut words, "--script", &self.script);
         add(&mut words, "--ftc", &self.ftc);
+        add(&mut words, "--law", &self.law);
+        add(&mut words, "--gains", &self.gains);
+        add(&mut words, "--compensator", &self.compensator);
+        add(&mut words, "--allocation", &self.allocation);
         add(&mut words, "--belief", &self.belief);
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);

@@ -1,6 +1,5 @@
 //! The paper's two cases and the runs that each needs.
 
-use autopilot::parameters::Parameters;
 use flight_control::{CompensatorMode, DesignModel, Gains};
 use icd::fault::FaultKind;
 use icd::{ControlPeriod, SimTime};
@@ -132,6 +131,7 @@ impl Case {
             return Err(PaperError::NoFault { file });
         };
         let fault_s = fault.onset().as_seconds();
+        let model = aircraft.model()?;
         let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
         Ok(Self {
@@ -140,8 +140,8 @@ impl Case {
             jam_rad: angle_rad,
             setup: FlightSetup {
                 plant: setup,
-                belief: aircraft.model()?,
-                parameters: aircraft.parameters(Parameters::default())?,
+                belief: model.belief,
+                parameters: aircraft.parameters(model.defaults)?,
                 references: flight.references,
                 script: None,
                 duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),

@@ -83,7 +83,7 @@ fn one(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, PaperError> {
     let mut results = Vec::new();
     for case in cases {
         let mut case = case.with_airframe(airframe.clone());
-        let belief = linearize(&case.setup.plant).ok().filter(|b| b.validate().is_ok());
+        let belief = linearize(&case.setup.plant, &[]).ok().filter(|b| b.validate().is_ok());
         let Some(belief) = belief else {
             return Ok(Sensitivity { doubt: *doubt, value, held: None, broken: Vec::new() });
         };

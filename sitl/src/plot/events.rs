@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use autopilot::event::Wish;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
-use icd::fault::FaultKind;
+use icd::fault::{FaultKind, TargetClass};
 use icd::record::effector_field;
 use icd::{ControlPeriod, Effector, EffectorList};
 use ulog::reader::Topic;
@@ -197,7 +197,7 @@ impl Report {
     fn text(&self, effectors: &EffectorList) -> String {
         let is_angle = self.effector.is_none_or(|effector| effectors.is_angle(effector));
         match FaultKind::from_code(self.code, self.values) {
-            Some(kind) => kind.described(is_angle).to_string(),
+            Some(kind) => kind.described(TargetClass::of(is_angle)).to_string(),
             None => format!("fault of kind {}", self.code),
         }
     }

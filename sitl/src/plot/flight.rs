@@ -1,7 +1,7 @@
 //! A log as a flight: headers, signals by name, faults, and what happened.
 
 use autopilot::recorder::{ControlHeader, Recorded};
-use flight_control::{DesignModel, State};
+use flight_control::{DesignModel, NavigationState};
 use icd::record::{FieldName, effector_field};
 use icd::{EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
@@ -171,16 +171,16 @@ impl Flight {
         let pairs = (0..times.len())
             .filter_map(|k| steps.binary_search(&times[k]).ok().map(|step| (k, step)));
         let ticks = pairs.map(|(k, step)| {
-            let s: [f64; 11] = std::array::from_fn(|n| state[n][k]);
-            let state = State {
+            let s: [f64; 10] = std::array::from_fn(|n| state[n][k]);
+            let state = NavigationState {
                 rates: Vector3::new(s[0], s[1], s[2]),
                 attitude: EulerAngles { phi: s[3], theta: s[4], psi: s[5] },
                 airspeed_m_s: s[6],
                 alpha: s[7],
                 beta: s[8],
                 altitude_m: s[9],
-                climb_rate_m_s: -s[10],
                 thrust_n: thrust.as_ref().map_or(f64::NAN, |thrust| thrust[k]),
+                ..NavigationState::at_rest()
             };
             let acceleration =
                 Vector3::new(acceleration[0][k], acceleration[1][k], acceleration[2][k]);
@@ -193,7 +193,7 @@ impl Flight {
 }
 
 /// Columns of the true state, in the order in which [`Flight::true_fault_acceleration`] takes them.
-const STATE: [&str; 11] = [
+const STATE: [&str; 10] = [
     "p_rad_s",
     "q_rad_s",
     "r_rad_s",
@@ -204,7 +204,6 @@ const STATE: [&str; 11] = [
     "alpha_rad",
     "beta_rad",
     "altitude_m",
-    "velocity_down_m_s",
 ];
 
 fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {

@@ -340,7 +340,12 @@ impl<'a> Replay<'a> {
     fn check_rows(&mut self, tick: &Tick<'_>) -> Checked {
         let Exchange { step, time, .. } = tick.exchange;
         self.check_truth(&tick.exchange, tick.plant)?;
+        let stamps = tick.sensors.stamps();
+        let times = stamps.map(|stamp| stamp.time.as_micros() as f64);
+        let valid = stamps.map(|stamp| f64::from(u8::from(stamp.valid)));
         let signals = Sensors::NAMES.into_iter().zip(tick.sensors.to_array());
+        let signals = signals.chain(Sensors::TIMES.into_iter().zip(times));
+        let signals = signals.chain(Sensors::VALID.into_iter().zip(valid));
         let checked = self.sensors.check(step, time, signals);
         self.unless_damaged(time, checked)?;
         let count = self.names.commands.len();

@@ -36,13 +36,13 @@ pub fn setup(seconds: u64) -> FlightSetup {
 fn jam(onset: Onset) -> Wish {
     let kind = FaultKind::StuckHere;
     let timing = Timing { onset, ..Timing::NOW };
-    Wish::Fault(FaultRequest::Inject { effector: tvc_jet::LEFT_ELEVATOR, kind, timing })
+    Wish::Fault(FaultRequest::Inject { target: tvc_jet::LEFT_ELEVATOR.into(), kind, timing })
 }
 
 /// Everything that an operator may do, in flight and while time stands still.
 pub fn spoken() -> Vec<Spoken> {
     let mut gains = Gains::REFERENCE;
-    gains.main.roll.k_p *= 1.1;
+    gains.pid.roll.k_p *= 1.1;
     let script = "at 1.6 s: fail rudder 50 % left\nwhen roll passes 1 deg: altitude 3200 m\n";
     let script = Arc::new(Script::parse("a test", script, &tvc_jet::effectors()).unwrap());
     let at = |step, wish| (step, Moment::Step, wish);
@@ -164,16 +164,24 @@ fn a_changed_sensor_value_is_found_at_its_tick_and_by_its_name() {
 fn a_changed_input_is_another_request() {
     let bytes = testing::log(&setup(1), &spoken(), Without::default());
     let text = String::from_utf8_lossy(&bytes).into_owned();
-    assert!(text.contains("\"effector\":2"));
-    let from = b"\"effector\":2";
+    assert!(text.contains("\"target\":2"));
+    let from = b"\"target\":2";
     let place = bytes.windows(from.len()).position(|window| window == from).unwrap();
     let mut changed = bytes;
-    changed[place..place + from.len()].copy_from_slice(b"\"effector\":0");
+    changed[place..place + from.len()].copy_from_slice(b"\"target\":0");
     let difference = replay(changed).unwrap().difference.unwrap();
     assert_eq!(difference.signal, "request to the plant");
     assert_eq!(difference.step, 21);
     assert!(difference.logged.contains("Effector(2)"), "{difference}");
     assert!(difference.flown.contains("Effector(0)"), "{difference}");
+}
+
+#[test]
+fn inputs_of_earlier_logs_name_their_effector() {
+    let earlier = r#"{"Clear":{"effector":4}}"#;
+    let target = tvc_jet::RUDDER.into();
+    let read = serde_json::from_str::<FaultRequest>(earlier).unwrap();
+    assert_eq!(read, FaultRequest::Clear { target });
 }
 
 #[test]

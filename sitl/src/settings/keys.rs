@@ -7,9 +7,13 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use autopilot::config::ScenarioFile as AutopilotFile;
+use autopilot::parameters::changes;
 use flight_control::Belief;
+use plant_sim::aerodynamics::Aero;
 use plant_sim::airframe::AirframeFile;
 use plant_sim::scenario::ScenarioFile as PlantFile;
+use plant_sim::tables::aerodynamics::TableAero;
+use plant_sim::tables::thrust::{Propeller, ThrustTables};
 use serde::de::value::StrDeserializer;
 use serde::de::{
     DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, IntoDeserializer,
@@ -26,7 +30,10 @@ pub fn all() -> &'static BTreeSet<String> {
         let mut keys = BTreeSet::new();
         gather::<PlantFile>("", &mut keys);
         gather::<AutopilotFile>("", &mut keys);
-        gather::<AirframeFile>("airframe", &mut keys);
+        gather::<AirframeFile<Aero>>("airframe", &mut keys);
+        gather::<AirframeFile<TableAero>>("airframe", &mut keys);
+        gather::<ThrustTables>("airframe.propulsion", &mut keys);
+        gather::<Propeller>("airframe.propulsion", &mut keys);
         gather::<Belief>("model", &mut keys);
         keys
     });
@@ -60,22 +67,6 @@ pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> 
         (last(known) != last(key), changes)
     };
     keys.filter(|known| !known.ends_with(ANY)).min_by_key(rank).map(|key| key.replace(".N", ".1"))
-}
-
-/// Letters to put in, take out or change on the way from one word to another (Levenshtein 1966).
-fn changes(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().collect();
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (index, letter) in from.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = index + 1;
-        for (place, other) in to.iter().enumerate() {
-            let changed = diagonal + usize::from(letter != *other);
-            diagonal = row[place + 1];
-            row[place + 1] = changed.min(diagonal + 1).min(row[place] + 1);
-        }
-    }
-    row[to.len()]
 }
 
 fn gather<T: DeserializeOwned>(root: &str, keys: &mut BTreeSet<String>) {

@@ -8,11 +8,11 @@
 use core::net::SocketAddr;
 use core::panic::PanicInfo;
 
-use flight_control::{Belief, Demand, FlightControl, Gains, StepOutput};
+use flight_control::{Belief, Demand, FlightControl, Gains, Navigator, StepOutput};
 use icd::lockstep::{FlightEvent, FlightSide};
-use icd::{ControlPeriod, Sensors};
+use icd::{ControlPeriod, Sensors, SimTime};
 
-/// The laws, from construction to one step.
+/// Navigator and laws, from construction to one step.
 #[used]
 static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepOutput = step;
 
@@ -28,7 +28,8 @@ fn step(
     sensors: &Sensors,
     demand: &Demand,
 ) -> StepOutput {
-    FlightControl::new(period, belief, gains).step(sensors, demand)
+    let state = Navigator::default().step(SimTime::ZERO, sensors);
+    FlightControl::new(period, belief, gains).step(&state, demand)
 }
 
 #[panic_handler]

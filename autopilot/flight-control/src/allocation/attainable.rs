@@ -63,6 +63,14 @@ pub fn axis_reach(columns: &[Column], positions: &[f64]) -> AxisReach {
     }
 }
 
+impl AxisReach {
+    /// Roll, pitch and yaw.
+    #[must_use]
+    pub fn axes(&self) -> [Reach; 3] {
+        [self.roll, self.pitch, self.yaw]
+    }
+}
+
 impl Reach {
     /// What is left of `whole`, the reach from the preferred positions, in the direction that has less, percent.
     ///

@@ -238,7 +238,7 @@ impl EffectorBelief {
                 check("travel_rad (lower end)", servo.min, -1.6, 0.0)?;
                 check("travel_rad (upper end)", servo.max, servo.min + 1.0e-3, 1.6)?;
             } else {
-                check("thrust_n (smallest)", servo.min, 0.0, 1.0e7)?;
+                check("thrust_n (smallest)", servo.min, -1.0e7, 1.0e7)?;
                 check("thrust_n (largest)", servo.max, servo.min, 1.0e7)?;
             }
             for (key, column) in [

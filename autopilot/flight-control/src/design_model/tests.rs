@@ -3,7 +3,7 @@ use crate::testing;
 use icd::tvc_jet;
 use proptest::prelude::*;
 
-fn model_and_state() -> (DesignModel, State) {
+fn model_and_state() -> (DesignModel, NavigationState) {
     (DesignModel::new(testing::belief()), testing::level_state())
 }
 

@@ -1,7 +1,9 @@
 use super::*;
 use crate::gains::CompensatorMode;
+use crate::navigation::Navigator;
 use crate::testing;
-use icd::{Body, tvc_jet};
+use icd::{Sensors, SimTime, tvc_jet};
+use nalgebra::Vector3;
 
 fn flight(change: impl FnOnce(&mut Gains)) -> FlightControl {
     let mut gains = Gains::REFERENCE;
@@ -10,18 +12,18 @@ fn flight(change: impl FnOnce(&mut Gains)) -> FlightControl {
 }
 
 /// Level flight whose roll rate grows as if something rolled the aircraft with 2 rad/s².
-fn rolled(tick: u32) -> Sensors {
+fn rolled(tick: u32) -> NavigationState {
     let p = 2.0 * 0.002 * f64::from(tick);
-    Sensors { body_rates: Body::new(p, 0.0, 0.0), ..testing::level_flight() }
+    NavigationState { rates: Vector3::new(p, 0.0, 0.0), ..testing::level_state() }
 }
 
 #[test]
 fn level_flight_leaves_the_compensator_exactly_at_zero() {
     let mut flight = flight(|_| {});
     for _ in 0..2000 {
-        let out = flight.step(&testing::level_flight(), &testing::level_demand());
+        let out = flight.step(&testing::level_state(), &testing::level_demand());
         assert!(!out.log.compensator_active);
-        assert_eq!(out.log.compensation, crate::Compensation::NONE);
+        assert_eq!(out.log.compensation, Compensation::NONE);
         assert_eq!(out.actuators.commands[tvc_jet::NOZZLE_PITCH], 0.0);
     }
 }
@@ -45,18 +47,26 @@ fn switched_off_it_sees_the_same_and_does_nothing() {
         log = flight.step(&rolled(tick), &testing::level_demand()).log;
     }
     assert!(log.compensator_active);
-    assert_eq!(log.compensation, crate::Compensation::NONE);
+    assert_eq!(log.compensation, Compensation::NONE);
 }
 
 #[test]
 fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
     let mut flight = flight(|gains| gains.selection.compensator = CompensatorMode::AlwaysOn);
-    flight.step(&testing::level_flight(), &testing::level_demand());
+    let mut navigator = Navigator::default();
+    let mut step = |sensors: &Sensors| {
+        let state = navigator.step(SimTime::ZERO, sensors);
+        flight.step(&state, &testing::level_demand())
+    };
+    step(&testing::level_sensors());
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e308, -1.0e308, 1.0e60, 1.0e6] {
         for index in 0..Sensors::COUNT {
-            let mut values = testing::level_flight().to_array();
+            let mut values = testing::level_sensors().to_array();
             values[index] = bad;
-            let out = flight.step(&Sensors::from_array(&values), &testing::level_demand());
+            let out = step(&Sensors::at(SimTime::ZERO, &values));
+            // A position of a thousand kilometres can be.
+            let flagged = out.log.health.implausible_input || bad == 1.0e6;
+            assert!(flagged, "{} = {bad}", Sensors::NAMES[index]);
             for (effector, command) in out.actuators.commands.iter() {
                 assert!(
                     command.is_finite(),
@@ -66,7 +76,7 @@ fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
             }
         }
     }
-    let log = flight.step(&testing::level_flight(), &testing::level_demand()).log;
+    let log = step(&testing::level_sensors()).log;
     assert!(log.z2.iter().all(|z2| z2.is_finite()), "{}", log.z2);
 }
 

@@ -1,170 +1,132 @@
 use super::*;
-use crate::gains::Gains;
-use crate::mixer::Side;
 use crate::testing;
 
-fn model() -> DesignModel {
-    DesignModel::new(testing::belief())
+/// Asks for the same whatever happens, and remembers that it was started.
+struct Constant {
+    command: MainCommand,
+    started: bool,
 }
 
-fn controller() -> MainController {
-    MainController::new(&Gains::REFERENCE.main, &model(), ControlPeriod::DEFAULT)
-}
-
-fn saturated_step(
-    controller: &mut MainController,
-    state: &State,
-    demand: &Demand,
-    saturated: &Saturation,
-    law: MainLaw,
-) -> MainCommand {
-    let (model, gains) = (model(), Gains::REFERENCE.main);
-    let at = model.condition(state);
-    controller.step(state, &at, demand, saturated, &gains, law, model.belief())
-}
-
-fn step(controller: &mut MainController, state: &State, demand: &Demand) -> MainCommand {
-    saturated_step(controller, state, demand, &Saturation::default(), MainLaw::Pid)
-}
-
-#[test]
-fn level_flight_on_reference_is_left_at_trim() {
-    let command = step(&mut controller(), &testing::level_state(), &testing::level_demand());
-    let trim = testing::belief().trim;
-    assert!(command.aileron_rad.abs() < 1.0e-15 && command.rudder_rad.abs() < 1.0e-15);
-    assert!((command.elevator_rad - trim.elevator_rad).abs() < 1.0e-12);
-    assert!((command.thrust_n - trim.thrust_n).abs() < 1.0e-9);
-}
-
-#[test]
-fn a_higher_reference_raises_the_trailing_edges_of_the_elevators() {
-    let mut controller = controller();
-    let demand = Demand { altitude_m: 6_000.0, ..testing::level_demand() };
-    let mut command = MainCommand::default();
-    for _ in 0..500 {
-        command = step(&mut controller, &testing::level_state(), &demand);
+impl Constant {
+    fn new(aileron_rad: f64) -> Self {
+        let command = MainCommand { aileron_rad, thrust_n: 2.0e4, ..MainCommand::default() };
+        Self { command, started: false }
     }
-    assert!(command.elevator_rad < -0.05, "{} rad", command.elevator_rad);
 }
 
-#[test]
-fn a_roll_reference_to_the_right_asks_for_negative_aileron() {
-    let mut controller = controller();
-    let demand = Demand { roll_rad: 0.26, ..testing::level_demand() };
-    let command = step(&mut controller, &testing::level_state(), &demand);
-    // Positive aileron rolls left.
-    assert!(command.aileron_rad < 0.0);
-}
-
-#[test]
-fn the_altitude_reference_slews_and_the_error_is_limited() {
-    let mut controller = controller();
-    let state = testing::level_state();
-    let demand = Demand { altitude_m: 9_000.0, ..testing::level_demand() };
-    step(&mut controller, &state, &demand);
-    let first = controller.references().unwrap().altitude_m;
-    assert!((first - 5_000.2).abs() < 1.0e-9, "100 m/s for 2 ms: {first} m");
-    for _ in 0..10_000 {
-        step(&mut controller, &state, &demand);
+impl Law for Constant {
+    fn step(&mut self, _: &LawInput<'_>) -> MainCommand {
+        self.command
     }
-    let command = step(&mut controller, &state, &demand);
-    // The trim, and 400 m at 0.00125 rad/m; the integrator is outside its band since the first second.
-    let band = Gains::REFERENCE.main.altitude;
-    let most = band.k_h * band.error_max_m + band.integral_max_rad;
-    assert!(command.elevator_rad >= -most - 1.0e-12, "{} rad", command.elevator_rad);
+    fn start_from(&mut self, _: &LawInput<'_>, _: &MainCommand) {
+        self.started = true;
+    }
 }
 
-#[test]
-fn a_saturated_aileron_freezes_the_roll_integrator_in_the_pushing_direction_only() {
-    let mut state = testing::level_state();
-    state.attitude.phi = 0.5;
-    let run = |side: Side| {
-        let mut controller = controller();
-        let saturation = Saturation { aileron: side, ..Saturation::default() };
-        let demand = testing::level_demand();
-        for _ in 0..1000 {
-            saturated_step(&mut controller, &state, &demand, &saturation, MainLaw::Pid);
-        }
-        controller.roll.value()
-    };
-    assert_eq!(run(Side::Above), 0.0);
-    assert!(run(Side::Below) > 0.0);
-    assert!(run(Side::Inside) > 0.0);
+fn selected(main: MainLaw) -> Gains {
+    let mut gains = Gains::REFERENCE;
+    gains.selection.main = main;
+    gains
 }
 
-#[test]
-fn the_ganged_nozzle_helps_the_elevator_and_the_fin() {
+fn controller(main: MainLaw) -> MainController {
+    let model = DesignModel::new(testing::belief());
+    MainController::new(&selected(main), &model, ControlPeriod::DEFAULT)
+}
+
+/// A turn that is not quite on its references, so that every integrator has something to do.
+fn step(controller: &mut MainController, own: Option<&mut dyn Law>) -> MainCommand {
+    let model = DesignModel::new(testing::belief());
     let mut state = testing::level_state();
+    state.attitude.phi = 0.1;
+    state.altitude_m += 4.0;
+    state.airspeed_m_s -= 1.0;
     state.beta = 0.01;
-    let demand = Demand { altitude_m: 4_000.0, ..testing::level_demand() };
-    let mut controller = controller();
-    let mut command = MainCommand::default();
-    for _ in 0..100 {
-        let law = MainLaw::PidGangedNozzle;
-        command = saturated_step(&mut controller, &state, &demand, &Saturation::default(), law);
-    }
-    // Elevator down pitches down; so must the nozzle. Wind from the right wants the nose to the right.
-    assert!(command.elevator_rad > 0.0 && command.nozzle_pitch_rad < 0.0);
-    assert!((command.nozzle_yaw_rad - 0.04).abs() < 1.0e-12);
+    let at = model.condition(&state);
+    let saturated = Saturation::default();
+    controller.step(&state, &at, &testing::level_demand(), &saturated, &model, own)
 }
 
-/// Level flight at this airspeed and altitude, trimmed as the model says, with this bank.
-fn trimmed(airspeed_m_s: f64, altitude_m: f64, bank_deg: f64) -> (State, LevelTurn, Demand) {
-    let model = model();
-    let mut state = State { airspeed_m_s, altitude_m, ..testing::level_state() };
-    state.attitude.phi = bank_deg.to_radians();
-    let trim = controller().trim(&state, &model.condition(&state), model.belief());
-    state.attitude.theta = trim.theta_rad;
-    state.rates.y = trim.pitch_rate_rad_s;
-    let demand = Demand { altitude_m, roll_rad: state.attitude.phi, airspeed_m_s };
-    (state, trim, demand)
+/// Largest difference of two commands; thrust in units of 1e5 N.
+fn difference(a: &MainCommand, b: &MainCommand) -> f64 {
+    let d = a.combine(b, |a, b| (a - b).abs());
+    let angles =
+        [d.aileron_rad, d.elevator_rad, d.rudder_rad, d.nozzle_pitch_rad, d.nozzle_yaw_rad];
+    angles.into_iter().fold(d.thrust_n / 1.0e5, f64::max)
+}
+
+/// Each built-in law and one that a program brings.
+fn every_law() -> impl Iterator<Item = MainLaw> {
+    MainLaw::NAMES.into_iter().map(|(_, law)| law)
 }
 
 #[test]
-fn away_from_the_design_point_a_trimmed_flight_on_its_reference_is_left_at_its_trim() {
-    let design = testing::belief().trim;
-    for (airspeed_m_s, altitude_m, bank_deg) in
-        [(180.0, 10_000.0, 0.0), (320.0, 600.0, 0.0), (250.0, 6_000.0, 60.0)]
-    {
-        let (state, trim, demand) = trimmed(airspeed_m_s, altitude_m, bank_deg);
-        let command = step(&mut controller(), &state, &demand);
-        assert!((command.elevator_rad - trim.elevator_rad).abs() < 1.0e-12);
-        assert!((trim.elevator_rad - design.elevator_rad).abs() > 0.01, "{trim:?}");
+fn a_law_takes_over_from_any_other_without_a_bump() {
+    /// Largest change in one period, rad: a tenth of the smallest deflection that moves the aircraft visibly.
+    const BUMP_MAX_RAD: f64 = 1.0e-3;
+    for (from, to) in every_law().flat_map(|from| every_law().map(move |to| (from, to))) {
+        let mut own = Constant::new(0.05);
+        let mut controller = controller(from);
+        let mut last = step(&mut controller, Some(&mut own));
+        for _ in 0..1000 {
+            last = step(&mut controller, Some(&mut own));
+        }
+        controller.set_gains(&selected(to));
+        // 3 s: the switch, the fade, and its end.
+        for tick in 0..1500 {
+            let command = step(&mut controller, Some(&mut own));
+            let bump = difference(&command, &last);
+            assert!(bump < BUMP_MAX_RAD, "{from:?} to {to:?}, step {tick}: {bump} rad");
+            last = command;
+        }
+        assert_eq!(own.started, from != to && to == MainLaw::Own);
     }
 }
 
-/// The integrator after 10 s with this error and climb rate.
-fn integrated(error_m: f64, climb_rate_m_s: f64, alpha: f64) -> f64 {
-    let mut controller = controller();
-    let level = testing::level_state();
-    let altitude_m = level.altitude_m + error_m;
-    // The reference stays where the first step found the aircraft.
-    step(&mut controller, &level, &testing::level_demand());
-    let state = State { altitude_m, climb_rate_m_s, alpha, ..level };
-    for _ in 0..5_000 {
-        step(&mut controller, &state, &testing::level_demand());
+#[test]
+fn the_integrators_of_the_pid_start_from_the_commands_of_the_law_before() {
+    let mut own = Constant::new(0.05);
+    let mut controller = controller(MainLaw::Own);
+    step(&mut controller, Some(&mut own));
+    controller.set_gains(&selected(MainLaw::Pid));
+    step(&mut controller, None);
+    let (transfer, _) = controller.transfer.unwrap();
+    // The roll integrator reaches the 0.05 rad; one step of it is what differs.
+    assert!(transfer.aileron_rad.abs() < 1.0e-5, "{} rad", transfer.aileron_rad);
+    assert!(transfer.thrust_n.abs() < 1.0, "{} N", transfer.thrust_n);
+}
+
+#[test]
+fn after_the_fade_the_new_law_is_alone() {
+    let mut own = Constant::new(0.05);
+    let mut controller = controller(MainLaw::Pid);
+    step(&mut controller, Some(&mut own));
+    controller.set_gains(&selected(MainLaw::Own));
+    let mut command = step(&mut controller, Some(&mut own));
+    assert!((command.aileron_rad - 0.05).abs() > 0.01, "still the PID's");
+    for _ in 0..1001 {
+        command = step(&mut controller, Some(&mut own));
     }
-    controller.altitude.value()
+    assert_eq!(command, own.command);
 }
 
 #[test]
-fn beyond_its_band_the_altitude_integrator_runs_when_the_aircraft_has_stopped_climbing() {
-    let alpha = testing::level_state().alpha;
-    assert_eq!(integrated(-300.0, 5.0, alpha), 0.0, "a climb");
-    // 7 s at 300 m and 0.00008 rad/(m s).
-    assert!((integrated(-300.0, 1.0, alpha) + 0.168).abs() < 0.001);
-    assert!(integrated(-30.0, 5.0, alpha) < 0.0, "inside the band it always runs");
+fn a_law_that_asks_for_nonsense_keeps_its_last_finite_commands_and_is_flagged() {
+    for bad in [f64::NAN, f64::INFINITY, -1.0e300] {
+        let mut own = Constant::new(0.05);
+        let mut controller = controller(MainLaw::Own);
+        let good = step(&mut controller, Some(&mut own));
+        assert!(!controller.implausible());
+        own.command.aileron_rad = bad;
+        assert_eq!(step(&mut controller, Some(&mut own)), good);
+        assert!(controller.implausible(), "{bad}");
+    }
 }
 
 #[test]
-fn beyond_the_stall_onset_the_nose_is_pushed_down_and_the_integrator_does_not_pull() {
-    let onset = testing::belief().airframe.stall_onset_rad;
-    let command = |alpha| {
-        let state = State { alpha, ..testing::level_state() };
-        step(&mut controller(), &state, &testing::level_demand()).elevator_rad
-    };
-    assert_eq!(command(onset), command(0.0));
-    assert!(command(onset + 0.05) > command(onset) + 0.3);
-    assert_eq!(integrated(-300.0, 0.0, onset + 0.01), 0.0);
-    assert!(integrated(300.0, 0.0, onset + 0.01) > 0.0);
+fn without_a_law_of_its_own_the_pid_flies() {
+    let (mut own, mut pid) = (controller(MainLaw::Own), controller(MainLaw::Pid));
+    for _ in 0..10 {
+        assert_eq!(step(&mut own, None), step(&mut pid, None));
+    }
 }

@@ -57,7 +57,8 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
     assert!(requests.iter().all(|request| request.number >= FIRST_SCRIPT_REQUEST), "{requests:?}");
     let done = [ScriptEvent::Began, ScriptEvent::Line(1), ScriptEvent::Line(2), ScriptEvent::Done];
     assert_eq!(script_events(&mut autopilot), done);
-    let refusal = Refusal::AngleOutOfTravel { angle_rad: 1.6, limit_rad: 0.5 };
+    let what = icd::fault::Quantity::Angle;
+    let refusal = Refusal::OutOfRange { what, value: 1.6, min: -0.5, max: 0.5 };
     for (request, reply) in requests
         .iter()
         .zip([FaultReply::Refused(refusal), FaultReply::Applied { at: SimTime::ZERO }])
@@ -66,7 +67,7 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
         autopilot.handle_report(&PlantReport::FaultReply { request, reply });
     }
     let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
-    let why = LineRefusal::Plant { effector: Some(tvc_jet::RUDDER), refusal };
+    let why = LineRefusal::Plant { target: Some(tvc_jet::RUDDER.into()), refusal };
     let [EventKind::Script { event, .. }] = told[..] else { panic!("{told:?}") };
     assert_eq!(event, ScriptEvent::LineRefused { line: 1, why });
 }
@@ -181,7 +182,9 @@ fn what_crosses_while_other_lines_have_their_turn_is_not_missed() {
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     let mut time = SimTime::ZERO;
     for altitude_m in [5_000.0, 6_000.0, 5_000.0, 5_000.0] {
-        autopilot.step(time, &Sensors { altitude_m, ..sensors() });
+        let mut sensors = sensors();
+        sensors.barometer_m.value = altitude_m;
+        autopilot.step(time, &sensors);
         time = time + ControlPeriod::DEFAULT;
     }
     assert!(script_events(&mut autopilot).contains(&ScriptEvent::Line(102)));
@@ -197,7 +200,7 @@ fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
         autopilot.step(time, &sensors());
         autopilot.handle_report(&PlantReport::Fault(FaultEntry {
             id,
-            effector: tvc_jet::RUDDER,
+            target: tvc_jet::RUDDER.into(),
             kind: FaultKind::StuckHere,
             timing: Timing::NOW,
             state: FaultState::Acting { since: time },

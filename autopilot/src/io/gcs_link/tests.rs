@@ -28,6 +28,7 @@ fn config(clients: &[SocketAddr]) -> GcsConfig {
         },
         parameters: Parameters::default(),
         belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
+        defaults: Parameters::default(),
         identity: HeartbeatIdentity::default(),
         script: None,
         kept: None,

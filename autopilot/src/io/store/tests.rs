@@ -7,12 +7,12 @@ use crate::parameters::to_text;
 fn text(bandwidth: f64) -> String {
     let mut parameters = Parameters::default();
     parameters.set("OBS_W0", bandwidth).unwrap();
-    to_text(&parameters)
+    to_text(&parameters, &Parameters::default())
 }
 
 fn bandwidth(path: &Path) -> f64 {
-    let kept = ParameterFile::At(path.to_path_buf()).read().unwrap().unwrap();
-    kept.parameters.gains.observer.bandwidth
+    let kept = ParameterFile::At(path.to_path_buf()).read(&Parameters::default()).unwrap().unwrap();
+    kept.parameters.gains.neso.bandwidth
 }
 
 fn replace(path: &Path, text: &str) -> Result<(), FileProblem> {
@@ -106,15 +106,21 @@ fn a_link_stays_a_link_and_its_file_is_replaced() {
 #[test]
 fn a_file_that_is_not_there_keeps_defaults_and_one_that_cannot_be_read_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let missing = ParameterFile::At(folder.path().join("no.toml")).read().unwrap().unwrap();
+    let missing = ParameterFile::At(folder.path().join("no.toml"))
+        .read(&Parameters::default())
+        .unwrap()
+        .unwrap();
     assert_eq!(missing.parameters, Parameters::default());
     assert_eq!(missing.summary(), None);
-    assert_eq!(ParameterFile::None.read(), Ok(None));
-    let message = ParameterFile::At(folder.path().to_path_buf()).read().unwrap_err().to_string();
+    assert_eq!(ParameterFile::None.read(&Parameters::default()), Ok(None));
+    let message = ParameterFile::At(folder.path().to_path_buf())
+        .read(&Parameters::default())
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("cannot be read"), "{message}");
     let path = folder.path().join("parameters.toml");
     fs::write(&path, [0xFF, 0xFE]).unwrap();
-    let message = ParameterFile::At(path).read().unwrap_err().to_string();
+    let message = ParameterFile::At(path).read(&Parameters::default()).unwrap_err().to_string();
     assert!(message.contains("parameters.toml: cannot be read"), "{message}");
 }
 
@@ -122,7 +128,7 @@ fn a_file_that_is_not_there_keeps_defaults_and_one_that_cannot_be_read_is_refuse
 fn the_summary_names_file_and_values() {
     let mut parameters = Parameters::default();
     parameters.set_all([("OBS_W0", 40.0), ("FTC_MODE", 0.0)]).unwrap();
-    let kept = Kept { path: PathBuf::from("p.toml"), parameters };
+    let kept = Kept { path: PathBuf::from("p.toml"), parameters, defaults: Parameters::default() };
     let summary = kept.summary().unwrap();
     assert_eq!(summary, "parameters: 2 saved values from p.toml: FTC_MODE = 0, OBS_W0 = 40");
 }

@@ -12,13 +12,8 @@ pub fn set_home(command: &Command, asking: &mut Asking) -> Result<Decision, Refu
     let [here, _, _, _, _, _, altitude] = command.params;
     if flag("p1", here)? {
         let state = asking.ctx.aircraft.snapshot();
-        let sensors = state
-            .map(|state| state.sensors)
-            .ok_or_else(|| Refused::for_now("Home refused: no position yet"))?;
-        return Ok(Decision::ask(Wish::Home(Place {
-            latitude_rad: sensors.latitude_rad,
-            longitude_rad: sensors.longitude_rad,
-        })));
+        let state = state.ok_or_else(|| Refused::for_now("Home refused: no position yet"))?;
+        return Ok(Decision::ask(Wish::Home(Place::of(state.motion()))));
     }
     let altitude = number("altitude p7", altitude)?;
     let place = place(command)?

@@ -108,7 +108,7 @@ fn circle(command: &Command, radius: f32, ctx: &Context) -> Result<Decision, Ref
 
 /// Asks for it; a circle that is too small for the airspeed is told of. In wind it becomes wider still.
 fn ask(wanted: Reposition, ctx: &Context) -> Decision {
-    let rules = Rules { limits: ctx.parameters.limits, navigation: ctx.parameters.navigation };
+    let rules = Rules::new(ctx.parameters.limits, ctx.parameters.navigation, &ctx.parameters.gains);
     let now_m_s = ctx.aircraft.snapshot().map(|state| state.demand.airspeed_m_s);
     let least_m = wanted.airspeed_m_s.or(now_m_s).map(|speed| rules.smallest_circle_m(speed));
     let widened = wanted.radius_m.zip(least_m).filter(|(asked_m, least_m)| asked_m < least_m);

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use crate::parameters::{
     COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FaultParameter,
-    Kind, Parameter, fault_parameters, table,
+    Kind, Parameter, Parameters, fault_parameters, table,
 };
 
 /// Figures that a value should show, its default and its smallest value included.
@@ -14,15 +14,15 @@ const FIGURES: i32 = 4;
 const PLACES_MAX: i32 = 12;
 
 /// The file.
-pub(super) fn description(effectors: &EffectorList) -> Value {
-    let own = table().iter().map(tunable);
+pub(super) fn description(effectors: &EffectorList, defaults: &Parameters) -> Value {
+    let own = table().iter().map(|row| tunable(row, row.value(defaults)));
     let others = COMPATIBILITY.iter().map(compatibility);
     let others = others.chain(fault_parameters(effectors).map(|row| fault(&row, effectors)));
     let all: Vec<Value> = own.chain(others).collect();
     json!({ "version": 1, "parameters": all })
 }
 
-fn tunable(row: &Parameter) -> Value {
+fn tunable(row: &Parameter, default: f64) -> Value {
     let mut entry = Map::new();
     let mut put = |key: &str, value: Value| drop(entry.insert(key.to_owned(), value));
     put("name", row.name.into());
@@ -33,8 +33,8 @@ fn tunable(row: &Parameter) -> Value {
     put("longDesc", long_text(row).into());
     put("min", row.min.into());
     put("max", row.max.into());
-    put("default", row.default_value().into());
-    put("decimalPlaces", decimal_places(row).into());
+    put("default", default.into());
+    put("decimalPlaces", decimal_places(row, default).into());
     put("rebootRequired", row.at_restart.into());
     if row.unit != "-" {
         put("units", row.unit.into());
@@ -118,11 +118,11 @@ fn type_name(kind: Kind) -> &'static str {
 }
 
 /// Places behind the point with which the smallest value of interest shows its figures.
-fn decimal_places(row: &Parameter) -> i32 {
+fn decimal_places(row: &Parameter, default: f64) -> i32 {
     if row.kind == Kind::Int {
         return 0;
     }
-    let sizes = [row.default_value(), row.min].map(f64::abs);
+    let sizes = [default, row.min].map(f64::abs);
     let smallest = sizes.into_iter().filter(|size| *size > 0.0).fold(row.max.abs(), f64::min);
     #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number is small")]
     let exponent = libm::floor(libm::log10(smallest)) as i32;

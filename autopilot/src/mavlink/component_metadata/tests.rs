@@ -7,7 +7,7 @@ use super::*;
 use crate::parameters::{COMPATIBILITY, Kind, Parameters, fault_parameters, table};
 
 fn metadata() -> Metadata {
-    Metadata::new(&tvc_jet::effectors())
+    Metadata::new(&tvc_jet::effectors(), &Parameters::default())
 }
 
 fn file(name: &str) -> Value {

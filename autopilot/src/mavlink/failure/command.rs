@@ -3,9 +3,10 @@
 use icd::EffectorList;
 use icd::SimTime;
 use icd::fault::Onset;
+use icd::fault::mavlink::FailureType;
 
 use super::USER_1;
-use super::order::{FailureType, FaultOrder, Instances, Unit, Value};
+use super::order::{Failure, FaultOrder, Instances, Unit, Value, ValueError};
 use crate::mavlink::codec::Command;
 use crate::mavlink::convert;
 use crate::mavlink::refused::Refused;
@@ -19,28 +20,29 @@ pub fn order(command: &Command, effectors: &EffectorList) -> Result<FaultOrder, 
     let unit = Unit::of_code(integer("unit", unit)?);
     let code = integer("type", failure_type)?;
     unit.check(effectors)?;
-    let failure_type = FailureType::of_code(code).ok_or_else(|| {
-        let reason = format!("Fault refused: no failures of type {code}, there are 0 to 8");
+    let failure = FailureType::from_code(code).map(Failure::Type).ok_or_else(|| {
+        let last = FailureType::ALL.len() - 1;
+        let reason = format!("Fault refused: no failures of type {code}, there are 0 to {last}");
         Refused::unsupported(reason)
     })?;
     let instances = instances(command)?;
     if unit == Unit::EVERYTHING {
-        check_everything(command, failure_type, instances)?;
+        check_everything(command, failure, instances)?;
     }
-    let order = FaultOrder::new(unit, failure_type, instances);
+    let order = FaultOrder::new(unit, failure, instances);
     if command.id == USER_1 { with_numbers(order, command) } else { Ok(order) }
 }
 
 /// Everything at once is only mended.
 fn check_everything(
     command: &Command,
-    failure_type: FailureType,
+    failure: Failure,
     instances: Instances,
 ) -> Result<(), Refused> {
     if command.id != USER_1 {
         return Err(Refused::unsupported("Fault refused: unit -1 is only known to USER_1 (31010)"));
     }
-    if failure_type != FailureType::Ok || instances != Instances::All {
+    if failure != Failure::OK || instances != Instances::All {
         return Err(Refused::denied(
             "Fault refused: unit -1 mends everything, with type 0 and instance 0",
         ));
@@ -67,13 +69,12 @@ fn with_numbers(order: FaultOrder, command: &Command) -> Result<FaultOrder, Refu
         if !number.is_finite() {
             return Err(Refused::denied("Fault refused: the value p5 is not finite"));
         }
-        let known = Value::of_code(code, number);
-        if known.is_none() && code == Value::SIDE {
-            return Err(Refused::denied("Fault refused: p5 of a hard over is 1 or -1"));
-        }
-        Some(known.ok_or_else(|| {
-            let reason = format!("Fault refused: no value of kind {code}, p4 is 1 to 10");
-            Refused::unsupported(reason)
+        Some(Value::of_user_1(code, number).map_err(|error| {
+            let reason = format!("Fault refused: {error}");
+            match error {
+                ValueError::NoKind { .. } => Refused::unsupported(reason),
+                _ => Refused::denied(reason),
+            }
         })?)
     } else if is_given(value) {
         return Err(Refused::denied("Fault refused: p5 has a value, but p4 no kind"));

@@ -8,17 +8,20 @@
 use arrayvec::ArrayVec;
 use flight_control::Belief;
 use flight_control::belief::{EffectorBelief, ServoBelief};
-use icd::fault::{FaultKind, Onset, Reach, Refusal, Repeat, Side, Timing, Travel};
+use icd::fault::kind::{NUMBERS_MAX, NumberInfo, SIZE_OPTION};
+use icd::fault::{
+    FaultKind, KindInfo, Onset, Quantity, Reach, Refusal, Repeat, TargetClass, Timing,
+};
 use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 
-pub use super::value::{Value, ValueError};
-pub use super::words::{Effectors, FailureType, Unit};
+pub use super::value::{Size, Value, ValueError};
+pub use super::words::{Effectors, Failure, Unit};
 
-use super::value::within;
+use super::value;
 use crate::mavlink::convert;
 use crate::mavlink::reasons::Reasons;
 use crate::mavlink::refused::Refused;
-use crate::parameters::{FailureParameters, Parameters, WrongMode};
+use crate::parameters::{FailureParameters, Parameters};
 
 /// Beliefs come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
 /// as a fraction of it, is left to the plant.
@@ -33,17 +36,13 @@ pub struct FaultOrder {
     /// What.
     pub unit: Unit,
     /// How.
-    pub failure_type: FailureType,
+    pub failure: Failure,
     /// Which of the unit.
     pub instances: Instances,
     /// How much.
     pub value: Option<Value>,
-    /// How STUCK comes to its angle.
-    pub travel: Option<Travel>,
-    /// Frequency of GARBAGE, Hz.
-    pub frequency_hz: Option<f64>,
-    /// Period of INTERMITTENT, s.
-    pub period_s: Option<f64>,
+    /// Numbers of the kind beside its size, in the unit for people.
+    pub numbers: [Option<(Quantity, f64)>; NUMBERS_MAX],
     /// When it acts first.
     pub onset: Onset,
     /// Time from nothing to the whole fault, s. The parameter's is not used for kinds without a size.
@@ -70,15 +69,13 @@ pub enum Instances {
 impl FaultOrder {
     /// At once, everything else by the parameters.
     #[must_use]
-    pub const fn new(unit: Unit, failure_type: FailureType, instances: Instances) -> Self {
+    pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
         Self {
             unit,
-            failure_type,
+            failure,
             instances,
             value: None,
-            travel: None,
-            frequency_hz: None,
-            period_s: None,
+            numbers: [None; NUMBERS_MAX],
             onset: Onset::AtOnce,
             ramp_s: None,
             duration_s: None,
@@ -89,7 +86,7 @@ impl FaultOrder {
 
     /// It says nothing about size or time.
     fn is_bare(&self) -> bool {
-        *self == Self::new(self.unit, self.failure_type, self.instances)
+        *self == Self::new(self.unit, self.failure, self.instances)
     }
 }
 
@@ -108,11 +105,12 @@ pub fn requests(
     }
     let list = &belief.effectors.list;
     let effectors = chosen(order, list)?;
-    if order.failure_type == FailureType::Ok {
+    if order.failure == Failure::OK {
         if !order.is_bare() {
             return Err(denied("a fault is mended at once, without value, ramp or time"));
         }
-        let clear = effectors.into_iter().map(|effector| FaultRequest::Clear { effector });
+        let clear =
+            effectors.into_iter().map(|effector| FaultRequest::Clear { target: effector.into() });
         return Ok(clear.collect());
     }
     check_numbers(order)?;
@@ -123,11 +121,11 @@ pub fn requests(
             Some(kind) => {
                 let timing = timing(order, &kind, parameters)?;
                 if let Err(refusal) = check(effector, &kind, &timing, belief) {
-                    reasons.refuse(&refusal, Some(effector), list);
+                    reasons.refuse(&refusal, Some(effector.into()), list);
                 }
-                requests.push(FaultRequest::Inject { effector, kind, timing });
+                requests.push(FaultRequest::Inject { target: effector.into(), kind, timing });
             }
-            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector), list),
+            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector.into()), list),
         }
     }
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
@@ -169,19 +167,14 @@ fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, Refused>
 
 /// Numbers that mean nothing for any effector.
 fn check_numbers(order: &FaultOrder) -> Result<(), Refused> {
-    if let Some(value) = order.value {
-        value.check().map_err(denied)?;
-    }
     let numbers = [
-        ("frequency", "Hz", order.frequency_hz, fault::FREQUENCY_HZ),
-        ("period", "s", order.period_s, fault::PERIOD_S),
-        ("ramp", "s", order.ramp_s, [0.0, fault::RAMP_MAX_S]),
-        ("duration", "s", order.duration_s, [0.0, SimTime::MAX_SECONDS]),
-        ("repetition", "s", order.every_s, [0.0, SimTime::MAX_SECONDS]),
+        ("ramp", order.ramp_s, fault::RAMP_MAX_S),
+        ("duration", order.duration_s, SimTime::MAX_SECONDS),
+        ("repetition", order.every_s, SimTime::MAX_SECONDS),
     ];
-    for (what, unit, value, [min, max]) in numbers {
-        if let Some(value) = value {
-            within(what, unit, value, min, max).map_err(denied)?;
+    for (what, value, max) in numbers {
+        if let Some(value) = value.filter(|value| !(0.0..=max).contains(value)) {
+            return Err(denied(format!("{what} {value} is outside 0 to {max} s")));
         }
     }
     Ok(())
@@ -194,99 +187,95 @@ fn kind(
     parameters: &FailureParameters,
     belief: &Belief,
 ) -> Result<Option<FaultKind>, Refused> {
-    use FailureType as T;
-    use Value as V;
-    let is_angle = belief.effectors.list.is_angle(effector);
-    // A size in the effector's own quantity; the parameter that is left to it is one of two.
-    let own = |value: f64| {
-        if is_angle {
-            convert::radians(value)
-        } else {
-            convert::fraction(value) * belief.effectors.thrust_range_n()[1]
-        }
-    };
-    let by_parameter =
-        |value_deg: f64| own(if is_angle { value_deg } else { parameters.engine_pct });
-    let travel = order.travel.unwrap_or(if parameters.stuck_travels {
-        Travel::AtActuatorRate
-    } else {
-        Travel::Jump
-    });
-    let stuck_at = |deg| FaultKind::StuckAt { angle_rad: convert::radians(deg), travel };
-    let partial = |pct| FaultKind::PartialLoss { remaining: convert::fraction(pct) };
-    let oscillating = |amplitude| FaultKind::Oscillating {
-        amplitude,
-        frequency_hz: order.frequency_hz.unwrap_or(parameters.oscillation_hz),
-    };
-    let intermittent = |pct| FaultKind::Intermittent {
-        period_s: order.period_s.unwrap_or(parameters.period_s),
-        present: convert::fraction(pct),
-    };
-    let biased = |bias| FaultKind::Biased { bias };
-    let limited = |limit| FaultKind::LimitedTravel { limit };
-    let kind = match (order.failure_type, order.value) {
-        (T::Off | T::FlameOut, None) if !is_angle => FaultKind::FlameOut,
-        (T::Off | T::Float, None) if is_angle => FaultKind::Float,
-        (T::Float | T::FlameOut, None) => return Ok(None),
-        (T::Stuck, Some(V::Here)) => FaultKind::StuckHere,
-        (T::Stuck, Some(V::Angle(_))) if !is_angle => return Ok(None),
-        (T::Stuck, Some(V::Angle(deg))) => stuck_at(deg),
-        // The parameter's angle means nothing for the engine.
-        (T::Stuck, None) if parameters.stuck_at_angle && is_angle => stuck_at(parameters.stuck_deg),
-        (T::Stuck, None) => FaultKind::StuckHere,
-        (T::Garbage | T::Oscillate, Some(V::Amplitude(value))) => oscillating(own(value)),
-        (T::Garbage | T::Oscillate, None) => oscillating(by_parameter(parameters.oscillation_deg)),
-        (T::Wrong | T::Loss, Some(V::Effect(pct))) => partial(pct),
-        (T::Wrong | T::Bias, Some(V::Bias(value))) => biased(own(value)),
-        (T::Wrong | T::Limit, Some(V::Limit(value))) => limited(own(value)),
-        (T::Wrong | T::HardOver, Some(V::Side(side))) => FaultKind::HardOver { side },
-        (T::Wrong, None) => match parameters.wrong {
-            WrongMode::Loss => partial(parameters.remaining_pct),
-            WrongMode::Bias => biased(by_parameter(parameters.bias_deg)),
-            WrongMode::HardOverPositive => FaultKind::HardOver { side: Side::Positive },
-            WrongMode::HardOverNegative => FaultKind::HardOver { side: Side::Negative },
-            WrongMode::Limit => limited(by_parameter(parameters.limit_deg)),
-        },
-        (T::Loss, None) => partial(parameters.remaining_pct),
-        (T::Bias, None) => biased(by_parameter(parameters.bias_deg)),
-        (T::Limit, None) => limited(by_parameter(parameters.limit_deg)),
-        (T::HardOver, None) => FaultKind::HardOver { side: Side::Positive },
-        (T::Slow, Some(V::Rate(value))) => FaultKind::Slow { rate: own(value) },
-        (T::Slow, None) => FaultKind::Slow { rate: by_parameter(parameters.rate_dps) },
-        (T::Delayed, Some(V::Delay(delay_s))) => FaultKind::Delayed { delay_s },
-        (T::Delayed, None) => FaultKind::Delayed { delay_s: convert::seconds(parameters.delay_ms) },
-        (T::Intermittent, Some(V::Present(pct))) => intermittent(pct),
-        (T::Intermittent, None) => intermittent(parameters.present_pct),
-        (T::Drift, Some(V::Drift(value))) => FaultKind::Drifting { rate: own(value) },
-        (T::Drift, None) => FaultKind::Drifting { rate: by_parameter(parameters.drift_dps) },
-        (failure_type, Some(value)) => {
-            let name = failure_type.name();
-            return Err(denied(format!("type {name} takes no value of this kind ({value})")));
-        }
-        // Every type without a value is above.
-        (T::Ok | T::Off, None) => return Ok(None),
-    };
-    if !is_angle {
-        check_engine(&kind, order.value)?;
+    let class = TargetClass::of(belief.effectors.list.is_angle(effector));
+    let Some((info, alternative)) = entry(order, class, parameters)? else { return Ok(None) };
+    let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
+    if let Some((quantity, _)) =
+        order.numbers.iter().flatten().find(|(quantity, _)| !takes(*quantity))
+    {
+        let (name, what) = (order.failure.name(), quantity.name());
+        return Err(denied(format!("type {name} takes no {what} here")));
     }
-    Ok(match kind {
-        FaultKind::HardOver { .. } if !is_angle => None,
-        kind => Some(kind),
-    })
+    let mut values = [0.0; NUMBERS_MAX];
+    for (value, number) in values.iter_mut().zip(info.numbers) {
+        *value = self::number(order, number, class, parameters, belief)?;
+    }
+    Ok(info.with(alternative, values))
 }
 
-/// FLT_ENG_PCT can be negative, for a bias and a drift.
-fn check_engine(kind: &FaultKind, value: Option<Value>) -> Result<(), Refused> {
-    let size = match *kind {
-        FaultKind::Slow { rate: size }
-        | FaultKind::Oscillating { amplitude: size, .. }
-        | FaultKind::LimitedTravel { limit: size } => size,
-        _ => return Ok(()),
+/// The entry of the catalogue that an order means for such an effector, and the alternative of it; `None` if there is
+/// none for it.
+fn entry(
+    order: &FaultOrder,
+    class: TargetClass,
+    parameters: &FailureParameters,
+) -> Result<Option<(&'static KindInfo, u8)>, Refused> {
+    let is_for = |kind: &&KindInfo| kind.targets.allow(class);
+    let usual = |kind: &'static KindInfo| {
+        let by_parameter = kind.choice.and_then(|choice| choice.parameter);
+        let by_parameter = by_parameter.map(|parameter| parameters.choice(parameter.name));
+        let default = kind.choice.and_then(|choice| choice.default);
+        (kind, by_parameter.or(default).unwrap_or(0))
     };
-    if value.is_none() && size <= 0.0 {
-        return Err(denied("engine: FLT_ENG_PCT must be above 0 for this fault"));
+    if let Some(value) = order.value {
+        if order.failure.kinds().all(|kind| kind.code != value.kind.code) {
+            let (name, what) = (order.failure.name(), value.name());
+            return Err(denied(format!("type {name} takes no value of this kind ({what})")));
+        }
+        return Ok(Some(value.kind).filter(is_for).map(|kind| match value.size {
+            Size::Alternative(alternative) => (kind, alternative),
+            _ => usual(kind),
+        }));
     }
-    Ok(())
+    let mode = match order.failure {
+        Failure::Type(failure_type) => failure_type.mode(),
+        Failure::Kind(_) => None,
+    };
+    let Some(mode) = mode.map(|mode| parameters.choice(mode.name)) else {
+        return Ok(order.failure.kinds().find(is_for).map(usual));
+    };
+    let by_mode = order.failure.kinds().filter(is_for).find_map(|kind| {
+        let alternative = mode.checked_sub(kind.mavlink.first_mode)?;
+        let is_it = usize::from(alternative) < kind.mavlink.mode.len();
+        let (kind, usual) = usual(kind);
+        is_it.then_some((kind, if kind.mavlink.mode.len() > 1 { alternative } else { usual }))
+    });
+    // An angle means nothing for an engine: it sticks where it is.
+    let bare = |kind: &&KindInfo| kind.numbers.is_empty() && kind.choice.is_none();
+    let instead = || order.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
+    Ok(by_mode.or_else(instead))
+}
+
+/// A number of a kind, SI units: from the order, else from its parameter.
+fn number(
+    order: &FaultOrder,
+    number: &NumberInfo,
+    class: TargetClass,
+    parameters: &FailureParameters,
+    belief: &Belief,
+) -> Result<f64, Refused> {
+    let measure = number.quantity.measure();
+    let engine_n = (class == TargetClass::Thrust).then(|| belief.effectors.thrust_range_n()[1]);
+    if number.option == SIZE_OPTION {
+        match order.value.map(|value| value.size) {
+            Some(Size::Number(value)) => return Ok(value::to_si(value, measure, engine_n)),
+            Some(Size::Si(value)) => return Ok(value),
+            Some(Size::None | Size::Alternative(_)) | None => {}
+        }
+    }
+    let said = order.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
+    if let Some((_, value)) = said {
+        return Ok(value::to_si(*value, measure, engine_n));
+    }
+    if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
+        let is_signed = number.range.anywhere(measure, class)[0] < 0.0;
+        if !is_signed && parameters.engine_pct <= 0.0 {
+            return Err(denied("engine: FLT_ENG_PCT must be above 0 for this fault"));
+        }
+        return Ok(convert::fraction(parameters.engine_pct) * largest_n);
+    }
+    let unit = measure.unit(TargetClass::Angle);
+    Ok(unit.to_si(parameters.number(number.parameter.name)))
 }
 
 /// Checks a fault as the plant does, with the belief's effectors. Beliefs are rounded: what is only a hair out of

@@ -1,254 +1,280 @@
-//! How large a fault is, in the units of people: degrees, percent, seconds. Of the engine, where there are
-//! no degrees, percent of its largest thrust.
+//! How large a fault is, in the units of people: degrees, percent, seconds. Of the engine, where there are no degrees,
+//! percent of its largest thrust.
 
-use core::fmt;
+use icd::fault::kind::Measure;
+use icd::fault::{KindInfo, TargetClass};
 
-use icd::fault::{FaultKind, Side};
-
-use super::words::FailureType;
+use super::words::Failure;
 use crate::mavlink::convert;
 
-/// How large a fault is. "deg" is percent of the largest thrust for the engine.
+/// How large a fault is, and with that which of the kinds of its type it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Stuck where it is, whatever FLT_STUCK_MODE says.
-    Here,
-    /// Stuck at this angle, deg. Not for the engine.
-    Angle(f64),
-    /// Effect that is left, percent.
-    Effect(f64),
-    /// Off by this, deg.
-    Bias(f64),
-    /// Largest speed, deg/s.
-    Rate(f64),
-    /// Delay, s.
-    Delay(f64),
-    /// Largest deviation of an oscillation, deg.
-    Amplitude(f64),
-    /// Part of each period in which commands get through, percent.
-    Present(f64),
-    /// Speed and direction of a drift, deg/s.
-    Drift(f64),
-    /// Largest deflection either way, deg.
-    Limit(f64),
-    /// End of the travel to which it runs. Not for the engine.
-    Side(Side),
+pub struct Value {
+    /// The kind.
+    pub kind: &'static KindInfo,
+    /// How large.
+    pub size: Size,
+}
+
+/// How large a fault of a kind is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// It has no size: stuck where it is, whatever FLT_STUCK_MODE says.
+    None,
+    /// In the unit for what turns; "deg" is percent of the largest thrust for an engine.
+    Number(f64),
+    /// In SI units.
+    Si(f64),
+    /// One of its alternatives, from 0.
+    Alternative(u8),
 }
 
 /// Why a text or a number is no value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ValueError {
     /// A type without a size, or with another one.
-    #[error("type {failure_type} takes no value \"{text}\"")]
+    #[error("type {failure} takes no value \"{text}\"")]
     NoValue {
         /// The type.
-        failure_type: &'static str,
+        failure: &'static str,
         /// What was given.
         text: String,
     },
-    /// An end of the travel is a sign.
-    #[error("type hardover takes +, -, 1 or -1, not \"{text}\"")]
-    NoSide {
+    /// A type without a size whose kinds are named by signs.
+    #[error("type {failure} takes {allowed}, not \"{text}\"")]
+    NoSign {
+        /// The type.
+        failure: &'static str,
+        /// What there is.
+        allowed: String,
         /// What was given.
         text: String,
     },
     /// No number.
-    #[error("\"{text}\" is no number with deg, deg/s, %, %/s, s or ms, and none of +, -, here")]
+    #[error(
+        "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
+    )]
     NotANumber {
         /// What was given.
         text: String,
     },
+    /// No kind of value has this number.
+    #[error("no value of kind {code}, p4 is 1 to {last}")]
+    NoKind {
+        /// The number.
+        code: i32,
+        /// The last one that there is.
+        last: u8,
+    },
+    /// No alternative has this number.
+    #[error("p5 of {kind} is {allowed}")]
+    NoAlternative {
+        /// The kind.
+        kind: &'static str,
+        /// What there is.
+        allowed: String,
+    },
 }
 
 impl Value {
-    /// The number of [`Value::Side`] in USER_1.
-    pub(super) const SIDE: i32 = 10;
-
-    /// What a bare number means for a type of failure; `None` if the type has no size, or not this one.
-    #[must_use]
-    pub fn of_type(failure_type: FailureType, number: f64) -> Option<Self> {
-        use FailureType as T;
-        Some(match failure_type {
-            T::Ok | T::Off | T::Float | T::FlameOut => return None,
-            T::Stuck => Self::Angle(number),
-            T::Wrong | T::Loss => Self::Effect(number),
-            T::Garbage | T::Oscillate => Self::Amplitude(number),
-            T::Slow => Self::Rate(number),
-            T::Delayed => Self::Delay(number),
-            T::Intermittent => Self::Present(number),
-            T::Drift => Self::Drift(number),
-            T::HardOver if number == 1.0 => Self::Side(Side::Positive),
-            T::HardOver if number == -1.0 => Self::Side(Side::Negative),
-            T::HardOver => return None,
-            T::Bias => Self::Bias(number),
-            T::Limit => Self::Limit(number),
-        })
-    }
-
-    /// Reads a value as people write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `here`; `+` and `-` are
-    /// the ends of the travel. Of WRONG, degrees are a bias and a sign a hard over.
+    /// Reads a value as people write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `20kN`, `here`; `+` and `-` are the ends
+    /// of the travel. The first kind of the type that takes it is meant: of WRONG, percent are an effect left, degrees a
+    /// bias and a sign a hard over.
     ///
     /// # Errors
     /// [`ValueError`].
-    pub fn parse(failure_type: FailureType, text: &str) -> Result<Self, ValueError> {
-        use FailureType as T;
+    pub fn parse(failure: Failure, text: &str) -> Result<Self, ValueError> {
+        let kinds = || failure.kinds();
+        let has_size = kinds().any(|kind| kind.size().is_some());
         let no_value = || {
-            let text = text.to_owned();
-            match failure_type {
-                T::HardOver => ValueError::NoSide { text },
-                _ => ValueError::NoValue { failure_type: failure_type.name(), text },
+            let (failure, text) = (failure.name(), text.to_owned());
+            let signs = kinds().flat_map(signs).filter(|_| !has_size);
+            let (words, numbers): (Vec<_>, Vec<_>) =
+                signs.map(|(word, number)| (word, number.to_string())).unzip();
+            if words.is_empty() {
+                return ValueError::NoValue { failure, text };
             }
+            let allowed = format!("{}, {}", words.join(", "), numbers.join(" or "));
+            ValueError::NoSign { failure, allowed, text }
         };
-        match (failure_type, text) {
-            (T::HardOver | T::Wrong, "+") => return Ok(Self::Side(Side::Positive)),
-            (T::HardOver | T::Wrong, "-") => return Ok(Self::Side(Side::Negative)),
-            (T::Stuck, "here") => return Ok(Self::Here),
-            _ => {}
+        if let Some(value) = kinds().find_map(|kind| alternative(kind, |(word, _)| word == text)) {
+            return Ok(value);
+        }
+        if text == "here" {
+            let bare = kinds().find(|kind| kind.numbers.is_empty() && kind.choice.is_none());
+            let bare = bare.filter(|_| has_size).ok_or_else(no_value)?;
+            return Ok(Self { kind: bare, size: Size::None });
         }
         let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c)));
         let (number, suffix) = text.split_at(end.unwrap_or(text.len()));
         let number: f64 =
             number.parse().map_err(|_| ValueError::NotANumber { text: text.to_owned() })?;
-        let value = match (failure_type, suffix) {
-            (T::Wrong, "deg") => Self::Bias(number),
-            (T::Delayed, "ms") => Self::Delay(convert::seconds(number)),
-            _ => Self::of_type(failure_type, number).ok_or_else(no_value)?,
+        let sized = kinds().find_map(|kind| {
+            let size = size(kind, number, suffix)?;
+            Some(Self { kind, size })
+        });
+        let named = || {
+            let is_it = |(_, one): (&str, f64)| suffix.is_empty() && one == number;
+            kinds().filter(|_| !has_size).find_map(|kind| alternative(kind, is_it))
         };
-        let fits = suffix.is_empty()
-            || match value {
-                Self::Here | Self::Side(_) => false,
-                Self::Angle(_) => suffix == "deg",
-                // Percent is for the engine.
-                Self::Bias(_) | Self::Amplitude(_) | Self::Limit(_) => {
-                    ["deg", "%"].contains(&suffix)
-                }
-                Self::Rate(_) | Self::Drift(_) => ["deg/s", "%/s"].contains(&suffix),
-                Self::Effect(_) | Self::Present(_) => suffix == "%",
-                Self::Delay(_) => ["s", "ms"].contains(&suffix),
-            };
-        if fits { Ok(value) } else { Err(no_value()) }
+        sized.or_else(named).ok_or_else(no_value)
     }
 
-    /// The kind of value with this number in USER_1 (p4).
+    /// The value with this number (p4) in USER_1.
+    ///
+    /// # Errors
+    /// [`ValueError`].
+    pub fn of_user_1(code: i32, number: f64) -> Result<Self, ValueError> {
+        let kinds = icd::fault::CATALOGUE.iter();
+        let mut known = kinds.filter_map(|kind| Some((kind, kind.mavlink.user_1?)));
+        let last = known.clone().map(|(_, known)| known).max().unwrap_or(0);
+        let (kind, _) = known
+            .find(|(_, known)| i32::from(*known) == code)
+            .ok_or(ValueError::NoKind { code, last })?;
+        if kind.size().is_some() {
+            return Ok(Self { kind, size: Size::Number(number) });
+        }
+        alternative(kind, |(_, one)| one == number).ok_or_else(|| {
+            let numbers: Vec<_> = signs(kind).map(|(_, number)| number.to_string()).collect();
+            let allowed = numbers.join(" or ");
+            ValueError::NoAlternative { kind: kind.key, allowed }
+        })
+    }
+
+    /// What it is, for refusals.
     #[must_use]
-    pub fn of_code(code: i32, number: f64) -> Option<Self> {
-        Some(match code {
-            1 => Self::Angle(number),
-            2 => Self::Effect(number),
-            3 => Self::Bias(number),
-            4 => Self::Rate(number),
-            5 => Self::Delay(number),
-            6 => Self::Amplitude(number),
-            7 => Self::Present(number),
-            8 => Self::Drift(number),
-            9 => Self::Limit(number),
-            Self::SIDE if number == 1.0 => Self::Side(Side::Positive),
-            Self::SIDE if number == -1.0 => Self::Side(Side::Negative),
-            _ => return None,
-        })
-    }
-
-    /// Whether the number lies where it means something; says what is allowed if not.
-    pub(super) fn check(self) -> Result<(), String> {
-        let (what, unit, value, min, max) = match self {
-            Self::Here | Self::Side(_) => return Ok(()),
-            Self::Angle(value) => ("angle", "deg", value, -MAX, MAX),
-            Self::Effect(value) => ("effect left", "%", value, 0.0, 100.0),
-            Self::Bias(value) => ("bias", "deg", value, -MAX, MAX),
-            Self::Rate(value) => ("rate", "deg/s", value, SMALLEST, MAX),
-            Self::Delay(value) => ("delay", "s", value, 0.0, FaultKind::DELAY_MAX_S),
-            Self::Amplitude(value) => ("amplitude", "deg", value, SMALLEST, MAX),
-            Self::Present(value) => ("present part", "%", value, 0.0, 100.0),
-            Self::Drift(value) => ("drift", "deg/s", value, -MAX, MAX),
-            Self::Limit(value) => ("limit", "deg", value, 0.0, MAX),
-        };
-        within(what, unit, value, min, max)
+    pub fn name(&self) -> &'static str {
+        let choice = self.kind.choice.map(|choice| choice.key);
+        let size = self.kind.size().map(|(_, number)| number.quantity.name());
+        size.or(choice).unwrap_or("place")
     }
 }
 
-/// Beyond every effector: what it means for one is up to the plant.
-const MAX: f64 = 1.0e4;
-/// Speeds and amplitudes must be more than nothing.
-const SMALLEST: f64 = 1.0e-3;
-
-/// A number of an order inside its range; NaN is outside every range.
-pub(super) fn within(what: &str, unit: &str, value: f64, min: f64, max: f64) -> Result<(), String> {
-    if (min..=max).contains(&value) {
-        return Ok(());
-    }
-    Err(format!("{what} {value} is outside {min} to {max} {unit}"))
+/// Words and numbers that stand for the alternatives of a kind.
+fn signs(kind: &'static KindInfo) -> impl Iterator<Item = (&'static str, f64)> {
+    let alternatives = kind.choice.map_or(&[][..], |choice| choice.alternatives);
+    alternatives.iter().filter_map(|one| one.value)
 }
 
-/// What it is, for refusals.
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Here => "place",
-            Self::Angle(_) => "angle",
-            Self::Effect(_) => "effect left",
-            Self::Bias(_) => "bias",
-            Self::Rate(_) => "rate",
-            Self::Delay(_) => "delay",
-            Self::Amplitude(_) => "amplitude",
-            Self::Present(_) => "present part",
-            Self::Drift(_) => "drift",
-            Self::Limit(_) => "limit",
-            Self::Side(_) => "end of the travel",
-        })
+fn alternative(
+    kind: &'static KindInfo,
+    is_it: impl Fn((&'static str, f64)) -> bool,
+) -> Option<Value> {
+    let alternatives = kind.choice?.alternatives;
+    let place = alternatives.iter().position(|one| one.value.is_some_and(&is_it))?;
+    Some(Value { kind, size: Size::Alternative(u8::try_from(place).ok()?) })
+}
+
+/// A number with this suffix as the size of a kind; `None` if that is none of its units. A bare number is always one.
+fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
+    let (_, info) = kind.size()?;
+    let measure = info.quantity.measure();
+    // Percent and thrust are for engines.
+    let of_engine = kind.targets.thrust && measure.is_own();
+    let per_second = if measure == Measure::Speed { "/s" } else { "" };
+    let is = |unit: &str| suffix.strip_suffix(per_second) == Some(unit);
+    match measure {
+        _ if suffix.is_empty() => Some(Size::Number(number)),
+        _ if of_engine && is("%") => Some(Size::Number(number)),
+        _ if of_engine && is("kN") => Some(Size::Si(1.0e3 * number)),
+        Measure::Angle | Measure::Position | Measure::Speed => {
+            is("deg").then_some(Size::Number(number))
+        }
+        Measure::Milliseconds | Measure::Seconds if suffix == "ms" => {
+            Some(Size::Number(convert::seconds(number)))
+        }
+        Measure::Milliseconds => (suffix == "s").then_some(Size::Number(number)),
+        other => (suffix == other.unit(TargetClass::Angle).name).then_some(Size::Number(number)),
+    }
+}
+
+/// A number of a command or of the shell in SI units; of an engine with this largest thrust, N, percent of it.
+pub(super) fn to_si(number: f64, measure: Measure, engine_n: Option<f64>) -> f64 {
+    match (measure, engine_n) {
+        (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
+        // Parameters and texts have milliseconds, orders seconds.
+        (Measure::Milliseconds, _) => number,
+        (measure, _) => measure.unit(TargetClass::Angle).to_si(number),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::fault::CATALOGUE;
+
+    fn failure(name: &str) -> Failure {
+        Failure::parse(name).unwrap()
+    }
 
     #[test]
     fn values_are_read_as_people_write_them() {
-        use FailureType as T;
-        for (failure_type, text, value) in [
-            (T::Stuck, "5deg", Value::Angle(5.0)),
-            (T::Stuck, "-5.5", Value::Angle(-5.5)),
-            (T::Stuck, "here", Value::Here),
-            (T::Wrong, "40%", Value::Effect(40.0)),
-            (T::Wrong, "3deg", Value::Bias(3.0)),
-            (T::Wrong, "-", Value::Side(Side::Negative)),
-            (T::HardOver, "+", Value::Side(Side::Positive)),
-            (T::HardOver, "-1", Value::Side(Side::Negative)),
-            (T::HardOver, "1", Value::Side(Side::Positive)),
-            (T::Slow, "10deg/s", Value::Rate(10.0)),
-            (T::Slow, "10%/s", Value::Rate(10.0)),
-            (T::Delayed, "200ms", Value::Delay(0.2)),
-            (T::Delayed, "0.2s", Value::Delay(0.2)),
-            (T::Intermittent, "30%", Value::Present(30.0)),
-            (T::Garbage, "2deg", Value::Amplitude(2.0)),
-            (T::Drift, "-1", Value::Drift(-1.0)),
-            (T::Bias, "+4deg", Value::Bias(4.0)),
-            (T::Limit, "6deg", Value::Limit(6.0)),
+        use Size::{Alternative, None, Number, Si};
+        for (name, text, kind, size) in [
+            ("stuck", "5deg", "stuck_at", Number(5.0)),
+            ("stuck", "-5.5", "stuck_at", Number(-5.5)),
+            ("stuck", "here", "stuck_here", None),
+            ("wrong", "40%", "partial_loss", Number(40.0)),
+            ("wrong", "40", "partial_loss", Number(40.0)),
+            ("wrong", "3deg", "biased", Number(3.0)),
+            ("wrong", "-", "hard_over", Alternative(1)),
+            ("hardover", "+", "hard_over", Alternative(0)),
+            ("hardover", "-1", "hard_over", Alternative(1)),
+            ("hardover", "1", "hard_over", Alternative(0)),
+            ("slow", "10deg/s", "slow", Number(10.0)),
+            ("slow", "10%/s", "slow", Number(10.0)),
+            ("slow", "2kN/s", "slow", Si(2_000.0)),
+            ("delayed", "200ms", "delayed", Number(0.2)),
+            ("delayed", "0.2s", "delayed", Number(0.2)),
+            ("intermittent", "30%", "intermittent", Number(30.0)),
+            ("garbage", "2deg", "oscillating", Number(2.0)),
+            ("drift", "-1", "drifting", Number(-1.0)),
+            ("bias", "+4deg", "biased", Number(4.0)),
+            ("bias", "-4%", "biased", Number(-4.0)),
+            ("limit", "6deg", "limited_travel", Number(6.0)),
+            ("limit", "20kN", "limited_travel", Si(20_000.0)),
         ] {
-            assert_eq!(Value::parse(failure_type, text), Ok(value), "{text}");
+            let kind = KindInfo::by_key(kind).unwrap();
+            assert_eq!(
+                Value::parse(failure(name), text),
+                Ok(Value { kind, size }),
+                "{name} {text}"
+            );
         }
     }
 
     #[test]
     fn what_is_no_value_of_the_type_is_refused() {
-        use FailureType as T;
-        for (failure_type, text) in [
-            (T::Stuck, "5%"),
-            (T::Slow, "5deg"),
-            (T::Delayed, "5deg"),
-            (T::Ok, "1"),
-            (T::Off, "5deg"),
-            (T::Stuck, ""),
-            (T::Stuck, "deg"),
-            (T::Stuck, "1.2.3"),
-            (T::Stuck, "nan"),
-            (T::HardOver, "3deg"),
-            (T::HardOver, "5"),
-            (T::HardOver, "-0"),
-            (T::HardOver, "0"),
-            (T::HardOver, "-1deg"),
+        for (name, text) in [
+            ("stuck", "5%"),
+            ("stuck", "5kN"),
+            ("slow", "5deg"),
+            ("slow", "5kN"),
+            ("delayed", "5deg"),
+            ("ok", "1"),
+            ("off", "5deg"),
+            ("off", "here"),
+            ("stuck", ""),
+            ("stuck", "deg"),
+            ("stuck", "1.2.3"),
+            ("stuck", "nan"),
+            ("hardover", "3deg"),
+            ("hardover", "5"),
+            ("hardover", "-0"),
+            ("hardover", "0"),
+            ("hardover", "-1deg"),
         ] {
-            assert!(Value::parse(failure_type, text).is_err(), "{text}");
+            assert!(Value::parse(failure(name), text).is_err(), "{name} {text}");
+        }
+    }
+
+    #[test]
+    fn each_kind_with_a_size_has_a_number_in_user_1() {
+        for kind in &CATALOGUE {
+            let has_value = kind.size().is_some() || kind.choice.is_some();
+            assert_eq!(kind.mavlink.user_1.is_some(), has_value, "{}", kind.key);
+            let Some(code) = kind.mavlink.user_1 else { continue };
+            assert_eq!(Value::of_user_1(code.into(), 1.0).map(|value| value.kind), Ok(kind));
         }
     }
 }

@@ -5,7 +5,8 @@
 use core::fmt;
 
 use arrayvec::ArrayVec;
-use icd::fault::FaultKind;
+use icd::fault::mavlink::FailureType;
+use icd::fault::{CATALOGUE, KindInfo, Refusal, SensorKind, Target, TargetClass};
 use icd::{Effector, EffectorList};
 
 use crate::mavlink::refused::Refused;
@@ -23,19 +24,13 @@ impl Unit {
     pub const EVERYTHING: Self = Self(-1);
 
     /// Number, name, and why it does not fail here.
-    const TABLE: [(Self, &'static str, &'static str); 17] = [
-        (Self(0), "gyro", SENSOR),
-        (Self(1), "accel", SENSOR),
-        (Self(2), "mag", SENSOR),
-        (Self(3), "baro", SENSOR),
-        (Self(4), "gps", SENSOR),
-        (Self(5), "optical_flow", SENSOR),
-        (Self(6), "vio", SENSOR),
-        (Self(7), "distance_sensor", SENSOR),
-        (Self(8), "airspeed", SENSOR),
-        (Self(100), "battery", "there is no battery"),
+    const TABLE: [(Self, &'static str, &'static str); 11] = [
         (Self::MOTOR, "motor", ""),
         (Self::SERVO, "servo", ""),
+        (Self(5), "optical_flow", "there is no such sensor"),
+        (Self(6), "vio", "there is no such sensor"),
+        (Self(7), "distance_sensor", "there is no such sensor"),
+        (Self(100), "battery", "there is no battery"),
         (Self(103), "avoidance", "there is no obstacle avoidance"),
         (Self(104), "rc_signal", "there is no radio, switch the joystick off instead"),
         (Self(105), "mavlink_signal", "stop the ground station instead"),
@@ -52,13 +47,22 @@ impl Unit {
     /// The unit with this name.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
-        Self::TABLE.iter().find(|(_, known, _)| *known == name).map(|(unit, ..)| *unit)
+        Self::all().find(|(_, known)| *known == name).map(|(unit, _)| unit)
     }
 
-    /// The unit that an effector belongs to, by whether its values are angles.
+    /// The unit that a target belongs to.
     #[must_use]
-    pub const fn of(is_angle: bool) -> Self {
-        if is_angle { Self::SERVO } else { Self::MOTOR }
+    pub fn of(target: Target, effectors: &EffectorList) -> Self {
+        match target {
+            Target::Effector(effector) if effectors.is_angle(effector) => Self::SERVO,
+            Target::Effector(_) => Self::MOTOR,
+            Target::Sensor(sensor) => Self(sensor.failure_unit().0.into()),
+        }
+    }
+
+    fn sensor(self) -> Option<SensorKind> {
+        let is_it = |sensor: &SensorKind| i32::from(sensor.failure_unit().0) == self.0;
+        SensorKind::ALL.into_iter().find(is_it)
     }
 
     /// Number in MAVLink.
@@ -70,12 +74,21 @@ impl Unit {
     /// Name, if it has one.
     #[must_use]
     pub fn name(self) -> Option<&'static str> {
-        self.row().map(|(_, name, _)| *name)
+        Self::all().find(|(unit, _)| *unit == self).map(|(_, name)| name)
     }
 
     /// Names of all units, those included that do not fail here.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::TABLE.iter().map(|(_, name, _)| *name)
+        Self::all().map(|(_, name)| name)
+    }
+
+    fn all() -> impl Iterator<Item = (Self, &'static str)> {
+        let sensors = SensorKind::ALL.into_iter().map(SensorKind::failure_unit);
+        let others = Self::TABLE.iter().map(|(unit, name, _)| (*unit, *name));
+        let all = others.chain(sensors.map(|(code, name)| (Self(code.into()), name)));
+        let mut all: Vec<_> = all.collect();
+        all.sort_unstable_by_key(|(unit, _)| unit.0);
+        all.into_iter()
     }
 
     /// Its effectors, by their instances. Empty: it does not fail here.
@@ -98,17 +111,18 @@ impl Unit {
         if !effectors.is_empty() {
             return Ok(effectors);
         }
-        let why = self.row().map_or("it is not known", |(.., why)| *why);
+        if self.sensor().is_some() {
+            let why = Refusal::NoSensorFaults.described(TargetClass::Sensor);
+            return Err(Refused::unsupported(format!(
+                "Fault refused: no failures of unit {self}: {why}"
+            )));
+        }
+        let row = Self::TABLE.iter().find(|(unit, ..)| *unit == self);
+        let why = row.map_or("it is not known", |(.., why)| *why);
         let why = if why.is_empty() { "this aircraft has none" } else { why };
         Err(Refused::unsupported(format!("Fault refused: no failures of unit {self}: {why}")))
     }
-
-    fn row(self) -> Option<&'static (Self, &'static str, &'static str)> {
-        Self::TABLE.iter().find(|(unit, ..)| *unit == self)
-    }
 }
-
-const SENSOR: &str = "the sensors of this aircraft do not fail";
 
 /// Some effectors.
 pub type Effectors = ArrayVec<Effector, { Effector::MAX }>;
@@ -123,116 +137,49 @@ impl fmt::Display for Unit {
     }
 }
 
-/// FAILURE_TYPE, and types of our own, which MAVLink has no numbers for: each says one thing where WRONG,
-/// OFF and GARBAGE leave a choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FailureType {
-    /// Mended.
-    Ok,
-    /// Servo: floats. Motor: flame-out.
-    Off,
-    /// Stuck.
-    Stuck,
-    /// Oscillates.
-    Garbage,
-    /// Loss of effect, bias, hard over or limited travel, by the value or by FLT_WRONG_MODE.
-    Wrong,
-    /// Slow.
-    Slow,
-    /// Late.
-    Delayed,
-    /// Follows now and then.
-    Intermittent,
-    /// Drifts off.
-    Drift,
-    /// Runs to an end of its travel.
-    HardOver,
-    /// Off by a constant.
-    Bias,
-    /// Moves only so far.
-    Limit,
-    /// The same as GARBAGE.
-    Oscillate,
-    /// Has lost effect.
-    Loss,
-    /// Disconnected.
-    Float,
-    /// The engine is out.
-    FlameOut,
+/// What an order does to its targets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Failure {
+    /// A type of MAVLink: mends, or is one of its kinds, by the value or by the parameter of its mode.
+    Type(FailureType),
+    /// This kind, and no other of its type.
+    Kind(&'static KindInfo),
 }
 
-impl FailureType {
-    /// Type, name, and number in MAVLink.
-    const TABLE: [(Self, &'static str, Option<u8>); 16] = [
-        (Self::Ok, "ok", Some(0)),
-        (Self::Off, "off", Some(1)),
-        (Self::Stuck, "stuck", Some(2)),
-        (Self::Garbage, "garbage", Some(3)),
-        (Self::Wrong, "wrong", Some(4)),
-        (Self::Slow, "slow", Some(5)),
-        (Self::Delayed, "delayed", Some(6)),
-        (Self::Intermittent, "intermittent", Some(7)),
-        (Self::Drift, "drift", Some(8)),
-        (Self::HardOver, "hardover", None),
-        (Self::Bias, "bias", None),
-        (Self::Limit, "limit", None),
-        (Self::Oscillate, "oscillate", None),
-        (Self::Loss, "loss", None),
-        (Self::Float, "float", None),
-        (Self::FlameOut, "flameout", None),
-    ];
+impl Failure {
+    /// Mended.
+    pub const OK: Self = Self::Type(FailureType::Ok);
 
-    /// The type with this number.
-    #[must_use]
-    pub fn of_code(code: i32) -> Option<Self> {
-        let mut rows = Self::TABLE.iter();
-        rows.find(|(.., known)| known.is_some_and(|known| i32::from(known) == code))
-            .map(|row| row.0)
-    }
-
-    /// The type with this name.
+    /// The one with this name.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
-        Self::TABLE.iter().find(|(_, known, _)| *known == name).map(|row| row.0)
+        Self::all().find(|failure| failure.name() == name)
     }
 
-    /// The type with a number that stands for a kind of fault.
-    #[must_use]
-    pub const fn of(kind: &FaultKind) -> Self {
-        match kind {
-            FaultKind::StuckHere | FaultKind::StuckAt { .. } => Self::Stuck,
-            FaultKind::HardOver { .. }
-            | FaultKind::PartialLoss { .. }
-            | FaultKind::Biased { .. }
-            | FaultKind::LimitedTravel { .. } => Self::Wrong,
-            FaultKind::Float | FaultKind::FlameOut => Self::Off,
-            FaultKind::Slow { .. } => Self::Slow,
-            FaultKind::Delayed { .. } => Self::Delayed,
-            FaultKind::Intermittent { .. } => Self::Intermittent,
-            FaultKind::Oscillating { .. } => Self::Garbage,
-            FaultKind::Drifting { .. } => Self::Drift,
-        }
-    }
-
-    /// Number in MAVLink, for those that have one.
-    #[must_use]
-    pub fn code(self) -> Option<u8> {
-        self.row().and_then(|row| row.2)
+    /// Those of MAVLink by their number, then those that mean one kind.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let kinds = CATALOGUE.iter().filter(|kind| kind.mavlink.word.is_some());
+        FailureType::ALL.into_iter().map(Self::Type).chain(kinds.map(Self::Kind))
     }
 
     /// Name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        self.row().map_or("", |row| row.1)
+        match self {
+            Self::Type(failure_type) => failure_type.name(),
+            Self::Kind(kind) => kind.mavlink.word.unwrap_or(kind.key),
+        }
     }
 
-    /// Names of all types.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::TABLE.iter().map(|(_, name, _)| *name)
-    }
-
-    fn row(self) -> Option<&'static (Self, &'static str, Option<u8>)> {
-        Self::TABLE.iter().find(|(known, ..)| *known == self)
+    /// The kinds that it can be, in the order of the type's mode.
+    pub fn kinds(self) -> impl Iterator<Item = &'static KindInfo> {
+        let mut kinds: Vec<&KindInfo> = Vec::new();
+        kinds.extend(CATALOGUE.iter().filter(|kind| match self {
+            Self::Type(failure_type) => kind.mavlink.failure_type == failure_type,
+            Self::Kind(this) => kind.code == this.code,
+        }));
+        kinds.sort_by_key(|kind| kind.mavlink.first_mode);
+        kinds.into_iter()
     }
 }
 
@@ -250,22 +197,13 @@ mod tests {
             assert_eq!(Unit::of_code(unit.code()), unit);
             assert_eq!(unit.check(&all).is_ok(), !unit.effectors(&all).is_empty(), "{name}");
         }
-        for name in FailureType::names() {
-            let failure_type = FailureType::parse(name).unwrap();
-            assert_eq!(failure_type.name(), name);
-            if let Some(code) = failure_type.code() {
-                assert_eq!(FailureType::of_code(code.into()), Some(failure_type));
-            }
+        for failure in Failure::all() {
+            assert_eq!(Failure::parse(failure.name()), Some(failure));
+            let kinds = failure.kinds().count();
+            assert!((failure == Failure::OK) == (kinds == 0), "{}: {kinds} kinds", failure.name());
         }
-        assert_eq!((Unit::parse("GPS"), FailureType::parse("broken")), (None, None));
-        assert_eq!((FailureType::of_code(9), FailureType::of_code(-1)), (None, None));
-    }
-
-    #[test]
-    fn each_kind_of_fault_has_a_type_with_a_number() {
-        for kind in (1..=15).filter_map(|code| FaultKind::from_code(code, [0.5, 0.5])) {
-            assert!(FailureType::of(&kind).code().is_some(), "{kind:?}");
-        }
+        assert_eq!((Unit::parse("GPS"), Failure::parse("broken")), (None, None));
+        assert_eq!((FailureType::from_code(9), FailureType::from_code(-1)), (None, None));
     }
 
     #[test]

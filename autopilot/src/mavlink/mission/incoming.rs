@@ -45,12 +45,9 @@ impl MissionService {
             _ => {}
         }
         self.abandon(reply.from);
-        let sensors = reply.ctx.aircraft.snapshot().map(|state| (&state.sensors, state.demand));
-        let place = sensors.map(|(sensors, _)| Place {
-            latitude_rad: sensors.latitude_rad,
-            longitude_rad: sensors.longitude_rad,
-        });
-        match Draft::new(count, place, sensors.map(|(_, demand)| demand.airspeed_m_s)) {
+        let state = reply.ctx.aircraft.snapshot();
+        let place = state.map(|state| Place::of(state.motion()));
+        match Draft::new(count, place, state.map(|state| state.demand.airspeed_m_s)) {
             Ok(draft) => {
                 let mut upload = Upload::new(reply.from, draft);
                 reply.out.answer(reply.from.peer, upload.request_next(reply.now));
@@ -91,7 +88,7 @@ impl MissionService {
             return;
         }
         let parameters = &reply.ctx.parameters;
-        let rules = Rules { limits: parameters.limits, navigation: parameters.navigation };
+        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         if let Err(rejected) = upload.draft.take(item, &rules) {
             self.upload = None;
             let (from, seq) = (reply.from, item.words.seq);

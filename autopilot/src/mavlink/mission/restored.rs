@@ -43,7 +43,7 @@ impl MissionService {
         }
         let Restoring::Waiting(saved) = std::mem::take(&mut self.restoring) else { return };
         let parameters = &ctx.parameters;
-        let rules = Rules { limits: parameters.limits, navigation: parameters.navigation };
+        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         match checked(&saved, &rules) {
             Ok(Finished { stored, plan, notes }) => {
                 if let Some(number) = ctx.intents.push(Wish::Plan(Arc::new(plan))) {

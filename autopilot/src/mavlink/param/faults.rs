@@ -16,9 +16,10 @@ use crate::clock::WallTime;
 use crate::event::{Outcome, Wish};
 use crate::mavlink::context::{Context, From};
 use crate::mavlink::failure;
-use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit};
+use crate::mavlink::failure::order::{self, Failure, FaultOrder, Instances, Unit};
 use crate::mavlink::fault_list::FaultList;
-use icd::fault::{FaultEntry, FaultReply};
+use icd::fault::mavlink::FailureType;
+use icd::fault::{FaultEntry, FaultReply, TargetClass};
 
 /// Orders that may be open.
 const OPEN_MAX: usize = 32;
@@ -57,7 +58,7 @@ pub(super) struct FaultOrders {
 
 /// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
 pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
-    faults.foremost(effector).and_then(|entry| FailureType::of(&entry.kind).code()).unwrap_or(0)
+    faults.foremost(effector).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
 }
 
 /// The plant has done what was ordered, and all the same another fault is there, or none.
@@ -65,7 +66,7 @@ fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorLis
     let name = effectors.name(effector);
     match faults.foremost(effector) {
         Some(FaultEntry { kind, state, .. }) => {
-            let kind = kind.described(effectors.is_angle(effector));
+            let kind = kind.described(TargetClass::of(effectors.is_angle(effector)));
             format!("Not as set: {name}: there is another fault, {kind}, {state}")
         }
         None => format!("Not as set: {name}: the fault is over already"),
@@ -86,19 +87,22 @@ impl FaultOrders {
         ctx: &mut Context,
     ) -> Result<bool, String> {
         let (unit, instance) = failure::unit_and_instance(effector, ctx.effectors());
-        let wanted = (0..=8_u8).find(|code| f64::from(*code) == libm::round(value));
-        let failure_type = wanted.and_then(|code| FailureType::of_code(code.into()));
-        let (Some(wanted), Some(failure_type)) = (wanted, failure_type) else {
-            let name = unit.to_ascii_uppercase();
-            return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to 8"));
+        let is_it = |known: &FailureType| f64::from(known.code()) == libm::round(value);
+        let Some(failure_type) = FailureType::ALL.into_iter().find(is_it) else {
+            let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
+            return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to {last}"));
         };
+        let wanted = failure_type.code();
         if wanted == 0 && !ctx.aircraft.faults().names(effector) {
             // Nothing to mend: a table of parameters that is sent back asks for nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());
-        let order =
-            FaultOrder::new(Unit::of(ctx.effectors().is_angle(effector)), failure_type, instances);
+        let order = FaultOrder::new(
+            Unit::of(effector.into(), ctx.effectors()),
+            Failure::Type(failure_type),
+            instances,
+        );
         let requests = order::requests(&order, ctx.parameters, ctx.belief)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
@@ -123,7 +127,7 @@ impl FaultOrders {
         let open = self.open.get_mut(place)?;
         let refused = match outcome {
             Outcome::Plant(FaultReply::Refused(refusal)) => {
-                failure::refused(refusal, Some(open.effector), effectors)
+                failure::refused(refusal, Some(open.effector.into()), effectors)
             }
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),

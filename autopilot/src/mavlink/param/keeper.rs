@@ -53,29 +53,35 @@ impl Keeper {
 
     /// Keeps a value that was set. What the command line set is not kept, so the kept set can be one that
     /// does not fit together although the set that flies does.
-    pub(super) fn keep(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+    pub(super) fn keep(
+        &mut self,
+        name: &str,
+        value: f64,
+        defaults: &Parameters,
+    ) -> Result<(), ParameterError> {
         let Some(kept) = self.kept.as_mut() else { return Ok(()) };
         let before = *kept;
         kept.set(name, value)?;
         if *kept != before {
-            self.save(false);
+            self.save(false, defaults);
         }
         Ok(())
     }
 
     /// Keeps nothing but defaults.
-    pub(super) fn reset(&mut self) {
+    pub(super) fn reset(&mut self, defaults: &Parameters) {
         if let Some(kept) = self.kept.as_mut() {
-            *kept = Parameters::default();
-            self.save(true);
+            *kept = *defaults;
+            self.save(true, defaults);
         }
     }
 
-    fn save(&mut self, at_once: bool) {
+    fn save(&mut self, at_once: bool, defaults: &Parameters) {
         let Some(kept) = &self.kept else { return };
         self.last_number += 1;
         let at_once = at_once || self.next.as_ref().is_some_and(|next| next.at_once);
-        self.next = Some(Save { number: self.last_number, text: to_text(kept), at_once });
+        let text = to_text(kept, defaults);
+        self.next = Some(Save { number: self.last_number, text, at_once });
     }
 
     /// So many wait for a save that nobody else can.
@@ -84,11 +90,11 @@ impl Keeper {
     }
 
     /// Somebody wants to know when everything is saved. False where nothing is kept, or too many wait.
-    pub(super) fn wait(&mut self, from: From) -> bool {
+    pub(super) fn wait(&mut self, from: From, defaults: &Parameters) -> bool {
         if self.kept.is_none() || self.is_crowded() {
             return false;
         }
-        self.save(true);
+        self.save(true, defaults);
         self.waiting.push((from, self.last_number));
         true
     }

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use icd::Effector;
+use icd::EffectorList;
+use icd::fault::Target;
 
 use crate::clock::WallTime;
 use crate::event::Wish;
@@ -35,8 +36,8 @@ pub(super) type Answer = Result<Order, String>;
 pub(super) struct Order {
     /// Printed when every wish is fulfilled; at once if there is none. Lines with their ends.
     pub(super) said: String,
-    /// With the effector that it is about.
-    pub(super) wishes: Vec<(Wish, Option<Effector>)>,
+    /// With what it breaks or mends.
+    pub(super) wishes: Vec<(Wish, Option<Target>)>,
 }
 
 impl Order {
@@ -59,7 +60,7 @@ struct Command {
     /// What it does, in one line.
     about: &'static str,
     /// The rest of its help.
-    details: &'static str,
+    details: fn(&EffectorList) -> String,
     run: fn(&[&str], &mut Asking) -> Answer,
 }
 
@@ -69,87 +70,97 @@ static TABLE: [Command; 12] = [
         name: "help",
         forms: &["", "COMMAND"],
         about: "this list, or how a command is used",
-        details: "",
+        details: no_details,
         run: help,
     },
     Command {
         name: "status",
         forms: &[""],
         about: "the flight, and what the controller thinks",
-        details: "",
+        details: no_details,
         run: status::run,
     },
     Command {
         name: "list",
         forms: &[""],
         about: "the faults that act, rest or are scheduled",
-        details: "",
+        details: no_details,
         run: list::run,
     },
     Command {
         name: "failure",
         forms: failure::FORMS,
         about: "break and mend effectors",
-        details: failure::DETAILS,
+        details: failure::details,
         run: failure::run,
     },
     Command {
         name: "script",
         forms: &["list", "run NAME|NUMBER", "stop", "status"],
         about: "run a script of faults and events",
-        details: script::DETAILS,
+        details: |_| script::DETAILS.to_owned(),
         run: script::run,
     },
     Command {
         name: "param",
         forms: &["show [PATTERN]", "get NAME", "set NAME VALUE"],
         about: "read and set parameters",
-        details: "A * in PATTERN stands for any letters. What is set is saved and told to every ground station.\n",
+        details: |_| {
+            "A * in PATTERN stands for any letters. What is set is saved and told to every ground station.\n"
+                .to_owned()
+        },
         run: param::run,
     },
     Command {
         name: "reference",
         forms: &["altitude METRES", "airspeed M/S", "roll DEGREES", "course DEGREES"],
         about: "change a reference",
-        details: "Roll needs the mode Position or Offboard, course the mode Position.\n",
+        details: |_| {
+            "Roll needs the mode Position or Offboard, course the mode Position.\n".to_owned()
+        },
         run: reference::run,
     },
     Command {
         name: "mode",
         forms: &["", "NAME"],
         about: "list the modes, or change the mode",
-        details: "",
+        details: no_details,
         run: mode::run,
     },
     Command {
         name: "pause",
         forms: &[""],
         about: "let simulation time stand still",
-        details: "",
+        details: no_details,
         run: pace::pause,
     },
     Command {
         name: "run",
         forms: &[""],
         about: "let simulation time run",
-        details: "",
+        details: no_details,
         run: pace::run,
     },
     Command {
         name: "step",
         forms: &["[PERIODS]"],
         about: "run for so many control periods, one without a number, and stand still",
-        details: "",
+        details: no_details,
         run: pace::step,
     },
     Command {
         name: "speed",
         forms: &["FACTOR"],
         about: "run so many times as fast as wall time",
-        details: "",
+        details: no_details,
         run: pace::speed,
     },
 ];
+
+/// The help says it all in one line.
+fn no_details(_: &EffectorList) -> String {
+    String::new()
+}
 
 /// Runs one line.
 pub(super) fn run(line: &str, asking: &mut Asking) -> Answer {
@@ -165,7 +176,7 @@ fn find(name: &str) -> Option<&'static Command> {
     TABLE.iter().find(|command| command.name == name)
 }
 
-fn help(arguments: &[&str], _: &mut Asking) -> Answer {
+fn help(arguments: &[&str], asking: &mut Asking) -> Answer {
     let mut said = String::new();
     match arguments {
         [] => {
@@ -179,7 +190,7 @@ fn help(arguments: &[&str], _: &mut Asking) -> Answer {
             for form in command.forms {
                 let _ = writeln!(said, "  {}", format!("{} {form}", command.name).trim_end());
             }
-            said.push_str(command.details);
+            said += &(command.details)(asking.ctx.effectors());
         }
         _ => return Err(usage("help")),
     }

@@ -4,8 +4,8 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::MavSeverity;
-use icd::fault::FaultReply;
-use icd::{Effector, EffectorList};
+use icd::EffectorList;
+use icd::fault::{FaultReply, Target};
 
 use super::commands::{Answer, Order};
 use super::line::LineBuffer;
@@ -30,7 +30,7 @@ pub(super) const PROMPT: &str = "two-step> ";
 #[derive(Debug)]
 struct Part {
     number: u32,
-    effector: Option<Effector>,
+    target: Option<Target>,
 }
 
 /// The command that waits for the aircraft.
@@ -143,8 +143,8 @@ impl Session {
             Wish::Mode(mode) => Some(*mode),
             _ => None,
         });
-        let parts = wishes.into_iter().filter_map(|(wish, effector)| {
-            ctx.intents.push(wish).map(|number| Part { number, effector })
+        let parts = wishes.into_iter().filter_map(|(wish, target)| {
+            ctx.intents.push(wish).map(|number| Part { number, target })
         });
         let parts = parts.collect();
         self.running = Some(Running {
@@ -174,8 +174,8 @@ impl Session {
         if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
             // What was on the list goes off it behind this answer.
             let faults = ctx.aircraft.faults();
-            let is_news = match part.effector {
-                Some(effector) => faults.names(effector),
+            let is_news = match part.target {
+                Some(target) => faults.names(target),
                 None => !faults.entries().is_empty(),
             };
             if !is_news {
@@ -184,7 +184,7 @@ impl Session {
             }
             running.has_mended = true;
         }
-        let (line, has_failed) = line_of(part.effector, outcome, ctx.effectors());
+        let (line, has_failed) = line_of(part.target, outcome, ctx.effectors());
         running.has_failed |= has_failed;
         if has_failed {
             // Who typed it reads it here; the others find it in the flight log.
@@ -202,7 +202,7 @@ impl Session {
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);
         for part in parts {
-            let (line, _) = line_of(part.effector, &Outcome::NoAnswer, ctx.effectors());
+            let (line, _) = line_of(part.target, &Outcome::NoAnswer, ctx.effectors());
             self.print(&line);
         }
         self.close_if_done(ctx);
@@ -265,20 +265,15 @@ impl Session {
 const ERROR_LINE: &str = "\u{1}";
 
 /// What became of a part, and whether it failed.
-fn line_of(
-    effector: Option<Effector>,
-    outcome: &Outcome,
-    effectors: &EffectorList,
-) -> (String, bool) {
-    let whose =
-        effector.map_or(String::new(), |effector| format!("{}: ", effectors.name(effector)));
+fn line_of(target: Option<Target>, outcome: &Outcome, effectors: &EffectorList) -> (String, bool) {
+    let whose = target.map_or(String::new(), |target| format!("{}: ", target.name(effectors)));
     let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
     match outcome {
         Outcome::Done => (String::new(), false),
         Outcome::Refused(refusal) => failed(refusal),
         Outcome::NoAnswer => failed(&NO_ANSWER),
         Outcome::Plant(FaultReply::Refused(refusal)) => {
-            failed(&failure::refused(refusal, effector, effectors))
+            failed(&failure::refused(refusal, target, effectors))
         }
         Outcome::Plant(FaultReply::Applied { at }) => (format!("{whose}acts since {at}\n"), false),
         Outcome::Plant(FaultReply::Scheduled { at }) => (format!("{whose}acts at {at}\n"), false),

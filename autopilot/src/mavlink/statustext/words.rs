@@ -142,14 +142,14 @@ fn limits_text(limits: Limits) -> String {
 
 /// A fault that begins or ends. What is scheduled or cancelled is told with the answer to the order.
 fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(MavSeverity, String)> {
-    let FaultEntry { effector, kind, timing, state, .. } = *entry;
-    let kind = kind.described(effectors.is_angle(effector));
-    let effector = effectors.name(effector);
-    let cleared = format!("Cleared: {effector} {kind}");
+    let FaultEntry { target, kind, timing, state, .. } = *entry;
+    let kind = kind.described(target.class(effectors));
+    let target = target.name(effectors);
+    let cleared = format!("Cleared: {target} {kind}");
     Some(match state {
         FaultState::Acting { since } => {
             let since_s = since.as_seconds();
-            let text = format!("Injected: {effector} {kind}, from {since_s} s{timing}");
+            let text = format!("Injected: {target} {kind}, from {since_s} s{timing}");
             (MavSeverity::MAV_SEVERITY_WARNING, text)
         }
         FaultState::Ended { .. } => (MavSeverity::MAV_SEVERITY_INFO, cleared),

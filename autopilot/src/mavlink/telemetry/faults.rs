@@ -13,7 +13,8 @@ use crate::event::Snapshot;
 use crate::mavlink::aircraft::Aircraft;
 use crate::mavlink::codec::Encoded;
 use crate::mavlink::convert;
-use crate::mavlink::failure::order::{FailureType, Unit};
+use crate::mavlink::failure;
+use crate::mavlink::failure::order::Unit;
 use crate::mavlink::peers::Peers;
 
 /// Time between two lists.
@@ -88,7 +89,7 @@ pub fn messages(aircraft: &Aircraft, effectors: &EffectorList) -> Vec<Encoded> {
 }
 
 fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
-    let FaultEntry { id, effector, kind, timing, state } = *entry;
+    let FaultEntry { id, target, kind, timing, state } = *entry;
     let step = match state {
         FaultState::Scheduled { .. } => 1.0,
         FaultState::Acting { .. } => 2.0,
@@ -99,9 +100,9 @@ fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     let Repeat { every_s, times } = timing.repeat.unwrap_or(Repeat { every_s: 0.0, times: None });
     [
         f64::from(id),
-        f64::from(Unit::of(effectors.is_angle(effector)).code()),
-        f64::from(effectors.instance(effector)),
-        f64::from(FailureType::of(&kind).code().unwrap_or(0)),
+        f64::from(Unit::of(target, effectors).code()),
+        f64::from(failure::unit_and_instance(target, effectors).1),
+        f64::from(kind.info().mavlink.failure_type.code()),
         f64::from(kind.code()),
         step,
         state.time().as_seconds(),

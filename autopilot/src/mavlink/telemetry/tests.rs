@@ -38,7 +38,7 @@ fn last<D: MessageData>(world: &World) -> D {
 fn group_size(id: u32) -> usize {
     match id {
         NAMED_VALUE_FLOAT_DATA::ID => 17,
-        DEBUG_VECT_DATA::ID => 4,
+        DEBUG_VECT_DATA::ID => 5,
         // The array of the compensator, and the empty list of faults.
         350 => 2,
         _ => 1,
@@ -76,8 +76,8 @@ fn what_only_answers_requests_is_not_streamed() {
 #[test]
 fn speeds_beyond_the_field_saturate_and_the_float_messages_tell_the_truth() {
     let mut world = World::flying();
-    world.sensors.velocity = Ned::new(400.0, -400.0, 0.0);
-    world.sensors.airspeed_m_s = 400.0;
+    world.sensors.gnss.value.velocity = Ned::new(400.0, -400.0, 0.0);
+    world.sensors.pitot_m_s.value = 400.0;
     world.run_ms(300);
     let position: GLOBAL_POSITION_INT_DATA = last(&world);
     assert_eq!((position.vx, position.vy), (32_767, -32_768));
@@ -183,7 +183,7 @@ fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
     world.run_ms(10_000);
     let at = address(14_550);
     let mut names = std::collections::BTreeSet::new();
-    for component in 25..=28 {
+    for component in 25..=29 {
         // The component is the seventh byte of a frame of MAVLink 2.
         let of_component = |got: &&Got| got.to == at && got.bytes[6] == component;
         let got: Vec<&Got> = world.got.iter().filter(of_component).collect();
@@ -196,7 +196,7 @@ fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
         assert!(got.windows(2).all(|two| two[1].sequence == two[0].sequence.wrapping_add(1)));
         names.insert(name);
     }
-    let expected = ["applied", "authority", "estimate", "level"];
+    let expected = ["applied", "attained", "authority", "estimate", "level"];
     assert!(names.iter().eq(expected.iter()), "{names:?}");
     let log = world.autopilot.snapshot().unwrap().log;
     let last = world.got.iter().rev().filter_map(Got::read::<DEBUG_VECT_DATA>);
@@ -222,9 +222,9 @@ fn the_wind_is_what_the_ground_speed_has_more_than_the_airspeed() {
     // Nose north, 3 degrees up with the same angle of attack, so level through the air at 264 m/s.
     let alpha = 3.0_f64.to_radians();
     let euler = EulerAngles { phi: 0.0, theta: alpha, psi: 0.0 };
-    world.sensors.attitude = Attitude::from_euler(euler);
-    world.sensors.angle_of_attack_rad = alpha;
-    world.sensors.velocity = Ned::new(274.0, -7.0, 1.5);
+    world.sensors.attitude.value = Attitude::from_euler(euler);
+    world.sensors.vanes.value.angle_of_attack_rad = alpha;
+    world.sensors.gnss.value.velocity = Ned::new(274.0, -7.0, 1.5);
     world.run_ms(1_100);
     let wind: WIND_COV_DATA = last(&world);
     // 1e-3 m/s: a float has seven digits, and 264 m/s is subtracted.
@@ -255,7 +255,7 @@ fn a_magnetometer_that_does_not_exist_measures_nothing() {
     let magnetic = HighresImuUpdatedFlags::HIGHRES_IMU_UPDATED_XMAG;
     assert!(!imu.fields_updated.contains(magnetic));
     assert!(imu.fields_updated.contains(HighresImuUpdatedFlags::HIGHRES_IMU_UPDATED_ZGYRO));
-    assert!(imu.zacc < 0.0 || world.sensors.specific_force.0.z == 0.0, "body axes, z down");
+    assert!(imu.zacc < 0.0 || world.sensors.accelerometer.value.0.z == 0.0, "body axes, z down");
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn references_are_told_as_the_laws_have_them() {
     world.run_ms(600);
     let state = *world.autopilot.snapshot().unwrap();
     let nav: NAV_CONTROLLER_OUTPUT_DATA = last(&world);
-    let error_m = (state.demand.altitude_m - state.sensors.altitude_m) as f32;
+    let error_m = (state.demand.altitude_m - state.motion().altitude_m) as f32;
     assert_eq!(nav.alt_error, error_m);
     assert!(nav.nav_pitch.is_nan(), "there is no pitch reference");
     let target: ATTITUDE_TARGET_DATA = last(&world);
@@ -282,8 +282,8 @@ fn references_are_told_as_the_laws_have_them() {
 fn odometry_has_its_velocity_in_body_axes() {
     let mut world = World::flying();
     let euler = EulerAngles { phi: 0.0, theta: 0.0, psi: 90.0_f64.to_radians() };
-    world.sensors.attitude = Attitude::from_euler(euler);
-    world.sensors.velocity = Ned::new(0.0, 264.0, 0.0);
+    world.sensors.attitude.value = Attitude::from_euler(euler);
+    world.sensors.gnss.value.velocity = Ned::new(0.0, 264.0, 0.0);
     world.run_ms(200);
     let odometry: ODOMETRY_DATA = last(&world);
     assert!((odometry.vx - 264.0).abs() < 1.0e-3 && odometry.vy.abs() < 1.0e-3, "forward");

@@ -32,7 +32,7 @@ fn rudder(id: u32, state: FaultState) -> PlantReport {
     let onset = SimTime::from_micros(2_500_000);
     PlantReport::Fault(FaultEntry {
         id,
-        effector: tvc_jet::RUDDER,
+        target: tvc_jet::RUDDER.into(),
         kind: FaultKind::StuckAt { angle_rad, travel: Travel::Jump },
         timing: Timing { ramp_s: 1.0, duration_s: Some(5.0), repeat, ..Timing::at(onset) },
         state,

@@ -36,7 +36,7 @@ fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
             assert_eq!(values(&mut world), one(&row.name, code), "one answer");
             let wishes = world.take_wishes();
             let [Wish::Fault(request)] = &wishes[..] else { panic!("{wishes:?}") };
-            assert_eq!(request.effector(), Some(row.effector));
+            assert_eq!(request.target(), Some(row.effector.into()));
             world.send(&set_int(&row.name, 0));
             assert_eq!(values(&mut world), one(&row.name, 0), "mended");
         }
@@ -109,7 +109,13 @@ fn one_fault_in_the_place_of_another_is_one_answer_with_the_new_value() {
     // The plant tells the end of the old one first.
     let report = |id, kind, state| {
         let effector = tvc_jet::LEFT_AILERON;
-        PlantReport::Fault(FaultEntry { id, effector, kind, timing: Timing::at(at), state })
+        PlantReport::Fault(FaultEntry {
+            id,
+            target: effector.into(),
+            kind,
+            timing: Timing::at(at),
+            state,
+        })
     };
     for report in [
         report(1, FaultKind::Float, FaultState::Ended { at }),
@@ -168,7 +174,7 @@ fn they_are_never_kept() {
 fn report(world: &mut World, id: u32, kind: FaultKind, state: FaultState) {
     let effector = tvc_jet::LEFT_AILERON;
     let timing = Timing::at(world.sim);
-    let entry = FaultEntry { id, effector, kind, timing, state };
+    let entry = FaultEntry { id, target: effector.into(), kind, timing, state };
     world.autopilot.handle_report(&PlantReport::Fault(entry));
     world.settle();
 }

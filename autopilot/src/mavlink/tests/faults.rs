@@ -55,12 +55,13 @@ fn an_identical_copy_that_comes_while_the_first_waits_gets_its_own_answer() {
 #[test]
 fn what_the_plant_says_becomes_the_result_and_the_reason() {
     let at = SimTime::from_micros(1_000_000);
-    let angle = Refusal::AngleOutOfTravel { angle_rad: 2.0, limit_rad: 0.5 };
+    let what = icd::fault::Quantity::Angle;
+    let angle = Refusal::OutOfRange { what, value: 2.0, min: -0.5, max: 0.5 };
     for (reply, expected, words) in [
         (FaultReply::Unchanged { at }, ACCEPTED, ""),
         (FaultReply::Scheduled { at }, ACCEPTED, "Scheduled: left aileron stuck, at 1 s"),
         (FaultReply::Cleared { at }, ACCEPTED, ""),
-        (FaultReply::Refused(angle), DENIED, "Fault refused: left aileron: angle 114.6 deg"),
+        (FaultReply::Refused(angle), DENIED, "Fault refused: left aileron: angle 114.5916 deg"),
         (FaultReply::Refused(Refusal::NotForThisEffector), DENIED, "no such fault"),
         (
             FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: at }),
@@ -103,7 +104,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
     let since = SimTime::from_micros(12_500_000);
     world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
         id: 1,
-        effector: tvc_jet::LEFT_ELEVATOR,
+        target: tvc_jet::LEFT_ELEVATOR.into(),
         kind,
         timing: Timing::at(since),
         state: FaultState::Acting { since },
@@ -178,8 +179,8 @@ fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked
     assert_eq!(world.take_acks(), [ack(420, DENIED)]);
     assert!(world.take_wishes().is_empty(), "nothing goes to the plant");
     // Travel of the design model: ailerons 25 deg, elevators and rudder 30 deg, nozzle 15 deg.
-    let expected = "Fault refused: left aileron, right aileron: angle 28.0 deg is outside -25.0 to 25.0 deg; \
-                    nozzle pitch, nozzle yaw: angle 28.0 deg is outside -15.0 to 15.0 deg";
+    let expected = "Fault refused: left aileron, right aileron: angle 28 deg is outside -25 to 25 deg; \
+                    nozzle pitch, nozzle yaw: angle 28 deg is outside -15 to 15 deg";
     assert_eq!(world.texts(), [expected]);
     world.got.clear();
     // Bits 2 to 4: elevators and rudder.
@@ -268,7 +269,7 @@ fn schedule(world: &mut World, effector: Effector) {
     let at = SimTime::from_micros(99_000_000);
     world.autopilot.handle_report(&PlantReport::Fault(FaultEntry {
         id: 100 + u32::from(effector.code()),
-        effector,
+        target: effector.into(),
         kind: FaultKind::StuckHere,
         timing: Timing::at(at),
         state: FaultState::Scheduled { at },

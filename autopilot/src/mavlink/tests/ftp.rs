@@ -4,6 +4,7 @@ use super::world::*;
 use crate::mavlink::component_metadata::Metadata;
 use crate::mavlink::ftp::crc32;
 use crate::mavlink::peers::Address;
+use crate::parameters::Parameters;
 use ::mavlink::dialects::common::{
     COMPONENT_METADATA_DATA, FILE_TRANSFER_PROTOCOL_DATA, MavMessage,
 };
@@ -95,7 +96,7 @@ fn open(world: &mut World, sequence: u16, path: &str) -> (u8, usize) {
 }
 
 fn metadata() -> Metadata {
-    Metadata::new(&tvc_jet::effectors())
+    Metadata::new(&tvc_jet::effectors(), &Parameters::default())
 }
 
 fn content(name: &str) -> Vec<u8> {

@@ -81,7 +81,7 @@ fn final_state(lost: u32) -> (End, u32) {
     link.world.step();
     let snapshot = *link.world.autopilot.snapshot().unwrap();
     let mut bandwidths = link.world.take_wishes().into_iter().filter_map(|wish| match wish {
-        Wish::Gains(gains) => Some(gains.observer.bandwidth),
+        Wish::Gains(gains) => Some(gains.neso.bandwidth),
         _ => None,
     });
     let end = End {

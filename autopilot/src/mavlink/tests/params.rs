@@ -140,7 +140,7 @@ fn a_change_is_told_to_every_peer_and_reaches_the_laws() {
     assert_eq!(world.values(address(14_540)).len(), 1);
     let wishes = world.take_wishes();
     let [Wish::Gains(gains)] = &wishes[..] else { panic!("{wishes:?}") };
-    assert_eq!(gains.observer.bandwidth, 40.0);
+    assert_eq!(gains.neso.bandwidth, 40.0);
     world.send(&set_real("REF_ALT_MAX", 9_000.0));
     let wishes = world.take_wishes();
     let [Wish::Limits(limits)] = &wishes[..] else { panic!("{wishes:?}") };

@@ -155,7 +155,7 @@ fn a_velocity_of_the_body_is_turned_by_the_heading() {
     for frame_type in [8, 12] {
         let mut world = in_offboard();
         let east = icd::EulerAngles { phi: 0.0, theta: 0.0, psi: 90_f64.to_radians() };
-        world.sensors.attitude = icd::Attitude::from_euler(east);
+        world.sensors.attitude.value = icd::Attitude::from_euler(east);
         world.run_ms(300);
         world.send(&attitude(0.0));
         world.run_ms(300);

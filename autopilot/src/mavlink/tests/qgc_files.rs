@@ -74,7 +74,7 @@ fn everything_ok_mends_every_effector() {
         .take_wishes()
         .iter()
         .filter_map(|wish| match wish {
-            Wish::Fault(FaultRequest::Clear { effector }) => Some(*effector),
+            Wish::Fault(FaultRequest::Clear { target }) => target.effector(),
             _ => None,
         })
         .collect();

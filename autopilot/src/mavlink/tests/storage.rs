@@ -16,7 +16,7 @@ fn keeping() -> World {
 /// What the file would be now, if it were written again.
 fn saved(world: &mut World) -> Option<Parameters> {
     let save = world.ground.pop_save()?;
-    Some(from_text("file", &save.text).unwrap())
+    Some(from_text("file", &save.text, &Parameters::default()).unwrap())
 }
 
 fn storage(world: &mut World, action: f32) {
@@ -63,7 +63,7 @@ fn what_the_command_line_set_is_not_saved() {
     world.send(&set_real("OBS_W0", 40.0));
     let file = saved(&mut world).unwrap();
     assert_eq!(file.limits.airspeed_max_m_s, 320.0);
-    assert_eq!(file.gains.observer.bandwidth, 40.0);
+    assert_eq!(file.gains.neso.bandwidth, 40.0);
     // Flies with the command line's limit; the file without it could not be used.
     world.send(&set_real("FW_AIRSPD_MIN", 350.0));
     assert_eq!(world.ground.parameters().limits.airspeed_min_m_s, 350.0);
@@ -123,7 +123,7 @@ fn defaults_come_back_for_everybody_and_in_the_file() {
     let told = world.got.iter().filter(|got| got.read::<PARAM_VALUE_DATA>().is_some()).count();
     assert_eq!(told, 4, "two changes, two peers");
     let save = world.ground.pop_save().unwrap();
-    assert_eq!(from_text("file", &save.text), Ok(Parameters::default()));
+    assert_eq!(from_text("file", &save.text, &Parameters::default()), Ok(Parameters::default()));
     assert_eq!(world.take_acks(), []);
     finish(&mut world, save.number, Ok(()));
     let accepted = ack(PREFLIGHT_STORAGE, MavResult::MAV_RESULT_ACCEPTED);

@@ -95,15 +95,13 @@ pub fn level_flight() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
     values[10] = 264.0;
-    let level = Sensors::from_array(&values);
-    Sensors {
-        altitude_m: 5_000.0,
-        airspeed_m_s: 264.0,
-        thrust_n: 27_000.0,
-        latitude_rad: 34.9_f64.to_radians(),
-        longitude_rad: -117.9_f64.to_radians(),
-        ..level
-    }
+    let mut level = Sensors::at(SimTime::ZERO, &values);
+    level.gnss.value.latitude_rad = 34.9_f64.to_radians();
+    level.gnss.value.longitude_rad = -117.9_f64.to_radians();
+    level.barometer_m.value = 5_000.0;
+    level.pitot_m_s.value = 264.0;
+    level.engine_n.value = 27_000.0;
+    level
 }
 
 impl World {
@@ -206,13 +204,12 @@ impl World {
                 return vec![PlantReport::Paced { request: Some(request.number), pace, at }];
             }
         };
-        let effector = fault.effector().unwrap_or(icd::tvc_jet::ENGINE);
+        let target = fault.target().unwrap_or(icd::tvc_jet::ENGINE.into());
         let entry = |kind, state| {
             let timing = Timing::at(at);
-            // One fault for each effector.
-            let id = 1 + icd::tvc_jet::ALL.iter().take_while(|other| **other != effector).count();
-            let id = u32::try_from(id).unwrap();
-            PlantReport::Fault(FaultEntry { id, effector, kind, timing, state })
+            // One fault for each target.
+            let id = 1 + u32::from(u8::from(target));
+            PlantReport::Fault(FaultEntry { id, target, kind, timing, state })
         };
         let reply = |reply| PlantReport::FaultReply { request: request.number, reply };
         match (self.plant, fault) {

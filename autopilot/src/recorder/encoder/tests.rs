@@ -61,7 +61,7 @@ fn wish(ms: u64, number: u32, wish: Wish) -> Entry {
 
 fn jam(state: FaultState) -> FaultEntry {
     let kind = FaultKind::StuckHere;
-    FaultEntry { id: 3, effector: tvc_jet::RUDDER, kind, timing: Timing::NOW, state }
+    FaultEntry { id: 3, target: tvc_jet::RUDDER.into(), kind, timing: Timing::NOW, state }
 }
 
 #[test]

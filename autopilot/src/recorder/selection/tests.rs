@@ -3,7 +3,7 @@ use crate::config::{self, DEFAULT_BELIEF};
 use crate::event::{Event, Intent};
 use crate::recorder::Moment;
 use crate::vehicle::Reference;
-use flight_control::{Demand, FlightControl, Gains};
+use flight_control::{Demand, FlightControl, Gains, NavigationState};
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
 use icd::tvc_jet;
 use icd::{ControlPeriod, Sensors};
@@ -18,14 +18,12 @@ fn at(step: u64) -> SimTime {
 fn level() -> Step {
     let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
     let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
-    let mut sensors = [0.0; Sensors::COUNT];
-    sensors[6] = 1.0;
-    let sensors = Sensors { airspeed_m_s: 264.0, ..Sensors::from_array(&sensors) };
+    let state = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
     let demand = Demand { altitude_m: 3_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let output = flight.step(&sensors, &demand);
+    let output = flight.step(&state, &demand);
     Step {
         time: SimTime::ZERO,
-        sensors,
+        sensors: Sensors::at(SimTime::ZERO, &[0.0; Sensors::COUNT]),
         actuators: output.actuators,
         log: output.log,
         mode: Mode::Hold,
@@ -38,7 +36,7 @@ fn level() -> Step {
 fn fault(step: u64, id: u32) -> Entry {
     let state = FaultState::Acting { since: at(step) };
     let (effector, kind) = (tvc_jet::RUDDER, FaultKind::StuckHere);
-    let entry = FaultEntry { id, effector, kind, timing: Timing::NOW, state };
+    let entry = FaultEntry { id, target: effector.into(), kind, timing: Timing::NOW, state };
     Entry::Fault { time: at(step), entry }
 }
 

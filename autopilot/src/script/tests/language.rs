@@ -3,7 +3,7 @@ use crate::script::{
     Action, Condition, Crossing, LINES_MAX, Quantity, SEQUENCES_MAX, Script, TEXT_MAX, Trigger,
 };
 use crate::vehicle::{Mode, Reference};
-use icd::fault::{Onset, Repeat, Side, Timing, Travel};
+use icd::fault::{Onset, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;
 use icd::{FaultKind, FaultRequest};
 
@@ -65,6 +65,28 @@ fn every_kind_of_fault_has_its_words() {
 }
 
 #[test]
+fn what_texts_say_of_a_fault_is_what_scripts_say() {
+    for code in 1..=u8::MAX {
+        let Some(expected) = FaultKind::from_code(code, [0.5, 0.5]) else { break };
+        for (target, class) in [("rudder", TargetClass::Angle), ("engine", TargetClass::Thrust)] {
+            if !expected.info().targets.allow(class) {
+                continue;
+            }
+            let text = expected.described(class).to_string();
+            let read = kind(&format!("{target} {text}"));
+            assert_eq!((read.code(), read.described(class).to_string()), (code, text));
+        }
+    }
+}
+
+#[test]
+fn a_sensor_can_be_named_and_is_left_to_the_plant() {
+    let target = SensorKind::EngineMonitor.into();
+    let expected = Action::Fault(FaultRequest::Clear { target });
+    assert_eq!(action("clear engine monitor"), expected);
+}
+
+#[test]
 fn every_effector_has_its_names() {
     for effector in tvc_jet::ALL {
         let servo = match effector {
@@ -73,7 +95,7 @@ fn every_effector_has_its_names() {
         };
         let list = tvc_jet::effectors();
         for name in [list.name(effector).to_owned(), list.key(effector).to_owned(), servo] {
-            let expected = Action::Fault(FaultRequest::Clear { effector });
+            let expected = Action::Fault(FaultRequest::Clear { target: effector.into() });
             assert_eq!(action(&format!("clear {name}")), expected, "{name}");
             assert_eq!(action(&format!("CLEAR {}", name.to_uppercase())), expected, "{name}");
         }
@@ -210,22 +232,23 @@ fn an_error_names_the_place_what_stands_there_and_what_is_allowed() {
         ("fail servo 8 stuck", "column 12: servo 8 is outside 1 to 7"),
         ("fail rudder stuck at 30", "column 24: end of the line found, wanted the unit deg"),
         ("fail rudder stuck at 30 rad", "column 25: `rad` found, wanted the unit deg"),
-        ("fail rudder stuck at deg", "column 22: `deg` found, wanted a number (the angle)"),
-        ("fail rudder stuck at 400 deg", "column 22: the angle 400 is outside -180 to 180 deg"),
-        ("fail rudder 140 % left", "column 13: the effect left 140 is outside 0 to 100 %"),
+        ("fail rudder stuck at deg", "column 22: `deg` found, wanted a number (angle)"),
+        ("fail rudder stuck at 400 deg", "column 22: angle 400 is outside -90 to 90 deg"),
+        ("fail rudder 140 % left", "column 13: remaining effect 140 is outside 0 to 100 %"),
         ("fail rudder 40 %", "column 17: end of the line found, wanted `left`"),
-        ("fail rudder delayed 2 s", "the delay 2 is outside 0 to 1 s"),
+        ("fail rudder delayed 2 s", "delay 2 is outside 0 to 1 s"),
         (
             "fail rudder hard over up",
             "`up` found, wanted the end, by the sign of the deflection: positive, negative",
         ),
-        ("fail rudder oscillating 3 deg at 50 Hz", "the frequency 50 is outside 0 to 20 Hz"),
-        ("fail rudder slow -5 deg/s", "the rate -5 is outside 0 to 18000 deg/s"),
-        ("fail engine stuck at 3 deg", "the engine cannot be stuck at an angle"),
-        ("fail engine hard over positive", "the engine has no end of travel"),
-        ("fail engine floating", "the engine cannot float"),
+        ("fail rudder oscillating 3 deg at 50 Hz", "frequency 50 is outside 0.001 to 20 Hz"),
+        ("fail rudder slow -5 deg/s", "rate -5 is outside 0 to 1000 deg/s"),
+        ("fail engine stuck at 3 deg", "column 13: `stuck at` is not for the engine"),
+        ("fail engine hard over positive", "`hard over` is not for the engine"),
+        ("fail engine floating", "`floating` is not for the engine"),
         ("fail engine slow 5 deg/s", "`deg/s` found, wanted the unit kN/s"),
-        ("fail rudder flame-out", "only the engine can flame out"),
+        ("fail rudder flame-out", "`flame-out` is only for the engine"),
+        ("fail gyro stuck", "column 6: the sensors of this aircraft do not fail"),
         ("fail rudder limited to 10 kN", "`kN` found, wanted the unit deg"),
         ("fail rudder stuck, every 3 s", "`every` needs `for`"),
         ("fail rudder stuck, for 3 s, every 3 s", "`every` needs `for`"),

@@ -9,8 +9,6 @@ use crate::vehicle::geodesy::Site;
 use crate::vehicle::rules::Rules;
 use crate::vehicle::situation::Situation;
 
-/// Time to roll into a turn of a right angle or more, s.
-const ROLL_IN_S: f64 = 2.0;
 /// Turns are begun early as if they were no more than a right angle: the rest of a sharper one is flown
 /// beyond the point.
 const ANTICIPATED_MAX_RAD: f64 = core::f64::consts::FRAC_PI_2;
@@ -115,7 +113,7 @@ impl View {
         let turn = libm::acos(self.along.dot(&onwards).clamp(-1.0, 1.0)).min(ANTICIPATED_MAX_RAD);
         let v = situation.speed_m_s;
         let radius_m = planned_radius_m(v, &rules.guidance());
-        let roll_in_m = v * ROLL_IN_S * turn / ANTICIPATED_MAX_RAD;
+        let roll_in_m = v * rules.roll_in_s() * turn / ANTICIPATED_MAX_RAD;
         let wanted = radius_m * libm::tan(0.5 * turn) + roll_in_m;
         wanted.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
     }

@@ -15,8 +15,6 @@ use crate::vehicle::situation::Situation;
 const ON_CIRCLE_SHARE: f64 = 0.05;
 /// And when its track is within this cosine (30 deg) of the circle's direction.
 const ON_CIRCLE_COS: f64 = 0.866;
-/// An altitude is reached within this, m.
-pub const ALTITUDE_REACHED_M: f64 = 30.0;
 /// A circle is left when the next point is ahead within this sine (4 deg).
 const LEAVE_SIN: f64 = 0.07;
 /// A point this much outside of the circle can be reached by leaving along a tangent.
@@ -127,7 +125,8 @@ impl Loiter {
         }
         let turned_rad = self.count(&offset, situation);
         let newly = !core::mem::replace(&mut self.reached, true);
-        if self.is_done(situation, demand) && self.is_left(turned_rad, &offset, radius_m, situation)
+        if self.is_done(situation, demand, rules)
+            && self.is_left(turned_rad, &offset, radius_m, situation)
         {
             return Circled::Done;
         }
@@ -160,13 +159,13 @@ impl Loiter {
         change
     }
 
-    fn is_done(&self, situation: &Situation, demand: &Demand) -> bool {
+    fn is_done(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> bool {
         match self.until {
             Until::ForGood => false,
             Until::Turned(angle) => self.turned_rad >= angle,
             Until::Held(seconds) => self.held_s >= seconds,
             Until::Altitude => {
-                (situation.altitude_m - demand.altitude_m).abs() < ALTITUDE_REACHED_M
+                (situation.altitude_m - demand.altitude_m).abs() < rules.altitude_reached_m()
             }
         }
     }

@@ -282,24 +282,3 @@ fn a_terminated_flight_obeys_nobody_until_the_next_one() {
     plane.tick();
     plane.change(Mode::Hold).unwrap();
 }
-
-#[test]
-fn sensor_values_that_are_no_numbers_leave_the_references_as_they_are() {
-    for mode in Mode::ALL {
-        let mut plane = Plane::flying();
-        plane.load(&plan(vec![waypoint(30.0, 30.0, 5_500.0)])).unwrap();
-        plane.change(mode).unwrap();
-        plane.fly(30.0);
-        let before = plane.demand();
-        for bad in [
-            Sensors { latitude_rad: f64::NAN, ..plane.sensors() },
-            Sensors { velocity: icd::Ned::new(f64::INFINITY, 0.0, 0.0), ..plane.sensors() },
-            Sensors { airspeed_m_s: f64::NAN, ..plane.sensors() },
-        ] {
-            plane.vehicle.track(plane.now, &bad, &rules(), &mut |_| {});
-            assert_eq!(plane.demand(), before, "{mode}");
-        }
-        plane.fly(30.0);
-        assert!(plane.demand().roll_rad.is_finite(), "{mode}");
-    }
-}

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use flight_control::NavigationState;
 use flight_control::guidance::Horizontal;
-use icd::{Attitude, EulerAngles, Ned, Sensors, SimTime};
+use flight_control::navigation::Validity;
+use icd::{Attitude, EulerAngles, Ned, SimTime};
 
 use super::rules;
 use crate::event::EventKind;
@@ -79,30 +81,30 @@ impl Plane {
         plane
     }
 
-    pub fn sensors(&self) -> Sensors {
-        let mut values = [0.0; Sensors::COUNT];
-        values[6] = 1.0;
+    pub fn state(&self) -> NavigationState {
         let (sin, cos) = libm::sincos(self.heading);
         let v = self.airspeed_m_s;
         let angles = EulerAngles { phi: self.roll, theta: 0.0, psi: self.heading };
         let offset = Horizon::at(start()).offset(&Site::at(self.place));
-        Sensors {
-            attitude: Attitude::from_euler(angles),
+        NavigationState {
+            time: self.now,
+            attitude: angles,
+            orientation: Attitude::from_euler(angles),
             velocity: Ned::new(v * cos, v * sin, -self.climb_m_s),
             position: Ned::new(offset.x, offset.y, -self.altitude_m),
             latitude_rad: self.place.latitude_rad,
             longitude_rad: self.place.longitude_rad,
             altitude_m: self.altitude_m,
             airspeed_m_s: v,
-            ..Sensors::from_array(&values)
+            valid: Validity::COMPLETE,
+            ..NavigationState::at_rest()
         }
     }
 
     pub fn tick(&mut self) {
-        let sensors = self.sensors();
+        let state = self.state();
         let events = &mut self.events;
-        let demand =
-            self.vehicle.track(self.now, &sensors, &self.rules, &mut |kind| events.push(kind));
+        let demand = self.vehicle.track(&state, &self.rules, &mut |kind| events.push(kind));
         #[expect(clippy::cast_precision_loss, reason = "a small number")]
         let dt = TICK_US as f64 * 1.0e-6;
         self.roll = demand.roll_rad;

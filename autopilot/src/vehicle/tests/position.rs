@@ -36,8 +36,8 @@ fn a_roll_reference_of_zero_replaces_the_course_and_the_laws_get_what_was_given(
     plane.heading = 0.4;
     plane.fly(10.0);
     assert_eq!((plane.heading, course_rad(&plane)), (0.4, None), "nothing turns it back");
-    let sensors = plane.sensors();
-    let asked = plane.vehicle.track(plane.now, &sensors, &plane.rules, &mut |_| {});
+    let state = plane.state();
+    let asked = plane.vehicle.track(&state, &plane.rules, &mut |_| {});
     assert_eq!(asked, plane.demand(), "the altitude too");
     plane.vehicle.refer(Reference::Course(0.0), &rules()).unwrap();
     plane.fly(60.0);
@@ -88,8 +88,8 @@ fn wings_that_a_fault_keeps_from_being_level_do_not_keep_the_course_from_being_h
     let tick = |plane: &mut Plane| {
         plane.roll = 0.35;
         plane.heading += 0.001;
-        let sensors = plane.sensors();
-        plane.vehicle.track(plane.now, &sensors, &plane.rules, &mut |_| {});
+        let state = plane.state();
+        plane.vehicle.track(&state, &plane.rules, &mut |_| {});
         plane.now = SimTime::from_micros(plane.now.as_micros() + 50_000);
     };
     for _ in 0..59 {

@@ -34,7 +34,8 @@ impl Flight {
     }
 
     fn inject(&mut self, effector: Effector, kind: FaultKind, timing: Timing) {
-        let reply = self.plant.request(&FaultRequest::Inject { effector, kind, timing });
+        let reply =
+            self.plant.request(&FaultRequest::Inject { target: effector.into(), kind, timing });
         assert!(
             matches!(reply, FaultReply::Applied { .. } | FaultReply::Scheduled { .. }),
             "{reply:?}"
@@ -176,7 +177,7 @@ fn a_repeated_command_does_not_restart_the_clock_of_the_fault() {
     let at = flight.plant.time();
     flight.inject(effector, kind, timing);
     for _ in 0..1_000 {
-        let again = FaultRequest::Inject { effector, kind, timing };
+        let again = FaultRequest::Inject { target: effector.into(), kind, timing };
         assert_eq!(flight.plant.request(&again), FaultReply::Unchanged { at });
         flight.fly(1);
     }
@@ -306,7 +307,7 @@ fn a_flame_out_runs_down_with_the_lag_of_the_engine_and_spools_up_after_the_repa
     assert!((ours - expected).abs() < 1e-6 * thrust, "{ours} N, not {expected}");
     assert!(flight.fly(500).deflections[tvc_jet::ENGINE] < servos()[tvc_jet::ENGINE].min);
     let down = flight.plant.truth().deflections[tvc_jet::ENGINE];
-    flight.plant.request(&FaultRequest::Clear { effector: tvc_jet::ENGINE });
+    flight.plant.request(&FaultRequest::Clear { target: tvc_jet::ENGINE.into() });
     assert_eq!(flight.plant.truth().deflections[tvc_jet::ENGINE], down, "the repair moves nothing");
     let up = flight.fly(2_500).deflections[tvc_jet::ENGINE];
     assert!(up > 0.99 * thrust && up <= thrust, "{up} N");
@@ -354,7 +355,8 @@ fn a_fault_of_the_scenario_and_the_same_on_request_fly_the_same_bits() {
     for effector in tvc_jet::ALL {
         for kind in every_kind(effector) {
             let timing = Timing { duration_s: Some(0.06), ..Timing::at(at) };
-            let mut written = Flight::with(vec![ScheduledFault { effector, kind, timing }]);
+            let mut written =
+                Flight::with(vec![ScheduledFault { target: effector.into(), kind, timing }]);
             let mut asked = Flight::new();
             asked.inject(effector, kind, timing);
             for tick in 0..120 {
@@ -397,14 +399,14 @@ fn any_request() -> impl Strategy<Value = FaultRequest> {
     let effector = (0..tvc_jet::ALL.len()).prop_map(|i| Effector::from_index(i).unwrap());
     prop_oneof![
         12 => (effector.clone(), any_kind(), any_timing()).prop_map(|(effector, kind, timing)| {
-            FaultRequest::Inject { effector, kind, timing }
+            FaultRequest::Inject { target: effector.into(), kind, timing }
         }),
         12 => effector.clone().prop_flat_map(|effector| {
             (proptest::sample::select(every_kind(effector)), any_timing()).prop_map(
-                move |(kind, timing)| FaultRequest::Inject { effector, kind, timing },
+                move |(kind, timing)| FaultRequest::Inject { target: effector.into(), kind, timing },
             )
         }),
-        2 => effector.prop_map(|effector| FaultRequest::Clear { effector }),
+        2 => effector.prop_map(|effector| FaultRequest::Clear { target: effector.into() }),
         1 => Just(FaultRequest::ClearAll),
     ]
 }

@@ -15,7 +15,7 @@ fn run(bench: &mut Bench, until: SimTime) {
 }
 
 fn inject(bench: &mut Bench, now: SimTime, kind: FaultKind, timing: Timing) -> FaultReply {
-    bench.request(now, FaultRequest::Inject { effector: tvc_jet::RUDDER, kind, timing })
+    bench.request(now, FaultRequest::Inject { target: tvc_jet::RUDDER.into(), kind, timing })
 }
 
 const LOSS: FaultKind = FaultKind::PartialLoss { remaining: 0.5 };
@@ -80,7 +80,7 @@ fn a_resting_fault_is_there_already_and_is_cleared_like_one_that_acts() {
     assert_eq!(bench.faults.effects().codes()[tvc_jet::RUDDER], 0);
     let reply = inject(&mut bench, at(2_000), LOSS, timing);
     assert_eq!(reply, FaultReply::Unchanged { at: at(3_000) });
-    bench.request(at(2_000), FaultRequest::Clear { effector: tvc_jet::RUDDER });
+    bench.request(at(2_000), FaultRequest::Clear { target: tvc_jet::RUDDER.into() });
     assert_eq!(bench.states().last(), Some(&FaultState::Ended { at: at(2_000) }));
     run(&mut bench, at(60_000));
     assert_eq!(bench.faults.active(tvc_jet::RUDDER), None);
@@ -113,8 +113,10 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
         PlantReport::Fault(entry) => listed.push(entry),
         other => panic!("{other:?}"),
     });
-    let states: Vec<_> =
-        listed.iter().map(|e| (e.id, e.effector, e.timing.onset, e.state)).collect();
+    let states: Vec<_> = listed
+        .iter()
+        .map(|e| (e.id, e.target.effector().unwrap(), e.timing.onset, e.state))
+        .collect();
     let expected = [
         (
             1,
@@ -248,7 +250,8 @@ fn a_ramp_of_a_fault_without_a_size_is_refused() {
         (tvc_jet::RUDDER, FaultKind::HardOver { side: Side::Positive }),
         (tvc_jet::ENGINE, FaultKind::FlameOut),
     ] {
-        let reply = bench.request(T0, FaultRequest::Inject { effector, kind, timing });
+        let reply =
+            bench.request(T0, FaultRequest::Inject { target: effector.into(), kind, timing });
         assert_eq!(reply, FaultReply::Refused(refusal));
     }
 }
@@ -277,6 +280,6 @@ fn a_stuck_effector_keeps_the_deviation_that_it_had() {
     bench.inject(T0, tvc_jet::RUDDER, FaultKind::Biased { bias: 0.1 });
     bench.inject(T1, tvc_jet::RUDDER, FaultKind::Biased { bias: 0.2 });
     assert_eq!(bench.effective(tvc_jet::RUDDER), 0.05 + 0.2, "of the same servo");
-    bench.request(T1, FaultRequest::Clear { effector: tvc_jet::RUDDER });
+    bench.request(T1, FaultRequest::Clear { target: tvc_jet::RUDDER.into() });
     assert_eq!(bench.effective(tvc_jet::RUDDER), 0.05 + 0.2, "the repair does not move it");
 }

@@ -161,10 +161,14 @@ fn without_ailerons_and_rudder_level_flight_is_found_all_the_same() {
 fn a_fault_of_an_effector_that_the_aircraft_lacks_is_refused() {
     let mut plant = Plant::new(&setup(Airframe::paper())).unwrap();
     let effector = Effector::from_index(8).unwrap();
-    let inject = FaultRequest::Inject { effector, kind: FaultKind::Float, timing: Timing::NOW };
+    let inject = FaultRequest::Inject {
+        target: effector.into(),
+        kind: FaultKind::Float,
+        timing: Timing::NOW,
+    };
     let refused = FaultReply::Refused(Refusal::NoSuchEffector { count: 8 });
     assert_eq!(plant.request(&inject), refused);
-    assert_eq!(plant.request(&FaultRequest::Clear { effector }), refused);
+    assert_eq!(plant.request(&FaultRequest::Clear { target: effector.into() }), refused);
     let text = format!(
         "{NOMINAL}\n[[plant.fault]]\neffector = \"left_flap\"\nkind = \"float\"\nonset_s = 1.0\n"
     );

@@ -45,11 +45,14 @@ fn instances_are_the_documented_effectors() {
     for (instance, effector) in (1_u8..).zip(servos) {
         let asked = inject(102.0, 2.0, f32::from(instance), 0.0).unwrap();
         let kind = FaultKind::StuckHere;
-        assert_eq!(asked, [FaultRequest::Inject { effector, kind, timing: Timing::NOW }]);
+        assert_eq!(
+            asked,
+            [FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW }]
+        );
         assert_eq!(unit_and_instance(effector, &tvc_jet::effectors()), ("servo", instance));
     }
     let asked = inject(101.0, 0.0, 1.0, 0.0).unwrap();
-    assert_eq!(asked, [FaultRequest::Clear { effector: tvc_jet::ENGINE }]);
+    assert_eq!(asked, [FaultRequest::Clear { target: tvc_jet::ENGINE.into() }]);
 }
 
 #[test]
@@ -57,7 +60,7 @@ fn zero_is_all_instances_and_a_mask_counts_only_without_an_instance() {
     assert_eq!(inject(102.0, 1.0, 0.0, 0.0).unwrap().len(), 7);
     assert_eq!(inject(102.0, 1.0, 2.0, 127.0).unwrap().len(), 1);
     let asked = inject(102.0, 1.0, NAN, 5.0).unwrap();
-    let named: Vec<_> = asked.iter().filter_map(FaultRequest::effector).collect();
+    let named: Vec<_> = asked.iter().filter_map(|request| request.target()?.effector()).collect();
     assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);
     for mask in [0.0, NAN, 128.0, -1.0, 1.5] {
         assert_eq!(inject(102.0, 1.0, NAN, mask), Err(DENIED), "mask {mask}");
@@ -88,7 +91,7 @@ fn every_type_is_a_fault_of_a_servo_and_of_the_engine() {
         for unit in [101.0, 102.0] {
             let asked = inject(unit, failure_type.into(), 1.0, 0.0).unwrap();
             let [FaultRequest::Inject { kind, .. }] = asked[..] else { panic!("{asked:?}") };
-            assert_eq!(FailureType::of(&kind).code(), Some(failure_type), "{kind:?}");
+            assert_eq!(kind.info().mavlink.failure_type.code(), failure_type, "{kind:?}");
         }
     }
 }
@@ -114,15 +117,15 @@ fn user_1_carries_each_kind_of_value_ramp_and_onset_exactly() {
         (4.0, 10.0, -1.0, FaultKind::HardOver { side: Side::Negative }),
     ] {
         let timing = Timing::NOW;
-        let expected = FaultRequest::Inject { effector, kind, timing };
+        let expected = FaultRequest::Inject { target: effector.into(), kind, timing };
         assert_eq!(user(p2, p4, p5, 0.0, NAN), Ok(vec![expected]), "kind of value {p4}");
         let timing = Timing::at(SimTime::from_micros(12_300_000));
-        let expected = FaultRequest::Inject { effector, kind, timing };
+        let expected = FaultRequest::Inject { target: effector.into(), kind, timing };
         assert_eq!(user(p2, p4, p5, NAN, 12.3), Ok(vec![expected]), "kind of value {p4}, later");
     }
     let timing = Timing { ramp_s: 2.5, ..Timing::NOW };
     let kind = FaultKind::Biased { bias: deg(4.0) };
-    let expected = FaultRequest::Inject { effector, kind, timing };
+    let expected = FaultRequest::Inject { target: effector.into(), kind, timing };
     assert_eq!(user(4.0, 3.0, 4.0, 2.5, 0.0), Ok(vec![expected]));
 }
 

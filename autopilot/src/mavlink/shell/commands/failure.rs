@@ -1,25 +1,51 @@
 //! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
 //! same order as the commands of the MAVLink protocol.
 
-use flight_control::Belief;
-use icd::fault::Onset;
-use icd::{FaultRequest, SimTime};
+use std::fmt::Write as _;
+
+use icd::fault::kind::{NumberInfo, SIZE_OPTION};
+use icd::fault::{CATALOGUE, KindInfo, Onset, Quantity, TargetClass};
+use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::{Answer, Asking, Order, list, number, usage};
 use crate::event::Wish;
-use crate::mavlink::failure::order::{self, FailureType, FaultOrder, Instances, Unit, Value};
+use crate::mavlink::failure::order::{self, Failure, FaultOrder, Instances, Size, Unit, Value};
 
 pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
-pub(super) const DETAILS: &str = "\
-Components: servo (1 left aileron, 2 right aileron, 3 left elevator, 4 right elevator, 5 rudder, 6 nozzle pitch,
-7 nozzle yaw), motor (1 the engine).
-Types: ok off stuck garbage wrong slow delayed intermittent drift; hardover bias limit oscillate loss float flameout.
-  -i N     instance; without -i and -m all of them
-  -m MASK  instances as bits, bit 0 the first
-  -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -; without it by the parameters FLT_*
-  -f HZ    frequency of garbage and oscillate
-  -p TIME  period of intermittent
-  -t TIME  onset, simulation time; without it at once
+/// The rest of the help, for an aircraft with these effectors.
+pub(super) fn details(effectors: &EffectorList) -> String {
+    let unit = |name: &str, is_angle| {
+        let one = |effector: &Effector| {
+            format!("{} {}", effectors.instance(*effector), effectors.name(*effector))
+        };
+        let all: Vec<String> = effectors.by_unit(is_angle).iter().map(one).collect();
+        format!("{name} ({})", all.join(", "))
+    };
+    let names = |of_kind: bool| {
+        let all = Failure::all().filter(|failure| matches!(failure, Failure::Kind(_)) == of_kind);
+        all.map(Failure::name).collect::<Vec<_>>().join(" ")
+    };
+    let (servos, motors, types, kinds) =
+        (unit("servo", true), unit("motor", false), names(false), names(true));
+    let mut said = format!(
+        "Components: {servos}, {motors}.\nTypes: {types}; {kinds}.\n\
+         \x20 -i N     instance; without -i and -m all of them\n\
+         \x20 -m MASK  instances as bits, bit 0 the first\n\
+         \x20 -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -; without it by the parameters FLT_*\n"
+    );
+    for (option, kind, number) in options() {
+        let (unit, what) =
+            (number.quantity.measure().unit(TargetClass::Angle).name, number.quantity.name());
+        let value = if unit == "s" { "TIME".to_owned() } else { unit.to_uppercase() };
+        let name = kind.mavlink.failure_type.name();
+        // Writing to a string cannot fail.
+        let _ = writeln!(said, "  {option} {value:<5} {what} of {name}");
+    }
+    said + TIMES
+}
+
+const TIMES: &str = "\
+\x20 -t TIME  onset, simulation time; without it at once
   -r TIME  ramp
   -d TIME  duration
   -e TIME  from one onset to the next
@@ -27,16 +53,24 @@ Types: ok off stuck garbage wrong slow delayed intermittent drift; hardover bias
 list shows the faults, clear mends everything and forgets what is scheduled.
 ";
 
+/// Options for numbers beside the size of a fault.
+fn options() -> impl Iterator<Item = (&'static str, &'static KindInfo, &'static NumberInfo)> {
+    let numbers = |kind: &'static KindInfo| kind.numbers.iter().map(move |number| (kind, number));
+    let all = CATALOGUE.iter().flat_map(numbers);
+    all.filter(|(_, number)| number.option != SIZE_OPTION)
+        .map(|(kind, number)| (number.option, kind, number))
+}
+
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
         ["list"] => Ok(Order::say(list::text(asking))),
         ["clear"] => clear(asking),
-        [component, failure_type, options @ ..] => {
-            let order = order_of(component, failure_type, options, asking.ctx.belief)?;
+        [component, failure, options @ ..] => {
+            let order = order_of(component, failure, options)?;
             let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.belief)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
             let wishes =
-                requests.into_iter().map(|request| (Wish::Fault(request), request.effector()));
+                requests.into_iter().map(|request| (Wish::Fault(request), request.target()));
             Ok(Order { said: String::new(), wishes: wishes.collect() })
         }
         _ => Err(usage("failure")),
@@ -51,22 +85,17 @@ fn clear(asking: &Asking) -> Answer {
     }
 }
 
-fn order_of(
-    component: &str,
-    failure_type: &str,
-    options: &[&str],
-    belief: &Belief,
-) -> Result<FaultOrder, String> {
+fn order_of(component: &str, failure: &str, words: &[&str]) -> Result<FaultOrder, String> {
     let unit = Unit::parse(component).ok_or_else(|| {
         let names: Vec<&str> = Unit::names().collect();
         format!("there is no component {component}: there are {}", names.join(" "))
     })?;
-    let failure_type = FailureType::parse(failure_type).ok_or_else(|| {
-        let names: Vec<&str> = FailureType::names().collect();
-        format!("there is no type {failure_type}: there are {}", names.join(" "))
+    let failure = Failure::parse(failure).ok_or_else(|| {
+        let names: Vec<&str> = Failure::all().map(Failure::name).collect();
+        format!("there is no type {failure}: there are {}", names.join(" "))
     })?;
-    let mut order = FaultOrder::new(unit, failure_type, Instances::All);
-    for pair in options.chunks(2) {
+    let mut order = FaultOrder::new(unit, failure, Instances::All);
+    for pair in words.chunks(2) {
         let [name, word] = *pair else {
             return Err(format!("option {} has no value", pair.join(" ")));
         };
@@ -76,15 +105,25 @@ fn order_of(
             }
             "-i" => order.instances = Instances::One(count(name, word)?),
             "-m" => order.instances = Instances::Mask(count(name, word)?),
-            "-v" => order.value = Some(value(failure_type, unit, word, belief)?),
-            "-f" => order.frequency_hz = Some(number(name, word, "Hz")?),
-            "-p" => order.period_s = Some(number(name, word, "s")?),
+            SIZE_OPTION => order.value = Some(value(failure, unit, word)?),
             "-t" => order.onset = onset(number(name, word, "s")?)?,
             "-r" => order.ramp_s = Some(number(name, word, "s")?),
             "-d" => order.duration_s = Some(number(name, word, "s")?),
             "-e" => order.every_s = Some(number(name, word, "s")?),
             "-n" => order.times = Some(count(name, word)?),
-            _ => return Err(format!("there is no option {name}, see help failure")),
+            _ => {
+                let (_, _, info) = options()
+                    .find(|(option, ..)| *option == name)
+                    .ok_or_else(|| format!("there is no option {name}, see help failure"))?;
+                let unit = info.quantity.measure().unit(TargetClass::Angle);
+                let value = number(name, word, unit.name)?;
+                let is_room = |known: &&mut Option<(Quantity, f64)>| {
+                    known.is_none_or(|(quantity, _)| quantity == info.quantity)
+                };
+                let room = order.numbers.iter_mut().find(is_room);
+                *room.ok_or_else(|| format!("option {name} is one too many"))? =
+                    Some((info.quantity, value));
+            }
         }
     }
     // As with PX4 and the commands, instance 0 is all of them.
@@ -99,32 +138,13 @@ fn onset(seconds: f64) -> Result<Onset, String> {
     at.map(Onset::At).ok_or_else(|| format!("-t {seconds} s is no simulation time"))
 }
 
-/// A size with its unit. Thrusts of the engine become percent of its largest.
-fn value(
-    failure_type: FailureType,
-    unit: Unit,
-    word: &str,
-    belief: &Belief,
-) -> Result<Value, String> {
-    use FailureType as T;
-    let per_second = word.strip_suffix("kN/s").map(|digits| (digits, "%/s"));
-    let thrust = per_second.or_else(|| word.strip_suffix("kN").map(|digits| (digits, "%")));
-    let parsed = match thrust {
-        None => Value::parse(failure_type, word),
-        Some((digits, suffix)) => {
-            let has_thrust = matches!(
-                failure_type,
-                T::Garbage | T::Oscillate | T::Bias | T::Limit | T::Slow | T::Drift
-            );
-            if unit != Unit::MOTOR || !has_thrust {
-                return Err(format!("{} of {unit} takes no thrust {word}", failure_type.name()));
-            }
-            let newton = 1.0e3 * number("-v", digits, "kN")?;
-            let percent = 100.0 * newton / belief.effectors.thrust_range_n()[1];
-            Value::parse(failure_type, &format!("{percent}{suffix}"))
-        }
-    };
-    parsed.map_err(|error| error.to_string())
+/// A size with its unit; thrusts are for motors.
+fn value(failure: Failure, unit: Unit, word: &str) -> Result<Value, String> {
+    let value = Value::parse(failure, word).map_err(|error| error.to_string())?;
+    if unit != Unit::MOTOR && matches!(value.size, Size::Si(_)) {
+        return Err(format!("{} of {unit} takes no thrust {word}", failure.name()));
+    }
+    Ok(value)
 }
 
 fn count(name: &str, word: &str) -> Result<u32, String> {

@@ -41,23 +41,23 @@ fn phase(aircraft: &Aircraft) -> &'static str {
 }
 
 fn flight(said: &mut String, state: &Snapshot, aircraft: &Aircraft) {
-    let (sensors, demand) = (&state.sensors, &state.demand);
-    let euler = sensors.attitude.euler();
-    let velocity = sensors.velocity.0;
+    let (motion, demand) = (state.motion(), &state.demand);
+    let euler = motion.attitude;
+    let velocity = motion.velocity.0;
     let course = libm::atan2(velocity.y, velocity.x).to_degrees().rem_euclid(360.0);
     let _ = writeln!(said, "Time: {}, mode {}", state.time, aircraft.mode());
     let _ = writeln!(
         said,
         "Position: {} deg, {} deg, altitude {} m",
-        fixed(5, sensors.latitude_rad.to_degrees()),
-        fixed(5, sensors.longitude_rad.to_degrees()),
-        fixed(1, sensors.altitude_m)
+        fixed(5, motion.latitude_rad.to_degrees()),
+        fixed(5, motion.longitude_rad.to_degrees()),
+        fixed(1, motion.altitude_m)
     );
     let _ = writeln!(
         said,
         "Motion: airspeed {} m/s, climb {} m/s, course {} deg",
-        fixed(1, sensors.airspeed_m_s),
-        fixed(1, -velocity.z),
+        fixed(1, motion.airspeed_m_s),
+        fixed(1, motion.climb_rate_m_s()),
         fixed(1, course)
     );
     let _ = writeln!(

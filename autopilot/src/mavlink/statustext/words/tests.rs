@@ -64,7 +64,13 @@ impl Qgc {
 fn fault(state: FaultState) -> EventKind {
     let kind = FaultKind::StuckAt { angle_rad: 30.0_f64.to_radians(), travel: Travel::Jump };
     let timing = Timing::NOW;
-    EventKind::Fault(FaultEntry { id: 1, effector: tvc_jet::LEFT_ELEVATOR, kind, timing, state })
+    EventKind::Fault(FaultEntry {
+        id: 1,
+        target: tvc_jet::LEFT_ELEVATOR.into(),
+        kind,
+        timing,
+        state,
+    })
 }
 
 /// Every kind of event that has a text here, how it is shown, and the text.

@@ -89,7 +89,7 @@ pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
 
 /// NAMED_VALUE_FLOAT: what the compensator sees, does and has left, SI units and radians, and the two air angles.
 pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
-    let (log, sensors) = (&state.log, &state.sensors);
+    let (log, motion) = (&state.log, state.motion());
     [
         ("z2_p", log.z2.x),
         ("z2_q", log.z2.y),
@@ -106,8 +106,8 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
         ("auth_yaw", log.authority.yaw_pct),
         ("ftc_fade", log.fade),
         ("ftc_active", f64::from(u8::from(log.compensator_active))),
-        ("alpha", sensors.angle_of_attack_rad),
-        ("beta", sensors.sideslip_rad),
+        ("alpha", motion.alpha),
+        ("beta", motion.beta),
     ]
     .map(|(name, value)| {
         Encoded::new(&NAMED_VALUE_FLOAT_DATA {
@@ -127,7 +127,8 @@ const WHY_EFFECTORS: usize = 8;
 
 /// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in their order, what it is told (0 to 7), where the
 /// model of the healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what
-/// the compensator sees, does and has left (24 to 41). docs/mavlink.md has the list.
+/// the compensator sees, does and has left (24 to 41), what of each command is compensation (42 to 49), and
+/// what is left in either direction (50 to 55). docs/mavlink.md has the list.
 pub fn why(state: &Snapshot) -> Encoded {
     let log = &state.log;
     let flag = |raised: bool| f64::from(u8::from(raised));
@@ -144,7 +145,10 @@ pub fn why(state: &Snapshot) -> Encoded {
                 [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]
             },
         ))
-        .chain([log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct]);
+        .chain([log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct])
+        .chain(first(&log.increments))
+        .chain(log.authority.negative_pct)
+        .chain(log.authority.positive_pct);
     let mut data = [0.0; 58];
     for (place, value) in data.iter_mut().zip(effectors.chain(compensator)) {
         *place = convert::float(value);

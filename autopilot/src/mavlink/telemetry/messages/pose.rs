@@ -14,8 +14,8 @@ use crate::mavlink::convert;
 use crate::mavlink::telemetry::View;
 
 pub fn attitude(state: &Snapshot) -> Encoded {
-    let euler = state.sensors.attitude.euler();
-    let rates = state.sensors.body_rates.0;
+    let euler = state.motion().attitude;
+    let rates = state.motion().rates;
     Encoded::new(&ATTITUDE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         roll: convert::float(euler.phi),
@@ -28,8 +28,8 @@ pub fn attitude(state: &Snapshot) -> Encoded {
 }
 
 pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
-    let [q1, q2, q3, q4] = state.sensors.attitude.wxyz().map(convert::float);
-    let rates = state.sensors.body_rates.0;
+    let [q1, q2, q3, q4] = state.motion().orientation.wxyz().map(convert::float);
+    let rates = state.motion().rates;
     Encoded::new(&ATTITUDE_QUATERNION_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         q1,
@@ -44,25 +44,25 @@ pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
 }
 
 pub fn global_position_int(state: &Snapshot) -> Encoded {
-    let sensors = &state.sensors;
-    let velocity = sensors.velocity.0;
-    let altitude = convert::millimetres(sensors.altitude_m);
+    let motion = state.motion();
+    let velocity = motion.velocity.0;
+    let altitude = convert::millimetres(motion.altitude_m);
     Encoded::new(&GLOBAL_POSITION_INT_DATA {
         time_boot_ms: convert::boot_ms(state.time),
-        lat: convert::degrees_e7(sensors.latitude_rad),
-        lon: convert::degrees_e7(sensors.longitude_rad),
+        lat: convert::degrees_e7(motion.latitude_rad),
+        lon: convert::degrees_e7(motion.longitude_rad),
         alt: altitude,
         // Home is at altitude zero.
         relative_alt: altitude,
         vx: convert::centimetres_per_second(velocity.x),
         vy: convert::centimetres_per_second(velocity.y),
         vz: convert::centimetres_per_second(velocity.z),
-        hdg: convert::heading_centidegrees(sensors.attitude.euler().psi),
+        hdg: convert::heading_centidegrees(motion.attitude.psi),
     })
 }
 
 pub fn local_position_ned(state: &Snapshot) -> Encoded {
-    let (position, velocity) = (state.sensors.position.0, state.sensors.velocity.0);
+    let (position, velocity) = (state.motion().position.0, state.motion().velocity.0);
     Encoded::new(&LOCAL_POSITION_NED_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         x: convert::float(position.x),
@@ -82,21 +82,21 @@ const SATELLITES: u8 = 16;
 const DILUTION: u16 = 100;
 
 pub fn gps_raw_int(state: &Snapshot) -> Encoded {
-    let sensors = &state.sensors;
-    let velocity = sensors.velocity.0;
-    let altitude = convert::millimetres(sensors.altitude_m);
+    let motion = state.motion();
+    let velocity = motion.velocity.0;
+    let altitude = convert::millimetres(motion.altitude_m);
     Encoded::new(&GPS_RAW_INT_DATA {
         time_usec: state.time.as_micros(),
         fix_type: GpsFixType::GPS_FIX_TYPE_3D_FIX,
-        lat: convert::degrees_e7(sensors.latitude_rad),
-        lon: convert::degrees_e7(sensors.longitude_rad),
+        lat: convert::degrees_e7(motion.latitude_rad),
+        lon: convert::degrees_e7(motion.longitude_rad),
         alt: altitude,
         alt_ellipsoid: altitude,
         eph: DILUTION,
         epv: DILUTION,
         satellites_visible: SATELLITES,
         vel: convert::centimetres_per_second_unsigned(libm::hypot(velocity.x, velocity.y)),
-        cog: convert::heading_centidegrees(course_rad(&sensors.velocity)),
+        cog: convert::heading_centidegrees(course_rad(&motion.velocity)),
         // The navigation unit is ideal: no uncertainty.
         h_acc: 0,
         v_acc: 0,
@@ -113,25 +113,25 @@ fn course_rad(velocity: &Ned) -> f64 {
 }
 
 pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
-    let sensors = &state.sensors;
-    let velocity = sensors.velocity.0;
+    let motion = state.motion();
+    let velocity = motion.velocity.0;
     Encoded::new(&VFR_HUD_DATA {
-        airspeed: convert::float(sensors.airspeed_m_s),
+        airspeed: convert::float(motion.airspeed_m_s),
         groundspeed: convert::float(libm::hypot(velocity.x, velocity.y)),
-        alt: convert::float(sensors.altitude_m),
-        climb: convert::float(-velocity.z),
-        heading: convert::heading_degrees(sensors.attitude.euler().psi),
+        alt: convert::float(motion.altitude_m),
+        climb: convert::float(motion.climb_rate_m_s()),
+        heading: convert::heading_degrees(motion.attitude.psi),
         throttle: convert::percent(throttle(state, view.belief)),
     })
 }
 
 pub fn altitude(state: &Snapshot) -> Encoded {
-    let altitude = convert::float(state.sensors.altitude_m);
+    let altitude = convert::float(state.motion().altitude_m);
     Encoded::new(&ALTITUDE_DATA {
         time_usec: state.time.as_micros(),
         altitude_monotonic: altitude,
         altitude_amsl: altitude,
-        altitude_local: convert::float(-state.sensors.position.0.z),
+        altitude_local: convert::float(-state.motion().position.0.z),
         altitude_relative: altitude,
         // The ground is at altitude zero everywhere.
         altitude_terrain: altitude,
@@ -160,9 +160,9 @@ pub fn home_position(view: &View) -> Option<Encoded> {
 
 /// ODOMETRY: position in the local axes, velocity in body axes.
 pub fn odometry(state: &Snapshot) -> Encoded {
-    let sensors = &state.sensors;
-    let (position, rates) = (sensors.position.0, sensors.body_rates.0);
-    let velocity = sensors.attitude.to_body(sensors.velocity).0;
+    let motion = state.motion();
+    let (position, rates) = (motion.position.0, motion.rates);
+    let velocity = motion.orientation.to_body(motion.velocity).0;
     // A NaN in the first place says that the covariance is unknown.
     let mut unknown = [0.0; 21];
     unknown[0] = f32::NAN;
@@ -171,7 +171,7 @@ pub fn odometry(state: &Snapshot) -> Encoded {
         x: convert::float(position.x),
         y: convert::float(position.y),
         z: convert::float(position.z),
-        q: sensors.attitude.wxyz().map(convert::float),
+        q: motion.orientation.wxyz().map(convert::float),
         vx: convert::float(velocity.x),
         vy: convert::float(velocity.y),
         vz: convert::float(velocity.z),

@@ -15,7 +15,7 @@ use crate::mavlink::telemetry::View;
 /// ATTITUDE_TARGET: the roll reference that the law tracks. The laws have no pitch or heading reference, so
 /// those two angles are the present ones.
 pub fn attitude_target(view: &View, state: &Snapshot) -> Encoded {
-    let present = state.sensors.attitude.euler();
+    let present = state.motion().attitude;
     let attitude =
         Attitude::from_euler(EulerAngles { phi: state.log.roll_reference_rad, ..present });
     let thrust = thrust_fraction(state.log.main.thrust_n, view.belief);
@@ -77,8 +77,8 @@ pub fn position_target_global_int(state: &Snapshot) -> Encoded {
 /// NAV_CONTROLLER_OUTPUT. Errors are reference minus measured value. There is no pitch reference: NaN.
 /// Without guidance the bearings are the present heading and the distance is zero.
 pub fn nav_controller_output(state: &Snapshot) -> Encoded {
-    let (navigation, sensors) = (&state.navigation, &state.sensors);
-    let heading = sensors.attitude.euler().psi;
+    let (navigation, motion) = (&state.navigation, state.motion());
+    let heading = motion.attitude.psi;
     let course = navigation.course_rad.unwrap_or(heading);
     let bearing = navigation.target.map_or(course, |target| target.bearing_rad);
     let distance = navigation.target.map_or(0.0, |target| target.distance_m);
@@ -88,8 +88,8 @@ pub fn nav_controller_output(state: &Snapshot) -> Encoded {
         nav_bearing: convert::bearing_degrees(course),
         target_bearing: convert::bearing_degrees(bearing),
         wp_dist: convert::whole_metres(distance),
-        alt_error: convert::float(state.demand.altitude_m - sensors.altitude_m),
-        aspd_error: convert::float(state.demand.airspeed_m_s - sensors.airspeed_m_s),
+        alt_error: convert::float(state.demand.altitude_m - motion.altitude_m),
+        aspd_error: convert::float(state.demand.airspeed_m_s - motion.airspeed_m_s),
         xtrack_error: convert::float(navigation.cross_track_m),
     })
 }

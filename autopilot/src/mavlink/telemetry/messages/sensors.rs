@@ -1,4 +1,4 @@
-//! What the sensors say, as a ground station expects it of single instruments.
+//! The navigation state, as a ground station expects it of single instruments.
 //!
 //! The aircraft carries an ideal navigation unit and an air-data computer, not the instruments behind them.
 //! Pressures and temperature are those of the standard atmosphere at the altitude and airspeed that those
@@ -7,8 +7,8 @@
 use ::mavlink::dialects::common::{
     HIGHRES_IMU_DATA, HighresImuUpdatedFlags as Updated, SCALED_PRESSURE_DATA, WIND_COV_DATA,
 };
+use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
-use icd::{Body, Ned, Sensors};
 
 use crate::event::Snapshot;
 use crate::mavlink::codec::Encoded;
@@ -30,11 +30,11 @@ struct AirData {
 impl AirData {
     /// Isentropic flow up to Mach 1: `q_c = p ((1 + (γ - 1)/2 M²)^(γ/(γ - 1)) - 1)`. Beyond it a shock in front
     /// of the head takes some of it away, which is not counted here.
-    fn of(sensors: &Sensors) -> Self {
-        let temperature_k = atmosphere::temperature(sensors.altitude_m);
-        let static_pa = atmosphere::pressure(sensors.altitude_m);
+    fn of(motion: &NavigationState) -> Self {
+        let temperature_k = atmosphere::temperature(motion.altitude_m);
+        let static_pa = atmosphere::pressure(motion.altitude_m);
         let mach =
-            sensors.airspeed_m_s / libm::sqrt(GAMMA * atmosphere::GAS_CONSTANT * temperature_k);
+            motion.airspeed_m_s / libm::sqrt(GAMMA * atmosphere::GAS_CONSTANT * temperature_k);
         let ratio = 1.0 + 0.5 * (GAMMA - 1.0) * mach * mach;
         let impact_pa = static_pa * (libm::pow(ratio, GAMMA / (GAMMA - 1.0)) - 1.0);
         Self { static_pa, impact_pa, temperature_k }
@@ -43,9 +43,9 @@ impl AirData {
 
 /// HIGHRES_IMU. The magnetic field is NaN and not among the updated fields.
 pub fn highres_imu(state: &Snapshot) -> Encoded {
-    let sensors = &state.sensors;
-    let air = AirData::of(sensors);
-    let (force, rates) = (sensors.specific_force.0, sensors.body_rates.0);
+    let motion = state.motion();
+    let air = AirData::of(motion);
+    let (force, rates) = (motion.specific_force.0, motion.rates);
     let magnetic = Updated::HIGHRES_IMU_UPDATED_XMAG
         | Updated::HIGHRES_IMU_UPDATED_YMAG
         | Updated::HIGHRES_IMU_UPDATED_ZMAG;
@@ -62,7 +62,7 @@ pub fn highres_imu(state: &Snapshot) -> Encoded {
         zmag: f32::NAN,
         abs_pressure: convert::hectopascals(air.static_pa),
         diff_pressure: convert::hectopascals(air.impact_pa),
-        pressure_alt: convert::float(sensors.altitude_m),
+        pressure_alt: convert::float(motion.altitude_m),
         temperature: convert::celsius(air.temperature_k),
         fields_updated: Updated::all().difference(magnetic),
         id: 0,
@@ -70,7 +70,7 @@ pub fn highres_imu(state: &Snapshot) -> Encoded {
 }
 
 pub fn scaled_pressure(state: &Snapshot) -> Encoded {
-    let air = AirData::of(&state.sensors);
+    let air = AirData::of(state.motion());
     Encoded::new(&SCALED_PRESSURE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         press_abs: convert::hectopascals(air.static_pa),
@@ -81,20 +81,9 @@ pub fn scaled_pressure(state: &Snapshot) -> Encoded {
     })
 }
 
-/// Wind, m/s, where it goes: velocity over the ground minus velocity through the air, the latter from
-/// airspeed, vanes and attitude.
-pub fn wind(sensors: &Sensors) -> Ned {
-    let v_a = sensors.airspeed_m_s;
-    let (sin_alpha, cos_alpha) = libm::sincos(sensors.angle_of_attack_rad);
-    let (sin_beta, cos_beta) = libm::sincos(sensors.sideslip_rad);
-    let through_air =
-        Body::new(v_a * cos_alpha * cos_beta, v_a * sin_beta, v_a * sin_alpha * cos_beta);
-    Ned(sensors.velocity.0 - sensors.attitude.to_ned(through_air).0)
-}
-
 /// WIND_COV: the wind at one tick. Its variability is not estimated: NaN.
 pub fn wind_cov(state: &Snapshot) -> Encoded {
-    let wind = wind(&state.sensors).0;
+    let wind = state.motion().wind().0;
     Encoded::new(&WIND_COV_DATA {
         time_usec: state.time.as_micros(),
         wind_x: convert::float(wind.x),
@@ -102,7 +91,7 @@ pub fn wind_cov(state: &Snapshot) -> Encoded {
         wind_z: convert::float(wind.z),
         var_horiz: f32::NAN,
         var_vert: f32::NAN,
-        wind_alt: convert::float(state.sensors.altitude_m),
+        wind_alt: convert::float(state.motion().altitude_m),
         // Zero: unknown.
         horiz_accuracy: 0.0,
         vert_accuracy: 0.0,

@@ -19,8 +19,9 @@ struct Signal {
     of: fn(&StepLog) -> [f64; 3],
 }
 
-/// Estimate, rad/s^2; level, in units of its threshold; authority, percent; compensation after limits, rad.
-const SIGNALS: [Signal; 4] = [
+/// Estimate, rad/s^2; level, in units of its threshold; authority, percent; compensation after limits, rad;
+/// what it gives by the design model, rad/s^2.
+const SIGNALS: [Signal; 5] = [
     Signal { component: 25, name: "estimate", of: |log| [log.z2.x, log.z2.y, log.z2.z] },
     Signal { component: 26, name: "level", of: |log| [log.levels.x, log.levels.y, log.levels.z] },
     Signal {
@@ -35,6 +36,11 @@ const SIGNALS: [Signal; 4] = [
             let applied = &log.applied_compensation;
             [applied.aileron_rad, applied.nozzle_pitch_rad, applied.nozzle_yaw_rad]
         },
+    },
+    Signal {
+        component: 29,
+        name: "attained",
+        of: |log| [log.attained.x, log.attained.y, log.attained.z],
     },
 ];
 

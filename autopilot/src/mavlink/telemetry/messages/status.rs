@@ -8,6 +8,8 @@ use ::mavlink::dialects::common::{
     SYS_STATUS_DATA, VIBRATION_DATA,
 };
 
+use flight_control::navigation::Validity;
+
 use crate::event::Snapshot;
 use crate::mavlink::aircraft::{Aircraft, Phase};
 use crate::mavlink::codec::Encoded;
@@ -32,21 +34,30 @@ const CONTROL: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
     .union(Sensor::MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS);
 
-/// Packets come, and they are numbers.
-fn sensors_are_healthy(aircraft: &Aircraft) -> bool {
-    let finite = aircraft.snapshot().is_some_and(|state| !state.log.health.implausible_input);
-    matches!(aircraft.phase(), Phase::Flying | Phase::OnGround) && finite
+/// Which parts of the navigation state are valid; none while no packets come.
+fn validity(aircraft: &Aircraft) -> Validity {
+    let state = aircraft.snapshot();
+    let state = state.filter(|_| matches!(aircraft.phase(), Phase::Flying | Phase::OnGround));
+    state.map_or(Validity::default(), |state| state.motion().valid)
 }
 
-/// SYS_STATUS. A sensor is healthy while its packets come and are numbers; control while the aircraft flies
+/// SYS_STATUS. A sensor is healthy while what it measures is valid; control while the aircraft flies
 /// and has not been terminated. The same makes it ready.
 pub fn sys_status(view: &View) -> Option<Encoded> {
     let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = view.aircraft;
     // MAVProxy reports a breach unless the geofence, which does not exist, is healthy.
     let mut health = Sensor::MAV_SYS_STATUS_GEOFENCE;
-    if sensors_are_healthy(aircraft) {
-        health |= SENSORS;
+    let valid = validity(aircraft);
+    for (is_valid, sensor) in [
+        (valid.rates, Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO),
+        (valid.specific_force, Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL),
+        (valid.attitude, Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG | Sensor::MAV_SYS_STATUS_AHRS),
+        (valid.altitude, Sensor::MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE),
+        (valid.airspeed, Sensor::MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE),
+        (valid.position && valid.velocity, Sensor::MAV_SYS_STATUS_SENSOR_GPS),
+    ] {
+        health.set(sensor, is_valid);
     }
     if aircraft.phase() == Phase::Flying && !aircraft.is_terminated() {
         health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
@@ -112,21 +123,24 @@ pub fn battery_status(_: &View) -> Option<Encoded> {
     }))
 }
 
-/// ESTIMATOR_STATUS. The navigation unit is ideal: no innovation, no error. Its outputs are good while its
-/// packets come and are numbers.
+/// ESTIMATOR_STATUS. The navigation unit is ideal: no innovation, no error. Its outputs are good while they
+/// are valid.
 pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
-    let good = Estimate::ESTIMATOR_ATTITUDE
-        | Estimate::ESTIMATOR_VELOCITY_HORIZ
-        | Estimate::ESTIMATOR_VELOCITY_VERT
-        | Estimate::ESTIMATOR_POS_HORIZ_REL
+    let valid = validity(view.aircraft);
+    let mut flags = Estimate::empty();
+    flags.set(Estimate::ESTIMATOR_ATTITUDE, valid.attitude);
+    let velocity = Estimate::ESTIMATOR_VELOCITY_HORIZ | Estimate::ESTIMATOR_VELOCITY_VERT;
+    flags.set(velocity, valid.velocity);
+    let horizontal = Estimate::ESTIMATOR_POS_HORIZ_REL
         | Estimate::ESTIMATOR_POS_HORIZ_ABS
-        | Estimate::ESTIMATOR_POS_VERT_ABS
-        | Estimate::ESTIMATOR_POS_VERT_AGL
         | Estimate::ESTIMATOR_PRED_POS_HORIZ_REL
         | Estimate::ESTIMATOR_PRED_POS_HORIZ_ABS;
+    flags.set(horizontal, valid.position);
+    let vertical = Estimate::ESTIMATOR_POS_VERT_ABS | Estimate::ESTIMATOR_POS_VERT_AGL;
+    flags.set(vertical, valid.altitude);
     Encoded::new(&ESTIMATOR_STATUS_DATA {
         time_usec: state.time.as_micros(),
-        flags: if sensors_are_healthy(view.aircraft) { good } else { Estimate::empty() },
+        flags,
         vel_ratio: 0.0,
         pos_horiz_ratio: 0.0,
         pos_vert_ratio: 0.0,

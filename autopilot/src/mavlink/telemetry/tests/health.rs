@@ -1,8 +1,8 @@
 //! Health as each client computes it.
 
 use ::mavlink::dialects::common::{
-    EXTENDED_SYS_STATE_DATA, HOME_POSITION_DATA, MavLandedState, MavSysStatusSensor as Sensor,
-    SYS_STATUS_DATA,
+    ESTIMATOR_STATUS_DATA, EXTENDED_SYS_STATE_DATA, EstimatorStatusFlags, HOME_POSITION_DATA,
+    MavLandedState, MavSysStatusSensor as Sensor, SYS_STATUS_DATA,
 };
 
 use super::{PATIENCE, last};
@@ -107,11 +107,17 @@ fn an_aircraft_that_has_gone_silent_is_not_healthy() {
 }
 
 #[test]
-fn sensors_whose_values_are_no_numbers_are_not_healthy() {
+fn a_sensor_whose_values_are_no_numbers_is_not_healthy_and_the_others_are() {
     let mut world = World::flying();
-    world.sensors.airspeed_m_s = f64::NAN;
-    world.run_ms(600);
+    world.sensors.gnss.value.latitude_rad = f64::NAN;
+    world.run_ms(1_100);
     assert!(!mavsdk_health_all_ok(&world));
+    let status: SYS_STATUS_DATA = last(&world);
+    let enabled = status.onboard_control_sensors_enabled;
+    assert_eq!(enabled.difference(status.onboard_control_sensors_health), GPS);
+    let estimate: ESTIMATOR_STATUS_DATA = last(&world);
+    assert!(!estimate.flags.contains(EstimatorStatusFlags::ESTIMATOR_POS_HORIZ_ABS));
+    assert!(estimate.flags.contains(EstimatorStatusFlags::ESTIMATOR_ATTITUDE));
 }
 
 #[test]

@@ -193,7 +193,7 @@ fn the_array_why_has_its_documented_places() {
     let mut world = World::flying();
     // Something rolls the aircraft: 4 rad/s^2 for a quarter of a second.
     for tick in 0..125 {
-        world.sensors.body_rates = Body::new(4.0 * 0.002 * f64::from(tick), 0.0, 0.0);
+        world.sensors.gyro.value = Body::new(4.0 * 0.002 * f64::from(tick), 0.0, 0.0);
         world.step();
     }
     world.got.clear();
@@ -224,8 +224,14 @@ fn the_array_why_has_its_documented_places() {
     near(36, log.applied_compensation.aileron_rad);
     assert_eq!(data[39], 0.0, "the ailerons are at their limit");
     near(41, log.authority.yaw_pct);
-    assert_eq!(data[42..], [0.0; 16]);
-    assert_eq!(first_cells("| index | unit | content |\n").last().unwrap(), "42 to 57");
+    for (index, effector) in tvc_jet::ALL.into_iter().enumerate() {
+        near(index + 42, log.increments[effector]);
+    }
+    near(50, log.authority.negative_pct[0]);
+    near(53, log.authority.positive_pct[0]);
+    assert_eq!(data[50].min(data[53]), data[39], "roll, in the direction that has less");
+    assert_eq!(data[56..], [0.0; 2]);
+    assert_eq!(first_cells("| index | unit | content |\n").last().unwrap(), "56, 57");
 }
 
 #[test]

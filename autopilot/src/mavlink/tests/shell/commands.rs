@@ -173,10 +173,10 @@ fn time_is_paused_stepped_and_sped_up() {
 fn a_failure_is_printed_when_the_plant_has_answered() {
     let mut world = World::flying();
     let (wishes, text) = wishes(&mut world, "failure servo stuck -i 5 -v 3deg");
-    let [Wish::Fault(FaultRequest::Inject { effector, kind, .. })] = wishes[..] else {
+    let [Wish::Fault(FaultRequest::Inject { target, kind, .. })] = wishes[..] else {
         panic!("{wishes:?}")
     };
-    assert_eq!(effector, tvc_jet::RUDDER);
+    assert_eq!(target, tvc_jet::RUDDER.into());
     let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
     assert!((angle_rad.to_degrees() - 3.0).abs() < 1.0e-6, "{angle_rad} rad");
     assert!(text.starts_with("rudder: acts since"), "{text}");
@@ -245,13 +245,13 @@ fn every_type_takes_its_size_and_every_option_its_place() {
     let named: Vec<_> = wishes
         .iter()
         .map(|wish| {
-            let Wish::Fault(FaultRequest::Inject { effector, timing, .. }) = wish else {
+            let Wish::Fault(FaultRequest::Inject { target, timing, .. }) = wish else {
                 panic!("{wish:?}")
             };
             assert_eq!(timing.onset, Onset::At(SimTime::from_seconds(99.5).unwrap()));
             assert_eq!((timing.ramp_s, timing.duration_s), (1.0, Some(5.0)));
             assert_eq!(timing.repeat, Some(Repeat { every_s: 10.0, times: Some(3) }));
-            *effector
+            target.effector().unwrap()
         })
         .collect();
     assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);

@@ -67,7 +67,7 @@ fn status_says_which_line_of_each_sequence_is_next() {
     assert!(text.contains("main: line 4 is next: when roll passes 10 deg: say two"), "{text}");
     assert!(said(&mut world, "list").contains("(rudder) stuck"));
     let bank = EulerAngles { phi: 11.0_f64.to_radians(), theta: 0.0, psi: 0.0 };
-    world.sensors.attitude = Attitude::from_euler(bank);
+    world.sensors.attitude.value = Attitude::from_euler(bank);
     world.run_ms(20);
     assert!(world.said("Script done: a"), "{:?}", world.texts());
     assert_eq!(said(&mut world, "script status"), "No script runs\n");
@@ -166,9 +166,9 @@ fn the_scenarios_script_is_listed_without_a_number() {
 #[test]
 fn the_list_is_whole_right_after_joining_a_flight() {
     let mut world = World::flying();
-    let entry = |id, effector, state| {
+    let entry = |id, effector: icd::Effector, state| {
         let (kind, timing) = (FaultKind::StuckHere, Timing::at(SimTime::from_micros(1_000_000)));
-        PlantReport::Fault(FaultEntry { id, effector, kind, timing, state })
+        PlantReport::Fault(FaultEntry { id, target: effector.into(), kind, timing, state })
     };
     let at = SimTime::from_micros;
     world.listed = vec![

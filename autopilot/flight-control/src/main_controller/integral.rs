@@ -1,4 +1,4 @@
-//! The integral part of a PID; it knows nothing about aircraft.
+//! The integral part of a law; it knows nothing about aircraft.
 
 /// A clamped integral.
 ///
@@ -10,6 +10,22 @@ impl Integral {
     /// Adds one step, clamped to `max` either way.
     pub fn add(&mut self, increment: f64, max: f64) {
         self.0 = (self.0 + increment).clamp(-max, max);
+    }
+
+    /// Starts from `value`, as far as `max` either way allows.
+    pub fn start(&mut self, value: f64, max: f64) {
+        self.0 = value.clamp(-max, max);
+    }
+
+    /// One that starts from `value`.
+    #[must_use]
+    pub fn starting(value: f64) -> Self {
+        Self(value)
+    }
+
+    /// The integral itself, for [`super::Law::states`].
+    pub fn state(&mut self) -> &mut f64 {
+        &mut self.0
     }
 
     /// Contribution to the command.

@@ -1,9 +1,8 @@
 use super::*;
-use crate::gains::Gains;
 use proptest::prelude::*;
 
-fn gains() -> ObserverGains {
-    Gains::REFERENCE.observer
+fn gains() -> NesoGains {
+    NesoGains::REFERENCE
 }
 
 fn period(micros: u32) -> ControlPeriod {
@@ -45,10 +44,10 @@ fn the_estimate_converges_at_every_allowed_period() {
 
 #[test]
 fn the_first_step_takes_the_measurement_and_estimates_nothing() {
-    let mut observer = Observer::new(&gains(), period(2_000));
-    observer.step(&Vector3::new(0.3, -0.2, 0.1), &Vector3::new(9.0, 9.0, 9.0));
-    assert_eq!(observer.z(), Vector3::new(0.3, -0.2, 0.1));
-    assert_eq!(observer.z2(), Vector3::zeros());
+    let mut observer = Neso::new(&gains(), period(2_000));
+    let estimate = observer.step(&Vector3::new(0.3, -0.2, 0.1), &Vector3::new(9.0, 9.0, 9.0));
+    assert_eq!(estimate.z, Vector3::new(0.3, -0.2, 0.1));
+    assert_eq!(estimate.z2, Vector3::zeros());
 }
 
 proptest! {
@@ -64,7 +63,7 @@ proptest! {
     fn the_implicit_step_solves_its_equation(
         e_minus in -5.0..5.0_f64, w0 in 1.0..200.0_f64, kb in 0.5..4.0_f64, width in 1.0e-4..0.5_f64,
     ) {
-        let gains = ObserverGains { bandwidth: w0, rate_factor: kb, fal_width: width };
+        let gains = NesoGains { bandwidth: w0, rate_factor: kb, fal_width: width };
         let step = Step::new(&gains, period(2_000));
         let (e, g_2) = step.solve(e_minus);
         prop_assert!((g_2 - fal(e, width)).abs() < 1.0e-9 * (1.0 + g_2.abs()));

@@ -1,12 +1,35 @@
-//! Step two a: three nonlinear extended state observers, one for each axis.
+//! The paper's compensator, step two a: three nonlinear extended state observers, one for each axis.
 //!
 //! Each follows one body rate and estimates as its extended state z2 the angular acceleration that the
 //! design model does not explain: F = g u_f + Δ, a fault or a disturbance.
 
+use core::fmt;
+
 use icd::ControlPeriod;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
-use crate::gains::ObserverGains;
+use super::{Estimate, Estimator, Handover};
+use crate::gains::{Tunable, rows};
+use crate::main_controller::Visitor;
+
+/// Gains of the nonlinear extended state observer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NesoGains {
+    /// ω₀, rad/s: bandwidth of the linear zone.
+    pub bandwidth: f64,
+    /// k_b: β₁ = k_b ω₀. Twice the damping ratio of the linear zone.
+    pub rate_factor: f64,
+    /// δ, rad/s: half width of the linear zone of `fal`.
+    pub fal_width: f64,
+}
+
+/// Rows of [`NesoGains`].
+pub const TUNABLES: &[Tunable] = rows! { neso:
+    "OBS_W0", "rad/s", 1.0, 500.0, bandwidth, "Observer bandwidth in the linear zone";
+    "OBS_KB", "-", 0.1, 20.0, rate_factor, "Observer beta1 as a multiple of the bandwidth";
+    "OBS_WIDTH", "rad/s", 1.0e-5, 10.0, fal_width, "Half width of the linear zone of fal";
+};
 
 /// The paper's α of g₂. The closed-form solution below needs exactly one half.
 pub const FAL_EXPONENT: f64 = 0.5;
@@ -52,7 +75,7 @@ struct Step {
 }
 
 impl Step {
-    fn new(gains: &ObserverGains, period: ControlPeriod) -> Self {
+    fn new(gains: &NesoGains, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let (beta_1, beta_2) = (gains.beta_1(), gains.beta_2());
         let sqrt_width = libm::sqrt(gains.fal_width);
@@ -102,17 +125,17 @@ impl Channel {
 ///
 /// Implements Eq. (21): the vector equation of the aircraft taken apart into one observer an axis.
 #[derive(Debug, Clone)]
-pub struct Observer {
+pub struct Neso {
     channels: [Channel; 3],
     started: bool,
     step: Step,
     period: ControlPeriod,
 }
 
-impl Observer {
+impl Neso {
     /// Waits for its first measurement.
     #[must_use]
-    pub fn new(gains: &ObserverGains, period: ControlPeriod) -> Self {
+    pub fn new(gains: &NesoGains, period: ControlPeriod) -> Self {
         Self {
             channels: [Channel::default(); 3],
             started: false,
@@ -122,28 +145,8 @@ impl Observer {
     }
 
     /// Takes new gains; the estimates stay.
-    pub fn set_gains(&mut self, gains: &ObserverGains) {
+    pub fn set_gains(&mut self, gains: &NesoGains) {
         self.step = Step::new(gains, self.period);
-    }
-
-    /// Forgets the estimates; the next step starts from its measurement.
-    pub fn reset(&mut self) {
-        self.started = false;
-    }
-
-    /// One step with measured body rates `y`, rad/s, and modelled acceleration f + U, rad/s².
-    ///
-    /// The first step after a reset only takes the measurement: z = y, z2 = 0.
-    pub fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) {
-        for (axis, channel) in self.channels.iter_mut().enumerate() {
-            let (y, a) = (y[axis], modelled_acceleration[axis]);
-            if self.started {
-                channel.step(y, a, &self.step);
-            } else {
-                *channel = Channel { z: y, z2: 0.0, a };
-            }
-        }
-        self.started = true;
     }
 
     /// z: estimated body rates, rad/s.
@@ -160,6 +163,83 @@ impl Observer {
     pub fn z2(&self) -> Vector3<f64> {
         let [p, q, r] = &self.channels;
         Vector3::new(p.z2, q.z2, r.z2)
+    }
+}
+
+impl Estimator for Neso {
+    fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) -> Estimate {
+        for (axis, channel) in self.channels.iter_mut().enumerate() {
+            let (y, a) = (y[axis], modelled_acceleration[axis]);
+            if self.started {
+                channel.step(y, a, &self.step);
+            } else {
+                *channel = Channel { z: y, z2: 0.0, a };
+            }
+        }
+        self.started = true;
+        Estimate { z: self.z(), z2: self.z2() }
+    }
+
+    fn start_from(&mut self, from: &Handover) {
+        for (axis, channel) in self.channels.iter_mut().enumerate() {
+            let (z, z2) = (from.estimate.z[axis], from.estimate.z2[axis]);
+            *channel = Channel { z, z2, a: from.modelled_acceleration[axis] };
+        }
+        self.started = true;
+    }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        for Channel { z, z2, a } in &mut self.channels {
+            for state in [z, z2, a] {
+                visit(state);
+            }
+        }
+    }
+}
+
+impl NesoGains {
+    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
+    pub const REFERENCE: Self = Self { bandwidth: 50.0, rate_factor: 2.2, fal_width: 0.02 };
+
+    /// β₁, 1/s.
+    #[must_use]
+    pub fn beta_1(&self) -> f64 {
+        self.rate_factor * self.bandwidth
+    }
+
+    /// β₂, (rad/s)^(1/2)/s²: the linear zone is s² + k_b ω₀ s + ω₀².
+    #[must_use]
+    pub fn beta_2(&self) -> f64 {
+        self.bandwidth * self.bandwidth * libm::sqrt(self.fal_width)
+    }
+
+    /// The condition of Lemma 1, β₁² > 4 k β₂ dg₂/de for some k > 1, at the steepest slope 1/√δ of g₂.
+    ///
+    /// The condition is sufficient, not necessary, so a violation is a warning.
+    #[must_use]
+    pub fn lemma_1(&self) -> Option<Lemma1Warning> {
+        let beta_1_squared = self.beta_1() * self.beta_1();
+        let bound = 4.0 * self.beta_2() / libm::sqrt(self.fal_width);
+        (beta_1_squared <= bound).then_some(Lemma1Warning { beta_1_squared, bound })
+    }
+}
+
+/// Observer gains outside Lemma 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lemma1Warning {
+    /// β₁², 1/s².
+    pub beta_1_squared: f64,
+    /// 4 β₂ max dg₂/de, 1/s²; Lemma 1 asks that β₁² is larger.
+    pub bound: f64,
+}
+
+impl fmt::Display for Lemma1Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { beta_1_squared, bound } = self;
+        write!(
+            f,
+            "outside Lemma 1 (sufficient, not necessary): beta1^2 {beta_1_squared:.0} <= {bound:.0}"
+        )
     }
 }
 

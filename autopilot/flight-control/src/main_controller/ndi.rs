@@ -1,0 +1,291 @@
+//! Nonlinear dynamic inversion: the body rates by inversion of the design model, with outer loops for roll, altitude,
+//! sideslip and airspeed.
+//!
+//! S. A. Snell, D. F. Enns, W. L. Garrard, "Nonlinear Inversion Flight Control for a Supermaneuverable Aircraft",
+//! J. Guidance, Control, and Dynamics 15(4), 1992: fast states (p, q, r) inside, slow states (α, β, φ) around them.
+//! The flight path around those is this project's.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::integral::Integral;
+use super::{Law, LawInput, MainCommand, Visitor};
+use crate::design_model::DesignModel;
+use crate::gains::{Tunable, rows};
+use crate::level_turn::GRAVITY_M_S2;
+use crate::mixer::Mixer;
+
+/// Gains of the dynamic inversion; all are bandwidths, 1/s, but where a unit says otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NdiGains {
+    /// Roll rate.
+    pub k_p: f64,
+    /// Pitch rate.
+    pub k_q: f64,
+    /// Yaw rate.
+    pub k_r: f64,
+    /// Roll angle.
+    pub k_phi: f64,
+    /// Integral of the roll angle error, 1/s².
+    pub k_phi_i: f64,
+    /// Sideslip.
+    pub k_beta: f64,
+    /// Angle of attack.
+    pub k_alpha: f64,
+    /// Flight-path angle.
+    pub k_gamma: f64,
+    /// Altitude.
+    pub k_h: f64,
+    /// Integral of the altitude error, 1/s².
+    pub k_hi: f64,
+    /// Largest climb rate that the altitude error asks for, m/s.
+    pub climb_max_m_s: f64,
+    /// Airspeed.
+    pub k_v: f64,
+    /// Integral of the airspeed error, 1/s².
+    pub k_vi: f64,
+}
+
+/// Rows of [`NdiGains`].
+pub const TUNABLES: &[Tunable] = rows! { ndi:
+    "NDI_KP", "1/s", 0.1, 50.0, k_p, "Bandwidth of the roll rate";
+    "NDI_KQ", "1/s", 0.1, 50.0, k_q, "Bandwidth of the pitch rate";
+    "NDI_KR", "1/s", 0.1, 50.0, k_r, "Bandwidth of the yaw rate";
+    "NDI_KPHI", "1/s", 0.01, 20.0, k_phi, "Bandwidth of the roll angle";
+    "NDI_KPHII", "1/s^2", 0.0, 10.0, k_phi_i, "Roll rate rate per roll angle error";
+    "NDI_KBETA", "1/s", 0.0, 20.0, k_beta, "Bandwidth of the sideslip";
+    "NDI_KALPHA", "1/s", 0.01, 20.0, k_alpha, "Bandwidth of the angle of attack";
+    "NDI_KGAMMA", "1/s", 0.01, 20.0, k_gamma, "Bandwidth of the flight-path angle";
+    "NDI_KH", "1/s", 0.001, 10.0, k_h, "Bandwidth of the altitude";
+    "NDI_KHI", "1/s^2", 0.0, 10.0, k_hi, "Climb rate rate per altitude error";
+    "NDI_CLIMB_MAX", "m/s", 0.1, 500.0, climb_max_m_s, "Largest climb rate that an altitude error asks for";
+    "NDI_KV", "1/s", 0.001, 10.0, k_v, "Bandwidth of the airspeed";
+    "NDI_KVI", "1/s^2", 0.0, 10.0, k_vi, "Acceleration rate per airspeed error";
+};
+
+impl NdiGains {
+    /// Servos of 20 rad/s allow rates of 4 rad/s with a damping of 1.1; each loop around them is two to three
+    /// times slower than the one inside.
+    pub const REFERENCE: Self = Self {
+        k_p: 4.0,
+        k_q: 4.0,
+        k_r: 3.0,
+        k_phi: 1.5,
+        k_phi_i: 0.05,
+        k_beta: 1.0,
+        k_alpha: 1.5,
+        k_gamma: 0.6,
+        k_h: 0.2,
+        k_hi: 0.005,
+        climb_max_m_s: 60.0,
+        k_v: 0.30,
+        k_vi: 0.02,
+    };
+}
+
+/// Largest roll rate of the roll integrator, rad/s.
+const ROLL_INTEGRAL_MAX: f64 = 0.2;
+/// Largest climb rate of the altitude integrator, m/s.
+const CLIMB_INTEGRAL_MAX: f64 = 20.0;
+/// The altitude integrator runs while the error is below this, m.
+const ALTITUDE_BAND_M: f64 = 60.0;
+/// Largest flight-path angle that is asked for, rad.
+const GAMMA_MAX: f64 = 0.5;
+/// Cosine of the bank up to which lift makes up for it, as in [`crate::level_turn`].
+const LEVEL_COSINE: f64 = 0.5;
+/// Deflection with which the effectiveness is taken, rad: inside every travel.
+const PROBE_RAD: f64 = 0.01;
+
+/// The dynamic inversion: gains and three integrators.
+#[derive(Debug, Clone)]
+pub struct Ndi {
+    gains: NdiGains,
+    /// From commands to effectors, for the effectiveness of a command.
+    mixer: Mixer,
+    roll: Integral,
+    climb: Integral,
+    speed: Integral,
+}
+
+impl Ndi {
+    /// With empty integrators.
+    #[must_use]
+    pub fn new(gains: &NdiGains, model: &DesignModel) -> Self {
+        let empty = Integral::default();
+        let mixer = Mixer::new(&model.belief().effectors);
+        Self { gains: *gains, mixer, roll: empty, climb: empty, speed: empty }
+    }
+
+    /// Takes new gains; the integrators stay.
+    pub fn set_gains(&mut self, gains: &NdiGains) {
+        self.gains = *gains;
+    }
+
+    /// Pitch rate that brings altitude, flight path and angle of attack to their references, rad/s.
+    ///
+    /// ḣ_c → γ_c → n_c → α_c by the lift of the model → q_c. α_c stays below the stall onset of the model.
+    fn pitch_rate(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, model, at, h } = *input;
+        let (gains, belief) = (&self.gains, model.belief());
+        let v = belief.geometry.chord_m / (2.0 * at.chord_time);
+        let error = references.altitude_m - state.altitude_m;
+        // Positive elevator lowers the nose.
+        if error.abs() < ALTITUDE_BAND_M && !saturated.elevator.blocks(-error) {
+            self.climb.add(gains.k_hi * error * h, CLIMB_INTEGRAL_MAX);
+        }
+        let most = gains.climb_max_m_s;
+        let climb = (gains.k_h * error).clamp(-most, most) + self.climb.value();
+        let path = |climb: f64| libm::asin((climb / v).clamp(-1.0, 1.0));
+        let gamma = path(state.climb_rate_m_s());
+        let gamma_c = path(climb).clamp(-GAMMA_MAX, GAMMA_MAX);
+        let gamma_rate = gains.k_gamma * (gamma_c - gamma);
+        let cos_phi = libm::cos(state.attitude.phi);
+        let n_c = (libm::cos(gamma) + v * gamma_rate / GRAVITY_M_S2) / cos_phi.max(LEVEL_COSINE);
+
+        // n = lift_0 + lift_alpha α.
+        let lift = &belief.lift;
+        let weight = belief.mass.mass_kg * GRAVITY_M_S2;
+        let q_s = at.q_s_c / belief.geometry.chord_m;
+        let per_alpha = (q_s * lift.c_lift_alpha + state.thrust_n.max(0.0)) / weight;
+        let zero = q_s * (lift.c_lift_0 + lift.c_lift_q * state.rates.y * at.chord_time) / weight;
+        let onset = belief.airframe.stall_onset_rad;
+        let alpha_c = ((n_c - zero) / per_alpha).clamp(-onset, onset);
+        let n = zero + per_alpha * state.alpha.clamp(-onset, onset);
+        // α̇ = q - g/V (n - cos γ cos φ).
+        let turning = GRAVITY_M_S2 / v * (n - libm::cos(gamma) * cos_phi);
+        gains.k_alpha * (alpha_c - state.alpha) + turning
+    }
+
+    /// Roll rate that brings the roll angle to its reference, rad/s: φ̇ = p + tan θ (q sin φ + r cos φ).
+    fn roll_rate(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, h, .. } = *input;
+        let gains = &self.gains;
+        let (phi, theta) = (state.attitude.phi, state.attitude.theta.clamp(-GAMMA_MAX, GAMMA_MAX));
+        let error = references.roll_rad - phi;
+        // Positive aileron rolls left.
+        if !saturated.aileron.blocks(-error) {
+            self.roll.add(gains.k_phi_i * error * h, ROLL_INTEGRAL_MAX);
+        }
+        let turn = state.rates.y * libm::sin(phi) + state.rates.z * libm::cos(phi);
+        gains.k_phi * error + self.roll.value() - libm::tan(theta) * turn
+    }
+
+    /// Yaw rate of a turn without sideslip, and what takes sideslip away, rad/s:
+    /// β̇ = p sin α - r cos α + g/V cos θ sin φ.
+    fn yaw_rate(&self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, model, at, .. } = *input;
+        let v = model.belief().geometry.chord_m / (2.0 * at.chord_time);
+        let turn =
+            GRAVITY_M_S2 / v * libm::cos(state.attitude.theta) * libm::sin(state.attitude.phi);
+        state.rates.x * libm::sin(state.alpha) + turn + self.gains.k_beta * state.beta
+    }
+
+    /// Angular acceleration per rad of aileron, elevator and rudder command, 1/s².
+    fn effectiveness(&self, input: &LawInput<'_>) -> Matrix3<f64> {
+        let LawInput { model, at, .. } = *input;
+        let zero = MainCommand::default();
+        let column = |command: &MainCommand| {
+            model.surfaces(at, &self.mixer.mix_main_only(command)) / PROBE_RAD
+        };
+        Matrix3::from_columns(&[
+            column(&MainCommand { aileron_rad: PROBE_RAD, ..zero }),
+            column(&MainCommand { elevator_rad: PROBE_RAD, ..zero }),
+            column(&MainCommand { rudder_rad: PROBE_RAD, ..zero }),
+        ])
+    }
+
+    /// Thrust that holds the airspeed, N: V̇ = (T - T_trim)/m - g sin γ; the model file has no drag.
+    fn thrust(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, model, at, h } = *input;
+        let (gains, belief) = (&self.gains, model.belief());
+        let mass_kg = belief.mass.mass_kg;
+        let error = references.airspeed_m_s - state.airspeed_m_s;
+        if !saturated.thrust.blocks(error) {
+            self.speed.add(gains.k_vi * error * h, belief.effectors.thrust_range_n()[1] / mass_kg);
+        }
+        let v = belief.geometry.chord_m / (2.0 * at.chord_time);
+        let climb = GRAVITY_M_S2 * (state.climb_rate_m_s() / v).clamp(-1.0, 1.0);
+        belief.trim.thrust_n + mass_kg * (gains.k_v * error + self.speed.value() + climb)
+    }
+}
+
+impl Law for Ndi {
+    /// u = g⁻¹ (ν - f(x)) with ν = K (ω_c - ω).
+    fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
+        let wanted =
+            Vector3::new(self.roll_rate(input), self.pitch_rate(input), self.yaw_rate(input));
+        let gains = Vector3::new(self.gains.k_p, self.gains.k_q, self.gains.k_r);
+        let acceleration = gains.component_mul(&(wanted - input.state.rates));
+        let needed = acceleration - input.model.bare_airframe(input.state, input.at);
+        // A model whose surfaces cannot turn the aircraft about each axis is left at rest.
+        let inverse = self.effectiveness(input).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let surfaces = inverse * needed;
+        MainCommand {
+            aileron_rad: surfaces.x,
+            elevator_rad: surfaces.y,
+            rudder_rad: surfaces.z,
+            nozzle_pitch_rad: 0.0,
+            nozzle_yaw_rad: 0.0,
+            thrust_n: self.thrust(input),
+        }
+    }
+
+    /// Each integrator moves its own effector linearly, so two steps without time say where it has to start.
+    fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
+        let input = LawInput { h: 0.0, ..*input };
+        let mut probe = Self::new(&self.gains, input.model);
+        let zero = probe.step(&input);
+        (probe.roll, probe.climb, probe.speed) =
+            (Integral::starting(0.01), Integral::starting(0.1), Integral::starting(0.1));
+        let one = probe.step(&input);
+        let solve = |at: fn(&MainCommand) -> f64, unit: f64| {
+            let slope = (at(&one) - at(&zero)) / unit;
+            if slope == 0.0 { 0.0 } else { (at(command) - at(&zero)) / slope }
+        };
+        self.roll.start(solve(|c| c.aileron_rad, 0.01), ROLL_INTEGRAL_MAX);
+        self.climb.start(solve(|c| c.elevator_rad, 0.1), CLIMB_INTEGRAL_MAX);
+        let belief = input.model.belief();
+        let most = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+        self.speed.start(solve(|c| c.thrust_n, 0.1), most);
+    }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        for integral in [&mut self.roll, &mut self.climb, &mut self.speed] {
+            visit(integral.state());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::main_controller::References;
+    use crate::mixer::Saturation;
+    use crate::testing;
+
+    #[test]
+    fn what_it_asks_for_gives_the_wanted_angular_acceleration_by_the_model() {
+        let model = DesignModel::new(testing::belief());
+        let mut state = testing::level_state();
+        state.attitude.phi = 0.3;
+        state.rates = Vector3::new(0.05, -0.02, 0.03);
+        (state.beta, state.alpha) = (0.02, 0.08);
+        let references =
+            References { altitude_m: 5_050.0, roll_rad: 0.2, airspeed_m_s: state.airspeed_m_s };
+        let (at, saturated) = (model.condition(&state), Saturation::default());
+        let (state, saturated) = (&state, &saturated);
+        let (references, at, model) = (&references, &at, &model);
+        let input = LawInput { state, references, saturated, model, at, h: 0.002 };
+        let mut ndi = Ndi::new(&NdiGains::REFERENCE, model);
+        let wanted = {
+            let mut twin = ndi.clone();
+            Vector3::new(twin.roll_rate(&input), twin.pitch_rate(&input), twin.yaw_rate(&input))
+        };
+        let command = ndi.step(&input);
+        let positions = ndi.mixer.mix_main_only(&command);
+        let given = model.acceleration(state, at, &positions);
+        let gains = Vector3::new(4.0, 4.0, 3.0);
+        let error = given - gains.component_mul(&(wanted - state.rates));
+        assert!(error.norm() < 1.0e-12, "{error} rad/s2");
+    }
+}

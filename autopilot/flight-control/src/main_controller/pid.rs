@@ -1,0 +1,245 @@
+//! The paper's main controller: altitude by elevator, roll by aileron, yaw damper, speed hold.
+
+use serde::{Deserialize, Serialize};
+
+use super::integral::Integral;
+use super::{Law, LawInput, MainCommand, Visitor};
+use crate::gains::{Tunable, rows};
+
+/// Gains of the PID.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PidGains {
+    /// Altitude hold by elevator, see Eq. (15).
+    pub altitude: AltitudeGains,
+    /// Roll by aileron, see Eq. (16).
+    pub roll: RollGains,
+    /// Yaw damper by rudder, see Eq. (16).
+    pub yaw: YawGains,
+    /// Speed hold by thrust.
+    pub speed: SpeedGains,
+}
+
+/// Gains of the altitude law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AltitudeGains {
+    /// K_q, s: elevator per pitch rate.
+    pub k_q: f64,
+    /// K_θ: elevator per pitch angle.
+    pub k_theta: f64,
+    /// K_hd, rad s/m: elevator per climb rate.
+    pub k_hd: f64,
+    /// K_h, rad/m: elevator per altitude error.
+    pub k_h: f64,
+    /// K_hi, rad/(m s): elevator rate per altitude error.
+    pub k_hi: f64,
+    /// Largest altitude error that the law sees, m; sets the climb rate.
+    pub error_max_m: f64,
+    /// The integrator runs while the altitude error is below this, m.
+    pub integral_band_m: f64,
+    /// Beyond the band it runs while the climb rate stays below this either way, m/s.
+    pub settled_climb_m_s: f64,
+    /// Time that the climb rate must have been below it, s.
+    pub settled_after_s: f64,
+    /// Largest contribution of the integrator, rad.
+    pub integral_max_rad: f64,
+    /// K_α: elevator per angle of attack beyond the stall onset of the model.
+    pub k_alpha: f64,
+}
+
+/// Gains of the roll law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RollGains {
+    /// K_p, s: aileron per roll rate.
+    pub k_p: f64,
+    /// K_φ: aileron per roll angle error.
+    pub k_phi: f64,
+    /// K_φi, 1/s: aileron rate per roll angle error; small, so that the integral trims and does not
+    /// fight the compensator.
+    pub k_phi_i: f64,
+    /// Largest contribution of the integrator, rad.
+    pub integral_max_rad: f64,
+}
+
+/// Gain of the yaw damper.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct YawGains {
+    /// K_r, s: rudder per yaw rate.
+    pub k_r: f64,
+}
+
+/// Gains of the speed hold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpeedGains {
+    /// K_V, 1/s: acceleration per speed error.
+    pub k_v: f64,
+    /// K_Vi, 1/s²: acceleration rate per speed error.
+    pub k_vi: f64,
+}
+
+/// Rows of [`PidGains`].
+pub const TUNABLES: &[Tunable] = rows! { pid:
+    "ALT_KQ", "s", 0.01, 20.0, altitude.k_q, "Elevator per pitch rate";
+    "ALT_KTH", "-", 0.01, 20.0, altitude.k_theta, "Elevator per pitch angle";
+    "ALT_KHD", "rad s/m", 1.0e-6, 1.0, altitude.k_hd, "Elevator per climb rate";
+    "ALT_KH", "rad/m", 1.0e-7, 1.0, altitude.k_h, "Elevator per altitude error";
+    "ALT_KHI", "rad/(m s)", 1.0e-9, 0.1, altitude.k_hi, "Elevator rate per altitude error";
+    "ALT_ERR_MAX", "m", 1.0, 5000.0, altitude.error_max_m, "Largest altitude error that the law sees; sets the climb rate";
+    "ALT_INT_BAND", "m", 0.1, 5000.0, altitude.integral_band_m, "Altitude integrator runs below this altitude error";
+    "ALT_INT_CLIMB", "m/s", 0.0, 100.0, altitude.settled_climb_m_s, "Beyond its band the altitude integrator runs while the climb rate stays below this";
+    "ALT_INT_WAIT", "s", 0.1, 600.0, altitude.settled_after_s, "Time that the climb rate must have been below ALT_INT_CLIMB";
+    "ALT_INT_MAX", "rad", 0.001, 0.5, altitude.integral_max_rad, "Largest elevator of the altitude integrator";
+    "ALT_KALPHA", "-", 0.0, 100.0, altitude.k_alpha, "Elevator per angle of attack beyond the stall onset";
+    "ROL_KP", "s", 0.001, 20.0, roll.k_p, "Aileron per roll rate";
+    "ROL_KPHI", "-", 0.01, 20.0, roll.k_phi, "Aileron per roll angle error";
+    "ROL_KPHII", "1/s", 1.0e-6, 10.0, roll.k_phi_i, "Aileron rate per roll angle error";
+    "ROL_INT_MAX", "rad", 0.001, 10.0, roll.integral_max_rad, "Largest aileron of the roll integrator";
+    "YAW_KR", "s", 0.001, 20.0, yaw.k_r, "Rudder per yaw rate";
+    "SPD_KV", "1/s", 0.001, 10.0, speed.k_v, "Acceleration per speed error";
+    "SPD_KVI", "1/s^2", 1.0e-6, 10.0, speed.k_vi, "Acceleration rate per speed error";
+};
+
+impl PidGains {
+    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
+    pub const REFERENCE: Self = Self {
+        altitude: AltitudeGains {
+            k_q: 1.20,
+            k_theta: 2.20,
+            k_hd: 0.0040,
+            k_h: 0.00125,
+            k_hi: 0.00008,
+            error_max_m: 400.0,
+            integral_band_m: 60.0,
+            settled_climb_m_s: 2.0,
+            settled_after_s: 3.0,
+            integral_max_rad: 0.20,
+            k_alpha: 8.0,
+        },
+        roll: RollGains { k_p: 0.60, k_phi: 2.2, k_phi_i: 0.005, integral_max_rad: 9.0 },
+        yaw: YawGains { k_r: 0.20 },
+        speed: SpeedGains { k_v: 0.30, k_vi: 0.02 },
+    };
+}
+
+/// The PID: gains, three integrators, and the trim about which it flies.
+#[derive(Debug, Clone)]
+pub struct Pid {
+    gains: PidGains,
+    /// Without a climb for so long, s.
+    settled_s: f64,
+    altitude: Integral,
+    roll: Integral,
+    speed: Integral,
+}
+
+impl Pid {
+    /// With empty integrators.
+    #[must_use]
+    pub fn new(gains: &PidGains) -> Self {
+        Self {
+            gains: *gains,
+            settled_s: 0.0,
+            altitude: Integral::default(),
+            roll: Integral::default(),
+            speed: Integral::default(),
+        }
+    }
+
+    /// Takes new gains; the integrators stay.
+    pub fn set_gains(&mut self, gains: &PidGains) {
+        self.gains = *gains;
+    }
+
+    /// Elevator that holds the altitude.
+    ///
+    /// Implements Eq. (15), about the trim of level flight and with a limited altitude error.
+    ///
+    /// Differs from the paper: q, θ and the law enter as deviations from the trim of level flight at this
+    /// dynamic pressure and bank; the altitude error is limited, the reference slews, and the integrator runs
+    /// in a band and where the aircraft has stopped climbing, because the paper's law would saturate the
+    /// elevators for a step of 1000 m. Beyond the stall onset the angle of attack pushes the nose down.
+    fn altitude_law(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, model, h, .. } = *input;
+        let gains = &self.gains.altitude;
+        let trim = input.model.trim(input.state, input.at);
+        let error = state.altitude_m - references.altitude_m;
+        let stall = (state.alpha - model.belief().airframe.stall_onset_rad).max(0.0);
+        let climbs = state.climb_rate_m_s().abs() >= gains.settled_climb_m_s;
+        self.settled_s = if climbs { 0.0 } else { (self.settled_s + h).min(gains.settled_after_s) };
+        let runs = error.abs() < gains.integral_band_m || self.settled_s >= gains.settled_after_s;
+        // A negative error raises the nose.
+        let blocked = saturated.elevator.blocks(error) || (stall > 0.0 && error < 0.0);
+        let error = error.clamp(-gains.error_max_m, gains.error_max_m);
+        if runs && !blocked {
+            self.altitude.add(gains.k_hi * error * h, gains.integral_max_rad);
+        }
+        trim.elevator_rad
+            + gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
+            + gains.k_theta * (state.attitude.theta - trim.theta_rad)
+            + gains.k_hd * state.climb_rate_m_s()
+            + gains.k_h * error
+            + gains.k_alpha * stall
+            + self.altitude.value()
+    }
+
+    /// Aileron that holds the roll angle; the rudder's yaw damper δr_c = K_r r stands in [`Law::step`].
+    ///
+    /// Implements Eq. (16).
+    fn roll_law(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, h, .. } = *input;
+        let gains = &self.gains.roll;
+        let error = state.attitude.phi - references.roll_rad;
+        if !saturated.aileron.blocks(error) {
+            self.roll.add(gains.k_phi_i * error * h, gains.integral_max_rad);
+        }
+        gains.k_p * state.rates.x + gains.k_phi * error + self.roll.value()
+    }
+
+    /// Thrust that holds the airspeed, N. Not in the paper, which leaves the speed open.
+    fn speed_law(&mut self, input: &LawInput<'_>) -> f64 {
+        let LawInput { state, references, saturated, model, h, .. } = *input;
+        let (gains, belief) = (&self.gains.speed, model.belief());
+        let error = references.airspeed_m_s - state.airspeed_m_s;
+        if !saturated.thrust.blocks(error) {
+            // Never more than the engine can give.
+            let max = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+            self.speed.add(gains.k_vi * error * h, max);
+        }
+        belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
+    }
+}
+
+impl Law for Pid {
+    fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
+        let elevator_rad = self.altitude_law(input);
+        MainCommand {
+            aileron_rad: self.roll_law(input),
+            elevator_rad,
+            rudder_rad: self.gains.yaw.k_r * input.state.rates.z,
+            nozzle_pitch_rad: 0.0,
+            nozzle_yaw_rad: 0.0,
+            thrust_n: self.speed_law(input),
+        }
+    }
+
+    fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
+        let mut without = Self::new(&self.gains);
+        let proportional = without.step(&LawInput { h: 0.0, ..*input });
+        let belief = input.model.belief();
+        let PidGains { altitude, roll, .. } = &self.gains;
+        let elevator = command.elevator_rad - proportional.elevator_rad;
+        self.altitude.start(elevator, altitude.integral_max_rad);
+        self.roll.start(command.aileron_rad - proportional.aileron_rad, roll.integral_max_rad);
+        let mass_kg = belief.mass.mass_kg;
+        let thrust = (command.thrust_n - proportional.thrust_n) / mass_kg;
+        self.speed.start(thrust, belief.effectors.thrust_range_n()[1] / mass_kg);
+    }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        for integral in [&mut self.altitude, &mut self.roll, &mut self.speed] {
+            visit(integral.state());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""A flight law in Python, standard library only: the autopilot's side of the plant link.
+
+    python3 gcs-scripts/own_law.py --altitude 5200 &
+    cargo run -- plant-sim --scenario case1 --speed max
+
+The plant sends the samples of its sensors and waits; the answer is one command for each effector. Change `law`.
+Packets: icd/src/wire.rs; who waits for whom: icd/src/lockstep.rs; more in docs/own-law.md.
+"""
+
+import argparse
+import math
+import socket
+import struct
+import zlib
+
+HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
+MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 6, 1, 2, 3
+SAMPLES = "gyro accelerometer attitude gnss barometer pitot vanes engine_monitor".split()
+NAMES = ("p q r fx fy fz qw qx qy qz vn ve vd pn pe pd latitude longitude altitude airspeed alpha beta thrust").split()
+
+
+def law(s, demand, memory, h):
+    """The latest values `s` by name (SI, rad) to left and right aileron, left and right elevator, rudder, nozzle pitch and
+    yaw (rad) and thrust (N). Positive aileron rolls left, positive elevator lowers the nose."""
+    roll = math.atan2(2 * (s["qw"] * s["qx"] + s["qy"] * s["qz"]), 1 - 2 * (s["qx"] ** 2 + s["qy"] ** 2))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (s["qw"] * s["qy"] - s["qz"] * s["qx"]))))
+    climb = max(-40.0, min(40.0, 0.2 * (demand.altitude - s["altitude"]))) + s["vd"]
+    speed = demand.airspeed - s["airspeed"]
+    memory["elevator"] = max(-0.1, min(0.1, memory["elevator"] - 0.0002 * climb * h))
+    memory["thrust"] = max(-4.0, min(4.0, memory["thrust"] + 0.02 * speed * h))
+    aileron = 1.5 * (roll - math.radians(demand.roll)) + 0.5 * s["p"]
+    elevator = 0.0003 - 0.003 * climb + 1.2 * s["q"] + 1.0 * (pitch - 0.0347) + memory["elevator"]
+    thrust = 27_119.0 + 9_295.0 * (0.3 * speed + memory["thrust"])
+    return -aileron, aileron, elevator, elevator, 0.2 * s["r"], 0.0, 0.0, thrust
+
+
+def packet(kind, detail, session, sequence, time_us, body):
+    data = HEADER.pack(MAGIC, VERSION, kind, detail, session, sequence, time_us) + body
+    return data + struct.pack("<I", zlib.crc32(data))
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--listen", default="127.0.0.1:9960", help="where the plant asks [127.0.0.1:9960]")
+    options.add_argument("--altitude", type=float, default=5000.0, help="m")
+    options.add_argument("--roll", type=float, default=0.0, help="deg")
+    options.add_argument("--airspeed", type=float, default=264.0, help="m/s")
+    options.add_argument("--for-s", type=float, default=math.inf, help="simulation time after which it ends")
+    demand = options.parse_args()
+    host, port = demand.listen.rsplit(":", 1)
+    link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    link.bind((host, int(port)))
+    print("listening on %s:%d" % link.getsockname(), flush=True)
+    flight, answer, memory, s = None, b"", {}, {}
+    while True:
+        data, plant = link.recvfrom(2048)
+        if len(data) < 36 or data[:4] != MAGIC:
+            continue
+        _, version, kind, phase, session, sequence, time_us = HEADER.unpack_from(data)
+        if version != VERSION and kind != REFUSAL:
+            link.sendto(packet(REFUSAL, 1, session, sequence, 0, struct.pack("<H", VERSION)), plant)
+            continue
+        if kind != SENSORS or zlib.crc32(data[:-4]) != struct.unpack("<I", data[-4:])[0]:
+            continue
+        if flight == (session, sequence):
+            link.sendto(answer, plant)  # The answer was lost: the same bytes again.
+            continue
+        if flight is None or flight[0] != session:
+            memory = {"elevator": 0.0, "thrust": 0.0}
+        flight = (session, sequence)
+        end = HEADER.size + 1 + data[HEADER.size] + 5  # Name of the aircraft, number and identity of its effectors.
+        aircraft = data[HEADER.size:end]
+        period_us, *rest = struct.unpack_from("<I" + 8 * "QB" + "23d", data, end)
+        s = dict(zip(NAMES, rest[16:]))
+        # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
+        s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:16:2])), dict(zip(SAMPLES, rest[1:16:2]))
+        if phase == 0 or "commands" not in memory:  # Otherwise time stands still: the same commands.
+            memory["commands"] = law(s, demand, memory, period_us * 1e-6)
+        commands = struct.pack("<%dd" % aircraft[-5], *memory["commands"])
+        body = aircraft + commands + b"\0\0"  # No request to the plant, no flight log.
+        answer = packet(ACTUATORS, 0, session, sequence, time_us, body)
+        link.sendto(answer, plant)
+        if phase == 2 or time_us * 1e-6 >= demand.for_s:
+            break
+    print("%.1f s: altitude %.1f m, airspeed %.1f m/s" % (time_us * 1e-6, s["altitude"], s["airspeed"]))
+
+
+if __name__ == "__main__":
+    main()

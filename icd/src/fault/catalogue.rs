@@ -1,0 +1,453 @@
+//! The catalogue of faults: one entry for each kind, and nothing about kinds anywhere else but what a kind does, which
+//! is `plant-sim/src/faults/acting.rs`.
+//!
+//! Keys of scenario files, words of scripts and of the shell, types, values and parameters of MAVLink, texts, codes of
+//! packets and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of
+//! the list, with the next free code; codes, modes and numbers of values are never used twice. A kind with two
+//! alternatives has two codes and two modes in a row.
+
+use serde::{Deserialize, Serialize};
+
+use super::kind::Piece::{Choice as C, Maybe, Number as N, Words as W};
+use super::kind::{
+    Alternative, Choice, ChoiceParameter, KindInfo, Mavlink, Measure, NumberInfo, NumberParameter,
+    Range, Targets,
+};
+use super::mavlink::FailureType as T;
+use super::parts::{Part, Parts};
+use Quantity as Q;
+
+quantities! {
+    /// Fraction of the effect that remains.
+    Remaining = 1, "remaining effect", Measure::Fraction, ["remaining_percent"; 2];
+    /// Rate limit or drift, rad/s or N/s.
+    Rate = 2, "rate", Measure::Speed, ["rate_deg_s", "rate_kn_s"];
+    /// Delay, s.
+    Delay = 3, "delay", Measure::Milliseconds, ["delay_ms"; 2];
+    /// Period of an intermittent fault, s.
+    Period = 4, "period", Measure::Seconds, ["period_s"; 2];
+    /// Fraction of a period in which commands get through.
+    Present = 5, "present fraction", Measure::Fraction, ["present_percent"; 2];
+    /// Amplitude, rad or N.
+    Amplitude = 6, "amplitude", Measure::Position, ["amplitude_deg", "amplitude_kn"];
+    /// Frequency, Hz.
+    Frequency = 7, "frequency", Measure::Hertz, ["frequency_hz"; 2];
+    /// Bias, rad or N.
+    Bias = 8, "bias", Measure::Position, ["bias_deg", "bias_kn"];
+    /// Limit of the travel, rad or N.
+    Limit = 9, "travel limit", Measure::Position, ["limit_deg", "limit_kn"];
+    /// Ramp, s.
+    Ramp = 10, "ramp", Measure::Seconds, ["ramp_s"; 2];
+    /// Duration, s.
+    Duration = 11, "duration", Measure::Seconds, ["duration_s"; 2];
+    /// Time from one onset to the next, s.
+    Every = 12, "repetition", Measure::Seconds, ["every_s"; 2];
+    /// How often.
+    Times = 13, "number of repetitions", Measure::Count, ["times"; 2];
+    /// Where an effector sticks, rad.
+    Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
+}
+
+/// How a stuck effector reaches its angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Travel {
+    /// At once, as in the paper's u_f.
+    Jump,
+    /// At the actuator's rate limit.
+    AtActuatorRate,
+}
+
+/// An end of an effector's travel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Side {
+    /// That of positive deflections.
+    Positive,
+    /// That of negative deflections.
+    Negative,
+}
+
+choices! { Travel: Jump, AtActuatorRate; Side: Positive, Negative; }
+
+impl FaultKind {
+    /// Longest delay, s.
+    pub const DELAY_MAX_S: f64 = 1.0;
+}
+
+kinds! {
+    /// Stuck where it is when the fault acts: a jam.
+    StuckHere => KindInfo {
+        code: 1,
+        key: "stuck_here",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["stuck"])],
+        numbers: &[],
+        choice: None,
+        servo: "stands still here",
+        acts: "its position",
+        ramp: "",
+        mavlink: Mavlink { mode: &["where it is"], ..Mavlink::new(T::Stuck) },
+    };
+
+    /// Stuck at an angle: a jam, as in the paper's two cases.
+    StuckAt {
+        /// Where it sticks, rad, inside the effector's travel.
+        angle_rad: f64,
+        /// How it gets there.
+        travel: Travel,
+    } => KindInfo {
+        code: 2,
+        key: "stuck_at",
+        targets: Targets::ANGLES,
+        phrase: &[W(&["stuck at"]), N(Q::Angle), C],
+        numbers: &[NumberInfo {
+            quantity: Q::Angle,
+            range: Range::Travel,
+            decimals: Some(1),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_STUCK_DEG", min: -90.0, max: 90.0, default: 0.0,
+                meaning: "Angle of STUCK with FLT_STUCK_MODE 1; the engine sticks where it is",
+            },
+        }],
+        choice: Some(Choice {
+            key: "travel",
+            title: "how it comes to its angle",
+            alternatives: &[
+                Alternative { key: "jump", words: &[], value: None, label: "jumps there" },
+                Alternative {
+                    key: "actuator_rate",
+                    words: &["at the actuator's rate", "at actuator rate", "at the actuator rate"],
+                    value: None,
+                    label: "travels at the actuator's rate",
+                },
+            ],
+            default: Some(0),
+            parameter: Some(ChoiceParameter {
+                name: "FLT_STUCK_RATE", meaning: "How STUCK comes to an angle",
+            }),
+        }),
+        servo: "is at the angle at once, or runs there at its rate limit; stays",
+        acts: "its position",
+        ramp: "goes there evenly in that time, with the actuator's rate no faster than it",
+        mavlink: Mavlink { first_mode: 1, mode: &["at FLT_STUCK_DEG"], user_1: Some(1), ..Mavlink::new(T::Stuck) },
+    };
+
+    /// Runs to one end of its travel at the actuator's rate limit and stays there, whatever is commanded: a runaway.
+    HardOver {
+        /// Which end. It is that of the deflection's sign and never that of the command.
+        side: Side,
+    } => KindInfo {
+        code: 4,
+        key: "hard_over",
+        targets: Targets::ANGLES,
+        phrase: &[W(&["hard over"]), C],
+        numbers: &[],
+        choice: Some(Choice {
+            key: "side",
+            title: "the end, by the sign of the deflection",
+            alternatives: &[
+                Alternative {
+                    key: "positive", words: &["positive"], value: Some(("+", 1.0)),
+                    label: "to positive deflections",
+                },
+                Alternative {
+                    key: "negative", words: &["negative"], value: Some(("-", -1.0)),
+                    label: "to negative deflections",
+                },
+            ],
+            default: None,
+            parameter: None,
+        }),
+        servo: "runs to that end of its travel at its rate limit, whatever is commanded; stays",
+        acts: "its position",
+        ramp: "",
+        mavlink: Mavlink {
+            first_mode: 2,
+            mode: &[
+                "hard over to positive deflections (not of the engine)",
+                "hard over to negative deflections (not of the engine)",
+            ],
+            word: Some("hardover"),
+            user_1: Some(10),
+            ..Mavlink::new(T::Wrong)
+        },
+    };
+
+    /// Partial loss of effectiveness: the effector has this fraction of its effect left (the paper's x in `(x - 1) u`).
+    PartialLoss {
+        /// Fraction remaining, 0 to 1.
+        remaining: f64,
+    } => KindInfo {
+        code: 6,
+        key: "partial_loss",
+        targets: Targets::EFFECTORS,
+        phrase: &[N(Q::Remaining), W(&["left"])],
+        numbers: &[NumberInfo {
+            quantity: Q::Remaining,
+            range: Range::Fixed([0.0, 1.0]),
+            decimals: Some(0),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_LOE_PCT", min: 0.0, max: 100.0, default: 50.0,
+                meaning: "Effect that is left after a loss of effectiveness",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands",
+        acts: "that part of its position; of the engine that part of its thrust",
+        ramp: "the part sinks from 100 %",
+        mavlink: Mavlink {
+            mode: &["loss of effectiveness, FLT_LOE_PCT"],
+            word: Some("loss"),
+            user_1: Some(2),
+            ..Mavlink::new(T::Wrong)
+        },
+    };
+
+    /// Disconnected linkage: floats to zero deflection, where it has no moment.
+    Float => KindInfo {
+        code: 7,
+        key: "float",
+        targets: Targets::ANGLES,
+        phrase: &[W(&["floating", "float"])],
+        numbers: &[],
+        choice: None,
+        servo: "is at zero at once; stays",
+        acts: "nothing",
+        ramp: "goes to zero evenly in that time",
+        mavlink: Mavlink { word: Some("float"), ..Mavlink::new(T::Off) },
+    };
+
+    /// Moves no faster than this: loss of hydraulic pressure.
+    Slow {
+        /// Largest speed either way, rad/s or N/s, more than 0.
+        rate: f64,
+    } => KindInfo {
+        code: 8,
+        key: "slow",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["slow"]), N(Q::Rate)],
+        numbers: &[NumberInfo {
+            quantity: Q::Rate,
+            range: Range::Speed,
+            decimals: Some(1),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_RATE_DPS", min: 0.01, max: 1_000.0, default: 10.0,
+                meaning: "Largest speed of SLOW; of the engine FLT_ENG_PCT",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands no faster than this",
+        acts: "its position",
+        ramp: "the rate sinks from the fastest",
+        mavlink: Mavlink { user_1: Some(4), ..Mavlink::new(T::Slow) },
+    };
+
+    /// Does what it was commanded this long ago. Nothing acts twice: at the onset it waits where it is.
+    Delayed {
+        /// Delay, s, 0 to [`FaultKind::DELAY_MAX_S`].
+        delay_s: f64,
+    } => KindInfo {
+        code: 9,
+        key: "delayed",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["delayed"]), Maybe("by"), N(Q::Delay)],
+        numbers: &[NumberInfo {
+            quantity: Q::Delay,
+            range: Range::Fixed([0.0, FaultKind::DELAY_MAX_S]),
+            decimals: Some(0),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_DELAY_MS", min: 0.0, max: 1_000.0, default: 200.0,
+                meaning: "Delay of DELAYED",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands of so long ago; until the first is due, the last one from before the onset",
+        acts: "its position",
+        ramp: "the delay grows from 0",
+        mavlink: Mavlink { user_1: Some(5), ..Mavlink::new(T::Delayed) },
+    };
+
+    /// Commands get through for a part of each period only; else the effector stands still: a loose contact.
+    Intermittent {
+        /// Length of a period, s. A period begins with the gap.
+        period_s: f64,
+        /// Fraction of the period in which commands get through, 0 to 1.
+        present: f64,
+    } => KindInfo {
+        code: 10,
+        key: "intermittent",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["intermittent"]), N(Q::Present), W(&["of"]), N(Q::Period)],
+        numbers: &[
+            NumberInfo {
+                quantity: Q::Period,
+                range: Range::Fixed([0.02, 60.0]),
+                decimals: None,
+                option: "-p",
+                parameter: NumberParameter {
+                    name: "FLT_PERIOD_S", min: 0.02, max: 60.0, default: 1.0,
+                    meaning: "Period of INTERMITTENT",
+                },
+            },
+            NumberInfo {
+                quantity: Q::Present,
+                range: Range::Fixed([0.0, 1.0]),
+                decimals: Some(0),
+                option: "-v",
+                parameter: NumberParameter {
+                    name: "FLT_DUTY_PCT", min: 0.0, max: 100.0, default: 50.0,
+                    meaning: "Part of each period of INTERMITTENT in which commands get through",
+                },
+            },
+        ],
+        choice: None,
+        servo: "stands still in the gap at the begin of each period, else follows the commands",
+        acts: "its position",
+        ramp: "the gap of a period grows from 0",
+        mavlink: Mavlink { user_1: Some(7), ..Mavlink::new(T::Intermittent) },
+    };
+
+    /// Swings about where it should be: oscillatory failure, "liquid" form.
+    Oscillating {
+        /// Largest deviation, rad or N.
+        amplitude: f64,
+        /// Frequency, Hz.
+        frequency_hz: f64,
+    } => KindInfo {
+        code: 11,
+        key: "oscillating",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["oscillating"]), N(Q::Amplitude), W(&["at"]), N(Q::Frequency)],
+        numbers: &[
+            NumberInfo {
+                quantity: Q::Amplitude,
+                range: Range::HalfTravel,
+                decimals: Some(1),
+                option: "-v",
+                parameter: NumberParameter {
+                    name: "FLT_OSC_DEG", min: 0.01, max: 90.0, default: 5.0,
+                    meaning: "Amplitude of GARBAGE; of the engine FLT_ENG_PCT",
+                },
+            },
+            NumberInfo {
+                quantity: Q::Frequency,
+                range: Range::Fixed([0.001, 20.0]),
+                decimals: None,
+                option: "-f",
+                parameter: NumberParameter {
+                    name: "FLT_OSC_HZ", min: 0.01, max: 20.0, default: 2.0,
+                    meaning: "Frequency of GARBAGE",
+                },
+            },
+        ],
+        choice: None,
+        servo: "follows the commands",
+        acts: "its position plus a sine that begins at zero, inside the travel",
+        ramp: "the amplitude grows from 0",
+        mavlink: Mavlink { word: Some("oscillate"), user_1: Some(6), ..Mavlink::new(T::Garbage) },
+    };
+
+    /// Its deviation grows until the end of the travel: sensor of the servo.
+    Drifting {
+        /// Speed and direction, rad/s or N/s.
+        rate: f64,
+    } => KindInfo {
+        code: 12,
+        key: "drifting",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["drifting"]), N(Q::Rate)],
+        numbers: &[NumberInfo {
+            quantity: Q::Rate,
+            range: Range::SpeedEitherWay,
+            decimals: Some(2),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_DRIFT_DPS", min: -100.0, max: 100.0, default: 1.0,
+                meaning: "Speed and direction of DRIFT; of the engine FLT_ENG_PCT",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands",
+        acts: "its position plus speed times time, inside the travel",
+        ramp: "the speed grows from 0",
+        mavlink: Mavlink { user_1: Some(8), ..Mavlink::new(T::Drift) },
+    };
+
+    /// Off by a constant: sensor of the servo.
+    Biased {
+        /// Deviation, rad or N.
+        bias: f64,
+    } => KindInfo {
+        code: 13,
+        key: "biased",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["biased"]), Maybe("by"), N(Q::Bias)],
+        numbers: &[NumberInfo {
+            quantity: Q::Bias,
+            range: Range::HalfTravelEitherWay,
+            decimals: Some(1),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_BIAS_DEG", min: -90.0, max: 90.0, default: 5.0,
+                meaning: "Bias of WRONG with FLT_WRONG_MODE 1; of the engine FLT_ENG_PCT",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands",
+        acts: "its position plus the bias, inside the travel",
+        ramp: "the bias grows from 0",
+        mavlink: Mavlink {
+            first_mode: 1, mode: &["bias, FLT_BIAS_DEG"], word: Some("bias"), user_1: Some(3),
+            ..Mavlink::new(T::Wrong)
+        },
+    };
+
+    /// Moves only this far; beyond it when the fault acts, it is pushed back: an obstacle.
+    LimitedTravel {
+        /// Largest deflection either way, rad; of the engine the largest thrust, N.
+        limit: f64,
+    } => KindInfo {
+        code: 14,
+        key: "limited_travel",
+        targets: Targets::EFFECTORS,
+        phrase: &[W(&["limited to"]), N(Q::Limit)],
+        numbers: &[NumberInfo {
+            quantity: Q::Limit,
+            range: Range::UpToTravel,
+            decimals: Some(1),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_LIMIT_DEG", min: 0.0, max: 90.0, default: 5.0,
+                meaning: "Largest deflection of WRONG with FLT_WRONG_MODE 4; of the engine FLT_ENG_PCT",
+            },
+        }],
+        choice: None,
+        servo: "follows the commands up to the limit; pushed back to it at once",
+        acts: "its position",
+        ramp: "the limit comes in from the end of the travel",
+        mavlink: Mavlink {
+            first_mode: 4, mode: &["limited travel, FLT_LIMIT_DEG"], word: Some("limit"), user_1: Some(9),
+            ..Mavlink::new(T::Wrong)
+        },
+    };
+
+    /// The engine is out: thrust runs down to zero, below its idle.
+    FlameOut => KindInfo {
+        code: 15,
+        key: "flame_out",
+        targets: Targets::THRUST,
+        phrase: &[W(&["flame-out", "flame out"])],
+        numbers: &[],
+        choice: None,
+        servo: "runs down to zero with its lag, below its idle",
+        acts: "its thrust",
+        ramp: "",
+        mavlink: Mavlink { word: Some("flameout"), ..Mavlink::new(T::Off) },
+    };
+}
+
+#[cfg(test)]
+mod tests;

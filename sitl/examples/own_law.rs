@@ -1,0 +1,42 @@
+//! A main controller that is not ours, in about 40 lines. docs/own-law.md goes through it.
+//!
+//! `cargo run --example own_law` flies it under a ground station, with every option of `sitl`.
+
+use std::process::ExitCode;
+
+use flight_control::{Law, LawInput, MainCommand};
+
+/// Altitude by climb rate, pitch rate; roll by roll rate; airspeed by thrust; two integrals that trim.
+#[derive(Default)]
+pub struct OwnLaw {
+    elevator_rad: f64,
+    thrust_m_s2: f64,
+}
+
+impl Law for OwnLaw {
+    fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
+        let LawInput { state, references, model, h, .. } = *input;
+        let (belief, rates) = (model.belief(), state.rates);
+        let climb_m_s = (0.2 * (references.altitude_m - state.altitude_m)).clamp(-40.0, 40.0);
+        let climb_error = climb_m_s - state.climb_rate_m_s();
+        let speed_error = references.airspeed_m_s - state.airspeed_m_s;
+        self.elevator_rad = (self.elevator_rad - 0.0002 * climb_error * h).clamp(-0.1, 0.1);
+        self.thrust_m_s2 = (self.thrust_m_s2 + 0.02 * speed_error * h).clamp(-4.0, 4.0);
+        MainCommand {
+            // Positive aileron rolls left, positive elevator lowers the nose.
+            aileron_rad: 1.5 * (state.attitude.phi - references.roll_rad) + 0.5 * rates.x,
+            elevator_rad: belief.trim.elevator_rad - 0.003 * climb_error
+                + 1.2 * rates.y
+                + 1.0 * (state.attitude.theta - belief.trim.theta_rad)
+                + self.elevator_rad,
+            rudder_rad: 0.2 * rates.z,
+            thrust_n: belief.trim.thrust_n
+                + belief.mass.mass_kg * (0.3 * speed_error + self.thrust_m_s2),
+            ..MainCommand::default()
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    sitl::cli::main(Some(|| Box::new(OwnLaw::default())))
+}

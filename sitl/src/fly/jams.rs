@@ -1,0 +1,185 @@
+//! `sitl jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use autopilot::config::Model;
+use autopilot::run::{Ftc, LawArgs};
+use host_io::file;
+use icd::{ControlPeriod, EffectorKind, SimTime};
+use plant_sim::Airframe;
+use plant_sim::setup::default_step_us;
+
+use super::judge::{self, Keep};
+use super::outcome::{Fate, Outcome};
+use super::{DURATION_S, FlyError};
+use crate::closed_loop::FlightSetup;
+use crate::configuration::{AircraftArgs, Named};
+use crate::linearize::Condition;
+use crate::metrics::DEG;
+use crate::runner;
+
+/// Where surfaces are jammed, of the travel to the one side and to the other.
+const PARTS: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
+/// When they are jammed, s.
+const ONSET_S: f64 = 1.0;
+/// First line of a table, by which this program knows what it may write over.
+const MARK: &str = "<!-- Written by `sitl jams`; do not edit. -->";
+
+/// Options of `sitl jams`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct JamsArgs {
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
+    /// Main controller, estimator of the compensator, gains.
+    #[command(flatten)]
+    laws: LawArgs,
+    /// Flight condition instead of the design point; may be repeated
+    #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
+    at: Vec<Condition>,
+    /// File for the table, in Markdown [default: the standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// A surface that is jammed.
+#[derive(Debug, Clone)]
+struct Jam {
+    key: String,
+    name: String,
+    angle_deg: f64,
+}
+
+/// Flies and writes.
+///
+/// # Errors
+/// What is wrong with files, options or the place of the table.
+pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
+    let airframe = args.aircraft.airframe()?;
+    let start = &airframe.design_point;
+    let design = Condition { altitude_m: start.altitude_m, airspeed_m_s: start.airspeed_m_s };
+    let conditions = if args.at.is_empty() { vec![design] } else { args.at.clone() };
+    let (jams, model) = (jams(&airframe), args.aircraft.model()?);
+    let mut setups = Vec::new();
+    for condition in &conditions {
+        for jam in &jams {
+            for ftc in [Ftc::Off, Ftc::Armed] {
+                setups.push(args.setup((&airframe, &model), condition, jam, ftc)?);
+            }
+        }
+    }
+    let fly =
+        |setup: &FlightSetup| judge::fly(setup, true, Keep::default()).map(|(flown, _)| flown);
+    let flown = runner::map_quietly("jams", &setups, fly);
+    let flown: Vec<Outcome> = flown.into_iter().collect::<Result<_, FlyError>>()?;
+    let mut text = format!("{MARK}\n");
+    for (condition, flown) in conditions.iter().zip(flown.chunks(2 * jams.len())) {
+        let Condition { altitude_m, airspeed_m_s } = condition;
+        let _ = writeln!(text, "\n{} at {airspeed_m_s} m/s and {altitude_m} m:\n", airframe.name);
+        text += HEADING;
+        for (jam, flown) in jams.iter().zip(flown.chunks(2)) {
+            let Jam { name, angle_deg, .. } = jam;
+            let _ = write!(text, "| {name} {angle_deg:+.1} |");
+            for outcome in flown {
+                let _ = write!(text, " {} |", cell(outcome));
+            }
+            text.push('\n');
+        }
+    }
+    let Some(path) = &args.out else {
+        print!("{text}");
+        return Ok(());
+    };
+    file::write(path, text.as_bytes(), MARK.as_bytes())
+        .map_err(|problem| format!("--out {}: {problem}", path.display()))?;
+    println!("wrote {}", path.display());
+    Ok(())
+}
+
+const HEADING: &str = "| jammed at, deg | without the compensator | with it |\n|---|---|---|\n";
+
+/// Every surface at every part of its travel.
+fn jams(airframe: &Airframe) -> Vec<Jam> {
+    let list = &airframe.effectors;
+    let surfaces = list.all().filter(|e| list.kind(*e).is_some_and(EffectorKind::is_surface));
+    let jam = |effector| {
+        let servo = &airframe.servos[effector];
+        PARTS.map(|part: f64| Jam {
+            key: list.key(effector).to_owned(),
+            name: list.name(effector).to_owned(),
+            angle_deg: (part.abs() * if part < 0.0 { servo.min } else { servo.max }) / DEG,
+        })
+    };
+    surfaces.flat_map(jam).collect()
+}
+
+/// What became of a flight.
+fn cell(outcome: &Outcome) -> String {
+    match outcome.fate {
+        Fate::Lost(loss) => format!("lost at {:.1} s, {}", loss.at_s, loss.by),
+        Fate::Kept => {
+            // The measures are reference minus true value; plus zero makes a rounded zero positive.
+            let off = |name: &str, unit: f64| {
+                let value = outcome.metric(name).unwrap_or(f64::NAN);
+                (-value / unit).round() + 0.0
+            };
+            let roll_deg = off("steady_offset_roll", 0.1 * DEG) / 10.0;
+            let altitude_m = off("steady_offset_altitude", 1.0);
+            format!("kept, roll {roll_deg:+.1} deg, altitude {altitude_m:+.0} m")
+        }
+    }
+}
+
+impl JamsArgs {
+    fn setup(
+        &self,
+        (airframe, model): (&Airframe, &Model),
+        at: &Condition,
+        jam: &Jam,
+        ftc: Ftc,
+    ) -> Result<FlightSetup, Box<dyn Error>> {
+        let Condition { altitude_m, airspeed_m_s } = at;
+        let Jam { key, angle_deg, .. } = jam;
+        let scenario = format!(
+            "[plant]\nseed = 1\nearth = \"flat\"\n[plant.start]\naltitude_m = {altitude_m:?}\nairspeed_m_s = {airspeed_m_s:?}\n\
+             [[plant.fault]]\neffector = \"{key}\"\nkind = \"stuck_at\"\nangle_deg = {angle_deg:?}\nonset_s = {ONSET_S:?}\n"
+        );
+        let name = format!("{key} jammed at {angle_deg} deg");
+        let file = Named { name, text: scenario.into() };
+        let flight = self.aircraft.scenario(&file, &airframe.effectors)?;
+        let period = ControlPeriod::DEFAULT;
+        let plant = flight.plant.setup(airframe.clone(), 0, period, default_step_us(period));
+        let mut parameters = model.defaults;
+        self.laws.apply(&mut parameters)?;
+        parameters.set("FTC_MODE", ftc.value())?;
+        let parameters = self.aircraft.parameters(parameters)?;
+        parameters.check_law()?;
+        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
+        Ok(FlightSetup {
+            plant,
+            belief: model.belief,
+            parameters,
+            references: flight.references,
+            script: None,
+            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_surface_is_jammed_at_six_places_up_to_the_ends_of_its_travel() {
+        let jams = jams(&Airframe::paper());
+        assert_eq!(jams.len(), 5 * PARTS.len());
+        let angles = [-30.0, -15.0, -7.5, 7.5, 15.0, 30.0];
+        assert_eq!(jams[12].name, "left elevator");
+        for (jam, angle_deg) in jams[12..18].iter().zip(angles) {
+            assert!((jam.angle_deg - angle_deg).abs() < 1.0e-9, "{jam:?}");
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! `sitl margins`: how much each law's loop can stand, by its linearisation and by flights.
+//!
+//! Plant, servos and laws are one sampled system (`closed_loop`). It is opened at the commands of one kind of effector
+//! and stays closed at all others (`loops`). The flights then add the gain or the delay to the commands of these
+//! effectors, once a little less than the margin and once a little more, and look whether a small disturbance dies out.
+
+use std::collections::VecDeque;
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use autopilot::run::LawArgs;
+use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
+use icd::{ControlPeriod, EffectorKind, PerEffector};
+use nalgebra::Complex;
+use plant_sim::setup::default_step_us;
+use plant_sim::{EarthModel, PlantPart};
+
+use crate::configuration::{AircraftArgs, Named};
+use crate::runner;
+use closed_loop::{ClosedLoop, Linear};
+use loops::Margins;
+
+mod closed_loop;
+mod loops;
+
+/// Half width of the differences, and disturbance of the flights.
+const AMPLITUDE: f64 = 1.0e-4;
+/// How far inside and outside a margin the flights are.
+const INSIDE: f64 = 0.9;
+const OUTSIDE: f64 = 1.1;
+/// Margins above this are not flown: factor on the commands.
+const GAIN_FLOWN_MAX: f64 = 30.0;
+/// Cycles of the crossover in a flight with a delay.
+const CYCLES: f64 = 60.0;
+/// Time constants of the motion that grows outside of a margin, in flights with a gain.
+const E_FOLDINGS: f64 = 20.0;
+/// Shortest and longest flight, s.
+const FLIGHT_S: [f64; 2] = [10.0, 600.0];
+/// A disturbance has died out when the swing of the commands in the last tenth of a flight is below this part of that in
+/// the first tenth.
+const DIED_OUT: f64 = 0.01;
+/// It decays when that swing is below this part of the one in the tenth after half the time: slow motions near a margin.
+const DECAYS: f64 = 0.9;
+
+/// Options of `sitl margins`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct MarginsArgs {
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
+    /// Main controller and estimator; without them all that there are.
+    #[command(flatten)]
+    laws: LawArgs,
+    /// Only with the compensator always on, or only with it off
+    #[arg(long, value_enum, value_name = "MODE")]
+    ftc: Option<Acts>,
+    /// Control period, 1 to 4 ms
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = plant_sim::io::parse_period)]
+    period_ms: ControlPeriod,
+    /// Half width of the differences and disturbance of the flights: rad, rad/s, m/s, m
+    #[arg(long, allow_negative_numbers = true, value_name = "SIZE", default_value_t = AMPLITUDE, value_parser = parse_amplitude)]
+    amplitude: f64,
+    /// Leave the flights out
+    #[arg(long)]
+    no_flights: bool,
+}
+
+/// Whether the compensator acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Acts {
+    Off,
+    Always,
+}
+
+fn parse_amplitude(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (1.0e-6..=0.1).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{text} is outside 0.000001 to 0.1"))
+    }
+}
+
+/// Which laws are looked at together.
+#[derive(Debug, Clone, Copy)]
+struct Laws {
+    main: MainLaw,
+    /// `None`: the compensator is off.
+    compensator: Option<CompensatorLaw>,
+}
+
+/// A loop with what it can stand, and what flights say of it.
+struct Row {
+    effectors: &'static str,
+    margins: Margins,
+    flights: Option<Flights>,
+}
+
+/// Whether the flights inside a margin were stable and those outside were not; `None` where there is no such margin.
+#[derive(Debug, Clone, Copy, Default)]
+struct Flights {
+    gain: Option<bool>,
+    delay: Option<bool>,
+}
+
+/// Prints the table of every law that is asked for.
+///
+/// # Errors
+/// What is wrong with a file, an option or a parameter; or that there is no steady flight at the design point.
+pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
+    args.aircraft.check()?;
+    let all = args.all_laws();
+    let texts =
+        runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
+    println!("{}", args.heading());
+    for text in texts {
+        println!("{}", text?);
+    }
+    Ok(())
+}
+
+impl MarginsArgs {
+    fn all_laws(&self) -> Vec<Laws> {
+        let one_or_all = |one: Option<MainLaw>| match one {
+            Some(law) => vec![law],
+            None => MainLaw::NAMES
+                .map(|(_, law)| law)
+                .into_iter()
+                .filter(|law| *law != MainLaw::Own)
+                .collect(),
+        };
+        let mut estimators = vec![None];
+        if self.ftc != Some(Acts::Off) {
+            let all = CompensatorLaw::NAMES.map(|(_, law)| law);
+            let chosen =
+                all.into_iter().filter(|law| self.laws.compensator.is_none_or(|one| one == *law));
+            estimators.extend(chosen.map(Some));
+        }
+        if self.ftc == Some(Acts::Always) || self.ftc.is_none() && self.laws.compensator.is_some() {
+            estimators.remove(0);
+        }
+        one_or_all(self.laws.law)
+            .into_iter()
+            .flat_map(|main| {
+                estimators.iter().map(move |compensator| Laws { main, compensator: *compensator })
+            })
+            .collect()
+    }
+
+    fn heading(&self) -> String {
+        format!(
+            "# Margins of the loops\n\n\
+             Sampled loop with a period of {} ms, servos and engine, linearised in steady level flight at the design point \
+             by differences of {} (rad, rad/s, m/s, m). A loop is opened at the commands of one kind of effector; all \
+             others stay closed. Each figure is for one change alone.\n",
+            self.period_ms.as_seconds() * 1.0e3,
+            self.amplitude,
+        )
+    }
+
+    fn study(&self, laws: Laws) -> Result<String, Box<dyn Error>> {
+        let aircraft = &self.aircraft;
+        let airframe = aircraft.airframe()?;
+        let list = airframe.effectors;
+        let model = aircraft.model()?;
+        let mut parameters = model.defaults;
+        self.laws.apply(&mut parameters)?;
+        let mut parameters = aircraft.parameters(parameters)?;
+        let selection = &mut parameters.gains.selection;
+        (selection.main, selection.compensator) = (laws.main, CompensatorMode::Off);
+        if let Some(compensator) = laws.compensator {
+            selection.compensator_law = compensator;
+            selection.compensator = CompensatorMode::AlwaysOn;
+        }
+        parameters.check_law()?;
+        let scenario = aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
+        let setup = PlantPart { earth: EarthModel::Flat, ..scenario }.setup(
+            airframe,
+            0,
+            self.period_ms,
+            default_step_us(self.period_ms),
+        );
+        let settled = ClosedLoop::settled(&setup, &model.belief, &parameters.gains)?;
+        if !settled.flies() {
+            return Err(
+                format!("{}: the aircraft is lost before it is settled", laws.name()).into()
+            );
+        }
+        let linear = settled.linearise(self.amplitude);
+        let period_s = self.period_ms.as_seconds();
+        let mut kinds: Vec<EffectorKind> = Vec::new();
+        for kind in settled.effectors().iter().filter_map(|effector| list.kind(*effector)) {
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        let mut rows = Vec::new();
+        for kind in kinds {
+            let of_kind = |i: &usize| list.kind(settled.effectors()[*i]) == Some(kind);
+            let group: Vec<usize> = (0..settled.effectors().len()).filter(of_kind).collect();
+            if group.iter().all(|i| linear.c.row(*i).amax() == 0.0) {
+                // No law commands it.
+                continue;
+            }
+            let margins = linear.margins(&group, period_s);
+            let flights = (!self.no_flights && linear.is_stable(&group, 1.0)).then(|| {
+                let (settled, linear, group) = (&settled, &linear, group.as_slice());
+                let loops = Loops { settled, linear, group, amplitude: self.amplitude, period_s };
+                fly(&loops, &margins)
+            });
+            rows.push(Row { effectors: kind.key(), margins, flights });
+        }
+        let eigenvalues = linear
+            .eigenvalues(period_s)
+            .ok_or_else(|| format!("{}: the eigenvalues were not found", laws.name()))?;
+        Ok(table(laws, &rows, &eigenvalues))
+    }
+}
+
+impl Laws {
+    fn name(self) -> String {
+        let of = |found: Option<&'static str>| found.unwrap_or("?");
+        let main = MainLaw::NAMES.iter().find(|(_, law)| *law == self.main).map(|(name, _)| *name);
+        let compensator = self.compensator.map_or("off", |this| {
+            of(CompensatorLaw::NAMES.iter().find(|(_, law)| *law == this).map(|(name, _)| *name))
+        });
+        format!("{}, compensator {compensator}", of(main))
+    }
+}
+
+/// Flies a little inside and a little outside of each margin.
+fn fly(loops: &Loops<'_>, margins: &Margins) -> Flights {
+    let h = loops.period_s;
+    let with_gains = |inside: f64, outside: f64| {
+        // Long enough for what grows outside to be seen, however little of it the disturbance has.
+        let duration_s = E_FOLDINGS / loops.linear.growth(loops.group, outside, h).abs();
+        loops.decays(inside, 0, duration_s) && !loops.has_died_out(outside, 0, duration_s)
+    };
+    let [least, most] = margins.gain;
+    let above = (most < GAIN_FLOWN_MAX).then(|| with_gains(INSIDE * most, OUTSIDE * most));
+    let below = (least > 1.0 / GAIN_FLOWN_MAX).then(|| with_gains(least / INSIDE, least / OUTSIDE));
+    let gain = match (above, below) {
+        (Some(above), Some(below)) => Some(above && below),
+        (one, other) => one.or(other),
+    };
+    let delay = margins.delay_s.zip(margins.crossover_rad_s).map(|(delay_s, crossover_rad_s)| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^3")]
+        let periods = |factor: f64| (factor * delay_s / h) as usize;
+        let duration_s = CYCLES * TAU / crossover_rad_s;
+        loops.decays(1.0, periods(INSIDE), duration_s)
+            && !loops.has_died_out(1.0, periods(OUTSIDE) + 1, duration_s)
+    });
+    Flights { gain, delay }
+}
+
+/// A loop that is flown with changed commands of a group.
+struct Loops<'a> {
+    settled: &'a ClosedLoop,
+    linear: &'a Linear,
+    group: &'a [usize],
+    amplitude: f64,
+    period_s: f64,
+}
+
+impl Loops<'_> {
+    fn decays(&self, gain: f64, delay: usize, duration_s: f64) -> bool {
+        self.swings(gain, delay, duration_s)
+            .is_some_and(|[first, middle, last]| last < DIED_OUT * first || last < DECAYS * middle)
+    }
+
+    fn has_died_out(&self, gain: f64, delay: usize, duration_s: f64) -> bool {
+        self.swings(gain, delay, duration_s).is_some_and(|[first, _, last]| last < DIED_OUT * first)
+    }
+
+    /// Swings of the commands after a disturbance of the body rates, with a factor on their distance from the steady
+    /// ones and a delay of so many periods: in the first tenth of the flight, in the sixth and in the last. `None` if
+    /// the aircraft is lost.
+    fn swings(&self, gain: f64, delay: usize, duration_s: f64) -> Option<[f64; 3]> {
+        let periods = duration_s.clamp(FLIGHT_S[0], FLIGHT_S[1]) / self.period_s;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
+        let (periods, window) = (periods as usize, (periods / 10.0) as usize);
+        let mut disturbed = self.settled.clone();
+        disturbed.disturb(self.amplitude);
+        let mut disturbed = Changed::new(self.group, gain, delay, disturbed);
+        let mut twin = Changed::new(self.group, gain, delay, self.settled.clone());
+        let [mut first, mut middle, mut last] =
+            [Swing::default(), Swing::default(), Swing::default()];
+        for period in 0..periods {
+            let difference = disturbed.period() - twin.period();
+            if !disturbed.flies.flies() || !difference.is_finite() {
+                return None;
+            }
+            if period < window {
+                first.take(difference);
+            } else if (5 * window..6 * window).contains(&period) {
+                middle.take(difference);
+            } else if period >= periods - window {
+                last.take(difference);
+            }
+        }
+        Some([first.size(), middle.size(), last.size()])
+    }
+}
+
+/// A loop whose commands are changed on their way.
+struct Changed<'a> {
+    group: &'a [usize],
+    gain: f64,
+    flies: ClosedLoop,
+    steady: PerEffector<f64>,
+    under_way: VecDeque<PerEffector<f64>>,
+}
+
+impl<'a> Changed<'a> {
+    fn new(group: &'a [usize], gain: f64, delay: usize, flies: ClosedLoop) -> Self {
+        let steady = flies.clone().ask();
+        let under_way = std::iter::repeat_n(steady, delay).collect();
+        Self { group, gain, flies, steady, under_way }
+    }
+
+    /// One period; what the laws asked of the first of the group.
+    fn period(&mut self) -> f64 {
+        let asked = self.flies.ask();
+        self.under_way.push_back(asked);
+        let late = self.under_way.pop_front().unwrap_or(asked);
+        let mut commands = asked;
+        for i in self.group {
+            let effector = self.flies.effectors()[*i];
+            let steady = self.steady[effector];
+            commands[effector] = steady + self.gain * (late[effector] - steady);
+        }
+        self.flies.go_on(&commands);
+        self.group.first().map_or(0.0, |i| asked[self.flies.effectors()[*i]])
+    }
+}
+
+/// Smallest and largest of some numbers.
+#[derive(Default)]
+struct Swing(Option<(f64, f64)>);
+
+impl Swing {
+    fn take(&mut self, value: f64) {
+        let (least, most) = self.0.unwrap_or((value, value));
+        self.0 = Some((least.min(value), most.max(value)));
+    }
+
+    fn size(&self) -> f64 {
+        self.0.map_or(0.0, |(least, most)| most - least)
+    }
+}
+
+fn table(laws: Laws, rows: &[Row], eigenvalues: &[Complex<f64>]) -> String {
+    let mut text = format!(
+        "## {}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
+         |---|---|---|---|---|---|---|\n",
+        laws.name()
+    );
+    for Row { effectors, margins, flights } in rows {
+        let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
+        let number = |value: Option<f64>, digits: usize| {
+            value.map_or("none".to_owned(), |value| format!("{value:.digits$}"))
+        };
+        let verdict = |flown: Option<bool>| match flown {
+            Some(true) => "agrees",
+            Some(false) => "**differs**",
+            None => "",
+        };
+        let least = if least > 0.0 { format!("{least:.2}") } else { "0".to_owned() };
+        let most = if most.is_finite() { format!("{most:.2}") } else { "any".to_owned() };
+        let flights = flights.unwrap_or_default();
+        // Writing to a text cannot fail.
+        let _ = writeln!(
+            text,
+            "| {effectors} | {} | {least} to {most} | {} | {} | {} | {} |",
+            number(crossover_rad_s, 2),
+            number(phase_rad.map(f64::to_degrees), 1),
+            number(delay_s.map(|delay_s| delay_s * 1.0e3), 1),
+            verdict(flights.gain),
+            verdict(flights.delay),
+        );
+    }
+    let shown: Vec<String> = eigenvalues
+        .iter()
+        .filter(|s| s.im >= 0.0 && s.re.is_finite())
+        .map(|s| {
+            if s.im > 0.0 { format!("{:.4} ± {:.4}i", s.re, s.im) } else { format!("{:.4}", s.re) }
+        })
+        .collect();
+    let unstable = eigenvalues.iter().filter(|s| s.re > 0.0).count();
+    let _ = writeln!(
+        text,
+        "\nEigenvalues of the closed loop, 1/s ({}): {}.",
+        if unstable == 0 { "all stable".to_owned() } else { format!("{unstable} unstable") },
+        shown.join(", ")
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser as _;
+
+    #[derive(Debug, clap::Parser)]
+    struct Command {
+        #[command(flatten)]
+        args: MarginsArgs,
+    }
+
+    fn study(options: &str) -> String {
+        let words = std::iter::once("margins").chain(options.split_whitespace());
+        let args = Command::try_parse_from(words).unwrap().args;
+        args.study(args.all_laws()[0]).unwrap()
+    }
+
+    #[test]
+    fn flights_agree_with_the_margins_of_the_nozzle_and_of_the_ailerons() {
+        let text = study("--law pid --compensator neso");
+        let agree = |kind: &str| {
+            let row = text.lines().find(|line| line.starts_with(&format!("| {kind} |"))).unwrap();
+            row.matches("agrees").count()
+        };
+        assert_eq!((agree("aileron"), agree("nozzle_pitch")), (2, 2), "{text}");
+        assert!(text.contains("(all stable)") && !text.contains("differs"), "{text}");
+    }
+
+    #[test]
+    fn a_slower_servo_costs_phase() {
+        let phase_deg = |options: &str| -> f64 {
+            let text = study(&format!("--law pid --compensator neso --no-flights {options}"));
+            let row = text.lines().find(|line| line.starts_with("| nozzle_pitch |")).unwrap();
+            row.split('|').nth(4).unwrap().trim().parse().unwrap()
+        };
+        assert!(phase_deg("--set airframe.effector.6.lag_s=0.1") < phase_deg("") - 10.0);
+    }
+
+    #[test]
+    fn an_amplitude_that_cannot_be_is_refused() {
+        for bad in ["0", "nan", "1", "-0.1", "x"] {
+            assert!(Command::try_parse_from(["margins", "--amplitude", bad]).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Plant and laws as one discrete system: its states, one period of it, and its linearisation.
+
+use flight_control::{Demand, FlightControl, Gains, Navigator};
+use icd::frames::Attitude;
+use icd::{Actuators, Effector, EulerAngles, PerEffector};
+use nalgebra::{DMatrix, DVector};
+use plant_sim::{EarthModel, Plant, PlantSetup, SetupError};
+
+use flight_control::Belief;
+
+/// Flown before the linearisation, until plant and laws agree about the trim, s.
+const SETTLING_S: f64 = 300.0;
+
+/// Roll and pitch angle, velocity, body rates, altitude; heading and place over the ground act on nothing.
+const BODY_STATES: usize = 9;
+
+/// The aircraft in steady flight under its laws.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    plant: Plant,
+    control: FlightControl,
+    demand: Demand,
+    effectors: Vec<Effector>,
+}
+
+/// x' = A x + B u with A for commands that stay, and C x, the change of the commands that the laws ask for.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// States in which everything that the laws ask for is ignored by the plant.
+    pub a: DMatrix<f64>,
+    /// From the commands of the effectors, rad or N.
+    pub b: DMatrix<f64>,
+    /// To the commands.
+    pub c: DMatrix<f64>,
+}
+
+impl ClosedLoop {
+    /// Steady flight at the start of `setup`, over a flat Earth in still air, settled.
+    ///
+    /// # Errors
+    /// [`SetupError`] if there is no steady flight there.
+    pub fn settled(setup: &PlantSetup, belief: &Belief, gains: &Gains) -> Result<Self, SetupError> {
+        let setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
+        let plant = Plant::new(&setup)?;
+        let mut control = FlightControl::new(setup.period, belief, gains);
+        control.start_at(&plant.trim().positions());
+        let effectors = setup.airframe.effectors.all().collect();
+        let demand = Demand {
+            altitude_m: setup.start.altitude_m,
+            roll_rad: 0.0,
+            airspeed_m_s: setup.start.airspeed_m_s,
+        };
+        let mut settled = Self { plant, control, demand, effectors };
+        let periods = SETTLING_S / setup.period.as_seconds();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
+        for _ in 0..periods as u64 {
+            let commands = settled.ask();
+            settled.go_on(&commands);
+        }
+        Ok(settled)
+    }
+
+    /// The effectors, in the order of the inputs.
+    pub fn effectors(&self) -> &[Effector] {
+        &self.effectors
+    }
+
+    /// What the laws ask for now. Their states move on.
+    pub fn ask(&mut self) -> PerEffector<f64> {
+        // Every sample is good, so the navigator remembers nothing.
+        let state = Navigator::default().step(self.plant.time(), &self.plant.sense());
+        self.control.step(&state, &self.demand).actuators.commands
+    }
+
+    /// The plant moves on with these commands.
+    pub fn go_on(&mut self, commands: &PerEffector<f64>) {
+        self.plant.advance(&Actuators { commands: *commands });
+    }
+
+    /// Whether the aircraft still flies.
+    pub fn flies(&self) -> bool {
+        !self.plant.on_ground()
+    }
+
+    /// Turns the aircraft: adds to the body rates, rad/s.
+    pub fn disturb(&mut self, rate_rad_s: f64) {
+        let mut state = *self.plant.state();
+        state.rigid.rates.0.add_scalar_mut(rate_rad_s);
+        self.plant.go_on_from(&state);
+    }
+
+    /// Every state that acts on something.
+    fn states(&mut self) -> DVector<f64> {
+        let state = self.plant.state();
+        let EulerAngles { phi, theta, .. } =
+            Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler();
+        let mut x = vec![phi, theta];
+        x.extend(state.rigid.velocity.0.iter().chain(state.rigid.rates.0.iter()));
+        x.push(-state.rigid.position.z);
+        x.extend(self.effectors.iter().map(|effector| state.positions[*effector]));
+        self.control.states(&mut |state| x.push(*state));
+        DVector::from_vec(x)
+    }
+
+    fn set_states(&mut self, x: &DVector<f64>) {
+        let mut state = *self.plant.state();
+        let psi = Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler().psi;
+        let attitude = Attitude::from_euler(EulerAngles { phi: x[0], theta: x[1], psi });
+        state.rigid.q_e_from_body = attitude.wxyz();
+        state.rigid.velocity.0.copy_from(&x.fixed_rows::<3>(2));
+        state.rigid.rates.0.copy_from(&x.fixed_rows::<3>(5));
+        state.rigid.position.z = -x[8];
+        let mut rest = x.iter().skip(BODY_STATES);
+        for (effector, x) in self.effectors.iter().zip(&mut rest) {
+            state.positions[*effector] = *x;
+        }
+        self.plant.go_on_from(&state);
+        self.control.states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
+    }
+
+    /// One period from `x` with `commands`: the states after it, and what the laws asked for.
+    fn period(
+        &self,
+        x: &DVector<f64>,
+        commands: &PerEffector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
+        let mut other = self.clone();
+        other.set_states(x);
+        let asked = other.ask();
+        other.go_on(commands);
+        (other.states(), self.inputs(&asked))
+    }
+
+    fn inputs(&self, commands: &PerEffector<f64>) -> DVector<f64> {
+        DVector::from_iterator(
+            self.effectors.len(),
+            self.effectors.iter().map(|effector| commands[*effector]),
+        )
+    }
+
+    /// Central differences of one period. `amplitude` is their half width in rad, rad/s, m/s, m and the units of the
+    /// laws' states; for thrust it is this fraction of the engine's range.
+    pub fn linearise(&self, amplitude: f64) -> Linear {
+        let mut here = self.clone();
+        let x = here.states();
+        let steady = here.ask();
+        let list = &self.plant.dynamics().airframe().effectors;
+        let width = |effector: Effector| {
+            let servo = &self.plant.dynamics().airframe().servos[effector];
+            if list.is_angle(effector) { amplitude } else { amplitude * (servo.max - servo.min) }
+        };
+        let (states, inputs) = (x.len(), self.effectors.len());
+        let mut linear = Linear {
+            a: DMatrix::zeros(states, states),
+            b: DMatrix::zeros(states, inputs),
+            c: DMatrix::zeros(inputs, states),
+        };
+        for i in 0..states {
+            let servo = usize::checked_sub(i, BODY_STATES).and_then(|i| self.effectors.get(i));
+            let half = servo.map_or(amplitude, |effector| width(*effector));
+            let at = |d: f64| {
+                let mut x = x.clone();
+                x[i] += d;
+                self.period(&x, &steady)
+            };
+            let (above, below) = (at(half), at(-half));
+            linear.a.set_column(i, &((above.0 - below.0) / (2.0 * half)));
+            linear.c.set_column(i, &((above.1 - below.1) / (2.0 * half)));
+        }
+        for (i, effector) in self.effectors.iter().enumerate() {
+            let half = width(*effector);
+            let at = |d: f64| {
+                let mut commands = steady;
+                commands[*effector] += d;
+                self.period(&x, &commands).0
+            };
+            linear.b.set_column(i, &((at(half) - at(-half)) / (2.0 * half)));
+        }
+        linear
+    }
+}

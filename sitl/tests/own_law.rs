@@ -1,0 +1,95 @@
+//! The two laws that docs/own-law.md goes through: one in Rust, one in Python.
+
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Child, Command, Stdio};
+
+use autopilot::config;
+use flight_control::{CompensatorMode, Demand, FlightControl, Gains, MainLaw, Navigator};
+use icd::ControlPeriod;
+use plant_sim::{Airframe, Plant, Scenario, scenario};
+
+#[path = "../examples/own_law.rs"]
+#[allow(dead_code, reason = "its main is started by cargo run")]
+mod example;
+
+/// Altitude error and roll angle, m and rad, after 60 s of a scenario that asks for 100 m more.
+fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
+    let scenario =
+        Scenario::from_toml(name, text, &Airframe::paper().effectors).expect("a shipped scenario");
+    let setup = scenario.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
+    let belief =
+        config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief");
+    let mut gains = Gains::REFERENCE;
+    gains.selection.main = MainLaw::Own;
+    gains.selection.compensator = compensator;
+    let mut plant = Plant::new(&setup).expect("the shipped aircraft");
+    let mut flight = FlightControl::new(setup.period, &belief, &gains);
+    flight.start_at(&plant.trim().positions());
+    let mut navigator = Navigator::default();
+    let demand = Demand { altitude_m: 5_100.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+    let mut law = example::OwnLaw::default();
+    for _ in 0..30_000 {
+        let state = navigator.step(plant.time(), &plant.sense());
+        let output = flight.step_with(&state, &demand, Some(&mut law));
+        assert!(!output.log.health.implausible_command);
+        plant.advance(&output.actuators);
+    }
+    let truth = plant.truth();
+    (truth.altitude_m - demand.altitude_m, truth.euler().phi)
+}
+
+#[test]
+fn the_law_of_the_example_climbs_and_with_the_compensator_survives_a_jammed_elevator() {
+    let (altitude_m, roll_rad) = fly("nominal.toml", scenario::NOMINAL, CompensatorMode::Armed);
+    assert!(altitude_m.abs() < 5.0 && roll_rad.abs() < 0.01, "{altitude_m} m, {roll_rad} rad");
+    let (altitude_m, roll_rad) = fly("case1.toml", scenario::CASE1, CompensatorMode::Armed);
+    assert!(altitude_m.abs() < 50.0 && roll_rad.abs() < 0.2, "{altitude_m} m, {roll_rad} rad");
+    let (altitude_m, _) = fly("case1.toml", scenario::CASE1, CompensatorMode::Off);
+    assert!(altitude_m < -500.0, "without the compensator it is lost: {altitude_m} m");
+}
+
+/// Ends its process when it goes.
+struct Process(Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It has ended already, or it ends now.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn the_python_law_flies_the_plant_over_the_link() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../gcs-scripts/own_law.py");
+    let options = ["--listen", "127.0.0.1:0", "--altitude", "5100", "--for-s", "60"];
+    let child = Command::new("python3")
+        .arg(script)
+        .args(options)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python3, for the scripts of gcs-scripts");
+    let mut law = Process(child);
+    let mut said = BufReader::new(law.0.stdout.take().unwrap());
+    let mut line = String::new();
+    said.read_line(&mut line).unwrap();
+    let address = line.trim().rsplit(' ').next().unwrap();
+    let plant = Command::new(env!("CARGO_BIN_EXE_sitl"))
+        .args(["plant-sim", "--autopilot", address, "--speed", "max"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let _plant = Process(plant);
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    // 60.0 s: altitude 5100.9 m, airspeed 264.0 m/s
+    let words: Vec<&str> = rest.split_whitespace().collect();
+    let number = |after: &str| {
+        let at = words.iter().position(|word| *word == after).unwrap_or_else(|| panic!("{rest}"));
+        words[at + 1].parse::<f64>().unwrap()
+    };
+    assert_eq!(words[0], "60.0", "{rest}");
+    assert!((number("altitude") - 5_100.0).abs() < 5.0, "{rest}");
+    assert!((number("airspeed") - 264.0).abs() < 1.0, "{rest}");
+}
