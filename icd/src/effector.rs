@@ -93,6 +93,24 @@ impl<T> PerEffector<T> {
         Self(core::array::from_fn(|index| value(Effector(index as u8))))
     }
 
+    /// One value for each of the first `count` places or a few more, default for the rest: by eights, so that the compiler
+    /// can compute them side by side.
+    #[inline]
+    pub fn first_from_fn(count: usize, mut value: impl FnMut(Effector) -> T) -> Self
+    where
+        T: Copy + Default,
+    {
+        let mut all = Self::default();
+        for (block, values) in all.0.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+            if 8 * block < count {
+                #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+                let place = |index| Effector((8 * block + index) as u8);
+                *values = core::array::from_fn(|index| value(place(index)));
+            }
+        }
+        all
+    }
+
     /// Each place with its value.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (Effector, &T)> {

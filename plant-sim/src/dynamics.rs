@@ -19,7 +19,8 @@ use crate::setup::SetupError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::Gust;
 
-/// Numbers of the rigid body and of the effectors together.
+/// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
+const FEW_STATES: usize = rigid_body::STATES + 8;
 const STATES: usize = rigid_body::STATES + Effector::MAX;
 
 /// What moves: the body and the effectors on it.
@@ -91,26 +92,27 @@ pub struct Motion {
 }
 
 impl State {
+    /// The first `N` numbers of it.
     #[inline]
-    fn to_array(self) -> [f64; STATES] {
-        let mut x = [0.0; STATES];
+    fn to_array<const N: usize>(self) -> [f64; N] {
+        let mut x = [0.0; N];
         x[..rigid_body::STATES].copy_from_slice(&self.rigid.to_array());
-        x[rigid_body::STATES..].copy_from_slice(self.positions.as_array());
+        x[rigid_body::STATES..].copy_from_slice(self.positions.first(N - rigid_body::STATES));
         x
     }
 
     #[inline]
-    fn from_array(x: &[f64; STATES]) -> Self {
+    fn from_array<const N: usize>(x: &[f64; N]) -> Self {
         let (mut rigid, mut positions) = ([0.0; rigid_body::STATES], [0.0; Effector::MAX]);
         rigid.copy_from_slice(&x[..rigid_body::STATES]);
-        positions.copy_from_slice(&x[rigid_body::STATES..]);
+        positions[..N - rigid_body::STATES].copy_from_slice(&x[rigid_body::STATES..]);
         Self { rigid: RigidState::from_array(&rigid), positions: PerEffector::new(positions) }
     }
 
     /// The first quantity that is not finite; `None` if all are.
     #[must_use]
     pub fn first_not_finite(&self) -> Option<&'static str> {
-        let index = self.to_array().iter().position(|x| !x.is_finite())?;
+        let index = self.to_array::<STATES>().iter().position(|x| !x.is_finite())?;
         Some(match index {
             0..3 => "position",
             3..7 => "attitude",
@@ -267,13 +269,13 @@ impl Dynamics {
     }
 
     /// Derivative of everything at a state inside the step that began at `start` with what `present` says.
-    fn stage(
+    fn stage<const N: usize>(
         &self,
-        x: &[f64; STATES],
+        x: &[f64; N],
         start: &Vector3<f64>,
         present: &Evaluation,
         held: &Held,
-    ) -> [f64; STATES] {
+    ) -> [f64; N] {
         let state = State::from_array(x);
         let position = &state.rigid.position;
         let nearby = held.slopes.nearby(&self.earth, start, &present.place, position, &held.wind);
@@ -286,12 +288,18 @@ impl Dynamics {
 
     /// Everything's derivative, from that of the body.
     #[inline]
-    fn with_servos(&self, body: &RigidDerivative, state: &State, held: &Held) -> [f64; STATES] {
-        let mut rates = [0.0; STATES];
+    fn with_servos<const N: usize>(
+        &self,
+        body: &RigidDerivative,
+        state: &State,
+        held: &Held,
+    ) -> [f64; N] {
+        let mut rates = [0.0; N];
         rates[..rigid_body::STATES].copy_from_slice(&body.to_array());
-        let servos = self.drives.rates(&held.commands, &state.positions);
-        let servos = held.effects.rates(&servos);
-        rates[rigid_body::STATES..].copy_from_slice(servos.as_array());
+        let count = N - rigid_body::STATES;
+        let servos = self.drives.rates(count, &held.commands, &state.positions);
+        let servos = held.effects.rates(count, &servos);
+        rates[rigid_body::STATES..].copy_from_slice(servos.first(count));
         rates
     }
 
@@ -299,7 +307,21 @@ impl Dynamics {
     /// every state has it already.
     #[must_use]
     pub fn step(&self, state: &State, present: &Evaluation, held: &Held, step_s: f64) -> State {
-        let k1 = self.with_servos(&present.motion.derivative, state, held);
+        match self.airframe.effectors.len() {
+            ..=8 => self.step_of::<FEW_STATES>(state, present, held, step_s),
+            _ => self.step_of::<STATES>(state, present, held, step_s),
+        }
+    }
+
+    /// The same with the first `N` states.
+    fn step_of<const N: usize>(
+        &self,
+        state: &State,
+        present: &Evaluation,
+        held: &Held,
+        step_s: f64,
+    ) -> State {
+        let k1 = self.with_servos::<N>(&present.motion.derivative, state, held);
         let start = &state.rigid.position;
         let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, present, held));
         let next = State::from_array(&x);

@@ -6,6 +6,7 @@ use icd::fault::PlantReport;
 use icd::fault::Refusal;
 use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
 
+use crate::airframe::Airframe;
 use crate::atmosphere::{LocalDensity, isa};
 use crate::dynamics::{Dynamics, Evaluation, Held, State};
 use crate::earth::Earth;
@@ -200,8 +201,9 @@ impl Plant {
         if self.on_ground {
             return;
         }
-        let servos = &self.dynamics.airframe().servos;
-        let commands = servos::accepted(servos, &actuators.commands, self.faults.commands());
+        let Airframe { effectors, servos, .. } = self.dynamics.airframe();
+        let count = effectors.len();
+        let commands = servos::accepted(count, servos, &actuators.commands, self.faults.commands());
         self.faults.command(&commands, self.time);
         self.held.commands = *self.faults.told();
         let before = self.state;

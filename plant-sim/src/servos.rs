@@ -23,8 +23,9 @@ impl Servo {
     #[inline]
     #[must_use]
     pub fn limited(&self, command: f64) -> f64 {
-        // max and min instead of clamp: total, also if someone swapped the ends.
-        command.max(self.min).min(self.max)
+        // Comparisons instead of max and min: one instruction each. Unlike clamp they never panic.
+        let above = if command < self.min { self.min } else { command };
+        if above > self.max { self.max } else { above }
     }
 
     /// Fastest speed, rad/s or N/s. Without a rate limit it is fastest at the begin of its whole way.
@@ -84,15 +85,16 @@ impl Drives {
         }
     }
 
-    /// Speeds of the healthy actuators at these positions with these commands (inside the travel).
+    /// Speeds of the first `count` healthy actuators at these positions with these commands (inside the travel).
     #[inline]
     #[must_use]
     pub fn rates(
         &self,
+        count: usize,
         commands: &PerEffector<f64>,
         positions: &PerEffector<f64>,
     ) -> PerEffector<f64> {
-        PerEffector::from_fn(|e| {
+        PerEffector::first_from_fn(count, |e| {
             let free = (commands[e] - positions[e]) * self.per_lag[e];
             let limit = self.rate_limit[e];
             // Comparisons instead of max and min: one instruction each.
@@ -102,17 +104,18 @@ impl Drives {
     }
 }
 
-/// Commands inside the travel of each effector.
+/// Commands inside the travel of the first `count` effectors.
 ///
 /// A command that is not finite keeps the effector's `held` one: the servo of a real aircraft would do the
 /// same with a frame that makes no sense.
 #[must_use]
 pub fn accepted(
+    count: usize,
     servos: &PerEffector<Servo>,
     commands: &PerEffector<f64>,
     held: &PerEffector<f64>,
 ) -> PerEffector<f64> {
-    PerEffector::from_fn(|e| {
+    PerEffector::first_from_fn(count, |e| {
         if commands[e].is_finite() { servos[e].limited(commands[e]) } else { held[e] }
     })
 }
@@ -128,7 +131,7 @@ mod tests {
     fn rate(command: f64, position: f64) -> f64 {
         let all = |value| PerEffector::from_fn(|_| value);
         let servos = PerEffector::from_fn(|_| SERVO);
-        Drives::new(&servos).rates(&all(command), &all(position))[tvc_jet::RUDDER]
+        Drives::new(&servos).rates(8, &all(command), &all(position))[tvc_jet::RUDDER]
     }
 
     #[test]
@@ -155,7 +158,7 @@ mod tests {
         let mut commands = PerEffector::from_fn(|_| 0.3);
         commands[tvc_jet::RUDDER] = f64::NAN;
         commands[tvc_jet::ENGINE] = f64::INFINITY;
-        let accepted = accepted(&servos, &commands, &held);
+        let accepted = accepted(8, &servos, &commands, &held);
         assert_eq!(accepted[tvc_jet::RUDDER], 0.2);
         assert_eq!(accepted[tvc_jet::ENGINE], 0.2);
         assert_eq!(accepted[tvc_jet::LEFT_AILERON], 0.3);

@@ -1,11 +1,11 @@
 //! How much of its effectors the compensator still has: the reserve of each axis.
 
-use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
+use icd::{ControlPeriod, Effector, PerEffector};
 use serde::{Deserialize, Serialize};
 
 use crate::allocation::attainable::axis_reach;
 use crate::allocator::Columns;
-use crate::belief::{Belief, ServoBelief};
+use crate::belief::ServoBelief;
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::AllocationMode;
 
@@ -70,7 +70,7 @@ impl AuthorityWatch {
     ) -> Authority {
         if allocation == AllocationMode::Paper {
             self.due_us = 0;
-            return authority(commands, thrust_n, model.belief());
+            return authority(commands, thrust_n, model);
         }
         if self.due_us == 0 {
             self.last = attainable_authority(commands, model, at);
@@ -126,17 +126,17 @@ impl Authority {
 /// the part T / T_min of the moment that is counted on; pitch and yaw are multiplied by that. `thrust_n` is the
 /// measured T, N. For either direction of the moment the same holds with the travel in that direction.
 #[must_use]
-pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, belief: &Belief) -> Authority {
+pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel) -> Authority {
+    let belief = model.belief();
     let effectors = &belief.effectors;
     let servo = |effector: Effector| &effectors.servos[effector];
     // In percent: less than what an effector has left where it stands, and to either side.
     let left = |effector| {
         let [below, above] = ways(commands[effector], servo(effector));
-        let here = left(commands[effector], servo(effector));
-        [here, below, above]
+        [if commands[effector] < 0.0 { below } else { above }, below, above]
     };
-    let nozzle = |kind| {
-        let (Some(nozzle), Some(effector)) = (&belief.nozzle, effectors.list.only(kind)) else {
+    let nozzle = |effector| {
+        let (Some(nozzle), Some(effector)) = (&belief.nozzle, effector) else {
             return [0.0; 3];
         };
         let floor_n = nozzle.thrust_floor_n;
@@ -153,25 +153,21 @@ pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, belief: &Belief) ->
         [here, below, above] if effectors.c_roll[effector] < 0.0 => [here, above, below],
         left => left,
     };
-    let axes = [
-        rolls.map(of_roll).fold([0.0; 3], most),
-        nozzle(EffectorKind::NozzlePitch),
-        nozzle(EffectorKind::NozzleYaw),
-    ];
+    let [pitch, yaw] = model.nozzle_effectors().map(nozzle);
+    let axes = [rolls.map(of_roll).fold([0.0; 3], most), pitch, yaw];
     let [roll_pct, pitch_pct, yaw_pct] = axes.map(|axis| axis[0]);
     let (negative_pct, positive_pct) = (axes.map(|axis| axis[1]), axes.map(|axis| axis[2]));
     Authority { roll_pct, pitch_pct, yaw_pct, negative_pct, positive_pct }
 }
 
-fn left(command: f64, servo: &ServoBelief) -> f64 {
-    let travel = if command < 0.0 { -servo.min } else { servo.max };
-    100.0 * (1.0 - command.abs() / travel).clamp(0.0, 1.0)
-}
-
 /// Way below and above a command in parts of the travel there, percent.
 fn ways(command: f64, servo: &ServoBelief) -> [f64; 2] {
-    [servo.min, servo.max]
-        .map(|end| if end == 0.0 { 0.0 } else { 100.0 * (1.0 - command / end).clamp(0.0, 1.0) })
+    [servo.min, servo.max].map(|end| match command * end {
+        _ if end == 0.0 => 0.0,
+        // The command is on the other side of neutral.
+        product if product <= 0.0 => 100.0,
+        _ => 100.0 * (1.0 - command / end).max(0.0),
+    })
 }
 
 #[cfg(test)]
@@ -192,7 +188,7 @@ mod tests {
             commands[effector] = fraction * belief.effectors.servos[effector].max;
         }
         let Authority { roll_pct, pitch_pct, yaw_pct, .. } =
-            authority(&commands, thrust_n, &belief);
+            authority(&commands, thrust_n, &DesignModel::new(belief));
         [roll_pct, pitch_pct, yaw_pct]
     }
 
@@ -221,7 +217,7 @@ mod tests {
         for effector in [tvc_jet::LEFT_ELEVATOR, tvc_jet::RIGHT_ELEVATOR, tvc_jet::RUDDER] {
             commands[effector] = 0.3;
         }
-        let left = authority(&commands, 27_000.0, &testing::belief());
+        let left = authority(&commands, 27_000.0, &DesignModel::new(testing::belief()));
         assert_eq!([left.roll_pct, left.pitch_pct, left.yaw_pct], [100.0; 3]);
     }
 
@@ -233,7 +229,7 @@ mod tests {
         commands[tvc_jet::RIGHT_AILERON] =
             0.75 * belief.effectors.servos[tvc_jet::RIGHT_AILERON].max;
         commands[tvc_jet::LEFT_AILERON] = -commands[tvc_jet::RIGHT_AILERON];
-        let left = authority(&commands, 27_000.0, &belief);
+        let left = authority(&commands, 27_000.0, &DesignModel::new(belief));
         assert_eq!(
             (left.negative_pct[0], left.positive_pct[0], left.roll_pct),
             (25.0, 100.0, 25.0)

@@ -24,6 +24,7 @@ pub struct DesignModel {
     surfaces: Surfaces,
     nozzle_pitch: Option<Effector>,
     nozzle_yaw: Option<Effector>,
+    thrust_range_n: [f64; 2],
     aileron_pair: (f64, f64),
     design_point: NavigationState,
     design_turn: LevelTurn,
@@ -72,6 +73,7 @@ impl DesignModel {
             surfaces,
             nozzle_pitch: list.only(EffectorKind::NozzlePitch),
             nozzle_yaw: list.only(EffectorKind::NozzleYaw),
+            thrust_range_n: effectors.thrust_range_n(),
             aileron_pair: aileron_pair(effectors),
             schedule: belief.schedule,
             belief,
@@ -169,21 +171,21 @@ impl DesignModel {
     ///
     /// Implements Eq. (8). `positions` are deflections in rad. Left and right are paired, so that a
     /// mirrored aircraft gives mirrored bits.
+    #[inline]
     #[must_use]
     pub fn surfaces(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
         let s = &self.belief.effectors;
         let Surfaces { pairs, singles } = &self.surfaces;
-        let sum = |c: &PerEffector<f64>| {
-            let of = |e: Effector| c[e] * positions[e];
-            let pairs = pairs.iter().map(|[left, right]| of(*left) + of(*right));
-            // From minus zero the first term keeps its bits.
-            pairs.chain(singles.iter().map(|single| of(*single))).fold(-0.0, |sum, term| sum + term)
-        };
-        let moment = Vector3::new(
-            at.q_s_b * sum(&s.c_roll),
-            at.q_s_c * sum(&s.c_pitch),
-            at.q_s_b * sum(&s.c_yaw),
-        );
+        let of = |e: Effector| Vector3::new(s.c_roll[e], s.c_pitch[e], s.c_yaw[e]) * positions[e];
+        // From minus zero the first term keeps its bits.
+        let mut sum = Vector3::repeat(-0.0);
+        for [left, right] in pairs {
+            sum += of(*left) + of(*right);
+        }
+        for single in singles {
+            sum += of(*single);
+        }
+        let moment = Vector3::new(at.q_s_b, at.q_s_c, at.q_s_b).component_mul(&sum);
         self.inverse_inertia * moment
     }
 
@@ -212,6 +214,12 @@ impl DesignModel {
         self.bare_airframe(state, at) + self.surfaces(at, positions) + self.nozzle(at, positions)
     }
 
+    /// g(x) u + g_T(x) u_T: angular acceleration of all the effectors, rad/s².
+    #[must_use]
+    pub fn effectors(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
+        self.surfaces(at, positions) + self.nozzle(at, positions)
+    }
+
     /// One column of g(x) and g_T(x): angular acceleration per rad of a surface or a nozzle angle, rad/s² per rad.
     ///
     /// Zero for an engine and for a place without an effector.
@@ -229,6 +237,18 @@ impl DesignModel {
             _ => return Vector3::zeros(),
         };
         self.inverse_inertia * moment
+    }
+
+    /// The angles that turn the jet in pitch and in yaw, where the aircraft has them.
+    #[must_use]
+    pub fn nozzle_effectors(&self) -> [Option<Effector>; 2] {
+        [self.nozzle_pitch, self.nozzle_yaw]
+    }
+
+    /// Smallest and largest thrust, N; zeros without an engine.
+    #[must_use]
+    pub fn thrust_range_n(&self) -> [f64; 2] {
+        self.thrust_range_n
     }
 
     /// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.

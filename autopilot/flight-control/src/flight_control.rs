@@ -157,8 +157,10 @@ impl FlightControl {
         let saturation = &self.saturation;
         let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
         let (compensation, mixed) = self.allocate(&main, &z2, wake.fade, &at);
-        let attained =
-            self.model.surfaces(&at, &mixed.increments) + self.model.nozzle(&at, &mixed.increments);
+        let attained = match wake.fade == 0.0 {
+            true => Vector3::zeros(),
+            false => self.model.effectors(&at, &mixed.increments),
+        };
         let belief = self.model.belief();
         let altitude_limit = self.watch.step(state, demand, &mixed.saturation, belief);
         let allocation = self.gains.selection.allocation;
@@ -232,7 +234,7 @@ impl FlightControl {
                 self.main_only.advance(&self.mixer.mix_main_only(main));
             }
             // Follows along, so that a switch to the literal observer in flight starts from the truth.
-            ObserverMode::Informed => self.main_only.clone_from(&self.applied),
+            ObserverMode::Informed => self.main_only.stand_like(&self.applied),
         }
     }
 }

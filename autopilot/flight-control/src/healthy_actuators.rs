@@ -3,14 +3,16 @@
 //! With commands instead of modelled positions every manoeuvre would look like a fault, because the
 //! servos lag; with measured positions a fault would vanish from the estimate.
 
+use arrayvec::ArrayVec;
 use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 
 use crate::belief::Belief;
 use crate::main_controller::Visitor;
 
 /// Lag and rate limit of one servo over one control period.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Servo {
+    effector: Effector,
     /// 1 - exp(-h/τ): fraction of the way covered in one period.
     fraction: f64,
     /// Largest way in one period, rad.
@@ -22,8 +24,7 @@ struct Servo {
 /// Model of the healthy servos; the engine is measured, not modelled.
 #[derive(Debug, Clone)]
 pub struct HealthyActuators {
-    /// Those that do not move, engine and empty places, have a fraction of zero.
-    servos: PerEffector<Servo>,
+    servos: ArrayVec<Servo, { Effector::MAX }>,
     engine: Option<Effector>,
     positions: PerEffector<f64>,
     start: PerEffector<f64>,
@@ -35,17 +36,16 @@ impl HealthyActuators {
     pub fn new(belief: &Belief, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let list = &belief.effectors.list;
-        let servos = PerEffector::from_fn(|effector| {
-            if !list.kind(effector).is_some_and(EffectorKind::is_angle) {
-                return Servo::default();
-            }
+        let moving = list.all().filter(|effector| list.is_angle(*effector)).map(|effector| {
             let servo = &belief.effectors.servos[effector];
             Servo {
+                effector,
                 fraction: 1.0 - libm::exp(-h / servo.lag_s),
                 way_max: servo.rate_limit * h,
                 ends: [servo.min, servo.max],
             }
         });
+        let servos = moving.collect();
         let engine = list.only(EffectorKind::Engine);
         let start = belief.trim_positions();
         Self { servos, engine, positions: start, start }
@@ -55,9 +55,9 @@ impl HealthyActuators {
     /// condition than the design point would look faulty until the modelled servos have caught up. A position
     /// that is not finite is left as it is, one beyond the travel counts as the end of the travel.
     pub fn start_at(&mut self, positions: &PerEffector<f64>) {
-        for (effector, servo) in self.servos.iter() {
-            let (position, [min, max]) = (positions[effector], servo.ends);
-            if servo.fraction > 0.0 && position.is_finite() {
+        for &Servo { effector, ends: [min, max], .. } in &self.servos {
+            let position = positions[effector];
+            if position.is_finite() {
                 self.start[effector] = position.max(min).min(max);
             }
         }
@@ -77,10 +77,8 @@ impl HealthyActuators {
 
     /// Shows the positions that the model integrates.
     pub fn states(&mut self, visit: &mut Visitor<'_>) {
-        for (effector, servo) in self.servos.iter() {
-            if servo.fraction > 0.0 {
-                visit(&mut self.positions[effector]);
-            }
+        for servo in &self.servos {
+            visit(&mut self.positions[servo.effector]);
         }
     }
 
@@ -93,14 +91,17 @@ impl HealthyActuators {
 
     /// Moves the servos for one period towards `commands`, which are inside the travel.
     pub fn advance(&mut self, commands: &PerEffector<f64>) {
-        for (effector, servo) in self.servos.iter() {
-            if servo.fraction > 0.0 {
-                let way = (commands[effector] - self.positions[effector]) * servo.fraction;
-                // Total, where clamp would want ends in order.
-                let way = way.max(-servo.way_max).min(servo.way_max);
-                self.positions[effector] += way;
-            }
+        for &Servo { effector, fraction, way_max, .. } in &self.servos {
+            let way = (commands[effector] - self.positions[effector]) * fraction;
+            // Comparisons instead of max and min: one instruction each. Unlike clamp they never panic.
+            let above = if way < -way_max { -way_max } else { way };
+            self.positions[effector] += if above > way_max { way_max } else { above };
         }
+    }
+
+    /// Stands where another model of the same servos stands.
+    pub fn stand_like(&mut self, other: &Self) {
+        self.positions = other.positions;
     }
 }
 

@@ -1,5 +1,6 @@
 //! Commands of both steps to effectors, inside their travel, with a report of what could not be given.
 
+use arrayvec::ArrayVec;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
@@ -91,13 +92,24 @@ impl EffectorSet {
 
 /// Parts of a command: aileron, elevator, rudder, thrust, nozzle pitch, nozzle yaw.
 const PARTS: usize = 6;
+/// Behind them, a part that is always plus zero: for effectors that follow nothing.
+const NO_PART: usize = PARTS;
+
+/// What an effector gets of one part.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    part: usize,
+    gain: f64,
+}
 
 /// Commands of both steps to effectors: from the gains and the travel that the model file has.
 #[derive(Debug, Clone)]
 pub struct Mixer {
     list: EffectorList,
-    /// What each effector gets of each part.
-    gains: PerEffector<[f64; PARTS]>,
+    /// The first part that each effector follows, and its gain: most follow no other.
+    first: PerEffector<Term>,
+    /// What else is followed.
+    further: ArrayVec<(Effector, Term), { Effector::MAX * (PARTS - 1) }>,
     /// Ends of the travel, rad; engine N.
     ends: PerEffector<[f64; 2]>,
     /// How far each part can go before every effector that follows it is at its end.
@@ -109,13 +121,18 @@ impl Mixer {
     #[must_use]
     pub fn new(effectors: &EffectorBelief) -> Self {
         let list = effectors.list;
-        let unit = |is_so| f64::from(u8::from(is_so));
-        let gains = PerEffector::from_fn(|effector| {
+        let mut first = PerEffector::from_fn(|_| Term::NONE);
+        let mut further = ArrayVec::new();
+        for effector in list.all() {
             let AxisGains { roll, pitch, yaw, thrust } = effectors.gains[effector];
-            let is_kind = |kind| unit(list.kind(effector) == Some(kind));
-            let nozzle = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw].map(is_kind);
-            [roll, pitch, yaw, thrust, nozzle[0], nozzle[1]]
-        });
+            let of_kind = |kind| f64::from(u8::from(list.kind(effector) == Some(kind)));
+            let nozzle = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw].map(of_kind);
+            let gains = [roll, pitch, yaw, thrust, nozzle[0], nozzle[1]];
+            let all = gains.into_iter().enumerate().filter(|(_, gain)| *gain != 0.0);
+            let mut all = all.map(|(part, gain)| Term { part, gain });
+            first[effector] = all.next().unwrap_or(Term::NONE);
+            further.extend(all.map(|term| (effector, term)));
+        }
         let ends = PerEffector::from_fn(|effector| {
             let servo = &effectors.servos[effector];
             [servo.min, servo.max]
@@ -129,7 +146,7 @@ impl Mixer {
             of_nozzle(EffectorKind::NozzlePitch),
             of_nozzle(EffectorKind::NozzleYaw),
         ];
-        Self { list, gains, ends, ranges }
+        Self { list, first, further, ends, ranges }
     }
 
     /// Adds the compensation to the main command and cuts the sum at the travel of the effectors.
@@ -150,13 +167,18 @@ impl Mixer {
         for ((given, side), [min, max]) in given.iter_mut().zip(&mut sides).zip(self.ranges) {
             (*given, *side) = clip(*given, min, max);
         }
-        let mut commands = PerEffector::default();
+        let mut commands = self.sums(&given);
+        // What is asked differs from what is given only if a part is cut.
+        let is_cut = sides.iter().any(|side| side.is_saturated());
+        let asked = is_cut.then(|| self.sums(&asked));
         let mut limited = EffectorSet::default();
         for effector in self.list.all() {
-            let gains = &self.gains[effector];
             let [min, max] = self.ends[effector];
-            (commands[effector], _) = clip(weighted(gains, &given), min, max);
-            let (_, side) = clip(weighted(gains, &asked), min, max);
+            let (command, mut side) = clip(commands[effector], min, max);
+            commands[effector] = command;
+            if let Some(asked) = &asked {
+                (_, side) = clip(asked[effector], min, max);
+            }
             limited = limited.with(effector, side.is_saturated());
         }
         let [aileron, .., nozzle_pitch, nozzle_yaw] = given;
@@ -185,15 +207,25 @@ impl Mixer {
 
     /// What each effector gets of a compensation, rad.
     fn by_effector(&self, compensation: &Compensation) -> PerEffector<f64> {
-        let mut increments = PerEffector::default();
-        if *compensation != Compensation::NONE {
-            let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *compensation;
-            let parts = [aileron_rad, 0.0, 0.0, 0.0, nozzle_pitch_rad, nozzle_yaw_rad];
-            for effector in self.list.all() {
-                increments[effector] = weighted(&self.gains[effector], &parts);
-            }
+        if *compensation == Compensation::NONE {
+            return PerEffector::default();
         }
-        increments
+        let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *compensation;
+        self.sums(&[aileron_rad, 0.0, 0.0, 0.0, nozzle_pitch_rad, nozzle_yaw_rad])
+    }
+
+    /// The sum of the parts that each effector follows.
+    fn sums(&self, parts: &[f64; PARTS]) -> PerEffector<f64> {
+        let mut padded = [0.0; 8];
+        padded[..PARTS].copy_from_slice(parts);
+        // The remainder changes nothing and saves the check of the bound.
+        let of = |term: &Term| term.gain * padded[term.part % 8];
+        let mut sums =
+            PerEffector::first_from_fn(self.list.len(), |effector| of(&self.first[effector]));
+        for (effector, term) in &self.further {
+            sums[*effector] += of(term);
+        }
+        sums
     }
 
     /// Adds an allocated compensation to the mixed main command, which was served first: the increments lie within
@@ -204,20 +236,19 @@ impl Mixer {
     #[must_use]
     pub fn add(&self, main: Mixed, increments: &Increments) -> Mixed {
         let mut mixed = main;
-        let (mut along, mut length) = ([0.0; PARTS], [0.0; PARTS]);
         for effector in self.list.all() {
             let [min, max] = self.ends[effector];
-            let increment = increments.positions[effector];
-            (mixed.commands[effector], _) = clip(mixed.commands[effector] + increment, min, max);
+            let command = mixed.commands[effector] + increments.positions[effector];
+            (mixed.commands[effector], _) = clip(command, min, max);
             if increments.limited.contains(effector) {
                 mixed.limited = mixed.limited.with(effector, true);
             }
-            for ((along, length), gain) in
-                along.iter_mut().zip(&mut length).zip(self.gains[effector])
-            {
-                *along += gain * increment;
-                *length += gain * gain;
-            }
+        }
+        let (mut along, mut length) = ([0.0; PARTS + 1], [0.0; PARTS + 1]);
+        let first = self.list.all().map(|effector| (effector, self.first[effector]));
+        for (effector, Term { part, gain }) in first.chain(self.further.iter().copied()) {
+            along[part] += gain * increments.positions[effector];
+            length[part] += gain * gain;
         }
         let part = |part: usize| if length[part] > 0.0 { along[part] / length[part] } else { 0.0 };
         mixed.applied = Compensation {
@@ -236,13 +267,8 @@ impl Mixer {
     }
 }
 
-/// The sum of the parts that an effector follows.
-fn weighted(gains: &[f64; PARTS], parts: &[f64; PARTS]) -> f64 {
-    let followed = gains.iter().zip(parts).filter(|(gain, _)| **gain != 0.0);
-    // From minus zero the first part keeps its bits, the sign of a zero included.
-    let sum = followed.map(|(gain, part)| gain * part).fold(-0.0, |sum, part| sum + part);
-    // An effector that follows nothing stands at plus zero.
-    if sum == 0.0 && gains.iter().all(|gain| *gain == 0.0) { 0.0 } else { sum }
+impl Term {
+    const NONE: Self = Self { part: NO_PART, gain: 0.0 };
 }
 
 fn clip(value: f64, min: f64, max: f64) -> (f64, Side) {

@@ -93,14 +93,14 @@ impl Effects {
         &self.codes
     }
 
-    /// Speeds of the effectors whose healthy servos would move at `healthy`.
+    /// Speeds of the first `count` effectors whose healthy servos would move at `healthy`.
     #[inline]
     #[must_use]
-    pub fn rates(&self, healthy: &PerEffector<f64>) -> PerEffector<f64> {
+    pub fn rates(&self, count: usize, healthy: &PerEffector<f64>) -> PerEffector<f64> {
         if self.is_bent {
             return self.bent_rates(healthy);
         }
-        PerEffector::from_fn(|e| self.following[e] * healthy[e] + self.runaway[e])
+        PerEffector::first_from_fn(count, |e| self.following[e] * healthy[e] + self.runaway[e])
     }
 
     #[cold]

@@ -78,7 +78,7 @@ impl Bench {
 
     /// Speed of an effector whose servo wants to move with one unit per second.
     fn rate(&self, effector: Effector) -> f64 {
-        self.faults.effects().rates(&PerEffector::from_fn(|_| 1.0))[effector]
+        self.faults.effects().rates(8, &PerEffector::from_fn(|_| 1.0))[effector]
     }
 }
 

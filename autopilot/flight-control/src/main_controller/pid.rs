@@ -201,7 +201,7 @@ impl Pid {
         let error = references.airspeed_m_s - state.airspeed_m_s;
         if !saturated.thrust.blocks(error) {
             // Never more than the engine can give.
-            let max = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+            let max = model.thrust_range_n()[1] / belief.mass.mass_kg;
             self.speed.add(gains.k_vi * error * h, max);
         }
         belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
