@@ -25,10 +25,11 @@ def parameters(s, c):
     all_values = s.parameters()
     c.expect("parameters: the list is complete", len(all_values) > 60, len(all_values))
     c.expect("parameter: a write is echoed", abs(s.set_parameter("OBS_W0", 41.0) - 41.0) < 1e-6)
+    mark = len(s.messages)
     old = s.set_parameter("OBS_W0", 1e9)
     c.expect("parameter: a refused write echoes the old value", abs(old - 41.0) < 1e-6, old)
-    error = s.wait_for("PARAM_ERROR", 0.5) or (s.of("PARAM_ERROR") or [None])[-1]
-    c.expect("parameter: and says why", error is not None and any("OBS_W0" in t for t in s.texts()))
+    reason = lambda: s.of("PARAM_ERROR", mark) and any("OBS_W0" in t for t in s.texts(mark))
+    c.expect("parameter: and says why", s.wait(reason, 5.0))
     c.expect("parameter: NaN is refused", abs(s.set_parameter("OBS_W0", NAN) - 41.0) < 1e-6)
     c.expect("parameter: integers travel byte-wise", s.set_parameter("FTC_MODE", 1, integer=True) == 1)
     compat = s.set_parameter("SYS_AUTOSTART", 7, integer=True)
