@@ -152,7 +152,7 @@ impl AirState {
 }
 
 /// The linear angle, bent at its end: s(x) = x up to `linear`, then a tanh towards `max`; odd, once
-/// differentiable. Section 2 of the parameter set: 15 and 25 degrees.
+/// differentiable. 15 and 25 degrees for `tvc_jet` (docs/parameter-set.md, section 2).
 #[inline]
 #[must_use]
 pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {

@@ -192,8 +192,8 @@ impl Airframe {
         MassProperties::new(self.mass.mass_kg, self.inertia())
     }
 
-    /// Changes the aerodynamic derivative with these letters of the parameter set, as in `Cma`; one of surfaces, as
-    /// `Cmde`, on each of the kind. False if the aircraft has none. For campaigns, which scale them.
+    /// Changes the aerodynamic derivative with these letters (docs/parameter-set.md), as in `Cma`; one of surfaces, as `Cmde`, on
+    /// each of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
         derivatives::change(self, name, change)
     }

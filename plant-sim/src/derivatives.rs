@@ -12,7 +12,7 @@ use crate::config::{RangeError, check_range};
 
 /// One derivative.
 pub struct Derivative {
-    /// The letters of the parameter set, as in `Cma`.
+    /// The letters (docs/parameter-set.md), as in `Cma`.
     pub name: &'static str,
     /// Key in the `[aerodynamics]` table of the airframe file.
     pub key: &'static str,
@@ -62,7 +62,7 @@ pub const DERIVATIVES: [Derivative; 19] = [
     derivative!("Cnr", c_yaw_r, -LARGEST),
 ];
 
-/// Letter of a kind of surface in the names of the parameter set, as the `e` in `Cmde`.
+/// Letter of a kind of surface in names of derivatives, as the `e` in `Cmde`.
 const LETTERS: [(char, EffectorKind); 6] = [
     ('a', EffectorKind::Aileron),
     ('e', EffectorKind::Elevator),
@@ -82,7 +82,7 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    /// By the letters of the parameter set, as in `Cma` or `Cmde`.
+    /// By the letters (docs/parameter-set.md), as in `Cma` or `Cmde`.
     fn by_name(name: &str) -> Option<Self> {
         if let Some(clean) = DERIVATIVES.iter().position(|d| d.name == name) {
             return Some(Self::Clean(clean));

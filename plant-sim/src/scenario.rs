@@ -43,7 +43,7 @@ pub struct PlantPart {
     pub duration_s: Option<f64>,
     /// Where the flight starts; what the file does not say is as at the design point of the airframe.
     pub start: StartPart,
-    /// What it flies over; flat if the file does not say.
+    /// What it flies over; WGS-84 if the file does not say.
     pub earth: EarthModel,
     /// How the air moves; calm if the file does not say.
     pub wind: WindSettings,

@@ -6,7 +6,7 @@ use plant_sim::Airframe;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// The aerodynamic derivatives that are dispersed, by the letters of the parameter set.
+/// The aerodynamic derivatives that are dispersed, by their letters (docs/parameter-set.md).
 pub const DERIVATIVES: [&str; 28] = [
     "CLa", "CLq", "CLde", "CD0", "kCD", "CDb", "CDde", "CDda", "CDdr", "CYb", "CYr", "CYdr", "Clb",
     "Clp", "Clr", "Clde", "Clda", "Cldr", "Cm0", "Cma", "Cmq", "Cmde", "Cnb", "Cnp", "Cnr",

@@ -8,7 +8,7 @@ use super::Coefficients;
 
 /// Derivatives of one effector, 1/rad, and of its drag 1/rad²; zeros for what is no aerodynamic surface.
 ///
-/// The letters of the parameter set have the letter of the kind behind them, as in `Cmde` of an elevator.
+/// Letters of derivatives (docs/parameter-set.md) have the letter of the kind behind them, as in `Cmde` of an elevator.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfaceDerivatives {
     /// CLd, lift.
@@ -29,7 +29,7 @@ pub struct SurfaceDerivatives {
 
 /// One field of [`SurfaceDerivatives`].
 pub struct SurfaceField {
-    /// Letters of the parameter set, without that of the kind.
+    /// Letters (docs/parameter-set.md), without that of the kind.
     pub letters: &'static str,
     /// Key in the airframe file.
     pub key: &'static str,

@@ -13,7 +13,7 @@ use crate::linearize::linearize;
 /// A parameter that a reader will doubt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
-    /// Letters of the parameter set.
+    /// Letters (docs/parameter-set.md).
     pub name: &'static str,
     /// What it is.
     pub meaning: &'static str,
