@@ -3,8 +3,10 @@
 use crate::sources::{assert_none, contains_word, read, root, shipped};
 
 /// Documents whose paths and names are checked.
-const DOCUMENTS: [&str; 5] = [
+const DOCUMENTS: [&str; 7] = [
     "ARCHITECTURE.md",
+    "docs/parameter-set.md",
+    "docs/sources.md",
     "docs/equations.md",
     "docs/symbols.md",
     "docs/decisions.md",
@@ -46,4 +48,31 @@ fn every_file_that_a_document_names_exists() {
         }
     }
     assert_none("no such file", &offences);
+}
+
+#[test]
+fn every_decision_has_the_form_and_its_line_in_the_contents() {
+    const LABELS: [&str; 5] = ["Status", "Context", "Decision", "Consequence", "Rejected"];
+    let page = read("docs/decisions.md");
+    let (head, records) = page.split_once("\n## 1. ").expect("the page has a first record");
+    let mut offences = Vec::new();
+    for (number, record) in (1..).zip(format!("1. {records}").split("\n## ")) {
+        let title = record.lines().next().unwrap_or_default();
+        let labels: Vec<_> =
+            record.split("* **").skip(1).filter_map(|part| part.split_once(":**")).collect();
+        let places: Vec<_> =
+            labels.iter().map(|(label, _)| LABELS.iter().position(|l| l == label)).collect();
+        let in_order = places.iter().all(Option::is_some) && places.is_sorted_by(|a, b| a < b);
+        let whole = [1, 2].iter().all(|needed| places.contains(&Some(*needed)));
+        if !(title.starts_with(&format!("{number}. ")) && in_order && whole) {
+            offences.push(format!("form: {title}"));
+        }
+        if !head.contains(&format!("* [{title}](#{number}-")) {
+            offences.push(format!("contents: {title}"));
+        }
+    }
+    assert_none(
+        "docs/decisions.md: number, context, decision, consequence, rejected, and a line in the contents",
+        &offences,
+    );
 }
