@@ -61,9 +61,9 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     let mut woke = false;
     for _ in 0..5_000 {
         let state = navigator.step(plant.time(), &plant.sense());
-        let output = flight.step(&state, &demand);
-        woke |= output.log.compensator_active;
-        plant.advance(&output.actuators);
+        let log = flight.step(&state, &demand);
+        woke |= log.compensator_active;
+        plant.advance(&log.actuators());
         while plant.pop_report().is_some() {}
     }
     assert_eq!(allocations() - before, 0);
@@ -127,11 +127,11 @@ fn a_control_step_of_a_mission_allocates_nothing() {
     // 260 s: two legs, a change of speed, and the way to a circle.
     for _ in 0..130_000 {
         let sensors = plant.sense();
-        let output = autopilot.step(plant.time(), &sensors);
+        let log = *autopilot.step(plant.time(), &sensors);
         while let Some(event) = autopilot.pop_event() {
             reached += u32::from(matches!(event.kind, EventKind::ItemReached(_)));
         }
-        plant.advance(&output.actuators);
+        plant.advance(&log.actuators());
     }
     assert_eq!(allocations() - before, 0);
     assert_eq!(reached, 3, "items were part of it");

@@ -165,9 +165,9 @@ fn level_after_start(
     let mut worst = 0.0_f64;
     for _ in 0..1_000 {
         let sensors = plant.sense();
-        let output = autopilot.step(plant.time(), &sensors);
-        worst = worst.max(output.log.level);
-        plant.advance(&output.actuators);
+        let log = *autopilot.step(plant.time(), &sensors);
+        worst = worst.max(log.level);
+        plant.advance(&log.actuators());
     }
     worst
 }
@@ -204,13 +204,13 @@ fn sensors_with_rates_of_their_own_and_one_that_fails_for_a_second_keep_level_fl
         }
         sensors.vanes.valid = !(2_500..3_000).contains(&tick);
         last = sensors;
-        let output = autopilot.step(plant.time(), &sensors);
-        let state = output.log.state;
+        let log = *autopilot.step(plant.time(), &sensors);
+        let state = log.state;
         assert_eq!(state.altitude_m, sensors.barometer_m.value);
         assert_eq!(state.velocity, sensors.gnss.value.velocity);
         assert_eq!(state.valid.flow_angles, sensors.vanes.valid, "tick {tick}");
-        assert_eq!(output.log.health.implausible_input, !sensors.vanes.valid, "tick {tick}");
-        plant.advance(&output.actuators);
+        assert_eq!(log.health.implausible_input, !sensors.vanes.valid, "tick {tick}");
+        plant.advance(&log.actuators());
     }
     let truth = plant.truth();
     assert!((truth.altitude_m - 5_000.0).abs() < 1.0, "altitude {} m", truth.altitude_m);

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{
-    Authority, Belief, FlightControl, Gains, NavigationState, Navigator, StepOutput,
+    Authority, Belief, FlightControl, Gains, NavigationState, Navigator, StepLog,
 };
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
@@ -130,8 +130,8 @@ impl Autopilot {
         self.begin_script(joined_in_flight);
     }
 
-    /// One control step.
-    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> StepOutput {
+    /// One control step: every signal of it, the commands included.
+    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> &StepLog {
         self.time = time;
         self.on_ground = false;
         let state = self.navigator.step(time, sensors);
@@ -140,22 +140,21 @@ impl Autopilot {
     }
 
     /// The vehicle and the laws.
-    fn fly(&mut self, state: &NavigationState) -> StepOutput {
+    fn fly(&mut self, state: &NavigationState) -> &StepLog {
         let time = state.time;
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
         let mut tell = |kind| push(events, dropped, Event { time, kind });
         let command = self.vehicle.track(state, &self.rules, &mut tell);
         let own = self.own_law.as_mut().map(Brought::law);
-        let mut output = self.flight.step_with(state, &command, own);
+        let mut log = self.flight.step_with(state, &command, own);
         if self.vehicle.is_terminated() {
-            output.log.commands = termination::commands(&self.belief);
-            output.actuators.commands = output.log.commands;
+            log.commands = termination::commands(&self.belief);
             // The surfaces are at their stops for good.
-            output.log.authority = Authority::NONE;
+            log.authority = Authority::NONE;
         } else {
-            self.transitions.step(&output.log, self.period, tell);
+            self.transitions.step(&log, self.period, tell);
         }
-        self.latest = Some(Snapshot {
+        let latest = Snapshot {
             time,
             period: self.period,
             on_ground: false,
@@ -163,9 +162,9 @@ impl Autopilot {
             demand: self.vehicle.demand().copied().unwrap_or(command),
             navigation: self.vehicle.navigation(),
             terminated: self.vehicle.is_terminated(),
-            log: output.log,
-        });
-        output
+            log,
+        };
+        &self.latest.insert(latest).log
     }
 
     /// The plant asks without a control step: time stands still. The commands stay as they were; the
@@ -186,7 +185,7 @@ impl Autopilot {
             }
             // Came in while nothing moves: look once, so that there is something to show and to command.
             None => {
-                let actuators = self.fly(&state).actuators;
+                let actuators = self.fly(&state).actuators();
                 if let Some(snapshot) = self.latest.as_mut() {
                     snapshot.on_ground = on_ground;
                 }

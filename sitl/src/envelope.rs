@@ -166,7 +166,7 @@ impl Sides {
                 airspeed_m_s: case.airspeed_m_s,
             };
             let state = navigator.step(plant.time(), &plant.sense());
-            let output = flight.step(&state, &demand);
+            let log = flight.step(&state, &demand);
             let error_m = state.altitude_m - case.to_m;
             let beyond = if level { error_m.abs() } else { upwards * error_m };
             flown.overshoot_m = flown.overshoot_m.max(beyond);
@@ -175,9 +175,9 @@ impl Sides {
                 flown.error_m = flown.error_m.max(error_m.abs());
             }
             flown.airspeed_error_m_s = state.airspeed_m_s - case.airspeed_m_s;
-            flown.limit = output.log.altitude_limit;
-            flown.thrust_saturated = output.log.health.thrust_saturated;
-            plant.advance(&output.actuators);
+            flown.limit = log.altitude_limit;
+            flown.thrust_saturated = log.health.thrust_saturated;
+            plant.advance(&log.actuators());
         }
         if plant.on_ground() {
             flown.error_m = case.to_m;

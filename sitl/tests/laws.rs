@@ -138,10 +138,10 @@ fn laws_and_compensators_are_switched_in_flight_without_a_bump() {
         flight.set_gains(&gains);
         for tick in 0..5_000 {
             let state = navigator.step(plant.time(), &plant.sense());
-            let output = flight.step(&state, &demand);
+            let log = flight.step(&state, &demand);
             for effector in tvc_jet::ALL.into_iter().filter(|effector| *effector != tvc_jet::ENGINE)
             {
-                let command = output.actuators.commands[effector];
+                let command = log.actuators().commands[effector];
                 let before =
                     last.as_ref().map_or(command, |last: &icd::Actuators| last.commands[effector]);
                 let bump = (command - before).abs();
@@ -150,10 +150,10 @@ fn laws_and_compensators_are_switched_in_flight_without_a_bump() {
                     "{effector:?}, {main:?} {law:?}, tick {tick}: {bump} rad"
                 );
             }
-            let height = output.log.state.altitude_m - 5_000.0;
+            let height = log.state.altitude_m - 5_000.0;
             assert!(height.abs() < 5.0, "{main:?} {law:?}, tick {tick}: {height} m");
-            last = Some(output.actuators);
-            plant.advance(&output.actuators);
+            last = Some(log.actuators());
+            plant.advance(&log.actuators());
         }
         switched += 1;
     }

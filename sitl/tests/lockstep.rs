@@ -161,7 +161,7 @@ impl Loop {
             self.autopilot.handle_intent(Intent { number: 7, wish: Wish::Fault(fault) });
         }
         let actuators = if packet.phase == Phase::Flying {
-            let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators;
+            let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators();
             let log = self.autopilot.snapshot().unwrap().log;
             let record = Record { truth: self.plant.truth(), log };
             self.bytes.extend(postcard::to_stdvec(&record).unwrap());

@@ -30,9 +30,9 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
     let mut law = example::OwnLaw::default();
     for _ in 0..30_000 {
         let state = navigator.step(plant.time(), &plant.sense());
-        let output = flight.step_with(&state, &demand, Some(&mut law));
-        assert!(!output.log.health.implausible_command);
-        plant.advance(&output.actuators);
+        let log = flight.step_with(&state, &demand, Some(&mut law));
+        assert!(!log.health.implausible_command);
+        plant.advance(&log.actuators());
     }
     let truth = plant.truth();
     (truth.altitude_m - demand.altitude_m, truth.euler().phi)

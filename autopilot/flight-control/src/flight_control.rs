@@ -1,6 +1,6 @@
 //! One control step: the pipeline of the block diagram, nothing else.
 
-use icd::{Actuators, ControlPeriod, PerEffector};
+use icd::{ControlPeriod, PerEffector};
 use nalgebra::Vector3;
 
 use crate::activation::Activation;
@@ -36,15 +36,6 @@ pub struct FlightControl {
     main_only: HealthyActuators,
     /// Backward signal two: what the mixer could not give in the last step.
     saturation: Saturation,
-}
-
-/// Result of one step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepOutput {
-    /// What the effectors are told.
-    pub actuators: Actuators,
-    /// Every signal of the step.
-    pub log: StepLog,
 }
 
 impl FlightControl {
@@ -125,7 +116,7 @@ impl FlightControl {
     ///
     /// The order is: model, observer, activation, compensation, main controller, mixer, and at the
     /// end the model of the healthy actuators moves on.
-    pub fn step(&mut self, state: &NavigationState, demand: &Demand) -> StepOutput {
+    pub fn step(&mut self, state: &NavigationState, demand: &Demand) -> StepLog {
         self.step_with(state, demand, None)
     }
 
@@ -135,7 +126,7 @@ impl FlightControl {
         state: &NavigationState,
         demand: &Demand,
         own: Option<&mut dyn Law>,
-    ) -> StepOutput {
+    ) -> StepLog {
         if self.model.adapt(state) {
             self.mixer = Mixer::new(&self.model.belief().effectors);
         }
@@ -172,7 +163,7 @@ impl FlightControl {
         let references = self.main_controller.references();
         let (altitude_m, roll_rad) = references
             .map_or((state.altitude_m, 0.0), |tracked| (tracked.altitude_m, tracked.roll_rad));
-        let log = StepLog {
+        StepLog {
             state: *state,
             altitude_reference_m: altitude_m,
             roll_reference_rad: roll_rad,
@@ -199,8 +190,7 @@ impl FlightControl {
                 self.main_controller.implausible(),
                 &mixed.saturation,
             ),
-        };
-        StepOutput { actuators: Actuators { commands: mixed.commands }, log }
+        }
     }
 
     /// Step two b: the compensation that is asked for, and the commands of both steps together.

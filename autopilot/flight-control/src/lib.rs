@@ -71,7 +71,7 @@ pub use authority::Authority;
 pub use belief::Belief;
 pub use compensator::Compensation;
 pub use design_model::DesignModel;
-pub use flight_control::{FlightControl, StepOutput};
+pub use flight_control::FlightControl;
 pub use gains::{AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode};
 pub use guidance::GuidanceGains;
 pub use health::Health;

@@ -1,6 +1,6 @@
 //! Every named signal of one step, by value: what recorders, telemetry and judges may read.
 
-use icd::PerEffector;
+use icd::{Actuators, PerEffector};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -60,4 +60,12 @@ pub struct StepLog {
     pub modelled_acceleration: Vector3<f64>,
     /// Flags.
     pub health: Health,
+}
+
+impl StepLog {
+    /// The commands, as the plant gets them.
+    #[must_use]
+    pub const fn actuators(&self) -> Actuators {
+        Actuators { commands: self.commands }
+    }
 }

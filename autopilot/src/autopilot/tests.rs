@@ -283,7 +283,7 @@ fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
     autopilot.hold(&slow, false);
     assert_eq!(autopilot.snapshot().unwrap().motion().airspeed_m_s, 190.0);
     slow.pitot_m_s.valid = false;
-    let state = autopilot.step(SimTime::from_micros(2_000), &slow).log.state;
+    let state = autopilot.step(SimTime::from_micros(2_000), &slow).state;
     assert_eq!((state.airspeed_m_s, state.valid.airspeed), (264.0, false));
 }
 
@@ -292,8 +292,8 @@ fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_f
     let mut autopilot = flying();
     let stops = termination::commands(autopilot.belief());
     autopilot.handle_intent(Intent { number: 1, wish: Wish::Terminate });
-    let output = autopilot.step(SimTime::from_micros(2_000), &sensors());
-    assert_eq!(output.actuators.commands, stops);
+    let log = *autopilot.step(SimTime::from_micros(2_000), &sensors());
+    assert_eq!(log.actuators().commands, stops);
     assert!(autopilot.snapshot().unwrap().terminated);
     assert_eq!(autopilot.hold(&sensors(), false).commands, stops, "also while time stands still");
     for wish in [Wish::Mode(Mode::Hold), Wish::Refer(Reference::Altitude(6_000.0))] {
@@ -302,8 +302,8 @@ fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_f
     let refused = Outcome::Refused(VehicleRefusal::Terminated);
     assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused), (2, refused)]);
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
-    let output = autopilot.step(SimTime::ZERO, &sensors());
-    assert_ne!(output.actuators.commands, stops);
+    let log = *autopilot.step(SimTime::ZERO, &sensors());
+    assert_ne!(log.actuators().commands, stops);
     assert!(!autopilot.snapshot().unwrap().terminated);
 }
 
@@ -383,11 +383,11 @@ fn the_positions_of_the_start_count_before_the_first_control_step_and_never_afte
         if before {
             autopilot.handle_report(&PlantReport::Started { positions });
         }
-        let first = autopilot.step(SimTime::ZERO, &sensors()).log.modelled;
+        let first = autopilot.step(SimTime::ZERO, &sensors()).modelled;
         if after {
             autopilot.handle_report(&PlantReport::Started { positions });
         }
-        let second = autopilot.step(SimTime::from_micros(2_000), &sensors()).log.modelled;
+        let second = autopilot.step(SimTime::from_micros(2_000), &sensors()).modelled;
         while let Some(event) = autopilot.pop_event() {
             assert!(matches!(event.kind, EventKind::FlightBegan { .. }), "{event:?}");
         }

@@ -183,7 +183,7 @@ impl PlantLink {
         }
         self.take_intents();
         let actuators = match packet.phase {
-            Phase::Flying => self.autopilot.step(packet.time, &packet.sensors).actuators,
+            Phase::Flying => self.autopilot.step(packet.time, &packet.sensors).actuators(),
             Phase::Holding => self.autopilot.hold(&packet.sensors, false),
             Phase::OnGround => self.autopilot.hold(&packet.sensors, true),
         };

@@ -490,7 +490,7 @@ mod tests {
         let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
         let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-        let mut json = serde_json::to_value(flight.step(&level, &demand).log).unwrap();
+        let mut json = serde_json::to_value(flight.step(&level, &demand)).unwrap();
         // Each row has its time, and the angles say the same as the rotation.
         let state = json["state"].as_object_mut().unwrap();
         let kept = ["time", "orientation"].map(|name| (name, state.remove(name).unwrap()));

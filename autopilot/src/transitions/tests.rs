@@ -19,7 +19,7 @@ fn calm() -> StepLog {
     let belief: Belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
     let mut flight = FlightControl::new(PERIOD, &belief, &Gains::REFERENCE);
     let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let mut log = flight.step(&NavigationState::at_rest(), &demand).log;
+    let mut log = flight.step(&NavigationState::at_rest(), &demand);
     log.health = Health::default();
     log.authority = FULL;
     log.compensator_active = false;

@@ -10,7 +10,7 @@ use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::event::{Event, Snapshot};
 use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Moment, Recorded};
-use flight_control::StepOutput;
+use flight_control::StepLog;
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -36,10 +36,10 @@ pub struct Tick<'a> {
     pub exchange: Exchange,
     /// What the sensors said.
     pub sensors: &'a Sensors,
-    /// What the laws made of it.
-    pub output: &'a StepOutput,
+    /// What the laws made of it: every signal of the step, the commands included.
+    pub log: &'a StepLog,
     /// What the autopilot shows.
-    pub snapshot: Option<&'a Snapshot>,
+    pub snapshot: &'a Snapshot,
     /// What has happened since the tick before.
     pub events: &'a [Event],
     /// The plant at the tick, for its truth.
@@ -50,7 +50,7 @@ impl Tick<'_> {
     /// Truth and signals of the tick.
     #[must_use]
     pub fn record(&self) -> Record {
-        Record { truth: self.plant.truth(), log: self.output.log }
+        Record { truth: self.plant.truth(), log: *self.log }
     }
 }
 
@@ -189,19 +189,20 @@ impl Flight {
         let here = self.here(Moment::Step);
         self.hear_reports(&here, REPORTS_MAX, operator);
         self.take_inputs(&here, operator);
-        let output = self.autopilot.step(here.time, sensors);
+        let actuators = self.autopilot.step(here.time, sensors).actuators();
         self.gather_events();
+        let snapshot = self.autopilot.snapshot().expect("a control step leaves a snapshot");
         operator.tick(&Tick {
             exchange: here,
             sensors,
-            output: &output,
-            snapshot: self.autopilot.snapshot(),
+            log: &snapshot.log,
+            snapshot,
             events: &self.events,
             plant: &self.plant,
         })?;
         self.events.clear();
         self.ask(&here, operator)?;
-        ControlFlow::Continue(output.actuators)
+        ControlFlow::Continue(actuators)
     }
 
     /// One exchange while time stands still.

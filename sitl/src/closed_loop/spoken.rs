@@ -77,7 +77,7 @@ impl Operator for Speaker<'_> {
     }
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
-        let Some(snapshot) = tick.snapshot else { return ControlFlow::Continue(()) };
+        let snapshot = tick.snapshot;
         let moment = Moment { truth: &tick.plant.truth(), snapshot, events: tick.events };
         if (self.sink)(&moment) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }

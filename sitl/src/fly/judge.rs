@@ -100,10 +100,8 @@ impl Judge<'_> {
     fn look(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
         let record = tick.record();
         let sample = Sample::of(&self.model, &record);
-        let demand = tick.snapshot.map(|snapshot| snapshot.demand);
-        let references = demand.map_or([f64::NAN; 3], |demand| {
-            [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s]
-        });
+        let demand = &tick.snapshot.demand;
+        let references = [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s];
         self.measures.tick(&Measured {
             sample: &sample,
             references,

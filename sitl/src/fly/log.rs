@@ -52,14 +52,14 @@ impl FlightLog {
 
     /// A control step and what has happened.
     pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
-        let Some(snapshot) = tick.snapshot else { return Ok(()) };
+        let snapshot = tick.snapshot;
         let plant = tick.plant;
         let demand = &snapshot.demand;
         self.0.add(Entry::Step(Step {
             time: tick.exchange.time,
             sensors: *tick.sensors,
-            actuators: tick.output.actuators,
-            log: tick.output.log,
+            actuators: tick.log.actuators(),
+            log: *tick.log,
             mode: snapshot.mode,
             references: [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s],
             terminated: snapshot.terminated,

@@ -69,7 +69,7 @@ impl ClosedLoop {
     pub fn ask(&mut self) -> PerEffector<f64> {
         // Every sample is good, so the navigator remembers nothing.
         let state = Navigator::default().step(self.plant.time(), &self.plant.sense());
-        self.control.step(&state, &self.demand).actuators.commands
+        self.control.step(&state, &self.demand).actuators().commands
     }
 
     /// The plant moves on with these commands.

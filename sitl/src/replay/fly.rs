@@ -207,7 +207,7 @@ impl Operator for Replay<'_> {
         self.hash.step(
             tick.exchange.time,
             tick.sensors,
-            &tick.output.actuators,
+            &tick.log.actuators(),
             self.names.commands.len(),
         );
         (self.each)(tick.exchange.step);
@@ -349,11 +349,11 @@ impl<'a> Replay<'a> {
         let checked = self.sensors.check(step, time, signals);
         self.unless_damaged(time, checked)?;
         let count = self.names.commands.len();
-        let commands = tick.output.actuators.commands.first(count).iter().copied();
+        let commands = tick.log.commands.first(count).iter().copied();
         let names = self.names.commands.iter().map(FieldName::as_str);
         let checked = self.commands.check(step, time, names.zip(commands));
         self.unless_damaged(time, checked)?;
-        let control = control_values(&tick.output.log, count);
+        let control = control_values(tick.log, count);
         let names = self.names.control.iter().map(FieldName::as_str);
         let checked = self.control.check(step, time, names.zip(control));
         self.unless_damaged(time, checked)?;

@@ -87,9 +87,9 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                 autopilot.handle_intent(intent);
             }
             let actuators = if moment == Moment::Step {
-                let output = autopilot.step(time, &sensors);
+                let log = *autopilot.step(time, &sensors);
                 let is_due = step.is_multiple_of(without.rows.max(1).into());
-                hash.step(time, &sensors, &output.actuators, 8);
+                hash.step(time, &sensors, &log.actuators(), 8);
                 let row = &mut writer.row;
                 if hash.steps().is_multiple_of(50) {
                     topics::hash_row(row, time, hash);
@@ -98,9 +98,9 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                 if is_due {
                     topics::sensors_row(row, time, &sensors);
                     writer.data.row(writer.sensors, row).unwrap();
-                    topics::commands_row(row, time, &output.actuators, 8);
+                    topics::commands_row(row, time, &log.actuators(), 8);
                     writer.data.row(writer.commands, row).unwrap();
-                    topics::control_row(row, time, &output.log, 8);
+                    topics::control_row(row, time, &log, 8);
                     writer.data.row(writer.control, row).unwrap();
                     let snapshot = autopilot.snapshot().unwrap();
                     let references =
@@ -113,7 +113,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                         writer.data.row(truth, row).unwrap();
                     }
                 }
-                output.actuators
+                log.actuators()
             } else {
                 autopilot.hold(&sensors, false)
             };

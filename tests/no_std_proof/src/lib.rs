@@ -8,13 +8,13 @@
 use core::net::SocketAddr;
 use core::panic::PanicInfo;
 
-use flight_control::{Belief, Demand, FlightControl, Gains, Navigator, StepOutput};
+use flight_control::{Belief, Demand, FlightControl, Gains, Navigator, StepLog};
 use icd::lockstep::{FlightEvent, FlightSide};
 use icd::{ControlPeriod, Sensors, SimTime};
 
 /// Navigator and laws, from construction to one step.
 #[used]
-static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepOutput = step;
+static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepLog = step;
 
 /// The link, from datagram to event.
 #[used]
@@ -27,7 +27,7 @@ fn step(
     gains: &Gains,
     sensors: &Sensors,
     demand: &Demand,
-) -> StepOutput {
+) -> StepLog {
     let state = Navigator::default().step(SimTime::ZERO, sensors);
     FlightControl::new(period, belief, gains).step(&state, demand)
 }

@@ -22,18 +22,18 @@ fn level_flight_leaves_the_compensator_exactly_at_zero() {
     let mut flight = flight(|_| {});
     for _ in 0..2000 {
         let out = flight.step(&testing::level_state(), &testing::level_demand());
-        assert!(!out.log.compensator_active);
-        assert_eq!(out.log.compensation, Compensation::NONE);
-        assert_eq!(out.actuators.commands[tvc_jet::NOZZLE_PITCH], 0.0);
+        assert!(!out.compensator_active);
+        assert_eq!(out.compensation, Compensation::NONE);
+        assert_eq!(out.actuators().commands[tvc_jet::NOZZLE_PITCH], 0.0);
     }
 }
 
 #[test]
 fn an_unexplained_roll_wakes_the_compensator_with_positive_aileron() {
     let mut flight = flight(|_| {});
-    let mut log = flight.step(&rolled(0), &testing::level_demand()).log;
+    let mut log = flight.step(&rolled(0), &testing::level_demand());
     for tick in 1..60 {
-        log = flight.step(&rolled(tick), &testing::level_demand()).log;
+        log = flight.step(&rolled(tick), &testing::level_demand());
     }
     assert!(log.compensator_active && log.z2.x > 0.7, "z2 {} rad/s2", log.z2.x);
     assert!(log.compensation.aileron_rad > 0.0);
@@ -42,9 +42,9 @@ fn an_unexplained_roll_wakes_the_compensator_with_positive_aileron() {
 #[test]
 fn switched_off_it_sees_the_same_and_does_nothing() {
     let mut flight = flight(|gains| gains.selection.compensator = CompensatorMode::Off);
-    let mut log = flight.step(&rolled(0), &testing::level_demand()).log;
+    let mut log = flight.step(&rolled(0), &testing::level_demand());
     for tick in 1..60 {
-        log = flight.step(&rolled(tick), &testing::level_demand()).log;
+        log = flight.step(&rolled(tick), &testing::level_demand());
     }
     assert!(log.compensator_active);
     assert_eq!(log.compensation, Compensation::NONE);
@@ -65,9 +65,9 @@ fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
             values[index] = bad;
             let out = step(&Sensors::at(SimTime::ZERO, &values));
             // A position of a thousand kilometres can be.
-            let flagged = out.log.health.implausible_input || bad == 1.0e6;
+            let flagged = out.health.implausible_input || bad == 1.0e6;
             assert!(flagged, "{} = {bad}", Sensors::NAMES[index]);
-            for (effector, command) in out.actuators.commands.iter() {
+            for (effector, command) in out.actuators().commands.iter() {
                 assert!(
                     command.is_finite(),
                     "{effector:?} after {} = {bad}",
@@ -76,7 +76,7 @@ fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
             }
         }
     }
-    let log = step(&testing::level_sensors()).log;
+    let log = step(&testing::level_sensors());
     assert!(log.z2.iter().all(|z2| z2.is_finite()), "{}", log.z2);
 }
 
@@ -100,8 +100,8 @@ fn the_literal_observer_does_not_know_the_compensation() {
     let mut literal = flight(|gains| gains.selection.observer = ObserverMode::Literal);
     let (mut a, mut b) = (None, None);
     for tick in 0..200 {
-        a = Some(informed.step(&rolled(tick), &testing::level_demand()).log);
-        b = Some(literal.step(&rolled(tick), &testing::level_demand()).log);
+        a = Some(informed.step(&rolled(tick), &testing::level_demand()));
+        b = Some(literal.step(&rolled(tick), &testing::level_demand()));
     }
     let (a, b) = (a.unwrap(), b.unwrap());
     assert!(a.compensator_active && b.compensator_active);

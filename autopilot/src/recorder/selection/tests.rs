@@ -20,12 +20,12 @@ fn level() -> Step {
     let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
     let state = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
     let demand = Demand { altitude_m: 3_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let output = flight.step(&state, &demand);
+    let log = flight.step(&state, &demand);
     Step {
         time: SimTime::ZERO,
         sensors: Sensors::at(SimTime::ZERO, &[0.0; Sensors::COUNT]),
-        actuators: output.actuators,
-        log: output.log,
+        actuators: log.actuators(),
+        log,
         mode: Mode::Hold,
         references: [3_000.0, 0.0, 264.0],
         terminated: false,
