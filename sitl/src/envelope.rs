@@ -210,9 +210,9 @@ pub fn run(out: &Path) -> Result<(), Box<dyn Error>> {
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     fs::create_dir_all(out)?;
     fs::write(out.join("envelope.csv"), csv(&flown))?;
-    let svg = picture::draw(&flown);
-    fs::write(out.join("envelope.png"), crate::figures::raster::png(&svg)?)?;
-    fs::write(out.join("envelope.svg"), svg)?;
+    for (name, bytes) in picture::figure(&flown).files()? {
+        fs::write(out.join(name), bytes)?;
+    }
     print!("{}", summary(&flown));
     Ok(())
 }

@@ -15,12 +15,13 @@ use std::path::{Path, PathBuf};
 use flight_control::Gains;
 use plant_sim::{Airframe, SetupError};
 
-use crate::figures::{self, FigureError};
+use crate::chart::RasterError;
 use crate::runner;
 
 pub mod delays;
 pub mod detectors;
 pub mod flights;
+mod picture;
 mod results;
 pub mod statistics;
 
@@ -79,7 +80,7 @@ pub enum StudyError {
     },
     /// The figure cannot be drawn.
     #[error(transparent)]
-    Figure(#[from] FigureError),
+    Figure(#[from] RasterError),
 }
 
 /// What came out.
@@ -170,9 +171,10 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
         delays: delays::measure(options, &airframe(options)?)?,
         conditions: fly_healthy(options)?,
     };
-    let figure = figures::false_alarms(&study)?;
-    write(&out.join("false-alarms.svg"), figure.svg.as_bytes())?;
-    write(&out.join("false-alarms.png"), &figure.png()?)?;
+    let figure = picture::figure(&study);
+    for (name, bytes) in figure.files()? {
+        write(&out.join(name), &bytes)?;
+    }
     write(&out.join("alarms.csv"), results::alarms_csv(&study).as_bytes())?;
     write(&out.join("delays.csv"), results::delays_csv(&study).as_bytes())?;
     let summary = results::summary(options, &study);

@@ -3,6 +3,7 @@
 pub mod actions;
 pub mod arrangement;
 pub mod bench;
+pub mod chart;
 pub mod cli;
 pub mod closed_loop;
 pub mod configuration;
@@ -11,7 +12,6 @@ pub mod dispersion;
 pub mod echo;
 pub mod envelope;
 pub mod false_alarms;
-pub mod figures;
 pub mod flight_log;
 pub mod fly;
 pub mod launch;

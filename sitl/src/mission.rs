@@ -17,7 +17,8 @@ use plant_sim::{EarthModel, SetupError, scenario};
 
 use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
 use crate::configuration::{AircraftArgs, Named};
-use crate::figures;
+
+mod picture;
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
@@ -225,10 +226,10 @@ pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
     let flown = fly(&setup, &begin(&plan))?;
-    let figure = figures::mission(&plan, start(&setup), &flown)?;
+    let figure = picture::figure(&plan, start(&setup), &flown);
     fs::create_dir_all(&options.out)?;
-    for (extension, bytes) in [("svg", figure.svg.clone().into_bytes()), ("png", figure.png()?)] {
-        let path = options.out.join(figure.name).with_extension(extension);
+    for (name, bytes) in figure.files()? {
+        let path = options.out.join(name);
         file::write(&path, &bytes, file::beginning(&bytes))
             .map_err(|problem| format!("{}: {problem}", path.display()))?;
         println!("wrote {}", path.display());

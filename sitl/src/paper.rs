@@ -15,10 +15,10 @@ use host_io::file::{self, FileProblem};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
 
+use crate::chart::{Figure, RasterError};
 use crate::closed_loop::{End, FlightSetup, Record, fly};
 use crate::configuration::{AircraftArgs, ConfigurationError};
 use crate::dispersion::UnknownDerivative;
-use crate::figures::{self, Figure, FigureError};
 use crate::{report, runner, table};
 
 pub mod both;
@@ -28,6 +28,7 @@ pub mod cases;
 pub mod claim;
 pub mod comparisons;
 pub mod estimates;
+pub mod figures;
 pub mod model_error;
 pub mod sensitivity;
 pub mod trace;
@@ -153,7 +154,7 @@ pub enum PaperError {
     },
     /// A figure cannot be drawn.
     #[error(transparent)]
-    Figure(#[from] FigureError),
+    Figure(#[from] RasterError),
     /// The claims cannot be put into a file.
     #[error("claims.json: {0}")]
     Claims(#[from] serde_json::Error),
@@ -325,9 +326,9 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let json = serde_json::to_string_pretty(&evaluation.results)?;
     write(&out.join("claims.json"), json.as_bytes())?;
 
-    let mut figures = figures::of_the_paper(first, second)?;
+    let mut figures = figures::of_the_paper(first, second);
     if !evaluation.survival.is_empty() {
-        figures.push(figures::survival(&evaluation.survival)?);
+        figures.push(figures::survival(&evaluation.survival));
     }
     write_figures(out, &figures)?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
@@ -354,8 +355,9 @@ fn write_tables(out: &Path, flown: &Flown) -> Result<(), PaperError> {
 
 fn write_figures(out: &Path, figures: &[Figure]) -> Result<(), PaperError> {
     for figure in figures {
-        write(&out.join(format!("{}.svg", figure.name)), figure.svg.as_bytes())?;
-        write(&out.join(format!("{}.png", figure.name)), &figure.png()?)?;
+        for (name, bytes) in figure.files()? {
+            write(&out.join(name), &bytes)?;
+        }
     }
     Ok(())
 }

@@ -12,7 +12,6 @@ mod events;
 mod flight;
 mod page;
 mod panels;
-mod svg;
 mod times;
 
 use flight::Flight;

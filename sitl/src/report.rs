@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::figures::Figure;
+use crate::chart::Figure;
 use crate::paper::case1::REFERENCE_M;
 use crate::paper::case2::REFERENCE_DEG;
 use crate::paper::claim::ClaimResult;

@@ -187,7 +187,6 @@ fn only_the_studies_of_the_paper_name_effectors() {
     let allowed = [
         "icd/src/",
         "sitl/src/paper/",
-        "sitl/src/figures/",
         "sitl/src/false_alarms/",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",

@@ -1,15 +1,17 @@
 //! The sweep as a picture: one field a flight, with its altitude error and what is at its limit.
 
-use std::fmt::Write as _;
-
 use super::{AIRSPEEDS_M_S, ALTITUDES_M, BANKS_DEG, CLIMBS_M, Flown, name};
+use crate::chart::Figure;
+use crate::chart::drawing::Drawing;
 
-/// Width and height of a field, pixels.
-const FIELD: (usize, usize) = (112, 40);
+/// Width and height of a field.
+const FIELD: (f64, f64) = (112.0, 40.0);
 /// Left of the first field: the altitudes.
-const LEFT: usize = 150;
+const LEFT: f64 = 150.0;
 /// Above the first field of a block: its title and the airspeeds.
-const TOP: usize = 60;
+const TOP: f64 = 60.0;
+/// Around blocks and fields.
+const ROOM: f64 = 20.0;
 
 /// What is seen.
 const TITLE: [&str; 3] = [
@@ -18,73 +20,57 @@ const TITLE: [&str; 3] = [
     "Grey: no such trim. Below the number: what the controller names.",
 ];
 
-/// Draws it as SVG.
-pub(super) fn draw(flown: &[Flown]) -> String {
-    let columns = AIRSPEEDS_M_S.len();
-    let mut body = String::new();
-    let mut y = 80;
-    let mut fields = flown.chunks(columns);
-    for (line, title) in TITLE.iter().enumerate() {
-        let at = 26 + 20 * line;
-        let _ = writeln!(body, r##"<text x="20" y="{at}" font-size="15">{title}</text>"##);
+/// Draws it.
+pub(super) fn figure(flown: &[Flown]) -> Figure {
+    let mut drawing = Drawing::default();
+    let mut y = 26.0;
+    for title in TITLE {
+        drawing.text((ROOM, y), "start", r#" font-size="15""#, title);
+        y += 20.0;
     }
-    let mut blocks: Vec<(String, Vec<String>)> = BANKS_DEG
-        .iter()
-        .map(|bank| {
-            let rows = ALTITUDES_M.iter().map(|altitude| format!("{altitude:.0} m")).collect();
-            (format!("bank {bank:.0} deg"), rows)
-        })
-        .collect();
+    let banks = BANKS_DEG.iter().map(|bank| {
+        let rows = ALTITUDES_M.iter().map(|altitude| format!("{altitude:.0} m")).collect();
+        (format!("bank {bank:.0} deg"), rows)
+    });
     let climbs = CLIMBS_M.iter().map(|[from, to]| format!("{from:.0} to {to:.0} m")).collect();
-    blocks.push(("climbs and descents".to_owned(), climbs));
+    let blocks = banks.chain([("climbs and descents".to_owned(), climbs)]);
+    let mut lines = flown.chunks(AIRSPEEDS_M_S.len());
     for (title, rows) in blocks {
-        let _ = writeln!(body, r##"<text x="20" y="{}" font-size="16">{title}</text>"##, y + 20);
-        for (column, airspeed) in AIRSPEEDS_M_S.iter().enumerate() {
-            let x = LEFT + column * FIELD.0 + FIELD.0 / 2;
-            let at = y + 46;
-            let _ = writeln!(
-                body,
-                r##"<text x="{x}" y="{at}" font-size="14" text-anchor="middle">{airspeed:.0} m/s</text>"##
-            );
+        let rows: Vec<String> = rows;
+        drawing.text((ROOM, y + 14.0), "start", r#" font-size="16""#, &title);
+        let mut x = LEFT;
+        for airspeed in AIRSPEEDS_M_S {
+            let label = format!("{airspeed:.0} m/s");
+            drawing.text((x + 0.5 * FIELD.0, y + 40.0), "middle", "", &label);
+            x += FIELD.0;
         }
-        for (row, label) in rows.iter().enumerate() {
-            let top = y + TOP + row * FIELD.1;
-            let _ = writeln!(
-                body,
-                r##"<text x="{}" y="{}" font-size="14" text-anchor="end">{label}</text>"##,
-                LEFT - 10,
-                top + 25
-            );
-            for (column, f) in fields.next().unwrap_or_default().iter().enumerate() {
-                field(&mut body, LEFT + column * FIELD.0, top, f);
+        y += TOP;
+        for label in rows {
+            drawing.text((LEFT - 10.0, y + 25.0), "end", "", &label);
+            let mut x = LEFT;
+            for flown in lines.next().unwrap_or_default() {
+                field(&mut drawing, (x, y), flown);
+                x += FIELD.0;
             }
+            y += FIELD.1;
         }
-        y += TOP + rows.len() * FIELD.1 + 20;
+        y += ROOM;
     }
-    let width = LEFT + columns * FIELD.0 + 20;
-    format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{y}" font-family="sans-serif">
-<rect width="{width}" height="{y}" fill="white"/>
-{body}</svg>
-"##
-    )
+    let width = LEFT + AIRSPEEDS_M_S.len() as f64 * FIELD.0 + ROOM;
+    let caption = TITLE.join(" ");
+    Figure { name: "envelope", caption, svg: drawing.finish((width, y)) }
 }
 
-fn field(body: &mut String, x: usize, y: usize, flown: &Flown) {
-    let colour = match (flown.is_held(), flown.has_reserve()) {
-        (true, _) => "#bfe3c0",
-        (false, true) => "#f0a8a0",
-        (false, false) => "#d8d8d8",
+fn field(drawing: &mut Drawing, (x, y): (f64, f64), flown: &Flown) {
+    let style = match (flown.is_held(), flown.has_reserve()) {
+        (true, _) => r##"fill="#bfe3c0""##,
+        (false, true) => r##"fill="#f0a8a0""##,
+        (false, false) => r##"fill="#d8d8d8""##,
     };
     let decimals = if flown.error_m < 10.0 { 1 } else { 0 };
-    let (width, height) = (FIELD.0 - 4, FIELD.1 - 4);
-    let (middle, first, second) = (x + FIELD.0 / 2 - 2, y + 17, y + 32);
-    let _ = writeln!(
-        body,
-        r##"<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="{colour}"/>
-<text x="{middle}" y="{first}" font-size="14" text-anchor="middle">{:.decimals$}</text>
-<text x="{middle}" y="{second}" font-size="11" text-anchor="middle">{}</text>"##,
-        flown.error_m,
-        name(flown)
-    );
+    let (middle, limit) = (x + 0.5 * FIELD.0 - 2.0, name(flown));
+    drawing.rectangle((x, y), (x + FIELD.0 - 4.0, y + FIELD.1 - 4.0), style, "");
+    let error = format!("{:.decimals$}", flown.error_m);
+    drawing.text((middle, y + 17.0), "middle", "", &error);
+    drawing.text((middle, y + 32.0), "middle", r#" font-size="11""#, limit);
 }

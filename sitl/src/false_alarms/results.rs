@@ -9,7 +9,7 @@ use super::delays::{FAULTS, SEEDS, WAITED_S};
 use super::detectors::{KINDS, SCALES, scale};
 use super::flights::CONDITIONS;
 use super::{ALLOWED_PER_H, Options, Shipped, Study, bound_per_h, of_kind};
-use crate::figures::Figure;
+use crate::chart::Figure;
 
 /// One row a detector: alarms at each flight condition and together, with the bound.
 pub fn alarms_csv(study: &Study) -> String {

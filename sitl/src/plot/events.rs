@@ -11,8 +11,9 @@ use icd::{ControlPeriod, Effector, EffectorList};
 use ulog::reader::Topic;
 
 use super::flight::Flight;
-use super::svg::Mark;
-use crate::figures::curve::Point;
+use crate::chart::curve::Point;
+use crate::chart::panel::Mark;
+use crate::chart::{Ink, Pattern};
 
 /// A limit that is left for a shorter time than this has not been left, s.
 const GAP_S: f64 = 1.0;
@@ -109,9 +110,9 @@ pub fn marks(happened: &[Happened]) -> Vec<Mark> {
     let numbered = happened.iter().zip(1..).filter(|(what, _)| what.kind.is_marked());
     numbered
         .map(|(what, number)| Mark {
-            t_s: what.t_s,
-            number,
-            colour: what.kind.colour(),
+            x: what.t_s,
+            number: Some(number),
+            ink: Ink::new(what.kind.colour(), Pattern::Fine).wide(1.0),
             label: format!("{number}: {} ({:.3} s)", what.text, what.t_s),
         })
         .collect()

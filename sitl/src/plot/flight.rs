@@ -12,8 +12,8 @@ use ulog::reader::{Log, Topic};
 use super::NothingToDraw;
 use super::events::{self, FaultSpan, Happened};
 use super::times::Times;
+use crate::chart::curve::{Point, thin};
 use crate::closed_loop;
-use crate::figures::curve::{Point, thin};
 use crate::replay;
 
 /// Topics that have a row in each control step.

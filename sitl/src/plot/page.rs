@@ -6,7 +6,9 @@ use ulog::reader::{Log, ParameterValue};
 use super::events::{Happened, Kind, marks};
 use super::flight::Flight;
 use super::panels::{self, Group};
-use super::svg::{self, Mark, Spot};
+use crate::chart::curve::Point;
+use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
+use crate::chart::single;
 use crate::report::GENERATOR;
 
 /// Style of the paper's report, and what this page has beside it.
@@ -21,6 +23,8 @@ const CLOCKS_MAX: usize = 10;
 const DAMAGES_MAX: usize = 20;
 /// Rows of the table of parameters.
 const PARAMETERS_MAX: usize = 5_000;
+/// Height of the track's frame.
+const MAP_HEIGHT: f64 = 520.0;
 /// Letters of a text from the log; longer ones are cut.
 const TEXT_MAX: usize = 2_000;
 
@@ -45,7 +49,7 @@ pub fn page(title: &str, flight: &Flight) -> String {
                 (table(&flight.happened))
                 h2 { "Track and modes" }
                 (track(flight))
-                @for group in panels::groups(flight) { (figures(&group, flight, &marks)) }
+                @for group in panels::groups(flight) { (figures(group, flight, &marks)) }
                 (texts(&flight.log))
                 (parameters(&flight.log))
             }
@@ -152,11 +156,16 @@ fn table(happened: &[Happened]) -> Markup {
 }
 
 fn track(flight: &Flight) -> Markup {
-    let modes = panels::modes(flight).map(|panel| svg::panel(&panel, flight.span, &[]));
+    let modes = panels::modes(flight).map(|panel| single(&panel));
     let map = panels::track(flight).map(|track| {
-        let spots = spots(flight, &track);
-        let points: Vec<_> = track.iter().map(|(_, at)| *at).collect();
-        svg::map("Track over the ground, seen from above, north up", &points, panels::TRACK, &spots)
+        let points: Vec<Point> = track.iter().map(|(_, at)| *at).collect();
+        let map =
+            Panel::map("Track over the ground, seen from above, north up", MAP_HEIGHT, &points);
+        single(&Panel {
+            symbols: spots(flight, &track),
+            curves: vec![Curve::unnamed(points, panels::TRACK)],
+            ..map
+        })
     });
     html! {
         figure {
@@ -169,13 +178,13 @@ fn track(flight: &Flight) -> Markup {
 }
 
 /// Start, times, faults, end.
-fn spots(flight: &Flight, track: &[(f64, crate::figures::curve::Point)]) -> Vec<Spot> {
+fn spots(flight: &Flight, track: &[(f64, Point)]) -> Vec<Symbol> {
     let at = |t_s: f64| {
         let place = track.partition_point(|(time, _)| *time < t_s).min(track.len() - 1);
         track[place].1
     };
     let (from, to) = flight.span;
-    let spot = |t_s: f64, colour, label: String| Spot { at: at(t_s), colour, label };
+    let spot = |t_s: f64, colour, label| Symbol { at: at(t_s), shape: Shape::Dot, colour, label };
     let step_s = clock_step((to - from) / CLOCKS);
     let clocks = (1..)
         .map(|k| from + f64::from(k) * step_s)
@@ -202,12 +211,14 @@ fn clock_step(least_s: f64) -> f64 {
     STEPS.into_iter().find(|step| *step >= least_s).unwrap_or_else(days)
 }
 
-fn figures(group: &Group, flight: &Flight, marks: &[Mark]) -> Markup {
+fn figures(group: Group, flight: &Flight, marks: &[Mark]) -> Markup {
     html! {
         h2 { (group.title) }
         figure {
-            @for panel in &group.panels { (PreEscaped(svg::panel(panel, flight.span, marks))) }
             @if group.panels.is_empty() { p { "Not in this log." } }
+            @for panel in group.panels {
+                (PreEscaped(single(&Panel { x: flight.span, marks, ..panel })))
+            }
             figcaption { (group.caption) }
         }
     }

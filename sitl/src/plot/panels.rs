@@ -3,14 +3,13 @@
 use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
-use plotters::style::RGBColor;
 
 use super::events::{Kind, spans};
 use super::flight::Flight;
-use super::svg::{Band, Curve, Panel, Rule};
-use crate::figures::curve::{Point, thin};
-use crate::figures::panel::{Ink, Pattern};
-use crate::figures::range;
+use crate::chart::axis::range;
+use crate::chart::curve::{Point, thin};
+use crate::chart::panel::{Band, Curve, Panel, Rule};
+use crate::chart::{Ink, Pattern};
 
 /// Height of a frame.
 const TALL: f64 = 230.0;
@@ -18,17 +17,17 @@ const TALL: f64 = 230.0;
 const LOW: f64 = 170.0;
 
 /// What happened, or was measured.
-const MAIN: Ink = Ink { colour: RGBColor(0, 80, 170), pattern: Pattern::Solid, width: 3 };
+const MAIN: Ink = Ink::new("#0050aa", Pattern::Solid);
 /// What was wanted.
-const WANTED: Ink = Ink { colour: RGBColor(200, 30, 30), pattern: Pattern::Dashed, width: 3 };
+const WANTED: Ink = Ink::new("#c81e1e", Pattern::Dashed);
 /// A second signal of the same kind.
-const SECOND: Ink = Ink { colour: RGBColor(200, 110, 0), pattern: Pattern::Solid, width: 3 };
+const SECOND: Ink = Ink::new("#c86e00", Pattern::Solid);
 /// A third one.
-const THIRD: Ink = Ink { colour: RGBColor(0, 125, 55), pattern: Pattern::Solid, width: 3 };
+const THIRD: Ink = Ink::new("#007d37", Pattern::Solid);
 /// What is estimated, with the noise of its source.
-const ESTIMATED: Ink = Ink { colour: RGBColor(110, 160, 215), pattern: Pattern::Solid, width: 2 };
+const ESTIMATED: Ink = Ink::new("#6ea0d7", Pattern::Solid).wide(1.0);
 /// What was true, where something else is estimated.
-const TRUE: Ink = Ink { colour: RGBColor(150, 70, 0), pattern: Pattern::Solid, width: 2 };
+const TRUE: Ink = Ink::new("#964600", Pattern::Solid).wide(1.0);
 
 /// A figure: panels under one heading, with a sentence.
 #[derive(Debug)]
@@ -38,7 +37,7 @@ pub struct Group {
     /// What one sees.
     pub caption: String,
     /// The panels; without one the figure says what is missing.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<Panel<'static>>,
 }
 
 /// All figures over time.
@@ -90,7 +89,7 @@ fn panel(
     span_min: f64,
     height: f64,
     curves: Vec<Curve>,
-) -> Option<Panel> {
+) -> Option<Panel<'static>> {
     if curves.is_empty() {
         return None;
     }
@@ -239,7 +238,7 @@ fn estimate(flight: &Flight) -> Group {
 }
 
 /// Draws limits into a panel and makes room for them.
-fn with_rules(panel: &mut Panel, rules: &[(f64, &str)]) {
+fn with_rules(panel: &mut Panel<'_>, rules: &[(f64, &str)]) {
     for (value, label) in rules {
         let room = 0.06 * (panel.y.1 - panel.y.0).max(value.abs());
         panel.y = (panel.y.0.min(value - room), panel.y.1.max(value + room));
@@ -260,7 +259,7 @@ fn active(flight: &Flight) -> Vec<Band> {
 
 fn compensator(flight: &Flight) -> Group {
     let fade = [signal("control", "fade", 1.0, "fade: part that is let through", MAIN)];
-    let mut panels: Vec<Panel> =
+    let mut panels: Vec<Panel<'static>> =
         panel("How much the compensator acts", "0 to 1", 1.1, 120.0, curves(flight, &fade))
             .map(|panel| Panel { bands: active(flight), y: (-0.05, 1.1), ..panel })
             .into_iter()
@@ -303,7 +302,7 @@ fn compensator(flight: &Flight) -> Group {
 }
 
 /// What is left of the effectors, if the log has it.
-fn authority(flight: &Flight) -> Option<Panel> {
+fn authority(flight: &Flight) -> Option<Panel<'static>> {
     const AXES: [(&str, [&str; 2], Ink); 3] = [
         ("roll (ailerons)", ["authority_roll_pct", "roll_pct"], MAIN),
         ("pitch (nozzle)", ["authority_pitch_pct", "pitch_pct"], SECOND),
@@ -372,7 +371,7 @@ fn travel(flight: &Flight, effector: Effector) -> Option<(f64, f64)> {
 }
 
 /// The modes as a strip.
-pub fn modes(flight: &Flight) -> Option<Panel> {
+pub fn modes(flight: &Flight) -> Option<Panel<'static>> {
     const COLOURS: [&str; 2] = ["#5b3fa0", "#1f5fbf"];
     let modes = super::events::mode_spans(flight);
     let band = |(index, (from, to, name)): (usize, &(f64, f64, &str))| Band {
@@ -384,8 +383,8 @@ pub fn modes(flight: &Flight) -> Option<Panel> {
     let title = "Mode: who gives the references".to_owned();
     (!bands.is_empty()).then(|| Panel {
         title,
-        y: (0.0, 1.0),
         height: 26.0,
+        x: flight.span,
         bands,
         ..Panel::default()
     })

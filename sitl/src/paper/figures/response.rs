@@ -1,11 +1,10 @@
 //! Figures 4 and 7: how the aircraft answers, in the three runs of a case.
 
-use super::curve::{Point, thin, unwrap};
-use super::panel::{Curve, Event, Panel};
-use super::{
-    COMPENSATED, Entry, FaultName, Figure, FigureError, LOST, NO_FAULT, PID_ONLY, fault_entry,
-    fault_event, range, sheet,
-};
+use super::{COMPENSATED, FaultName, LOST, NO_FAULT, PID_ONLY, fault_mark};
+use crate::chart::axis::range;
+use crate::chart::curve::{Point, thin, unwrap};
+use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
+use crate::chart::{Figure, sheet};
 use crate::metrics::DEG;
 use crate::paper::cases::Flown;
 use crate::paper::trace::Trace;
@@ -81,23 +80,17 @@ const ALTITUDE: Signal = Signal {
     span_min: 40.0,
 };
 
-fn legend(flown: &Flown) -> Vec<Entry> {
-    let mut legend = vec![
-        Entry::new(NO_FAULT, "no fault"),
-        Entry::new(PID_ONLY, "fault, PID only"),
-        Entry::new(COMPENSATED, "fault, PID and compensator"),
-        fault_entry(flown),
-    ];
-    let lost = flown.pid_only.lost_at();
-    legend.extend(lost.map(|t| Entry::new(LOST, format!("PID only: lost at {t:.1} s"))));
-    legend
+/// The fault, and the loss of the flight with the PID only.
+fn marks(flown: &Flown) -> Vec<Mark> {
+    let lost = flown.pid_only.lost_at().map(|t| {
+        let label = format!("PID only: lost at {t:.1} s");
+        Mark { x: t, number: None, ink: LOST, label }
+    });
+    [fault_mark(flown)].into_iter().chain(lost).collect()
 }
 
 /// Case 1: p, q, r, altitude.
-///
-/// # Errors
-/// [`FigureError`] with what the drawing library says.
-pub fn figure_4(flown: &Flown) -> Result<Figure, FigureError> {
+pub fn figure_4(flown: &Flown) -> Figure {
     let end_s = flown.case.duration_s();
     let rates_end_s = RATES_END_S.min(end_s);
     let panels = [
@@ -106,14 +99,11 @@ pub fn figure_4(flown: &Flown) -> Result<Figure, FigureError> {
         panel(flown, 'c', &R, rates_end_s),
         panel(flown, 'd', &ALTITUDE, end_s),
     ];
-    figure("fig4", "Figure 4", flown, &panels)
+    figure("fig4", "Figure 4", flown, panels)
 }
 
 /// Case 2: p, q, r, yaw angle, roll angle, altitude.
-///
-/// # Errors
-/// [`FigureError`] with what the drawing library says.
-pub fn figure_7(flown: &Flown) -> Result<Figure, FigureError> {
+pub fn figure_7(flown: &Flown) -> Figure {
     let end_s = flown.case.duration_s();
     let panels = [
         panel(flown, 'a', &P, end_s),
@@ -123,15 +113,15 @@ pub fn figure_7(flown: &Flown) -> Result<Figure, FigureError> {
         panel(flown, 'e', &PHI, end_s),
         panel(flown, 'f', &ALTITUDE, end_s),
     ];
-    figure("fig7", "Figure 7", flown, &panels)
+    figure("fig7", "Figure 7", flown, panels)
 }
 
-fn figure(
+fn figure<const N: usize>(
     name: &'static str,
     number: &str,
     flown: &Flown,
-    panels: &[Panel],
-) -> Result<Figure, FigureError> {
+    panels: [Panel<'_>; N],
+) -> Figure {
     let title = format!("{number}. Case {}: {}", flown.case.number, FaultName(flown));
     let lost = flown.pid_only.lost_at().map_or_else(String::new, |t| {
         format!(
@@ -140,32 +130,43 @@ fn figure(
         )
     });
     let caption = format!("{title}. Response of the aircraft in the three runs.{lost}");
-    Ok(Figure { name, caption, svg: sheet(&title, &legend(flown), panels)? })
+    let marks = marks(flown);
+    let panels = panels.map(|panel| Panel { marks: &marks, ..panel });
+    let runs = [
+        ("no fault", NO_FAULT),
+        ("fault, PID only", PID_ONLY),
+        ("fault, PID and compensator", COMPENSATED),
+    ];
+    let marked = marks.iter().map(|mark| (mark.label.as_str(), mark.ink));
+    let legend: Vec<_> = runs.into_iter().chain(marked).collect();
+    Figure { name, caption, svg: sheet(&title, &legend, 2, &panels) }
 }
 
-fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel {
+fn panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel<'static> {
     let curve = |trace: &Trace, to_s: f64| points(trace, signal, end_s, to_s);
     let (no_fault, compensated) = (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
     let lost = flown.pid_only.lost_at().filter(|_| signal.ends_when_lost);
     let pid = curve(&flown.pid_only, lost.unwrap_or(end_s));
     let readable = no_fault.iter().chain(&compensated).map(|point| point.1);
     let y = widened(range(readable, signal.span_min), &pid);
-    let mut events = vec![fault_event(flown)];
-    events.extend(flown.pid_only.lost_at().map(|t_s| Event { t_s, ink: LOST }));
-    let ends = lost.and(pid.last()).map(|at| (*at, PID_ONLY));
+    let end = lost.and(pid.last()).map(|at| Symbol {
+        at: *at,
+        shape: Shape::Cross,
+        colour: PID_ONLY.colour,
+        label: String::new(),
+    });
     Panel {
         title: format!("({letter}) {}", signal.title),
-        y_label: signal.y_label.to_owned(),
+        y_label: signal.y_label,
         x: (0.0, end_s),
         y,
-        ends: ends.into_iter().collect(),
         curves: vec![
-            Curve { points: pid, ink: PID_ONLY },
-            Curve { points: no_fault, ink: NO_FAULT },
-            Curve { points: compensated, ink: COMPENSATED },
+            Curve::unnamed(pid, PID_ONLY),
+            Curve::unnamed(no_fault, NO_FAULT),
+            Curve::unnamed(compensated, COMPENSATED),
         ],
-        rules: Vec::new(),
-        events,
+        symbols: end.into_iter().collect(),
+        ..Panel::default()
     }
 }
 

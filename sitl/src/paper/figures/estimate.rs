@@ -1,10 +1,10 @@
 //! Figures 5 and 8: what the observer finds, against the truth.
 
-use plotters::prelude::RGBColor;
-
-use super::curve::thin;
-use super::panel::{Curve, Ink, Panel, Pattern};
-use super::{Entry, FaultName, Figure, FigureError, fault_entry, fault_event, range, sheet};
+use super::{FAULT, FaultName, fault_mark};
+use crate::chart::axis::range;
+use crate::chart::curve::thin;
+use crate::chart::panel::{Curve, Panel};
+use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::paper::cases::Flown;
 use crate::paper::estimates::Axis;
 use crate::paper::trace::Trace;
@@ -17,17 +17,15 @@ const AFTER_S: f64 = 0.8;
 const SPAN_MIN: f64 = 0.02;
 
 /// F: broad and pale, so that the estimate can be seen on top of it.
-const TRUTH: Ink = Ink { colour: RGBColor(250, 170, 90), pattern: Pattern::Solid, width: 9 };
+const TRUTH: Ink = Ink::new("#faaa5a", Pattern::Solid).wide(5.0);
 /// z2.
-const ESTIMATE: Ink = Ink { colour: RGBColor(0, 60, 140), pattern: Pattern::Solid, width: 3 };
+const ESTIMATE: Ink = Ink::new("#003c8c", Pattern::Solid);
 
 /// The estimate of each axis of the compensated run: the whole run, and close up around the fault.
-///
-/// # Errors
-/// [`FigureError`] with what the drawing library says.
-pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure, FigureError> {
+pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Figure {
     let (fault_s, end_s) = (flown.case.fault_s, flown.case.duration_s());
-    let panels: Vec<Panel> = Axis::ALL
+    let marks = [fault_mark(flown)];
+    let panels: Vec<Panel<'_>> = Axis::ALL
         .into_iter()
         .zip(['a', 'b', 'c'])
         .flat_map(|(axis, letter)| {
@@ -36,6 +34,7 @@ pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure,
                 panel(flown, axis, letter, (fault_s - BEFORE_S, fault_s + AFTER_S), ", close up"),
             ]
         })
+        .map(|panel| Panel { marks: &marks, ..panel })
         .collect();
     let title = format!("{number}. Case {}: estimate of the fault, compensated", flown.case.number);
     let caption = format!(
@@ -44,14 +43,14 @@ pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Result<Figure,
         FaultName(flown)
     );
     let legend = [
-        Entry::new(ESTIMATE, "z2, the observer's estimate"),
-        Entry::new(TRUTH, "F, the truth of the simulation"),
-        fault_entry(flown),
+        ("z2, the observer's estimate", ESTIMATE),
+        ("F, the truth of the simulation", TRUTH),
+        (marks[0].label.as_str(), FAULT),
     ];
-    Ok(Figure { name, caption, svg: sheet(&title, &legend, &panels)? })
+    Figure { name, caption, svg: sheet(&title, &legend, 2, &panels) }
 }
 
-fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> Panel {
+fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> Panel<'static> {
     let run: &Trace = &flown.compensated;
     let curve = |value: fn(Axis, &crate::table::Row) -> f64| {
         thin(run.samples().iter().map(|s| (s.row.t_s, value(axis, &s.row))), x.0, x.1)
@@ -61,16 +60,11 @@ fn panel(flown: &Flown, axis: Axis, letter: char, x: (f64, f64), what: &str) -> 
     let y = range(truth.iter().chain(&estimate).map(|point| point.1), SPAN_MIN);
     Panel {
         title: format!("({letter}) {}{what}", capital(axis.name())),
-        y_label: "rad/s²".to_owned(),
+        y_label: "rad/s²",
         x,
         y,
-        curves: vec![
-            Curve { points: truth, ink: TRUTH },
-            Curve { points: estimate, ink: ESTIMATE },
-        ],
-        rules: Vec::new(),
-        events: vec![fault_event(flown)],
-        ends: Vec::new(),
+        curves: vec![Curve::unnamed(truth, TRUTH), Curve::unnamed(estimate, ESTIMATE)],
+        ..Panel::default()
     }
 }
 

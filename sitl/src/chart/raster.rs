@@ -3,27 +3,37 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use super::FigureError;
+/// Pixels of a PNG for each unit of a drawing.
+const SCALE: f32 = 1.7;
+
+/// Why a drawing could not be turned into pixels.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("cannot turn a figure into pixels: {0}")]
+pub struct RasterError(String);
 
 /// Family name inside [`epaint_default_fonts::UBUNTU_LIGHT`].
 const FONT_FAMILY: &str = "Ubuntu";
 
-/// Draws an SVG into a PNG, pixel by pixel, on white.
+/// Draws an SVG into a PNG, on white.
 ///
 /// # Errors
-/// [`FigureError`] if the text is not an SVG, or has no size.
-pub fn png(svg: &str) -> Result<Vec<u8>, FigureError> {
+/// [`RasterError`] if the text is not an SVG, or has no size.
+pub fn png(svg: &str) -> Result<Vec<u8>, RasterError> {
     let mut options = Options::default();
     let fonts = options.fontdb_mut();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     fonts.set_sans_serif_family(FONT_FAMILY);
-    let tree = Tree::from_str(svg, &options).map_err(|e| FigureError::Raster(e.to_string()))?;
-    let size = tree.size().to_int_size();
+    let tree = Tree::from_str(svg, &options).map_err(|e| RasterError(e.to_string()))?;
+    let size = tree
+        .size()
+        .scale_by(SCALE)
+        .ok_or_else(|| RasterError("the drawing has no size".to_owned()))?
+        .to_int_size();
     let mut pixmap = Pixmap::new(size.width(), size.height())
-        .ok_or_else(|| FigureError::Raster("the drawing has no size".to_owned()))?;
+        .ok_or_else(|| RasterError("the drawing has no size".to_owned()))?;
     pixmap.fill(resvg::tiny_skia::Color::WHITE);
-    resvg::render(&tree, Transform::default(), &mut pixmap.as_mut());
-    pixmap.encode_png().map_err(|e| FigureError::Raster(e.to_string()))
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixmap.as_mut());
+    pixmap.encode_png().map_err(|e| RasterError(e.to_string()))
 }
 
 #[cfg(test)]
