@@ -4,9 +4,6 @@
 
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /build
-# Optimised as one program, unless the build says otherwise: the bits of a flight are the same either way.
-ARG CARGO_PROFILE_RELEASE_LTO=fat
-ARG CARGO_PROFILE_RELEASE_CODEGEN_UNITS=1
 ARG CARGO_BUILD_JOBS=default
 COPY . .
 RUN cargo build --release --locked -p autopilot -p plant-sim --bins \

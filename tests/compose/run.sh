@@ -36,10 +36,8 @@ log=$(mktemp)
 trap 'rm -f "$log"; compose down --volumes --timeout 5 >/dev/null 2>&1' EXIT
 compose down --volumes >/dev/null 2>&1 || true
 echo "building ..."
-# Without optimisation as one program, which takes minutes and changes no bit; one crate at a time, because this may
-# run beside tests.
-set -- --build-arg CARGO_PROFILE_RELEASE_LTO=off --build-arg CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 \
-  --build-arg CARGO_BUILD_JOBS=1
+# One crate at a time, because this may run beside tests.
+set -- --build-arg CARGO_BUILD_JOBS=1
 compose build --quiet "$@" autopilot station 2>/dev/null || compose build "$@" autopilot station
 
 if [ "$only" = build ]; then exit 0; fi
