@@ -16,6 +16,28 @@
 //! | how does somebody outside see that all is well? | [`health`] |
 //! | which number has a flight on the link? | [`session`] |
 //! | who reads a clock? | [`clock`] |
+//!
+//! # Example
+//!
+//! Files that the user names are read up to a limit, and replaced only where they are recognised:
+//!
+//! ```
+//! use host_io::{Stop, file};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("table.csv");
+//! file::write(&path, b"# made here\n1,2\n", b"# made here")?;
+//! assert_eq!(file::read_text(&path, 1_000)?, "# made here\n1,2\n");
+//!
+//! std::fs::write(&path, "of somebody else")?;
+//! assert!(file::write(&path, b"# made here\n3,4\n", b"# made here").is_err());
+//!
+//! // Whoever loops asks this once a round; signals and the parent process set it.
+//! let stop = Stop::new();
+//! stop.request();
+//! assert!(stop.is_requested());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod clock;
 pub mod console;

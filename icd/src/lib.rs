@@ -33,6 +33,25 @@
 //! The plant senses ([`Sensors`]), the autopilot answers ([`Actuators`]); [`wire`] turns both into
 //! datagrams, [`lockstep`] says who waits for whom. Faults travel beside them ([`fault`]) and are never
 //! seen by the control laws.
+//!
+//! # Where to start
+//!
+//! Read [`sensors`] and [`actuators`], then [`wire`]. A fault that an operator asks for is a [`FaultRequest`], and its kinds are the
+//! [`fault::CATALOGUE`]:
+//!
+//! ```
+//! use icd::fault::{FaultKind, Onset, Timing, Travel};
+//! use icd::{FaultRequest, tvc_jet};
+//!
+//! let request = FaultRequest::Inject {
+//!     target: tvc_jet::LEFT_ELEVATOR.into(),
+//!     kind: FaultKind::StuckAt { angle_rad: 30_f64.to_radians(), travel: Travel::Jump },
+//!     timing: Timing::NOW,
+//! };
+//! let FaultRequest::Inject { timing, .. } = request else { unreachable!() };
+//! assert_eq!(timing.onset, Onset::AtOnce);
+//! assert_eq!(tvc_jet::effectors().name(tvc_jet::LEFT_ELEVATOR), "left elevator");
+//! ```
 
 #![no_std]
 

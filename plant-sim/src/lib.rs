@@ -20,6 +20,28 @@
 //! | what is flown, and what breaks when? | `scenarios/*.toml`, read by [`scenario`] |
 //! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
 //! | what is the motion? | [`rigid_body`], put together in [`dynamics`] |
+//!
+//! # A flight
+//!
+//! ```
+//! use icd::{Actuators, ControlPeriod, tvc_jet};
+//! use plant_sim::{Airframe, Plant, Scenario, scenario};
+//!
+//! let airframe = Airframe::paper();
+//! let case1 = Scenario::from_toml("case1.toml", scenario::CASE1, &airframe.effectors)?.plant;
+//! let setup = case1.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+//!
+//! // The commands of the trim for four seconds; the left elevator jams after three.
+//! let mut plant = Plant::new(&setup)?;
+//! let commands = plant.trim().positions;
+//! for _ in 0..2_000 {
+//!     let _measured = plant.sense();
+//!     plant.advance(&Actuators { commands });
+//! }
+//! let truth = plant.truth();
+//! assert!(truth.body_rates.0.x > 0.1, "it rolls to the right: {} rad/s", truth.body_rates.0.x);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod aerodynamics;
 pub mod airframe;

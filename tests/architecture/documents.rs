@@ -1,5 +1,8 @@
 //! The documents speak of what exists.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
 use crate::sources::{assert_none, contains_word, read, root, shipped};
 
 /// Documents whose paths and names are checked.
@@ -75,4 +78,60 @@ fn every_decision_has_the_form_and_its_line_in_the_contents() {
         "docs/decisions.md: number, context, decision, consequence, rejected, and a line in the contents",
         &offences,
     );
+}
+
+/// Every page of the documents, from the root of the workspace.
+fn pages() -> Vec<PathBuf> {
+    let mut pages = Vec::new();
+    let mut folders = vec![PathBuf::new(), "docs".into(), "gcs-scripts".into()];
+    while let Some(folder) = folders.pop() {
+        for entry in
+            fs::read_dir(root().join(&folder)).expect("folder").map(|entry| entry.expect("entry"))
+        {
+            let path = folder.join(entry.file_name());
+            if path.extension().is_some_and(|ending| ending == "md") {
+                pages.push(path);
+            } else if entry.path().is_dir() && !folder.as_os_str().is_empty() {
+                folders.push(path);
+            }
+        }
+    }
+    pages
+}
+
+/// What a page calls its headings in links, as code hosts do: small letters, no punctuation, blanks to dashes.
+fn anchors(page: &str) -> Vec<String> {
+    let titles = page.lines().filter(|line| line.starts_with('#'));
+    let kept = |c: &char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
+    titles
+        .map(|title| title.trim_start_matches('#').trim().to_lowercase())
+        .map(|title| title.chars().filter(kept).collect::<String>().replace(' ', "-"))
+        .collect()
+}
+
+#[test]
+fn every_link_between_documents_leads_somewhere() {
+    let mut links = 0;
+    let mut offences = Vec::new();
+    for page in pages() {
+        let text = read(page.to_str().expect("names are UTF-8"));
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.contains("://") || link.contains(char::is_whitespace) {
+                continue;
+            }
+            links += 1;
+            let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let folder = page.parent().unwrap_or(Path::new(""));
+            let target = if path.is_empty() { page.clone() } else { folder.join(path) };
+            let there = root().join(&target);
+            let known = || {
+                anchors(&fs::read_to_string(&there).unwrap_or_default()).iter().any(|a| a == anchor)
+            };
+            if !there.exists() || !(anchor.is_empty() || known()) {
+                offences.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(links > 200, "only {links} links found: the pages have another form");
+    assert_none("no such page or heading", &offences);
 }

@@ -38,6 +38,33 @@
 //!
 //! The crate is pure: no `std`, no allocation, no clock, no randomness, and nothing in a step can fail.
 //! Transcendental functions come from `libm`, so the bits do not depend on the host.
+//!
+//! # A step
+//!
+//! ```
+//! use flight_control::navigation::Validity;
+//! use flight_control::{Demand, FlightControl, Gains, NavigationState};
+//! use icd::{ControlPeriod, tvc_jet};
+//!
+//! // The controller's model of the aircraft. The autopilot's process reads the file, the laws only get numbers.
+//! let file = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/tvc_jet.toml"));
+//! let model = toml::from_str(file)?;
+//! let mut laws = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
+//!
+//! let state = NavigationState {
+//!     altitude_m: 5_000.0,
+//!     airspeed_m_s: 264.0,
+//!     alpha: 0.035,
+//!     thrust_n: 27_000.0,
+//!     valid: Validity::COMPLETE,
+//!     ..NavigationState::at_rest()
+//! };
+//! // A roll angle to the right is wanted: the left aileron goes down.
+//! let demand = Demand { altitude_m: 5_000.0, roll_rad: 0.2, airspeed_m_s: 264.0 };
+//! let output = (0..100).map(|_| laws.step(&state, &demand)).last().ok_or("no step")?;
+//! assert!(output.actuators.commands[tvc_jet::LEFT_AILERON] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![no_std]
 
