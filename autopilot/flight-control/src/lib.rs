@@ -61,8 +61,8 @@
 //! };
 //! // A roll angle to the right is wanted: the left aileron goes down.
 //! let demand = Demand { altitude_m: 5_000.0, roll_rad: 0.2, airspeed_m_s: 264.0 };
-//! let output = (0..100).map(|_| laws.step(&state, &demand)).last().ok_or("no step")?;
-//! assert!(output.actuators.commands[tvc_jet::LEFT_AILERON] > 0.0);
+//! let log = (0..100).map(|_| laws.step(&state, &demand)).last().ok_or("no step")?;
+//! assert!(log.actuators().commands[tvc_jet::LEFT_AILERON] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
