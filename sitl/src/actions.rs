@@ -14,7 +14,7 @@ use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
 use serde_json::json;
 
-use crate::configuration::AircraftArgs;
+use flight_analysis::configuration::AircraftArgs;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;

@@ -13,8 +13,8 @@ use plant_sim::io::PlantArgs;
 use plant_sim::io::whole;
 
 use crate::arrangement::{self, Arrangement};
-use crate::closed_loop::{FlightSetup, fly};
 use crate::udp_flight::time_udp;
+use flight_analysis::closed_loop::{FlightSetup, fly};
 
 /// The scenario that is flown as a command.
 const COMMAND: &str = "case2";

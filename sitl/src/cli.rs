@@ -15,21 +15,21 @@ use plant_sim::{Airframe, EarthModel, Scenario, Start, scenario};
 
 use crate::actions::{self, ActionsArgs};
 use crate::bench::{self, BenchArgs};
-use crate::configuration::AircraftArgs;
-use crate::design::{self, DesignArgs};
 use crate::echo::{self, EchoArgs};
-use crate::envelope;
-use crate::false_alarms;
-use crate::fly::jams::{self, JamsArgs};
-use crate::fly::{self, FlyArgs};
 use crate::launch::{self, LaunchArgs};
-use crate::linearize;
-use crate::margins::{self, MarginsArgs};
-use crate::mission::{self, MissionOptions};
-use crate::paper::{self, Link, Options};
-use crate::plot::{self, PlotArgs};
-use crate::replay::{self, ReplayArgs};
 use crate::udp_flight;
+use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::design::{self, DesignArgs};
+use flight_analysis::envelope;
+use flight_analysis::false_alarms;
+use flight_analysis::fly::jams::{self, JamsArgs};
+use flight_analysis::fly::{self, FlyArgs};
+use flight_analysis::linearize;
+use flight_analysis::margins::{self, MarginsArgs};
+use flight_analysis::mission::{self, MissionOptions};
+use flight_analysis::paper::{self, Link, Options};
+use flight_analysis::plot::{self, PlotArgs};
+use flight_analysis::replay::{self, ReplayArgs};
 
 /// Largest gyro noise that can be asked for, deg/s rms.
 const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
@@ -247,14 +247,14 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
     let program = std::env::current_exe()?;
     match &cli.command {
         None => launch::run(&cli.launch, &program)?,
-        Some(Command::Fly(args)) => return Ok(fly::run(args)),
+        Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
         Some(Command::Paper(args)) => return fly_paper(args, &program),
         Some(Command::Mission(args)) => mission::run(&args.options())?,
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(&args.options())?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
-        Some(Command::Replay(args)) => return replay::run(args),
+        Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
         Some(Command::Linearize(args)) => write_belief(args)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
         Some(Command::Actions(args)) => actions::run(args)?,

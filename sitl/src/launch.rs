@@ -90,7 +90,10 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     };
     let news = News::channel();
     // The terminal is switched back when this goes, however this function ends.
-    let keys = Keys::listen(news.sender())?;
+    let keys = {
+        let sender = news.sender();
+        Keys::listen(move |key| sender.tell(Report::Pressed(key)))?
+    };
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
     words.extend(arrangement.autopilot.options());

@@ -1,29 +1,17 @@
-//! Sees both sides: flies plant and autopilot together and judges the flights.
+//! Starts plant and autopilot as two processes, watches them, and is the command line of the project.
+//!
+//! Everything that flies in one process, measures, draws and reports is the crate [`flight_analysis`], whose modules are
+//! here under their own names.
+
+pub use flight_analysis::{
+    chart, closed_loop, configuration, design, dispersion, envelope, false_alarms, flight_log, fly,
+    linearize, margins, metrics, mission, paper, plot, replay, runner, settings, table,
+};
 
 pub mod actions;
 pub mod arrangement;
 pub mod bench;
-pub mod chart;
 pub mod cli;
-pub mod closed_loop;
-pub mod configuration;
-pub mod design;
-pub mod dispersion;
 pub mod echo;
-pub mod envelope;
-pub mod false_alarms;
-pub mod flight_log;
-pub mod fly;
 pub mod launch;
-pub mod linearize;
-pub mod margins;
-pub mod metrics;
-pub mod mission;
-pub mod paper;
-pub mod plot;
-pub mod replay;
-pub mod report;
-pub mod runner;
-pub mod settings;
-pub mod table;
 pub mod udp_flight;

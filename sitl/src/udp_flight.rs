@@ -26,7 +26,7 @@ use plant_sim::Truth;
 use plant_sim::io::FlightReport;
 
 use crate::arrangement::Arrangement;
-use crate::closed_loop::{End, FlightSetup, Record};
+use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is looked after while the plant flies.
 const WATCH_EVERY: Duration = Duration::from_millis(50);

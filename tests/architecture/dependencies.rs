@@ -67,7 +67,16 @@ fn flight_control_needs_nothing_but_icd_and_numbers() {
 
 #[test]
 fn what_both_programs_need_of_the_system_knows_no_aircraft() {
-    let forbidden = ["icd", "flight-control", "autopilot", "plant-sim", "sitl", "mavlink", "tokio"];
+    let forbidden = [
+        "icd",
+        "flight-control",
+        "autopilot",
+        "plant-sim",
+        "flight-analysis",
+        "sitl",
+        "mavlink",
+        "tokio",
+    ];
     assert_without("host-io", &closure("host-io"), &forbidden);
 }
 
@@ -78,19 +87,27 @@ fn the_log_format_knows_no_aircraft() {
 
 #[test]
 fn autopilot_does_not_know_the_plant() {
-    assert_without("autopilot", &closure("autopilot"), &["plant-sim", "sitl"]);
+    assert_without("autopilot", &closure("autopilot"), &["plant-sim", "flight-analysis", "sitl"]);
 }
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden = ["autopilot", "flight-control", "mavlink", "sitl"];
+    let forbidden = ["autopilot", "flight-control", "mavlink", "flight-analysis", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
+}
+
+#[test]
+fn analysis_knows_neither_the_launcher_nor_the_system() {
+    // The autopilot that it flies brings tokio and sockets along; it must not reach for them itself.
+    assert_without("flight-analysis", &closure("flight-analysis"), &["sitl", "crossterm"]);
+    let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
+    assert_without("flight-analysis", &direct("flight-analysis"), &forbidden);
 }
 
 #[test]
 fn only_the_autopilot_names_mavlink_as_a_dependency() {
     assert!(direct("autopilot").contains("mavlink"), "the rule looks for the wrong name");
-    for package in ["icd", "host-io", "flight-control", "plant-sim", "sitl"] {
+    for package in ["icd", "host-io", "flight-control", "plant-sim", "flight-analysis", "sitl"] {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }
 }

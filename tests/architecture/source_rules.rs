@@ -108,6 +108,19 @@ fn only_the_session_of_a_flight_comes_from_the_random_source_of_the_system() {
 }
 
 #[test]
+fn analysis_knows_no_process() {
+    let words = ["std::process", "std::net", "std::os", "current_exe", "tokio", "nix", "launch"];
+    let analysis = files("sitl/analysis/src", &["rs"]);
+    let offences: Vec<String> = analysis.iter().flat_map(|source| source.uses(&words)).collect();
+    assert_none("what measures, draws and reports starts nothing and sends nothing", &offences);
+    let launcher = files("sitl/src", &["rs"]);
+    assert!(
+        launcher.iter().any(|source| !source.uses(&words).is_empty()),
+        "the launcher starts no process either: the rule looks for the wrong words"
+    );
+}
+
+#[test]
 fn the_laws_never_name_a_fault() {
     let words = [
         "fault::",
@@ -139,13 +152,14 @@ fn everybody_behind_the_navigator_reads_the_navigation_state() {
         // It hands them to the navigator.
         "autopilot/src/autopilot.rs",
         "autopilot/src/recorder/",
-        "sitl/src/closed_loop/flight.rs",
-        "sitl/src/replay/",
+        "sitl/analysis/src/closed_loop/flight.rs",
+        "sitl/analysis/src/replay/",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
-    for source in files("autopilot", &["rs"]).into_iter().chain(files("sitl/src", &["rs"])) {
+    let judges = ["sitl/src", "sitl/analysis/src"].map(|folder| files(folder, &["rs"]));
+    for source in files("autopilot", &["rs"]).into_iter().chain(judges.into_iter().flatten()) {
         let uses = source.uses(&["Sensors"]);
         if starts(&source.path, &allowed) {
             inside += uses.len();
@@ -186,12 +200,12 @@ fn only_the_studies_of_the_paper_name_effectors() {
     // Everything else takes them from the aircraft's list, by kind and side.
     let allowed = [
         "icd/src/",
-        "sitl/src/paper/",
-        "sitl/src/false_alarms/",
+        "sitl/analysis/src/paper/",
+        "sitl/analysis/src/false_alarms/",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
         // Logs without a header are of the time when there was one aircraft.
-        "sitl/src/plot/flight.rs",
+        "sitl/analysis/src/plot/flight.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
     for source in shipped() {
@@ -214,8 +228,8 @@ fn a_kind_of_fault_is_named_by_its_entry_and_by_what_it_does() {
     let allowed = [
         "icd/src/fault/catalogue",
         "plant-sim/src/faults/",
-        "sitl/src/paper/",
-        "sitl/src/false_alarms/",
+        "sitl/analysis/src/paper/",
+        "sitl/analysis/src/false_alarms/",
     ];
     let is_kind = |line: &String| {
         let names = line.split("FaultKind::").skip(1);

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 7] = [
+pub const CRATES: [(&str, &str); 8] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
     ("flight_control", "autopilot/flight-control/src"),
     ("autopilot", "autopilot/src"),
     ("plant_sim", "plant-sim/src"),
+    ("flight_analysis", "sitl/analysis/src"),
     ("sitl", "sitl/src"),
 ];
 

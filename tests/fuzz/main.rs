@@ -13,7 +13,7 @@ mod packets;
 mod texts;
 
 /// Logs as the recorder writes them, by the code that `sitl`'s own tests use.
-#[path = "../../sitl/src/replay/testing.rs"]
+#[path = "../../sitl/analysis/src/replay/testing.rs"]
 mod testing;
 
 /// Where `testing` looks for it.

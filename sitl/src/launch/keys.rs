@@ -11,8 +11,6 @@ use nix::sys::termios::{
 };
 use nix::unistd::{getpgrp, tcgetpgrp};
 
-use super::child::{NewsSender, Report};
-
 /// What the keys do, for the operator.
 pub(super) const HELP: [&str; 7] =
     ["space pause", "s step", "S 100 steps", "- slower", "+ faster", "1 real time", "q quit"];
@@ -68,13 +66,13 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// Switches the terminal and sends each key to `news`. `None` where there is no terminal to read from.
+    /// Switches the terminal and sends each key to `take`, which says false when nobody reads any more. `None` where there is no terminal to read from.
     ///
     /// Ctrl-C and Ctrl-\ remain signals. Ctrl-Z becomes a key, since the screen is given back before the process stops.
     ///
     /// # Errors
     /// What the system says, if it refuses a thread or to switch.
-    pub(super) fn listen(news: NewsSender) -> io::Result<Option<Self>> {
+    pub(super) fn listen(take: impl Fn(Key) -> bool + Send + 'static) -> io::Result<Option<Self>> {
         let terminal = io::stdin();
         if !terminal.is_terminal() || is_in_background(&terminal) {
             return Ok(None);
@@ -82,7 +80,7 @@ impl Keys {
         let before = tcgetattr(&terminal)?;
         let keys = Self { terminal, before };
         keys.switch()?;
-        thread::Builder::new().name("keys".to_owned()).spawn(move || read(&news))?;
+        thread::Builder::new().name("keys".to_owned()).spawn(move || read(&take))?;
         Ok(Some(keys))
     }
 
@@ -132,7 +130,7 @@ fn is_in_background(terminal: &Stdin) -> bool {
     tcgetpgrp(terminal).is_ok_and(|foreground| foreground != getpgrp())
 }
 
-fn read(news: &NewsSender) {
+fn read(take: &impl Fn(Key) -> bool) {
     // So that reading in the background is an error, and does not stop the process.
     let mut signals = SigSet::empty();
     signals.add(Signal::SIGTTIN);
@@ -147,7 +145,7 @@ fn read(news: &NewsSender) {
             Ok(count) => {
                 let typed = bytes.get(..count).unwrap_or_default();
                 for key in keys(typed) {
-                    if !news.tell(Report::Pressed(key)) {
+                    if !take(key) {
                         return;
                     }
                 }

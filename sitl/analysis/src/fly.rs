@@ -8,7 +8,6 @@
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Arc;
 
 use autopilot::config::ConfigError;
@@ -26,8 +25,8 @@ use ulog::reader::{Log, ReadError};
 
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::page::GENERATOR;
 use crate::plot;
-use crate::report::GENERATOR;
 use crate::runner::Progress;
 use crate::table;
 
@@ -47,6 +46,8 @@ use seeds::Seeds;
 
 /// A scenario that does not say how long it is flown is flown for this time, s.
 const DURATION_S: f64 = 60.0;
+/// Exit status: every aircraft was kept.
+const KEPT: u8 = 0;
 /// Exit status where an aircraft was lost.
 const LOST: u8 = 1;
 /// Exit status where something could not be flown or written.
@@ -167,13 +168,13 @@ pub enum FlyError {
 
 /// Flies and says what became of it. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
 #[must_use]
-pub fn run(args: &FlyArgs) -> ExitCode {
+pub fn run(args: &FlyArgs) -> u8 {
     match args.fly() {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(LOST),
+        Ok(true) => KEPT,
+        Ok(false) => LOST,
         Err(error) => {
             tracing::error!("{error}");
-            ExitCode::from(FAILED)
+            FAILED
         }
     }
 }
@@ -200,7 +201,7 @@ struct Many<'a> {
 
 impl FlyArgs {
     /// Takes a law that the program brings; it flies unless `--law` says otherwise.
-    pub(crate) fn bring(&mut self, own_law: Option<OwnLaw>) {
+    pub fn bring(&mut self, own_law: Option<OwnLaw>) {
         self.own_law = own_law;
         if own_law.is_some() {
             self.laws.law.get_or_insert(MainLaw::Own);

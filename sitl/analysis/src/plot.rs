@@ -10,13 +10,15 @@ use ulog::reader::Log;
 
 mod events;
 mod flight;
+mod happened;
 mod page;
 mod panels;
 mod times;
 
 use flight::Flight;
 
-use crate::{flight_log, report};
+use crate::flight_log;
+use crate::page::GENERATOR;
 
 /// Options of `sitl plot`.
 #[derive(Debug, Args)]
@@ -44,7 +46,7 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
         );
     }
     let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
-    file::write(&out, page.html.as_bytes(), report::GENERATOR.as_bytes())
+    file::write(&out, page.html.as_bytes(), GENERATOR.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", out.display()))?;
     println!("wrote {}", out.display());
     for remark in page.not_drawn {
@@ -72,7 +74,8 @@ pub struct Page {
 /// # Errors
 /// [`NothingToDraw`] if the log has no row with a time.
 pub fn page(title: &str, log: Log) -> Result<Page, NothingToDraw> {
-    let flight = Flight::new(log)?;
+    let mut flight = Flight::new(log)?;
+    events::find(&mut flight);
     Ok(Page { html: page::page(title, &flight), not_drawn: flight.not_drawn() })
 }
 

@@ -290,7 +290,7 @@ mod tests {
     #[test]
     fn the_columns_follow_the_effectors_of_the_aircraft() {
         assert_eq!(Columns::of(&icd::tvc_jet::effectors()).header(), header());
-        let text = include_str!("../../plant-sim/airframes/aerosonde.toml");
+        let text = include_str!("../../../plant-sim/airframes/aerosonde.toml");
         let airframe = plant_sim::Airframe::from_toml("aerosonde.toml", text).unwrap();
         let columns = Columns::of(&airframe.effectors);
         assert!(columns.names.iter().all(|name| !name.contains("nozzle")), "{:?}", columns.names);

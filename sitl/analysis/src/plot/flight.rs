@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use ulog::reader::{Log, Topic};
 
 use super::NothingToDraw;
-use super::events::{self, FaultSpan, Happened};
+use super::happened::{FaultSpan, Happened};
 use super::times::Times;
 use crate::chart::curve::{Point, thin};
 use crate::closed_loop;
@@ -18,9 +18,6 @@ use crate::replay;
 
 /// Topics that have a row in each control step.
 const TICKING: [&str; 4] = ["sensors", "control", "commands", "truth"];
-
-/// What happened this long before the first row or after the last one is of the flight, s.
-const STRAY_S: f64 = 60.0;
 
 /// A flight as its log tells it.
 #[derive(Debug)]
@@ -41,14 +38,14 @@ pub struct Flight {
     pub inputs: Vec<(f64, Recorded)>,
     /// Why the inputs could not be read.
     pub unread: Option<String>,
-    /// When which fault acted.
+    /// When which fault acted; empty until the events are found.
     pub faults: Vec<FaultSpan>,
-    /// What happened, in the order of time.
+    /// What happened, in the order of time; empty until the events are found.
     pub happened: Vec<Happened>,
     /// Which rows can be drawn.
     times: Times,
     /// Entries that happened at a time that the flight does not have.
-    strays: usize,
+    pub strays: usize,
 }
 
 impl Flight {
@@ -87,12 +84,6 @@ impl Flight {
         let of_control = flight.control.as_ref().map(|control| control.belief.effectors.list);
         // A log without headers names its columns all the same: those of the aircraft that every log had once.
         flight.effectors = of_plant.or(of_control).unwrap_or_else(tvc_jet::effectors);
-        flight.faults = events::faults(&flight);
-        flight.happened = events::happened(&flight);
-        let all = flight.happened.len();
-        let near = (span.0 - STRAY_S, span.1 + STRAY_S);
-        flight.happened.retain(|what| (near.0..=near.1).contains(&what.t_s));
-        flight.strays = all - flight.happened.len();
         Ok(flight)
     }
 

@@ -1,16 +1,16 @@
 //! Flights in which bounded weighted least squares allocate the compensation, with a nozzle and without one.
 
 use autopilot::config;
+use flight_analysis::closed_loop::{self, FlightSetup, Record};
+use flight_analysis::metrics::DEG;
+use flight_analysis::runner;
 use flight_control::AllocationMode;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, Scenario, scenario};
-use sitl::closed_loop::{self, FlightSetup, Record};
-use sitl::metrics::DEG;
-use sitl::runner;
 
 const AEROSONDE: (&str, &str) = (
-    include_str!("../../plant-sim/airframes/aerosonde.toml"),
-    include_str!("../../autopilot/models/aerosonde.toml"),
+    include_str!("../../../plant-sim/airframes/aerosonde.toml"),
+    include_str!("../../../autopilot/models/aerosonde.toml"),
 );
 
 fn setup(aircraft: (&str, &str), text: &str, allocation: AllocationMode) -> FlightSetup {

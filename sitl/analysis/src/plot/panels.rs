@@ -4,8 +4,9 @@ use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
-use super::events::{Kind, spans};
+use super::events::spans;
 use super::flight::Flight;
+use super::happened::{FaultSpan, Kind};
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Band, Curve, Panel, Rule};
@@ -338,7 +339,7 @@ fn effectors(flight: &Flight) -> Group {
             with_rules(&mut panel, &[(max * scale, "end of travel"), (min * scale, "")]);
         }
         let here = flight.faults.iter().filter(|fault| fault.effector == effector);
-        let band = |fault: &super::events::FaultSpan| Band {
+        let band = |fault: &FaultSpan| Band {
             span: fault.span,
             colour: Kind::Fault.colour(),
             label: fault.text.clone(),

@@ -1,7 +1,7 @@
 //! The healthy aircraft holds its altitude over its whole envelope, and says what it lacks elsewhere.
 
+use flight_analysis::envelope::{Case, Flown, Sides};
 use flight_control::AltitudeLimit;
-use sitl::envelope::{Case, Flown, Sides};
 
 fn fly(airspeed_m_s: f64, from_m: f64, to_m: f64, bank_deg: f64) -> Flown {
     let case = Case { airspeed_m_s, from_m, to_m, bank_deg };

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use crate::chart::Figure;
+use crate::page;
 use crate::paper::case1::REFERENCE_M;
 use crate::paper::case2::REFERENCE_DEG;
 use crate::paper::claim::ClaimResult;
@@ -15,12 +16,6 @@ use crate::paper::{Evaluation, Link, Options};
 
 mod comparisons;
 mod honesty;
-
-/// By this a page is recognised as one of this program, which it may write over.
-pub(crate) const GENERATOR: &str = r#"<meta name="generator" content="Two-Step sitl">"#;
-
-/// Style of the page: dark on white, tables that line up, figures as wide as the text.
-const STYLE: &str = include_str!("report/style.css");
 
 /// What is a significant digit in a table of measured values.
 const DIGITS: i32 = 4;
@@ -51,20 +46,7 @@ pub fn page(
         h2 { "What a reader should doubt" }
         (honesty::doubts(sensitivity))
     };
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                (PreEscaped(GENERATOR))
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Two-step fault-tolerant control: the paper, flown" }
-                style { (PreEscaped(STYLE)) }
-            }
-            body { (body) }
-        }
-    };
-    page.into_string()
+    page::page("Two-step fault-tolerant control: the paper, flown", "", &body)
 }
 
 fn summary(evaluation: &Evaluation) -> Markup {

@@ -4,15 +4,15 @@
 
 use autopilot::config;
 use autopilot::parameters::Parameters;
+use flight_analysis::closed_loop::{self, FlightSetup, Record};
+use flight_analysis::metrics::DEG;
+use flight_analysis::paper::trace::Sample;
+use flight_analysis::runner;
 use flight_control::{
     CompensatorLaw, CompensatorMode, DesignModel, FlightControl, Gains, MainLaw, Navigator,
 };
 use icd::{ControlPeriod, SimTime, tvc_jet};
 use plant_sim::{Airframe, Plant, Scenario, scenario};
-use sitl::closed_loop::{self, FlightSetup, Record};
-use sitl::metrics::DEG;
-use sitl::paper::trace::Sample;
-use sitl::runner;
 
 const SCENARIOS: [(&str, &str); 3] =
     [("nominal", scenario::NOMINAL), ("case1", scenario::CASE1), ("case2", scenario::CASE2)];

@@ -6,14 +6,14 @@ use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
+use flight_analysis::closed_loop::{FlightSetup, fly_spoken};
 use icd::tvc_jet;
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
 use plant_sim::io::PlantArgs;
-use sitl::closed_loop::{FlightSetup, fly_spoken};
 
 const CHAIN: &str =
-    concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
+    concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../../plant-sim/scenarios/chain.toml");
 
 fn parse<T: Args>(words: &[&str]) -> T {
     let matches = T::augment_args(Command::new("test")).get_matches_from(words);

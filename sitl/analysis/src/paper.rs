@@ -19,7 +19,8 @@ use crate::chart::{Figure, RasterError};
 use crate::closed_loop::{End, FlightSetup, Record, fly};
 use crate::configuration::{AircraftArgs, ConfigurationError};
 use crate::dispersion::UnknownDerivative;
-use crate::{report, runner, table};
+use crate::page::GENERATOR;
+use crate::{runner, table};
 
 pub mod both;
 pub mod case1;
@@ -30,6 +31,7 @@ pub mod comparisons;
 pub mod estimates;
 pub mod figures;
 pub mod model_error;
+pub mod report;
 pub mod sensitivity;
 pub mod trace;
 
@@ -334,7 +336,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
     let sensitivity = sensitivity::study(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
-    write_over(&out.join("report.html"), page.as_bytes(), report::GENERATOR.as_bytes())?;
+    write_over(&out.join("report.html"), page.as_bytes(), GENERATOR.as_bytes())?;
 
     let table = report::text_table(&evaluation.results);
     io::stdout()

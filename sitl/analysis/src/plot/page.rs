@@ -1,18 +1,19 @@
 //! The page: header, what happened, figures, what is missing, and what the autopilot said.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use ulog::reader::{Log, ParameterValue};
 
-use super::events::{Happened, Kind, marks};
+use super::events::marks;
 use super::flight::Flight;
+use super::happened::{Happened, Kind};
 use super::panels::{self, Group};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::single;
-use crate::report::GENERATOR;
+use crate::page;
 
-/// Style of the paper's report, and what this page has beside it.
-const STYLE: &str = concat!(include_str!("../report/style.css"), include_str!("style.css"));
+/// Style of this page beside that of every page.
+const STYLE: &str = include_str!("style.css");
 /// Rows of the table; a log with more says how many there are.
 const ROWS_MAX: usize = 500;
 /// Places on the track with a time.
@@ -31,31 +32,20 @@ const TEXT_MAX: usize = 2_000;
 /// The page of a flight.
 pub fn page(title: &str, flight: &Flight) -> String {
     let marks = marks(&flight.happened);
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                (PreEscaped(GENERATOR))
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Flight " (title) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { "Flight " (title) }
-                (verdict(flight))
-                (header(flight))
-                h2 { "What happened" }
-                (table(&flight.happened))
-                h2 { "Track and modes" }
-                (track(flight))
-                @for group in panels::groups(flight) { (figures(group, flight, &marks)) }
-                (texts(&flight.log))
-                (parameters(&flight.log))
-            }
-        }
+    let title = format!("Flight {title}");
+    let body = html! {
+        h1 { (title) }
+        (verdict(flight))
+        (header(flight))
+        h2 { "What happened" }
+        (table(&flight.happened))
+        h2 { "Track and modes" }
+        (track(flight))
+        @for group in panels::groups(flight) { (figures(group, flight, &marks)) }
+        (texts(&flight.log))
+        (parameters(&flight.log))
     };
-    page.into_string()
+    page::page(&title, STYLE, &body)
 }
 
 /// Complete or cut, and what the log does not have.

@@ -5,9 +5,7 @@
 //!  └──────────────> rows, run hash ────────────────────────────> first difference <────────┘
 //! ```
 
-use std::error::Error;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
 use ulog::reader::Log;
@@ -22,6 +20,10 @@ pub use recording::{CannotFly, Input, Recording, inputs};
 
 use crate::runner::Progress;
 
+/// Exit code of a flight that is the same to the bit.
+const SAME: u8 = 0;
+/// Exit code of a flight that differs.
+const DIFFERENT: u8 = 1;
 /// Exit code of a flight that could not be flown again.
 const CANNOT_FLY: u8 = 2;
 /// Exit code of a damaged log of which all that can be read is the same.
@@ -37,13 +39,11 @@ pub struct ReplayArgs {
 
 /// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
 /// nobody knows; 3: the log is damaged, and the same flight where it can be read.
-///
-/// # Errors
-/// Nothing yet: what is wrong with a log is told, and is exit code 2.
-pub fn run(args: &ReplayArgs) -> Result<ExitCode, Box<dyn Error>> {
+#[must_use]
+pub fn run(args: &ReplayArgs) -> u8 {
     let recording = match Recording::open(&args.log) {
         Ok(recording) => recording,
-        Err(reason) => return Ok(cannot(args, &reason)),
+        Err(reason) => return cannot(args, &reason),
     };
     println!("{}", recording.title());
     for remark in recording.remarks() {
@@ -53,16 +53,16 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode, Box<dyn Error>> {
     let progress = Progress::new("replay", "control steps", steps);
     let verdict = match fly(&recording, &mut |_| progress.one_done()) {
         Ok(verdict) => verdict,
-        Err(reason) => return Ok(cannot(args, &reason)),
+        Err(reason) => return cannot(args, &reason),
     };
     progress.finish();
     println!("{verdict}");
-    Ok(match verdict.outcome() {
-        Outcome::Same => ExitCode::SUCCESS,
-        Outcome::SameWhereReadable => ExitCode::from(DAMAGED),
-        Outcome::Different => ExitCode::FAILURE,
-        Outcome::Unknown => ExitCode::from(CANNOT_FLY),
-    })
+    match verdict.outcome() {
+        Outcome::Same => SAME,
+        Outcome::SameWhereReadable => DAMAGED,
+        Outcome::Different => DIFFERENT,
+        Outcome::Unknown => CANNOT_FLY,
+    }
 }
 
 /// Flies the bytes of a file again, whatever they are, for `steps_max` control steps at most.
@@ -74,9 +74,9 @@ pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, CannotFly> {
     fly(&recording, &mut |_| {})
 }
 
-fn cannot(args: &ReplayArgs, reason: &CannotFly) -> ExitCode {
+fn cannot(args: &ReplayArgs, reason: &CannotFly) -> u8 {
     println!("{} cannot be flown again: {reason}", args.log.display());
-    ExitCode::from(CANNOT_FLY)
+    CANNOT_FLY
 }
 
 #[cfg(test)]
