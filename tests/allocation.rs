@@ -54,7 +54,7 @@ fn the_counter_counts() {
 fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     let setup = flights::case_1(EarthModel::Wgs84);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
-    let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.parameters.gains);
+    let mut flight = FlightControl::new(setup.plant.period, &setup.model, &setup.parameters.gains);
     let mut navigator = Navigator::default();
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let before = allocations();

@@ -77,20 +77,20 @@ fn on_the_flat_earth_the_mirrored_rudder_fault_flies_the_mirrored_trajectory() {
 }
 
 #[test]
-fn the_belief_is_current() {
+fn the_model_is_current() {
     let setup = healthy(EarthModel::Wgs84);
-    let belief =
+    let model =
         sitl::linearize::linearize(&setup.plant, &[]).expect("the shipped aircraft can be trimmed");
-    let text = sitl::linearize::to_toml(&belief, "").expect("finite numbers");
+    let text = sitl::linearize::to_toml(&model, "").expect("finite numbers");
     assert_eq!(
         text,
-        autopilot::config::DEFAULT_BELIEF,
+        autopilot::config::DEFAULT_MODEL,
         "autopilot/models/tvc_jet.toml is out of date: run `cargo run --release -- linearize`"
     );
 }
 
 #[test]
-fn the_nominal_belief_explains_the_nominal_plant() {
+fn the_nominal_model_explains_the_nominal_plant() {
     for earth in [EarthModel::Flat, EarthModel::Wgs84] {
         let mut setup = healthy(earth);
         setup.references = autopilot::config::references(
@@ -98,20 +98,20 @@ fn the_nominal_belief_explains_the_nominal_plant() {
             "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 30.0\n",
         )
         .expect("written here");
-        let model = flight_control::DesignModel::new(setup.belief);
+        let model = flight_control::DesignModel::new(setup.model);
         for record in fly(&setup) {
             let f = sitl::closed_loop::fault_acceleration(&model, &record);
-            // 0.003 rad/s²: the linear nozzle, the rounding of the belief, and the turning Earth.
+            // 0.003 rad/s²: the linear nozzle, the rounding of the model, and the turning Earth.
             assert!(f.norm() < 3.0e-3, "{earth:?} {}: {f}", record.truth.time);
         }
     }
 }
 
 #[test]
-fn a_belief_that_is_wrong_shows_in_the_estimate() {
+fn a_model_that_is_wrong_shows_in_the_estimate() {
     let mut setup = case_2(EarthModel::Flat);
     setup.plant.faults.clear();
-    setup.belief.airframe.c_roll_p *= 0.5;
+    setup.model.airframe.c_roll_p *= 0.5;
     let worst = fly(&setup).iter().map(|record| record.log.z2.x.abs()).fold(0.0, f64::max);
     assert!(worst > 0.05, "largest |z2_p| {worst} rad/s2");
 }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{
-    Authority, Belief, FlightControl, Gains, NavigationState, Navigator, StepLog,
+    Authority, AircraftModel, FlightControl, Gains, NavigationState, Navigator, StepLog,
 };
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
@@ -36,8 +36,8 @@ const REQUESTS_MAX: usize = 32;
 /// What the control side is made of at start.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// What the controller believes about the aircraft.
-    pub belief: Belief,
+    /// The controller's model of the aircraft.
+    pub model: AircraftModel,
     /// Validated gains.
     pub gains: Gains,
     /// References that are accepted.
@@ -55,7 +55,7 @@ pub struct Settings {
 /// The control side of the flight software.
 #[derive(Debug)]
 pub struct Autopilot {
-    belief: Belief,
+    model: AircraftModel,
     gains: Gains,
     rules: Rules,
     navigator: Navigator,
@@ -85,16 +85,16 @@ impl Autopilot {
     /// Waits for a flight.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let Settings { belief, gains, limits, navigation, references, script, fault_injection } =
+        let Settings { model, gains, limits, navigation, references, script, fault_injection } =
             settings;
         let period = ControlPeriod::DEFAULT;
         Self {
-            belief: *belief,
+            model: *model,
             gains: *gains,
             rules: Rules::new(*limits, *navigation, gains),
             navigator: Navigator::default(),
             vehicle: Vehicle::new(references.clone()),
-            flight: FlightControl::new(period, belief, gains),
+            flight: FlightControl::new(period, model, gains),
             own_law: None,
             period,
             in_flight: false,
@@ -116,7 +116,7 @@ impl Autopilot {
     /// and the vehicle remember is forgotten. Gains and limits stay.
     pub fn begin_flight(&mut self, period: ControlPeriod, time: SimTime, joined_in_flight: bool) {
         self.navigator = Navigator::default();
-        self.flight = FlightControl::new(period, &self.belief, &self.gains);
+        self.flight = FlightControl::new(period, &self.model, &self.gains);
         self.reset_own_law();
         self.period = period;
         self.time = time;
@@ -148,7 +148,7 @@ impl Autopilot {
         let own = self.own_law.as_mut().map(Brought::law);
         let mut log = self.flight.step_with(state, &command, own);
         if self.vehicle.is_terminated() {
-            log.commands = termination::commands(&self.belief);
+            log.commands = termination::commands(&self.model);
             // The surfaces are at their stops for good.
             log.authority = Authority::NONE;
         } else {
@@ -455,7 +455,7 @@ impl Autopilot {
     #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
-            belief: self.belief,
+            model: self.model,
             gains: self.gains,
             limits: self.rules.limits,
             navigation: self.rules.navigation,
@@ -473,8 +473,8 @@ impl Autopilot {
 
     /// Design model of the laws, for judges of a flight.
     #[must_use]
-    pub fn belief(&self) -> &Belief {
-        &self.belief
+    pub fn model(&self) -> &AircraftModel {
+        &self.model
     }
 }
 

@@ -1,9 +1,9 @@
-//! Files that the autopilot reads at start: its belief about the aircraft, its part of a scenario.
+//! Files that the autopilot reads at start: its model of the aircraft, its part of a scenario.
 
 use std::path::{Path, PathBuf};
 
-use flight_control::Belief;
-use flight_control::belief::BeliefError;
+use flight_control::AircraftModel;
+use flight_control::aircraft_model::AircraftModelError;
 use host_io::file::{self, FileProblem};
 use icd::EffectorList;
 use serde::Deserialize;
@@ -13,8 +13,8 @@ use crate::parameters::{ParameterError, Parameters, SavedProblem, nearest, set_f
 use crate::script::{Script, ScriptError, TEXT_MAX};
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
 
-/// The shipped belief; written by `sitl linearize`.
-pub const DEFAULT_BELIEF: &str = include_str!("../models/tvc_jet.toml");
+/// The shipped model; written by `sitl linearize`.
+pub const DEFAULT_MODEL: &str = include_str!("../models/tvc_jet.toml");
 
 /// Why a file cannot be used. Each message names the file, and the key, value and range where there is one.
 #[derive(Debug, thiserror::Error)]
@@ -45,13 +45,13 @@ pub enum ConfigError {
         /// What the parser says.
         source: Box<toml::de::Error>,
     },
-    /// A belief outside its range.
+    /// A model outside its range.
     #[error("{file}: {source}")]
-    Belief {
+    Model {
         /// The file.
         file: String,
         /// Key, value and range.
-        source: BeliefError,
+        source: AircraftModelError,
     },
     /// A parameter of a model file.
     #[error("{file}: [parameters]: {problem}{}", hint(problem))]
@@ -108,11 +108,11 @@ pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, Conf
     }
 }
 
-/// A model file: the belief, and the table [`PARAMETERS`] where it has one.
+/// A model file: the aircraft, and the table [`PARAMETERS`] where it has one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
-    /// What the controller believes about the aircraft.
-    pub belief: Belief,
+    /// The controller's model of the aircraft.
+    pub aircraft: AircraftModel,
     /// Defaults of the parameters for this aircraft: the program's where the file says nothing.
     pub defaults: Parameters,
 }
@@ -130,8 +130,8 @@ pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
         return model_of(file, table);
     }
     // From the text, for the lines in messages.
-    let belief = checked(file, parse(file, text)?)?;
-    Ok(Model { belief, defaults: Parameters::default() })
+    let aircraft = checked(file, parse(file, text)?)?;
+    Ok(Model { aircraft, defaults: Parameters::default() })
 }
 
 /// The same of a file that was read already and may have been changed since.
@@ -148,20 +148,20 @@ pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, ConfigError
         };
         set_from_table(&mut defaults, &parameters).map_err(refused)?;
     }
-    Ok(Model { belief: checked(file, of_table(file, table)?)?, defaults })
+    Ok(Model { aircraft: checked(file, of_table(file, table)?)?, defaults })
 }
 
-/// The belief of a model file alone.
+/// The aircraft of a model file, without its parameters.
 ///
 /// # Errors
 /// As [`model`].
-pub fn belief(file: &str, text: &str) -> Result<Belief, ConfigError> {
-    Ok(model(file, text)?.belief)
+pub fn aircraft_model(file: &str, text: &str) -> Result<AircraftModel, ConfigError> {
+    Ok(model(file, text)?.aircraft)
 }
 
-fn checked(file: &str, belief: Belief) -> Result<Belief, ConfigError> {
-    belief.validate().map_err(|source| ConfigError::Belief { file: file.to_owned(), source })?;
-    Ok(belief)
+fn checked(file: &str, aircraft: AircraftModel) -> Result<AircraftModel, ConfigError> {
+    aircraft.validate().map_err(|source| ConfigError::Model { file: file.to_owned(), source })?;
+    Ok(aircraft)
 }
 
 /// The autopilot's part of a scenario file as written: the keys that there are. The plant's stays unread here.
@@ -250,20 +250,20 @@ mod tests {
     use icd::tvc_jet;
 
     #[test]
-    fn the_shipped_belief_is_valid() {
-        assert!(belief("tvc_jet.toml", DEFAULT_BELIEF).is_ok());
+    fn the_shipped_model_is_valid() {
+        assert!(aircraft_model("tvc_jet.toml", DEFAULT_MODEL).is_ok());
     }
 
     #[test]
-    fn a_belief_out_of_range_names_file_key_value_and_range() {
-        let text = DEFAULT_BELIEF.replace("mass_kg = 9295.0", "mass_kg = -1.0");
-        let error = belief("my.toml", &text).unwrap_err().to_string();
+    fn a_model_out_of_range_names_file_key_value_and_range() {
+        let text = DEFAULT_MODEL.replace("mass_kg = 9295.0", "mass_kg = -1.0");
+        let error = aircraft_model("my.toml", &text).unwrap_err().to_string();
         assert_eq!(error, "my.toml: mass.mass_kg = -1 is outside 0.1 to 1000000");
     }
 
     #[test]
-    fn every_number_of_a_belief_that_is_not_finite_is_refused_by_its_key() {
-        let value: toml::Value = toml::Value::Table(DEFAULT_BELIEF.parse().unwrap());
+    fn every_number_of_a_model_that_is_not_finite_is_refused_by_its_key() {
+        let value: toml::Value = toml::Value::Table(DEFAULT_MODEL.parse().unwrap());
         let mut numbers = Vec::new();
         collect(&value, &mut Vec::new(), &mut numbers);
         assert!(numbers.len() > 120, "{} numbers", numbers.len());
@@ -276,7 +276,7 @@ mod tests {
                 });
                 *place = toml::Value::Float(bad);
                 let text = toml::to_string(&changed).unwrap();
-                let refused = belief("my.toml", &text).unwrap_err().to_string();
+                let refused = aircraft_model("my.toml", &text).unwrap_err().to_string();
                 let key = path.iter().rev().find_map(|step| match step {
                     Step::Key(key) => Some(key.as_str()),
                     Step::Place(_) => None,
@@ -319,12 +319,12 @@ mod tests {
     #[test]
     fn a_model_file_has_parameters_of_its_aircraft_and_a_wrong_one_is_named_with_its_range() {
         let with =
-            |lines: &str| model("my.toml", &format!("{DEFAULT_BELIEF}\n[parameters]\n{lines}"));
+            |lines: &str| model("my.toml", &format!("{DEFAULT_MODEL}\n[parameters]\n{lines}"));
         let read = with("FTC_ALLOC = 1\nALT_SLEW = 20.0\n").unwrap();
         assert_eq!(read.defaults.gains.selection.allocation, AllocationMode::Wls);
         assert_eq!(read.defaults.gains.references.slew_m_s, 20.0);
-        assert_eq!(read.belief, belief("my.toml", DEFAULT_BELIEF).unwrap());
-        let shipped = model("my.toml", DEFAULT_BELIEF).unwrap();
+        assert_eq!(read.aircraft, aircraft_model("my.toml", DEFAULT_MODEL).unwrap());
+        let shipped = model("my.toml", DEFAULT_MODEL).unwrap();
         assert_eq!(shipped.defaults, Parameters::default());
         for (lines, words) in [
             ("ALT_SLOW = 3", "there is no parameter ALT_SLOW; the nearest is ALT_SLEW"),
@@ -337,14 +337,14 @@ mod tests {
             let said = with(lines).unwrap_err().to_string();
             assert!(said.starts_with("my.toml: [parameters]: ") && said.contains(words), "{said}");
         }
-        let text = format!("parameters = 3\n{DEFAULT_BELIEF}");
+        let text = format!("parameters = 3\n{DEFAULT_MODEL}");
         assert!(model("my.toml", &text).is_err());
     }
 
     #[test]
     fn a_misspelt_key_stops_the_start() {
-        let text = DEFAULT_BELIEF.replace("mass_kg", "mas_kg");
-        let error = belief("my.toml", &text).unwrap_err().to_string();
+        let text = DEFAULT_MODEL.replace("mass_kg", "mas_kg");
+        let error = aircraft_model("my.toml", &text).unwrap_err().to_string();
         assert!(error.contains("mas_kg") && error.contains("mass_kg"), "{error}");
     }
 

@@ -110,8 +110,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if args.with_parent {
         stop.with_parent()?;
     }
-    let model = args.model()?;
-    let kept = args.kept_parameters(&model.defaults)?;
+    let model_file = args.model()?;
+    let kept = args.kept_parameters(&model_file.defaults)?;
     if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
         info!("{summary}");
     }
@@ -123,10 +123,10 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     if let Some(summary) = kept_key.as_ref().and_then(KeptKey::summary) {
         info!("{summary}");
     }
-    let saved = kept.as_ref().map_or(model.defaults, |kept| kept.parameters);
-    let (control, parameters) = args.control_setup_over(&model.belief, &saved)?;
+    let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
+    let (control, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
     let settings = Settings {
-        belief: control.belief,
+        model: control.model,
         gains: parameters.gains,
         limits: parameters.limits,
         navigation: parameters.navigation,
@@ -143,15 +143,15 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let (recorder, ground_feed) = args.recorder(&parameters, status.clone())?.unzip();
     let (ground, control) = channels::channels();
     let identity = args.ground_stations.identity;
-    let belief = settings.belief;
+    let model = settings.model;
     let script = settings.script.clone();
     let limit_bytes = args.recording.limit_bytes();
     let logs = args.log_folder().map(|folder| Logs { folder, limit_bytes });
     let config = args.links()?.map(|links| GcsConfig {
         links,
         parameters,
-        defaults: model.defaults,
-        belief,
+        defaults: model_file.defaults,
+        model,
         identity,
         script,
         kept,

@@ -6,14 +6,14 @@
 //! that their signals stay readable; only the commands are replaced, after the mixer. Signs are those of the
 //! interface (`icd`).
 
-use flight_control::Belief;
-use flight_control::belief::EffectorBelief;
+use flight_control::AircraftModel;
+use flight_control::aircraft_model::EffectorModel;
 use icd::{EffectorKind, PerEffector};
 
 /// Commands of a terminated flight: rad; thrust N.
 #[must_use]
-pub fn commands(belief: &Belief) -> PerEffector<f64> {
-    let EffectorBelief { list, servos, gains, .. } = &belief.effectors;
+pub fn commands(model: &AircraftModel) -> PerEffector<f64> {
+    let EffectorModel { list, servos, gains, .. } = &model.effectors;
     PerEffector::from_fn(|effector| {
         let is_surface = list.kind(effector).is_some_and(EffectorKind::is_surface);
         // Negative aileron, elevator and rudder commands roll right, pitch up and yaw right.
@@ -32,18 +32,18 @@ pub fn commands(belief: &Belief) -> PerEffector<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{self, DEFAULT_BELIEF};
+    use crate::config::{self, DEFAULT_MODEL};
     use icd::{Effector, tvc_jet};
 
     #[test]
     fn the_surfaces_stand_at_their_stops_for_a_spin_to_the_right_without_thrust() {
-        let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-        let commands = commands(&belief);
+        let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
+        let commands = commands(&model);
         // The sign of a moment is that of the control derivatives times the commands.
         let moment = |derivatives: &PerEffector<f64>, surfaces: &[Effector]| -> f64 {
             surfaces.iter().map(|surface| derivatives[*surface] * commands[*surface]).sum()
         };
-        let effectors = &belief.effectors;
+        let effectors = &model.effectors;
         assert!(moment(&effectors.c_roll, &tvc_jet::ALL[..2]) > 0.0, "ailerons roll right");
         assert!(moment(&effectors.c_pitch, &tvc_jet::ALL[..5]) > 0.0, "pitches up");
         assert!(moment(&effectors.c_yaw, &tvc_jet::ALL[..5]) > 0.0, "yaws right");

@@ -25,7 +25,7 @@ fn setup(step_us: u32) -> FlightSetup {
     let (control, parameters) = autopilot.control_setup().expect("the shipped files are right");
     FlightSetup {
         plant: plant.plant_setup().expect("the shipped files are right"),
-        belief: control.belief,
+        model: control.model,
         parameters,
         references: control.references,
         script: control.script,
@@ -57,7 +57,7 @@ fn direct(c: &mut Criterion) {
 fn control(c: &mut Criterion) {
     let setup = setup(1_000);
     let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
-    let mut flight = FlightControl::new(setup.plant.period, &setup.belief, &setup.parameters.gains);
+    let mut flight = FlightControl::new(setup.plant.period, &setup.model, &setup.parameters.gains);
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let mut navigator = Navigator::default();
     let mut step =

@@ -16,7 +16,7 @@ pub struct OwnLaw {
 impl Law for OwnLaw {
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
         let LawInput { state, references, model, h, .. } = *input;
-        let (belief, rates) = (model.belief(), state.rates);
+        let (aircraft, rates) = (model.aircraft(), state.rates);
         let climb_m_s = (0.2 * (references.altitude_m - state.altitude_m)).clamp(-40.0, 40.0);
         let climb_error = climb_m_s - state.climb_rate_m_s();
         let speed_error = references.airspeed_m_s - state.airspeed_m_s;
@@ -25,13 +25,13 @@ impl Law for OwnLaw {
         MainCommand {
             // Positive aileron rolls left, positive elevator lowers the nose.
             aileron_rad: 1.5 * (state.attitude.phi - references.roll_rad) + 0.5 * rates.x,
-            elevator_rad: belief.trim.elevator_rad - 0.003 * climb_error
+            elevator_rad: aircraft.trim.elevator_rad - 0.003 * climb_error
                 + 1.2 * rates.y
-                + 1.0 * (state.attitude.theta - belief.trim.theta_rad)
+                + 1.0 * (state.attitude.theta - aircraft.trim.theta_rad)
                 + self.elevator_rad,
             rudder_rad: 0.2 * rates.z,
-            thrust_n: belief.trim.thrust_n
-                + belief.mass.mass_kg * (0.3 * speed_error + self.thrust_m_s2),
+            thrust_n: aircraft.trim.thrust_n
+                + aircraft.mass.mass_kg * (0.3 * speed_error + self.thrust_m_s2),
             ..MainCommand::default()
         }
     }

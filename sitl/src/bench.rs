@@ -144,7 +144,7 @@ fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>
     let duration = SimTime::from_micros(1_000_000 * u64::from(flight_s));
     Ok(FlightSetup {
         plant: plant.plant_setup()?,
-        belief: control.belief,
+        model: control.model,
         parameters,
         references: control.references,
         script: control.script,

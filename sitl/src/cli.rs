@@ -95,7 +95,7 @@ enum Command {
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
     Replay(ReplayArgs),
-    /// Derive the controller's belief from the plant at its design trim
+    /// Derive the controller's model from the plant at its design trim
     Linearize(LinearizeArgs),
     /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
     Jams(Box<JamsArgs>),
@@ -226,7 +226,7 @@ pub struct EnvelopeArgs {
 /// Options of `sitl linearize`.
 #[derive(Debug, Args)]
 pub struct LinearizeArgs {
-    /// Where the belief goes
+    /// Where the model goes
     #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
     out: PathBuf,
     /// The aircraft, instead of the one that comes with the program
@@ -255,7 +255,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
-        Some(Command::Linearize(args)) => write_belief(args)?,
+        Some(Command::Linearize(args)) => write_model(args)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
         Some(Command::Actions(args)) => actions::run(args)?,
         Some(Command::Margins(args)) => margins::run(args)?,
@@ -331,7 +331,7 @@ impl MissionArgs {
     }
 }
 
-fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
+fn write_model(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let airframe = match &args.airframe {
         None => Airframe::paper(),
         Some(path) => {
@@ -353,12 +353,12 @@ fn write_belief(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         points.clear();
     }
     let file = args.airframe.as_ref().map_or("tvc_jet.toml".into(), |path| path.to_string_lossy());
-    let belief =
+    let model =
         linearize::linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
-    belief.validate().map_err(|error| format!("{file}: the model: {error}"))?;
+    model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
     let parameters = linearize::parameters_of(&args.out)
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    let text = linearize::to_toml(&belief, &parameters)?;
+    let text = linearize::to_toml(&model, &parameters)?;
     file::write(&args.out, text.as_bytes(), linearize::MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     println!("wrote {}", args.out.display());

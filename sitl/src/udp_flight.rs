@@ -129,7 +129,7 @@ fn fly_processes(
     logs: Option<&Logs<'_>>,
 ) -> Result<FlightReport, UdpFlightError> {
     let control = ControlSetup {
-        belief: setup.belief,
+        model: setup.model,
         gains: setup.parameters.gains,
         limits: setup.parameters.limits,
         navigation: setup.parameters.navigation,

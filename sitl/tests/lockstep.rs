@@ -49,7 +49,7 @@ fn setup() -> FlightSetup {
     let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
-        belief: control.belief,
+        model: control.model,
         parameters,
         references: control.references,
         script: control.script,

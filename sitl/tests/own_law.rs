@@ -17,13 +17,13 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
     let scenario =
         Scenario::from_toml(name, text, &Airframe::paper().effectors).expect("a shipped scenario");
     let setup = scenario.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
-    let belief =
-        config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief");
+    let model =
+        config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL).expect("the shipped model");
     let mut gains = Gains::REFERENCE;
     gains.selection.main = MainLaw::Own;
     gains.selection.compensator = compensator;
     let mut plant = Plant::new(&setup).expect("the shipped aircraft");
-    let mut flight = FlightControl::new(setup.period, &belief, &gains);
+    let mut flight = FlightControl::new(setup.period, &model, &gains);
     flight.start_at(&plant.trim().positions());
     let mut navigator = Navigator::default();
     let demand = Demand { altitude_m: 5_100.0, roll_rad: 0.0, airspeed_m_s: 264.0 };

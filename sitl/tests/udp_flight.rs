@@ -24,7 +24,7 @@ fn setup(plant: &[&str], autopilot: &[&str], seconds: u64) -> FlightSetup {
     let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
-        belief: control.belief,
+        model: control.model,
         parameters,
         references: control.references,
         script: control.script,

@@ -7,7 +7,7 @@ use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 use sitl::closed_loop::{self, FlightSetup, Record};
 
-/// A scenario text with the shipped airframe, belief and gains at 2 ms and one plant step a millisecond.
+/// A scenario text with the shipped airframe, model and gains at 2 ms and one plant step a millisecond.
 pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
     let effectors = Airframe::paper().effectors;
     let scenario = Scenario::from_toml(name, text, &effectors).expect("a shipped scenario");
@@ -15,7 +15,8 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
     plant.earth = earth;
     FlightSetup {
         plant,
-        belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
+        model: config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)
+            .expect("the shipped model"),
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,

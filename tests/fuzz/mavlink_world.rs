@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::clock::WallTime;
-use autopilot::config::{self, DEFAULT_BELIEF};
+use autopilot::config::{self, DEFAULT_MODEL};
 use autopilot::mavlink::Ground;
 use autopilot::mavlink::peers::{Address, Connection};
 use autopilot::parameters::Parameters;
@@ -37,9 +37,9 @@ pub fn station(port: u16) -> Address {
 impl World {
     pub fn flying() -> Self {
         let parameters = Parameters::default();
-        let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
+        let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
         let mut autopilot = Autopilot::new(&Settings {
-            belief,
+            model,
             gains: Gains::REFERENCE,
             limits: parameters.limits,
             navigation: parameters.navigation,
@@ -53,7 +53,7 @@ impl World {
         values[10] = 264.0;
         (values[18], values[19], values[22]) = (5_000.0, 264.0, 27_000.0);
         let sensors = Sensors::at(SimTime::ZERO, &values);
-        let mut ground = Ground::new(&parameters, &belief, &[station(14_550)]);
+        let mut ground = Ground::new(&parameters, &model, &[station(14_550)]);
         assert!(ground.open(TCP, true, WallTime::ZERO));
         let (now, sim) = (WallTime::ZERO, SimTime::ZERO);
         let mut world = Self { ground, autopilot, now, sim, sensors };

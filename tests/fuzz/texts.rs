@@ -186,7 +186,9 @@ fn toml_of_the_autopilot() {
         let mut choices = Choices::new(input);
         // What is wrong with any of them is an error.
         match choices.below(3) {
-            0 => drop(config::belief("model", &damaged(config::DEFAULT_BELIEF, &mut choices))),
+            0 => {
+                drop(config::aircraft_model("model", &damaged(config::DEFAULT_MODEL, &mut choices)))
+            }
             1 => drop(ConfigFile::from_toml("settings", &damaged(CONFIG, &mut choices))),
             _ => {
                 let read = from_text(

@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use flight_control::allocation::attainable::axis_reach;
 use flight_control::allocation::{ActiveSet, Column, Settings, allocate};
 use flight_control::gains::{AllocationMode, CompensatorMode};
-use flight_control::{Belief, Demand, FlightControl, Gains, NavigationState};
+use flight_control::{AircraftModel, Demand, FlightControl, Gains, NavigationState};
 use icd::{ControlPeriod, EulerAngles, Ned};
 use nalgebra::Vector3;
 
@@ -64,12 +64,12 @@ fn allocation(c: &mut Criterion) {
 /// One control step with the compensator awake, to compare with; then the same that allocates by least squares, one look
 /// at the attainable set in fifty steps included.
 fn control_step(c: &mut Criterion) {
-    let belief: Belief =
+    let aircraft: AircraftModel =
         toml::from_str(include_str!("../../models/tvc_jet.toml")).expect("file of the crate");
     let mut gains = Gains::REFERENCE;
     gains.selection.compensator = CompensatorMode::AlwaysOn;
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let trim = &belief.trim;
+    let trim = &aircraft.trim;
     let state = NavigationState {
         rates: Vector3::new(0.1, 0.02, -0.01),
         attitude: EulerAngles { phi: 0.05, theta: trim.theta_rad, psi: 0.0 },
@@ -86,7 +86,7 @@ fn control_step(c: &mut Criterion) {
         ("control step, compensation by wls", AllocationMode::Wls),
     ] {
         gains.selection.allocation = allocation;
-        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &gains);
+        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &aircraft, &gains);
         c.bench_function(name, |b| b.iter(|| flight.step(black_box(&state), &demand)));
     }
 }

@@ -46,7 +46,7 @@ impl Columns {
     /// bounds are what it leaves of the travel. An effector counts by its whole travel, and by whether it is redundant.
     #[must_use]
     pub fn new(model: &DesignModel, at: &FlightCondition, origin: &PerEffector<f64>) -> Self {
-        let effectors = &model.belief().effectors;
+        let effectors = &model.aircraft().effectors;
         let mut columns = Self::default();
         for effector in effectors.list.all().filter(|e| effectors.list.is_angle(*e)) {
             let servo = &effectors.servos[effector];

@@ -3,7 +3,7 @@
 use icd::ControlPeriod;
 use serde::{Deserialize, Serialize};
 
-use crate::belief::Belief;
+use crate::aircraft_model::AircraftModel;
 use crate::main_controller::Demand;
 use crate::mixer::{Saturation, Side};
 use crate::navigation::NavigationState;
@@ -86,12 +86,12 @@ impl AltitudeWatch {
         state: &NavigationState,
         demand: &Demand,
         saturated: &Saturation,
-        belief: &Belief,
+        aircraft: &AircraftModel,
     ) -> Option<AltitudeLimit> {
         let error = state.altitude_m - demand.altitude_m;
         let closing = -libm::copysign(1.0, error) * state.climb_rate_m_s();
         let stands = error.abs() > HELD_WITHIN_M && closing < CLOSING_M_S;
-        match missing(state, demand, saturated, belief).filter(|_| stands) {
+        match missing(state, demand, saturated, aircraft).filter(|_| stands) {
             Some(limit) => {
                 self.limit = Some(limit);
                 self.standing_s = (self.standing_s + self.h).min(NAMED_AFTER_S);
@@ -112,9 +112,9 @@ fn missing(
     state: &NavigationState,
     demand: &Demand,
     saturated: &Saturation,
-    belief: &Belief,
+    aircraft: &AircraftModel,
 ) -> Option<AltitudeLimit> {
-    if state.alpha > NEAR_STALL * belief.airframe.stall_onset_rad {
+    if state.alpha > NEAR_STALL * aircraft.airframe.stall_onset_rad {
         Some(AltitudeLimit::Wing)
     } else if saturated.elevator.is_saturated() {
         Some(AltitudeLimit::Elevator)
@@ -142,7 +142,8 @@ mod tests {
         let mut named = None;
         let mut left_s = seconds;
         while left_s > 0.0 {
-            named = watch.step(state, &testing::level_demand(), &saturated, &testing::belief());
+            named =
+                watch.step(state, &testing::level_demand(), &saturated, &testing::aircraft_model());
             left_s -= watch.h;
         }
         named

@@ -3,9 +3,9 @@
 use icd::{ControlPeriod, Effector, PerEffector};
 use serde::{Deserialize, Serialize};
 
+use crate::aircraft_model::ServoModel;
 use crate::allocation::attainable::axis_reach;
 use crate::allocator::Columns;
-use crate::belief::ServoBelief;
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::AllocationMode;
 
@@ -127,8 +127,8 @@ impl Authority {
 /// measured T, N. For either direction of the moment the same holds with the travel in that direction.
 #[must_use]
 pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel) -> Authority {
-    let belief = model.belief();
-    let effectors = &belief.effectors;
+    let aircraft = model.aircraft();
+    let effectors = &aircraft.effectors;
     let servo = |effector: Effector| &effectors.servos[effector];
     // In percent: less than what an effector has left where it stands, and to either side.
     let left = |effector| {
@@ -136,7 +136,7 @@ pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel
         [if commands[effector] < 0.0 { below } else { above }, below, above]
     };
     let nozzle = |effector| {
-        let (Some(nozzle), Some(effector)) = (&belief.nozzle, effector) else {
+        let (Some(nozzle), Some(effector)) = (&aircraft.nozzle, effector) else {
             return [0.0; 3];
         };
         let floor_n = nozzle.thrust_floor_n;
@@ -161,7 +161,7 @@ pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel
 }
 
 /// Way below and above a command in parts of the travel there, percent.
-fn ways(command: f64, servo: &ServoBelief) -> [f64; 2] {
+fn ways(command: f64, servo: &ServoModel) -> [f64; 2] {
     [servo.min, servo.max].map(|end| match command * end {
         _ if end == 0.0 => 0.0,
         // The command is on the other side of neutral.
@@ -179,16 +179,16 @@ mod tests {
 
     /// The reserve with each compensating effector at this fraction of its travel.
     fn at(fraction: f64, thrust_n: f64) -> [f64; 3] {
-        let belief = testing::belief();
+        let aircraft = testing::aircraft_model();
         let mut commands = PerEffector::default();
         for effector in [tvc_jet::LEFT_AILERON, tvc_jet::RIGHT_AILERON] {
-            commands[effector] = fraction * belief.effectors.servos[effector].max;
+            commands[effector] = fraction * aircraft.effectors.servos[effector].max;
         }
         for effector in [tvc_jet::NOZZLE_PITCH, tvc_jet::NOZZLE_YAW] {
-            commands[effector] = fraction * belief.effectors.servos[effector].max;
+            commands[effector] = fraction * aircraft.effectors.servos[effector].max;
         }
         let Authority { roll_pct, pitch_pct, yaw_pct, .. } =
-            authority(&commands, thrust_n, &DesignModel::new(belief));
+            authority(&commands, thrust_n, &DesignModel::new(aircraft));
         [roll_pct, pitch_pct, yaw_pct]
     }
 
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn below_the_thrust_floor_the_nozzle_has_less_without_thrust_nothing_and_the_ailerons_all() {
-        let floor_n = testing::belief().nozzle.unwrap().thrust_floor_n;
+        let floor_n = testing::aircraft_model().nozzle.unwrap().thrust_floor_n;
         assert_eq!(at(0.0, floor_n), [100.0; 3]);
         assert_eq!(at(0.0, floor_n / 2.0), [100.0, 50.0, 50.0]);
         assert_eq!(at(0.0, 0.0), [100.0, 0.0, 0.0]);
@@ -217,19 +217,19 @@ mod tests {
         for effector in [tvc_jet::LEFT_ELEVATOR, tvc_jet::RIGHT_ELEVATOR, tvc_jet::RUDDER] {
             commands[effector] = 0.3;
         }
-        let left = authority(&commands, 27_000.0, &DesignModel::new(testing::belief()));
+        let left = authority(&commands, 27_000.0, &DesignModel::new(testing::aircraft_model()));
         assert_eq!([left.roll_pct, left.pitch_pct, left.yaw_pct], [100.0; 3]);
     }
 
     #[test]
     fn with_the_ailerons_to_the_left_all_is_left_to_the_right() {
-        let belief = testing::belief();
+        let aircraft = testing::aircraft_model();
         let mut commands = PerEffector::default();
         // A positive aileron command rolls to the left.
         commands[tvc_jet::RIGHT_AILERON] =
-            0.75 * belief.effectors.servos[tvc_jet::RIGHT_AILERON].max;
+            0.75 * aircraft.effectors.servos[tvc_jet::RIGHT_AILERON].max;
         commands[tvc_jet::LEFT_AILERON] = -commands[tvc_jet::RIGHT_AILERON];
-        let left = authority(&commands, 27_000.0, &DesignModel::new(belief));
+        let left = authority(&commands, 27_000.0, &DesignModel::new(aircraft));
         assert_eq!(
             (left.negative_pct[0], left.positive_pct[0], left.roll_pct),
             (25.0, 100.0, 25.0)
@@ -250,7 +250,7 @@ mod tests {
         for left in neutral.negative_pct.into_iter().chain(neutral.positive_pct) {
             assert!((left - 100.0).abs() < 1.0e-9, "{left} %");
         }
-        let effectors = &model.belief().effectors;
+        let effectors = &model.aircraft().effectors;
         let elevators = |part: f64| {
             PerEffector::from_fn(|effector| {
                 let pitches = effectors.gains[effector].pitch != 0.0;

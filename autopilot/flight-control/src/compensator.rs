@@ -174,14 +174,14 @@ pub fn compensate(
     if fade == 0.0 {
         return Compensation::NONE;
     }
-    let mass = &model.belief().mass;
+    let mass = &model.aircraft().mass;
     let roll = mass.ixx_kg_m2 * z2.x - mass.ixz_kg_m2 * z2.z;
     let pitch = mass.iyy_kg_m2 * z2.y;
     let yaw = -mass.ixz_kg_m2 * z2.x + mass.izz_kg_m2 * z2.z;
 
     let (c_roll, c_yaw) = model.aileron_pair();
     let aileron_rad = -fade * roll / (at.q_s_b * c_roll);
-    let Some(nozzle) = &model.belief().nozzle else {
+    let Some(nozzle) = &model.aircraft().nozzle else {
         return Compensation { aileron_rad, ..Compensation::NONE };
     };
     let t_x_t = at.t_x_t.max(nozzle.thrust_floor_n * nozzle.arm_m);

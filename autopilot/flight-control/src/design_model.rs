@@ -1,12 +1,12 @@
 //! The design model: what angular acceleration the controller expects of a healthy aircraft.
 //!
-//! ẇ = f(x) + g(x) u + g_T(x) u_T. It knows only the [`Belief`], never the plant.
+//! ẇ = f(x) + g(x) u + g_T(x) u_T. It knows only the [`AircraftModel`], never the plant.
 
 use arrayvec::ArrayVec;
 use icd::{Effector, EffectorKind, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use crate::belief::{Belief, EffectorBelief, MassBelief, Schedule};
+use crate::aircraft_model::{AircraftModel, EffectorModel, MassModel, Schedule};
 use crate::level_turn::{LevelTurn, level_turn};
 use crate::navigation::NavigationState;
 
@@ -18,7 +18,7 @@ const AIRSPEED_FLOOR: f64 = 0.075;
 /// The design model with what can be computed once.
 #[derive(Debug, Clone)]
 pub struct DesignModel {
-    belief: Belief,
+    aircraft: AircraftModel,
     schedule: Schedule,
     inverse_inertia: Matrix3<f64>,
     surfaces: Surfaces,
@@ -53,10 +53,10 @@ pub struct FlightCondition {
 }
 
 impl DesignModel {
-    /// From a validated belief.
+    /// From a validated model.
     #[must_use]
-    pub fn new(belief: Belief) -> Self {
-        let effectors = &belief.effectors;
+    pub fn new(aircraft: AircraftModel) -> Self {
+        let effectors = &aircraft.effectors;
         let list = &effectors.list;
         let is_surface =
             |effector: &Effector| list.kind(*effector).is_some_and(EffectorKind::is_surface);
@@ -64,32 +64,32 @@ impl DesignModel {
             pairs: list.pairs().filter(|[left, _]| is_surface(left)).collect(),
             singles: list.singles().filter(is_surface).collect(),
         };
-        let design_point = design_point(&belief);
-        let condition = condition(&belief, &design_point);
+        let design_point = design_point(&aircraft);
+        let condition = condition(&aircraft, &design_point);
         Self {
-            design_turn: level_turn(&belief, &design_point, &condition),
+            design_turn: level_turn(&aircraft, &design_point, &condition),
             design_point,
-            inverse_inertia: inverse_inertia(&belief.mass),
+            inverse_inertia: inverse_inertia(&aircraft.mass),
             surfaces,
             nozzle_pitch: list.only(EffectorKind::NozzlePitch),
             nozzle_yaw: list.only(EffectorKind::NozzleYaw),
             thrust_range_n: effectors.thrust_range_n(),
             aileron_pair: aileron_pair(effectors),
-            schedule: belief.schedule,
-            belief,
+            schedule: aircraft.schedule,
+            aircraft,
         }
     }
 
     /// The engine; `None` for a glider.
     #[must_use]
     pub fn engine(&self) -> Option<Effector> {
-        self.belief.effectors.list.only(EffectorKind::Engine)
+        self.aircraft.effectors.list.only(EffectorKind::Engine)
     }
 
     /// The numbers behind the model.
     #[must_use]
-    pub fn belief(&self) -> &Belief {
-        &self.belief
+    pub fn aircraft(&self) -> &AircraftModel {
+        &self.aircraft
     }
 
     /// Steady level flight at the design point.
@@ -102,8 +102,8 @@ impl DesignModel {
     /// that is different from the design point. At the design point the difference is zero.
     #[must_use]
     pub fn trim(&self, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
-        let (trim, design) = (&self.belief.trim, &self.design_turn);
-        let here = level_turn(&self.belief, state, at);
+        let (trim, design) = (&self.aircraft.trim, &self.design_turn);
+        let here = level_turn(&self.aircraft, state, at);
         LevelTurn {
             theta_rad: trim.theta_rad + (here.theta_rad - design.theta_rad),
             elevator_rad: trim.elevator_rad + (here.elevator_rad - design.elevator_rad),
@@ -118,8 +118,8 @@ impl DesignModel {
         }
         let v = state.airspeed_m_s;
         let pressure_pa = 0.5 * atmosphere::density(state.altitude_m) * v * v;
-        self.schedule.put(pressure_pa, &mut self.belief);
-        self.aileron_pair = aileron_pair(&self.belief.effectors);
+        self.schedule.put(pressure_pa, &mut self.aircraft);
+        self.aileron_pair = aileron_pair(&self.aircraft.effectors);
         true
     }
 
@@ -134,7 +134,7 @@ impl DesignModel {
     /// Dynamic pressure and arms at `state`.
     #[must_use]
     pub fn condition(&self, state: &NavigationState) -> FlightCondition {
-        condition(&self.belief, state)
+        condition(&self.aircraft, state)
     }
 
     /// f(x): angular acceleration with all effectors at zero, rad/s².
@@ -142,7 +142,7 @@ impl DesignModel {
     /// Implements Eq. (7): M times the aerodynamic moments at zero deflection, plus h(x).
     #[must_use]
     pub fn bare_airframe(&self, state: &NavigationState, at: &FlightCondition) -> Vector3<f64> {
-        let a = &self.belief.airframe;
+        let a = &self.aircraft.airframe;
         let (p, q, r) = (state.rates.x, state.rates.y, state.rates.z);
         let beta = self.effective_angle(state.beta);
         let alpha = self.effective_angle(state.alpha);
@@ -150,20 +150,20 @@ impl DesignModel {
         let c_pitch = a.c_pitch_0 + a.c_pitch_alpha * alpha + a.c_pitch_q * q * at.chord_time;
         let c_yaw = a.c_yaw_beta * beta + (a.c_yaw_p * p + a.c_yaw_r * r) * at.span_time;
         let mut moment = Vector3::new(at.q_s_b * c_roll, at.q_s_c * c_pitch, at.q_s_b * c_yaw);
-        if let Some(engine) = &self.belief.engine {
+        if let Some(engine) = &self.aircraft.engine {
             moment.x += engine.roll_zero_n_m + engine.roll_per_thrust_m * state.thrust_n;
         }
-        self.inverse_inertia * moment + inertial_coupling(&self.belief.mass, &state.rates)
+        self.inverse_inertia * moment + inertial_coupling(&self.aircraft.mass, &state.rates)
     }
 
     /// An aerodynamic angle as it acts: itself up to the stall, then bending towards the ceiling.
     fn effective_angle(&self, angle: f64) -> f64 {
-        let onset = self.belief.airframe.stall_onset_rad;
+        let onset = self.aircraft.airframe.stall_onset_rad;
         let magnitude = angle.abs();
         if magnitude <= onset {
             return angle;
         }
-        let range = self.belief.airframe.stall_ceiling_rad - onset;
+        let range = self.aircraft.airframe.stall_ceiling_rad - onset;
         libm::copysign(onset + range * libm::tanh((magnitude - onset) / range), angle)
     }
 
@@ -174,7 +174,7 @@ impl DesignModel {
     #[inline]
     #[must_use]
     pub fn surfaces(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
-        let s = &self.belief.effectors;
+        let s = &self.aircraft.effectors;
         let Surfaces { pairs, singles } = &self.surfaces;
         let of = |e: Effector| Vector3::new(s.c_roll[e], s.c_pitch[e], s.c_yaw[e]) * positions[e];
         // From minus zero the first term keeps its bits.
@@ -225,7 +225,7 @@ impl DesignModel {
     /// Zero for an engine and for a place without an effector.
     #[must_use]
     pub fn effect(&self, at: &FlightCondition, effector: Effector) -> Vector3<f64> {
-        let s = &self.belief.effectors;
+        let s = &self.aircraft.effectors;
         let moment = match s.list.kind(effector) {
             Some(EffectorKind::NozzlePitch) => Vector3::new(0.0, at.t_x_t, 0.0),
             Some(EffectorKind::NozzleYaw) => Vector3::new(0.0, 0.0, at.t_x_t),
@@ -278,8 +278,8 @@ impl DesignModel {
     }
 }
 
-fn design_point(belief: &Belief) -> NavigationState {
-    let trim = &belief.trim;
+fn design_point(aircraft: &AircraftModel) -> NavigationState {
+    let trim = &aircraft.trim;
     NavigationState {
         attitude: EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 },
         alpha: trim.theta_rad,
@@ -290,21 +290,21 @@ fn design_point(belief: &Belief) -> NavigationState {
     }
 }
 
-fn condition(belief: &Belief, state: &NavigationState) -> FlightCondition {
-    let g = &belief.geometry;
-    let v = state.airspeed_m_s.max(AIRSPEED_FLOOR * belief.trim.airspeed_m_s);
+fn condition(aircraft: &AircraftModel, state: &NavigationState) -> FlightCondition {
+    let g = &aircraft.geometry;
+    let v = state.airspeed_m_s.max(AIRSPEED_FLOOR * aircraft.trim.airspeed_m_s);
     let q_s = 0.5 * atmosphere::density(state.altitude_m) * v * v * g.wing_area_m2;
     FlightCondition {
         q_s_b: q_s * g.span_m,
         q_s_c: q_s * g.chord_m,
         span_time: g.span_m / (2.0 * v),
         chord_time: g.chord_m / (2.0 * v),
-        t_x_t: state.thrust_n * belief.nozzle_arm_m(),
+        t_x_t: state.thrust_n * aircraft.nozzle_arm_m(),
     }
 }
 
 /// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.
-fn aileron_pair(effectors: &EffectorBelief) -> (f64, f64) {
+fn aileron_pair(effectors: &EffectorModel) -> (f64, f64) {
     let per_roll = |coefficients| effectors.per_command(coefficients, |gains| gains.roll);
     (per_roll(&effectors.c_roll), per_roll(&effectors.c_yaw))
 }
@@ -313,8 +313,8 @@ fn aileron_pair(effectors: &EffectorBelief) -> (f64, f64) {
 ///
 /// Implements Eq. (3).
 #[must_use]
-pub fn inverse_inertia(mass: &MassBelief) -> Matrix3<f64> {
-    let MassBelief { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
+pub fn inverse_inertia(mass: &MassModel) -> Matrix3<f64> {
+    let MassModel { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
     let gamma = ixx * izz - ixz * ixz;
     let lateral = Matrix2::new(izz, ixz, ixz, ixx) / gamma;
     Matrix3::new(lateral.m11, 0.0, lateral.m12, 0.0, 1.0 / iyy, 0.0, lateral.m21, 0.0, lateral.m22)
@@ -324,8 +324,8 @@ pub fn inverse_inertia(mass: &MassBelief) -> Matrix3<f64> {
 ///
 /// Implements Eq. (2).
 #[must_use]
-pub fn inertial_coupling(mass: &MassBelief, rates: &Vector3<f64>) -> Vector3<f64> {
-    let MassBelief { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
+pub fn inertial_coupling(mass: &MassModel, rates: &Vector3<f64>) -> Vector3<f64> {
+    let MassModel { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
     let (p, q, r) = (rates.x, rates.y, rates.z);
     let gamma = ixx * izz - ixz * ixz;
     Vector3::new(

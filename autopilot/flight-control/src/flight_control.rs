@@ -4,10 +4,10 @@ use icd::{ControlPeriod, PerEffector};
 use nalgebra::Vector3;
 
 use crate::activation::Activation;
+use crate::aircraft_model::AircraftModel;
 use crate::allocator::Allocator;
 use crate::altitude_limit::AltitudeWatch;
 use crate::authority::AuthorityWatch;
-use crate::belief::Belief;
 use crate::compensator::{Compensation, Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{AllocationMode, Gains, ObserverMode};
@@ -39,12 +39,12 @@ pub struct FlightControl {
 }
 
 impl FlightControl {
-    /// Ready for the first sample. `belief` and `gains` are validated by the caller
-    /// ([`Belief::validate`], [`Gains::validate`]).
+    /// Ready for the first sample. `aircraft` and `gains` are validated by the caller
+    /// ([`AircraftModel::validate`], [`Gains::validate`]).
     #[must_use]
-    pub fn new(period: ControlPeriod, belief: &Belief, gains: &Gains) -> Self {
-        let actuators = HealthyActuators::new(belief, period);
-        let model = DesignModel::new(*belief);
+    pub fn new(period: ControlPeriod, aircraft: &AircraftModel, gains: &Gains) -> Self {
+        let actuators = HealthyActuators::new(aircraft, period);
+        let model = DesignModel::new(*aircraft);
         Self {
             gains: *gains,
             compensator: Compensator::new(gains, period),
@@ -52,7 +52,7 @@ impl FlightControl {
             main_controller: MainController::new(gains, &model, period),
             model,
             allocator: Allocator::default(),
-            mixer: Mixer::new(&belief.effectors),
+            mixer: Mixer::new(&aircraft.effectors),
             watch: AltitudeWatch::new(period),
             authority: AuthorityWatch::new(period),
             applied: actuators.clone(),
@@ -128,7 +128,7 @@ impl FlightControl {
         own: Option<&mut dyn Law>,
     ) -> StepLog {
         if self.model.adapt(state) {
-            self.mixer = Mixer::new(&self.model.belief().effectors);
+            self.mixer = Mixer::new(&self.model.aircraft().effectors);
         }
         let gains = &self.gains;
 
@@ -152,8 +152,8 @@ impl FlightControl {
             true => Vector3::zeros(),
             false => self.model.effectors(&at, &mixed.increments),
         };
-        let belief = self.model.belief();
-        let altitude_limit = self.watch.step(state, demand, &mixed.saturation, belief);
+        let aircraft = self.model.aircraft();
+        let altitude_limit = self.watch.step(state, demand, &mixed.saturation, aircraft);
         let allocation = self.gains.selection.allocation;
         let (commands, thrust_n) = (&mixed.commands, state.thrust_n);
         let authority = self.authority.step(allocation, commands, thrust_n, &self.model, &at);

@@ -6,7 +6,7 @@
 use arrayvec::ArrayVec;
 use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 
-use crate::belief::Belief;
+use crate::aircraft_model::AircraftModel;
 use crate::main_controller::Visitor;
 
 /// Lag and rate limit of one servo over one control period.
@@ -33,11 +33,11 @@ pub struct HealthyActuators {
 impl HealthyActuators {
     /// At the trim of the design point.
     #[must_use]
-    pub fn new(belief: &Belief, period: ControlPeriod) -> Self {
+    pub fn new(aircraft: &AircraftModel, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
-        let list = &belief.effectors.list;
+        let list = &aircraft.effectors.list;
         let moving = list.all().filter(|effector| list.is_angle(*effector)).map(|effector| {
-            let servo = &belief.effectors.servos[effector];
+            let servo = &aircraft.effectors.servos[effector];
             Servo {
                 effector,
                 fraction: 1.0 - libm::exp(-h / servo.lag_s),
@@ -47,7 +47,7 @@ impl HealthyActuators {
         });
         let servos = moving.collect();
         let engine = list.only(EffectorKind::Engine);
-        let start = belief.trim_positions();
+        let start = aircraft.trim_positions();
         Self { servos, engine, positions: start, start }
     }
 
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn a_small_step_is_63_percent_done_after_one_time_constant() {
-        let mut model = HealthyActuators::new(&testing::belief(), ControlPeriod::DEFAULT);
+        let mut model = HealthyActuators::new(&testing::aircraft_model(), ControlPeriod::DEFAULT);
         let start = model.positions()[tvc_jet::RUDDER];
         let mut commands = PerEffector::default();
         commands[tvc_jet::RUDDER] = start + 0.01;
@@ -126,19 +126,19 @@ mod tests {
 
     #[test]
     fn a_large_step_moves_at_the_rate_limit() {
-        let belief = testing::belief();
-        let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
+        let aircraft = testing::aircraft_model();
+        let mut model = HealthyActuators::new(&aircraft, ControlPeriod::DEFAULT);
         let mut commands = PerEffector::default();
         commands[tvc_jet::RUDDER] = 0.5;
         model.advance(&commands);
-        let expected = belief.effectors.servos[tvc_jet::RUDDER].rate_limit * 0.002;
+        let expected = aircraft.effectors.servos[tvc_jet::RUDDER].rate_limit * 0.002;
         assert!((model.positions()[tvc_jet::RUDDER] - expected).abs() < 1.0e-15);
     }
 
     #[test]
     fn a_start_off_the_design_point_is_kept_inside_the_travel_and_survives_a_reset() {
-        let belief = testing::belief();
-        let mut model = HealthyActuators::new(&belief, ControlPeriod::DEFAULT);
+        let aircraft = testing::aircraft_model();
+        let mut model = HealthyActuators::new(&aircraft, ControlPeriod::DEFAULT);
         let mut start = PerEffector::from_fn(|_| 0.02);
         start[tvc_jet::LEFT_ELEVATOR] = -9.0;
         start[tvc_jet::RUDDER] = f64::NAN;
@@ -148,10 +148,10 @@ mod tests {
         assert_eq!(expected[tvc_jet::RIGHT_ELEVATOR], 0.02);
         assert_eq!(
             expected[tvc_jet::LEFT_ELEVATOR],
-            belief.effectors.servos[tvc_jet::LEFT_ELEVATOR].min
+            aircraft.effectors.servos[tvc_jet::LEFT_ELEVATOR].min
         );
         assert_eq!(expected[tvc_jet::RUDDER], 0.0, "not a number: as before");
-        assert_eq!(expected[tvc_jet::ENGINE], belief.trim.thrust_n, "the engine is measured");
+        assert_eq!(expected[tvc_jet::ENGINE], aircraft.trim.thrust_n, "the engine is measured");
         model.advance(&PerEffector::default());
         model.reset();
         assert_eq!(*model.positions(), expected);

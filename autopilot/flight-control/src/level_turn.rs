@@ -4,7 +4,7 @@
 //! needs another pitch angle, elevator and pitch rate; what the law does not know of that ends as an altitude
 //! error that stays.
 
-use crate::belief::Belief;
+use crate::aircraft_model::AircraftModel;
 use crate::design_model::FlightCondition;
 use crate::navigation::NavigationState;
 
@@ -44,8 +44,12 @@ fn load_factor(cos_phi: f64) -> f64 {
 /// C_Lδ and C_mδ are those of all effectors that follow the elevator command δe. The jet's sin α is written as α. The angle of attack is cut at the stall onset of the model: beyond it more
 /// angle gives no more lift that could be relied on.
 #[must_use]
-pub fn level_turn(belief: &Belief, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
-    let Belief { mass, geometry, airframe, lift, effectors, .. } = belief;
+pub fn level_turn(
+    aircraft: &AircraftModel,
+    state: &NavigationState,
+    at: &FlightCondition,
+) -> LevelTurn {
+    let AircraftModel { mass, geometry, airframe, lift, effectors, .. } = aircraft;
     let q_s = at.q_s_c / geometry.chord_m;
     let v = geometry.chord_m / (2.0 * at.chord_time);
     let n = load_factor(libm::cos(state.attitude.phi));
@@ -80,13 +84,13 @@ mod tests {
         let mut state =
             NavigationState { airspeed_m_s, altitude_m, thrust_n, ..testing::level_state() };
         state.attitude.phi = bank_deg.to_radians();
-        let model = DesignModel::new(testing::belief());
-        level_turn(model.belief(), &state, &model.condition(&state))
+        let model = DesignModel::new(testing::aircraft_model());
+        level_turn(model.aircraft(), &state, &model.condition(&state))
     }
 
     #[test]
     fn at_the_design_point_it_is_the_trim_of_the_model_file() {
-        let trim = testing::belief().trim;
+        let trim = testing::aircraft_model().trim;
         let found = at(264.0, 5_000.0, 0.0, trim.thrust_n);
         // The file has the plant's own trim over the round and turning Earth, where 0.4 % less lift is needed; the
         // elevator is two times as sensitive to the angle of attack.
@@ -123,7 +127,7 @@ mod tests {
             thrust_n in -1.0e8..1.0e8,
         ) {
             let found = at(airspeed_m_s, altitude_m, bank_deg, thrust_n);
-            let onset = testing::belief().airframe.stall_onset_rad;
+            let onset = testing::aircraft_model().airframe.stall_onset_rad;
             prop_assert!(found.theta_rad.abs() <= onset + 1.0e-12, "{found:?}");
             prop_assert!(found.elevator_rad.is_finite() && found.pitch_rate_rad_s.is_finite());
         }

@@ -72,11 +72,11 @@
 extern crate std;
 
 pub mod activation;
+pub mod aircraft_model;
 pub mod allocation;
 pub mod allocator;
 pub mod altitude_limit;
 pub mod authority;
-pub mod belief;
 pub mod compensator;
 pub mod design_model;
 pub mod flight_control;
@@ -93,9 +93,9 @@ pub mod navigation;
 #[cfg(test)]
 mod testing;
 
+pub use aircraft_model::AircraftModel;
 pub use altitude_limit::AltitudeLimit;
 pub use authority::Authority;
-pub use belief::Belief;
 pub use compensator::Compensation;
 pub use design_model::DesignModel;
 pub use flight_control::FlightControl;

@@ -24,7 +24,7 @@ pub mod pid_ganged_nozzle;
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
 
-/// Largest command of a law that is believed, rad or N; beyond it sums could overflow.
+/// Largest command that the laws accept, rad or N; beyond it sums could overflow.
 const COMMAND_MAX: f64 = 1.0e9;
 
 /// What the operator or the guidance wants.
@@ -357,7 +357,7 @@ impl MainCommand {
 
 /// The effectors of steady level flight at the design point.
 fn at_trim(model: &DesignModel) -> MainCommand {
-    let trim = &model.belief().trim;
+    let trim = &model.aircraft().trim;
     MainCommand {
         elevator_rad: trim.elevator_rad,
         thrust_n: trim.thrust_n,

@@ -4,8 +4,8 @@ use arrayvec::ArrayVec;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
+use crate::aircraft_model::EffectorModel;
 use crate::allocator::Increments;
-use crate::belief::EffectorBelief;
 use crate::compensator::Compensation;
 use crate::main_controller::MainCommand;
 
@@ -117,9 +117,9 @@ pub struct Mixer {
 }
 
 impl Mixer {
-    /// For the effectors of a validated belief.
+    /// For the effectors of a validated model.
     #[must_use]
-    pub fn new(effectors: &EffectorBelief) -> Self {
+    pub fn new(effectors: &EffectorModel) -> Self {
         let list = effectors.list;
         let mut first = PerEffector::from_fn(|_| Term::NONE);
         let mut further = ArrayVec::new();
@@ -293,14 +293,14 @@ mod tests {
         fn no_command_leaves_the_travel_whatever_is_asked(
             asked in proptest::array::uniform6(-1.0e9..1.0e9_f64), extra in proptest::array::uniform3(-1.0e9..1.0e9_f64),
         ) {
-            let belief = testing::belief();
+            let aircraft = testing::aircraft_model();
             let [aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n] = asked;
             let main = MainCommand { aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n };
             let [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad] = extra;
-            let mixer = Mixer::new(&belief.effectors);
+            let mixer = Mixer::new(&aircraft.effectors);
             let mixed = mixer.mix(&main, &Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad });
             for effector in tvc_jet::ALL {
-                let servo = &belief.effectors.servos[effector];
+                let servo = &aircraft.effectors.servos[effector];
                 prop_assert!((servo.min..=servo.max).contains(&mixed.commands[effector]));
             }
             prop_assert_eq!(mixed.commands.as_array()[8..].iter().copied().sum::<f64>(), 0.0);
@@ -315,7 +315,7 @@ mod tests {
             thrust_n: 2.0e4,
             ..MainCommand::default()
         };
-        let mixer = Mixer::new(&testing::belief().effectors);
+        let mixer = Mixer::new(&testing::aircraft_model().effectors);
         let c = mixer.mix(&main, &Compensation::NONE).commands;
         assert_eq!((c[tvc_jet::LEFT_AILERON], c[tvc_jet::RIGHT_AILERON]), (-0.1, 0.1));
         assert_eq!((c[tvc_jet::LEFT_ELEVATOR], c[tvc_jet::RIGHT_ELEVATOR]), (0.2, 0.2));
@@ -330,7 +330,7 @@ mod tests {
 
     #[test]
     fn what_is_asked_beyond_the_travel_is_told_by_axis_and_by_effector() {
-        let mixer = Mixer::new(&testing::belief().effectors);
+        let mixer = Mixer::new(&testing::aircraft_model().effectors);
         let main = MainCommand { aileron_rad: 9.0, rudder_rad: -9.0, ..MainCommand::default() };
         let mixed = mixer.mix(&main, &Compensation::NONE);
         let Saturation { aileron, elevator, rudder, .. } = mixed.saturation;
@@ -342,17 +342,17 @@ mod tests {
 
     #[test]
     fn an_effector_that_follows_two_parts_gets_their_sum_inside_its_travel() {
-        let mut belief = testing::belief();
+        let mut aircraft = testing::aircraft_model();
         // Elevators that roll too, at half the angle of the ailerons.
-        belief.effectors.gains[tvc_jet::LEFT_ELEVATOR].roll = -0.5;
-        belief.effectors.gains[tvc_jet::RIGHT_ELEVATOR].roll = 0.5;
-        let mixer = Mixer::new(&belief.effectors);
+        aircraft.effectors.gains[tvc_jet::LEFT_ELEVATOR].roll = -0.5;
+        aircraft.effectors.gains[tvc_jet::RIGHT_ELEVATOR].roll = 0.5;
+        let mixer = Mixer::new(&aircraft.effectors);
         let main = MainCommand { aileron_rad: 0.2, elevator_rad: 0.1, ..MainCommand::default() };
         let c = mixer.mix(&main, &Compensation::NONE).commands;
         assert_eq!((c[tvc_jet::LEFT_ELEVATOR], c[tvc_jet::RIGHT_ELEVATOR]), (0.0, 0.2));
         let main = MainCommand { aileron_rad: 0.4, elevator_rad: 0.5, ..MainCommand::default() };
         let mixed = mixer.mix(&main, &Compensation::NONE);
-        let travel = belief.effectors.servos[tvc_jet::RIGHT_ELEVATOR].max;
+        let travel = aircraft.effectors.servos[tvc_jet::RIGHT_ELEVATOR].max;
         assert_eq!(mixed.commands[tvc_jet::RIGHT_ELEVATOR], travel);
         assert!(mixed.limited.contains(tvc_jet::RIGHT_ELEVATOR));
         assert!(!mixed.limited.contains(tvc_jet::LEFT_ELEVATOR));

@@ -127,21 +127,21 @@ impl NavigationState {
     }
 }
 
-/// Largest body rate that is believed, rad/s: sixteen turns a second.
+/// Largest body rate that the navigator accepts, rad/s: sixteen turns a second.
 const RATE_MAX_RAD_S: f64 = 100.0;
-/// Largest specific force along an axis that is believed, m/s²: a thousand g.
+/// Largest specific force along an axis that the navigator accepts, m/s²: a thousand g.
 const FORCE_MAX_M_S2: f64 = 10_000.0;
 /// Largest deviation of the attitude quaternion's squared length from one.
 const QUATERNION_TOLERANCE: f64 = 1.0e-6;
-/// Largest angle that is believed, rad: a little more than half a turn.
+/// Largest angle that the navigator accepts, rad: a little more than half a turn.
 const ANGLE_MAX_RAD: f64 = 3.2;
-/// Largest speed that is believed, m/s.
+/// Largest speed that the navigator accepts, m/s.
 const SPEED_MAX_M_S: f64 = 5_000.0;
-/// Largest distance from the start point along an axis that is believed, m: the other side of the Earth.
+/// Largest distance from the start point along an axis that the navigator accepts, m: the other side of the Earth.
 const DISTANCE_MAX_M: f64 = 2.0e7;
-/// Largest altitude either way that is believed, m.
+/// Largest altitude either way that the navigator accepts, m.
 const ALTITUDE_MAX_M: f64 = 200_000.0;
-/// Largest thrust that is believed, N.
+/// Largest thrust that the navigator accepts, N.
 const THRUST_MAX_N: f64 = 1.0e8;
 
 /// Samples to [`NavigationState`].

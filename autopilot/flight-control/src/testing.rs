@@ -1,18 +1,18 @@
-//! The reference belief and level flight at the design point, for the tests of this crate.
+//! The reference model and level flight at the design point, for the tests of this crate.
 
 use icd::{Attitude, EulerAngles, Sensors, SimTime};
 
-use crate::belief::Belief;
+use crate::aircraft_model::AircraftModel;
 use crate::main_controller::Demand;
 use crate::navigation::{NavigationState, Navigator};
 
-/// The shipped belief.
-pub fn belief() -> Belief {
+/// The shipped model.
+pub fn aircraft_model() -> AircraftModel {
     toml::from_str(include_str!("../../models/tvc_jet.toml")).unwrap()
 }
 
-/// The belief of an aircraft without nozzle; its file has parameters too.
-pub fn aerosonde() -> Belief {
+/// The model of an aircraft without nozzle; its file has parameters too.
+pub fn aerosonde() -> AircraftModel {
     let mut file: toml::Table = include_str!("../../models/aerosonde.toml").parse().unwrap();
     file.remove("parameters");
     file.try_into().unwrap()
@@ -20,7 +20,7 @@ pub fn aerosonde() -> Belief {
 
 /// Level flight at 264 m/s and 5000 m.
 pub fn level_sensors() -> Sensors {
-    let trim = belief().trim;
+    let trim = aircraft_model().trim;
     let euler = EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 };
     let [w, x, y, z] = Attitude::from_euler(euler).wxyz();
     let (rates, force, velocity) = ([0.0; 3], [0.0, 0.0, -9.8], [264.0, 0.0, 0.0]);

@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::event::FIRST_SCRIPT_REQUEST;
 use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
@@ -12,7 +12,7 @@ mod scripts;
 
 fn settings() -> Settings {
     Settings {
-        belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
+        model: config::aircraft_model("model", DEFAULT_MODEL).unwrap(),
         gains: Gains::REFERENCE,
         limits: Parameters::default().limits,
         navigation: Parameters::default().navigation,
@@ -290,7 +290,7 @@ fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
 #[test]
 fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_flight() {
     let mut autopilot = flying();
-    let stops = termination::commands(autopilot.belief());
+    let stops = termination::commands(autopilot.model());
     autopilot.handle_intent(Intent { number: 1, wish: Wish::Terminate });
     let log = *autopilot.step(SimTime::from_micros(2_000), &sensors());
     assert_eq!(log.actuators().commands, stops);

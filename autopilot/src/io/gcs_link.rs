@@ -19,7 +19,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use flight_control::Belief;
+use flight_control::AircraftModel;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
@@ -98,8 +98,8 @@ pub struct GcsConfig {
     pub links: Links,
     /// Parameters at start; the control side must have started with the same.
     pub parameters: Parameters,
-    /// Belief of the control side; scales the effectors' commands.
-    pub belief: Belief,
+    /// The controller's model; scales the effectors' commands.
+    pub model: AircraftModel,
     /// Defaults of the parameters for this aircraft.
     pub defaults: Parameters,
     /// The autopilot that heartbeats name.
@@ -184,7 +184,7 @@ impl GcsLink {
         let GcsConfig {
             links,
             parameters,
-            belief,
+            model,
             defaults,
             identity,
             script,
@@ -206,7 +206,7 @@ impl GcsLink {
         let configured: Vec<Address> =
             links.clients.iter().copied().map(Address::UdpClient).collect();
         let host = Host { identity: *identity, unix_start_us: clock::unix_start_us() };
-        let mut ground = Ground::new(parameters, belief, &configured)
+        let mut ground = Ground::new(parameters, model, &configured)
             .with_defaults(defaults)
             .with_host(host)
             .with_script(script.clone());

@@ -62,7 +62,7 @@ impl PlantLink {
         step_log: Option<TickLogWriter>,
         stop: Stop,
     ) -> Self {
-        let side = FlightSide::new(autopilot.belief().aircraft());
+        let side = FlightSide::new(autopilot.model().aircraft());
         Self {
             socket,
             autopilot,
@@ -245,7 +245,7 @@ impl PlantLink {
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
             let plant = if self.presence.is_lost() { PlantState::Lost } else { PlantState::Flying };
-            let effectors = &self.autopilot.belief().effectors.list;
+            let effectors = &self.autopilot.model().effectors.list;
             status.show(plant, self.autopilot.snapshot(), &self.faults, effectors);
         }
     }

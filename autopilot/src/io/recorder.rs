@@ -196,7 +196,7 @@ impl Recorder {
             period_us: packet.period.as_micros(),
             row_every: 1,
             joined_in_flight: packet.sequence > 0,
-            belief: settings.belief,
+            model: settings.model,
             gains: settings.gains,
             limits: settings.limits,
             navigation: settings.navigation,

@@ -8,7 +8,7 @@ use crate::event::{EventKind, Snapshot};
 use crate::vehicle::geodesy::{Horizon, Site};
 use crate::vehicle::{Mode, Place};
 
-/// Snapshots in a row that must contradict the events before they are believed: one of them can be a
+/// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
 /// leftover from before the last event.
 const CONTRADICTIONS: u32 = 2;
 
@@ -132,7 +132,7 @@ impl Aircraft {
         {
             self.home = Some(Home::at(place, snapshot.motion()));
         }
-        // One that contradicts the event can be a leftover from before it; the next one is believed.
+        // One that contradicts the event can be a leftover from before it; the mirror takes the next one.
         self.home_told = false;
         self.snapshot = Some(*snapshot);
     }

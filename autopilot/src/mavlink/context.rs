@@ -1,6 +1,6 @@
 //! What every service may read and write beside its own state.
 
-use flight_control::Belief;
+use flight_control::AircraftModel;
 use icd::EffectorList;
 
 use super::aircraft::Aircraft;
@@ -31,7 +31,7 @@ pub struct Context<'a> {
     /// Their defaults for this aircraft.
     pub defaults: &'a Parameters,
     /// How far the effectors travel, as far as the autopilot knows.
-    pub belief: &'a Belief,
+    pub model: &'a AircraftModel,
     /// What is known about the aircraft.
     pub aircraft: &'a Aircraft,
     /// To the control thread.
@@ -56,7 +56,7 @@ impl<'a> Context<'a> {
     /// The effectors of the aircraft, as its model file has them.
     #[must_use]
     pub fn effectors(&self) -> &'a EffectorList {
-        &self.belief.effectors.list
+        &self.model.effectors.list
     }
 
     /// What streams of the sender are heard just now.

@@ -4,7 +4,7 @@
 //!  INJECT_FAILURE (420), USER_1 (31010) ─> command ─┐
 //!  shell ───────────────────────────────────────────┼─> order ──> requests ──> plant
 //!  parameters FLT_SERVO1.., FLT_MOTOR1 ─────────────┘     ^
-//!                                     FLT_*, belief ──────┘
+//!                                     FLT_*, model ──────┘
 //! ```
 //!
 //! | | INJECT_FAILURE (420) | USER_1 (31010) |
@@ -23,7 +23,7 @@
 //! one of its effectors cannot take is refused as a whole; else the requests go to the plant, one for each
 //! effector, which has the last word.
 
-use flight_control::Belief;
+use flight_control::AircraftModel;
 use icd::EffectorList;
 use icd::fault::{Refusal, Target, TargetClass};
 
@@ -71,15 +71,15 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
     some.iter().map(|target| target.name(effectors)).collect::<Vec<_>>().join(", ")
 }
 
-/// The requests in a fault command; `belief` says how far the effectors travel.
+/// The requests in a fault command; `model` says how far the effectors travel.
 ///
 /// # Errors
 /// Why nothing is asked of the plant.
 pub fn requests(
     command: &Command,
     parameters: &Parameters,
-    belief: &Belief,
+    model: &AircraftModel,
 ) -> Result<Requests, Refused> {
-    let order = command::order(command, &belief.effectors.list)?;
-    order::requests(&order, parameters, belief)
+    let order = command::order(command, &model.effectors.list)?;
+    order::requests(&order, parameters, model)
 }

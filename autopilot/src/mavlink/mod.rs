@@ -11,7 +11,7 @@
 //! A service has up to three verbs: `handle` reacts to one message, `poll` does what is due, and
 //! `next_deadline` says when that will be. Time is an argument.
 
-use flight_control::Belief;
+use flight_control::AircraftModel;
 
 use crate::clock::WallTime;
 use crate::event::{Event, EventKind, Snapshot};
@@ -86,7 +86,7 @@ pub struct Ground {
     parameters: Parameters,
     /// Their defaults for this aircraft.
     defaults: Parameters,
-    belief: Belief,
+    model: AircraftModel,
     aircraft: Aircraft,
     intents: Intents,
     peers: Peers,
@@ -112,21 +112,21 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Knows the configured peers and no aircraft yet. `belief` scales the effectors' commands and
+    /// Knows the configured peers and no aircraft yet. `model` scales the effectors' commands and
     /// says how far they travel.
     #[must_use]
-    pub fn new(parameters: &Parameters, belief: &Belief, configured: &[Address]) -> Self {
+    pub fn new(parameters: &Parameters, model: &AircraftModel, configured: &[Address]) -> Self {
         Self {
             own: Identity::autopilot(parameters.link.system_id),
             parameters: *parameters,
             defaults: Parameters::default(),
-            belief: *belief,
+            model: *model,
             aircraft: Aircraft::default(),
             intents: Intents::default(),
             peers: Peers::new(configured),
             texts: StatusTexts::default(),
             heartbeat: Heartbeat::default(),
-            telemetry: Telemetry::new(belief, parameters, &Parameters::default(), Host::default()),
+            telemetry: Telemetry::new(model, parameters, &Parameters::default(), Host::default()),
             command: CommandService::default(),
             param: ParamService::default(),
             offboard: Offboard::default(),
@@ -135,7 +135,7 @@ impl Ground {
             mission: MissionService::default(),
             fault_list: ListRequest::default(),
             ftp: FtpService::default(),
-            scripts: Scripts::new(&belief.effectors.list),
+            scripts: Scripts::new(&model.effectors.list),
             shell: ShellService::default(),
             logs: LogService::default(),
             traffic: Traffic::default(),
@@ -150,7 +150,7 @@ impl Ground {
     #[must_use]
     pub fn with_defaults(mut self, defaults: &Parameters) -> Self {
         self.defaults = *defaults;
-        self.telemetry = Telemetry::new(&self.belief, &self.parameters, defaults, Host::default());
+        self.telemetry = Telemetry::new(&self.model, &self.parameters, defaults, Host::default());
         self
     }
 
@@ -158,7 +158,7 @@ impl Ground {
     #[must_use]
     pub fn with_host(mut self, host: Host) -> Self {
         self.heartbeat = Heartbeat::new(host.identity);
-        self.telemetry = Telemetry::new(&self.belief, &self.parameters, &self.defaults, host);
+        self.telemetry = Telemetry::new(&self.model, &self.parameters, &self.defaults, host);
         self
     }
 
@@ -346,7 +346,7 @@ impl Ground {
         let context = Context {
             parameters: &mut self.parameters,
             defaults: &self.defaults,
-            belief: &self.belief,
+            model: &self.model,
             aircraft: &self.aircraft,
             intents: &mut self.intents,
             texts: &mut self.texts,
@@ -364,7 +364,7 @@ impl Ground {
     pub fn handle_event(&mut self, event: &Event, now: WallTime) {
         self.fault_list.handle_event(&event.kind);
         if self.aircraft.handle_event(&event.kind) {
-            self.texts.handle_event(&event.kind, &self.parameters, &self.belief.effectors.list);
+            self.texts.handle_event(&event.kind, &self.parameters, &self.model.effectors.list);
             if let EventKind::Fault(_) = event.kind {
                 self.telemetry.faults_changed(now);
             }

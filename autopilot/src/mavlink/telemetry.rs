@@ -13,7 +13,7 @@
 use core::time::Duration;
 
 use ::mavlink::dialects::common::MavLandedState;
-use flight_control::Belief;
+use flight_control::AircraftModel;
 
 use super::aircraft::{Aircraft, Home};
 use super::codec::{Encoded, StreamRequest};
@@ -46,7 +46,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 #[derive(Debug, Clone, Copy)]
 struct View<'a> {
     aircraft: &'a Aircraft,
-    belief: &'a Belief,
+    model: &'a AircraftModel,
     metadata: &'a Metadata,
     host: Host,
     now: WallTime,
@@ -64,7 +64,7 @@ pub struct Host {
 /// Streams telemetry.
 #[derive(Debug)]
 pub struct Telemetry {
-    belief: Belief,
+    model: AircraftModel,
     metadata: Metadata,
     host: Host,
     defaults: StreamParameters,
@@ -85,14 +85,14 @@ impl Telemetry {
     /// Nobody listens yet.
     #[must_use]
     pub fn new(
-        belief: &Belief,
+        model: &AircraftModel,
         parameters: &Parameters,
         defaults: &Parameters,
         host: Host,
     ) -> Self {
         Self {
-            belief: *belief,
-            metadata: Metadata::new(&belief.effectors.list, defaults),
+            model: *model,
+            metadata: Metadata::new(&model.effectors.list, defaults),
             host,
             defaults: parameters.streams,
             rates: Vec::new(),
@@ -147,8 +147,8 @@ impl Telemetry {
         if let (Some(before), Some(home)) = (self.home, home)
             && before != home
         {
-            let (belief, metadata, host) = (&self.belief, &self.metadata, self.host);
-            let view = View { aircraft, belief, metadata, host, now };
+            let (model, metadata, host) = (&self.model, &self.metadata, self.host);
+            let view = View { aircraft, model, metadata, host, now };
             if let Some(message) = messages::pose::home_position(&view) {
                 out.announce(&message);
             }
@@ -172,7 +172,7 @@ impl Telemetry {
         self.follow(now, parameters, out);
         self.show_a_new_flight(aircraft);
         self.tell_landed_state(aircraft, out);
-        self.faults.poll(now, aircraft, &self.belief.effectors.list, out);
+        self.faults.poll(now, aircraft, &self.model.effectors.list, out);
         match self.waiting {
             None if self.next_due().is_some_and(|due| due <= now) => {
                 if self.still {
@@ -237,8 +237,8 @@ impl Telemetry {
 
     /// Each message that is due for somebody is made once.
     fn send_due(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        let Self { belief, metadata, host, defaults, rates, .. } = self;
-        let view = View { aircraft, belief, metadata, host: *host, now };
+        let Self { model, metadata, host, defaults, rates, .. } = self;
+        let view = View { aircraft, model, metadata, host: *host, now };
         for (index, row) in TABLE.iter().enumerate() {
             let mut built: Option<Vec<Encoded>> = None;
             for rates in rates.iter_mut() {

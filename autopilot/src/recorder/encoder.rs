@@ -85,7 +85,7 @@ impl<W: Write> Encoder<W> {
     pub fn begin(out: W, begin: Begin, parameters: &Parameters, rate: LogRate) -> io::Result<Self> {
         let Begin { time, mut header } = begin;
         let period_us = header.period_us;
-        let effectors = header.belief.effectors.list;
+        let effectors = header.model.effectors.list;
         header.row_every = rate.row_every(period_us);
         let parameters = Parameters {
             gains: header.gains,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flight_control::{Belief, Gains};
+use flight_control::{AircraftModel, Gains};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -36,8 +36,9 @@ pub struct ControlHeader {
     pub row_every: u32,
     /// The first packet was not the flight's first: such a log cannot be flown again.
     pub joined_in_flight: bool,
-    /// What the controller believes about the aircraft.
-    pub belief: Belief,
+    /// The controller's model of the aircraft.
+    #[serde(rename = "belief")]
+    pub model: AircraftModel,
     /// Gains.
     pub gains: Gains,
     /// References that are accepted.

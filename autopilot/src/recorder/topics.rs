@@ -422,7 +422,7 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{self, DEFAULT_BELIEF};
+    use crate::config::{self, DEFAULT_MODEL};
     use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
     use icd::tvc_jet;
@@ -486,8 +486,8 @@ mod tests {
 
     #[test]
     fn every_number_and_flag_of_a_step_has_a_column_of_its_own() {
-        let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
+        let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
+        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
         let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
         let mut json = serde_json::to_value(flight.step(&level, &demand)).unwrap();

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use flight_control::{Belief, Gains};
+use flight_control::{AircraftModel, Gains};
 use host_io::{Wait, file};
 use serde::{Deserialize, Serialize};
 use tracing::warn;
@@ -25,8 +25,8 @@ use crate::parameters::{self, NavigationParameters, Parameters, ReferenceLimits}
 use crate::script::Script;
 use crate::vehicle::schedule::ReferenceSchedule;
 
-/// Name of the belief that comes with the program, for messages.
-const DEFAULT_BELIEF_NAME: &str = "tvc_jet.toml";
+/// Name of the model that comes with the program, for messages.
+const DEFAULT_MODEL_NAME: &str = "tvc_jet.toml";
 
 /// Highest number of a core that the system's masks have.
 const CORE_MAX: usize = 1023;
@@ -83,9 +83,9 @@ pub struct AutopilotArgs {
     /// Where to wait for the plant
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9960")]
     pub plant_link: SocketAddr,
-    /// What the controller believes about the aircraft, instead of what comes with the program
-    #[arg(long, value_name = "FILE")]
-    pub belief: Option<PathBuf>,
+    /// The controller's model of the aircraft, instead of what comes with the program
+    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    pub model: Option<PathBuf>,
     /// References by time: nominal, case1, case2, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     pub scenario: String,
@@ -145,8 +145,8 @@ pub struct AutopilotArgs {
 /// What defines the control side of a flight, as it is handed to a process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ControlSetup {
-    /// What the controller believes about the aircraft.
-    pub belief: Belief,
+    /// The controller's model of the aircraft.
+    pub model: AircraftModel,
     /// Gains.
     pub gains: Gains,
     /// References that are accepted.
@@ -185,8 +185,8 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names file, key, value and allowed range.
     pub fn model(&self) -> Result<Model, RunError> {
-        Ok(match &self.belief {
-            None => config::model(DEFAULT_BELIEF_NAME, config::DEFAULT_BELIEF)?,
+        Ok(match &self.model {
+            None => config::model(DEFAULT_MODEL_NAME, config::DEFAULT_MODEL)?,
             Some(path) => config::model(&path.display().to_string(), &config::read(path)?)?,
         })
     }
@@ -231,16 +231,16 @@ impl AutopilotArgs {
     /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup(&self) -> Result<(ControlSetup, Parameters), RunError> {
         let model = self.model()?;
-        self.control_setup_over(&model.belief, &model.defaults)
+        self.control_setup_over(&model.aircraft, &model.defaults)
     }
 
-    /// The same with this belief, where what the options leave open is as in `over`.
+    /// The same with this model, where what the options leave open is as in `over`.
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup_over(
         &self,
-        belief: &Belief,
+        model: &AircraftModel,
         over: &Parameters,
     ) -> Result<(ControlSetup, Parameters), RunError> {
         let mut parameters = *over;
@@ -262,19 +262,19 @@ impl AutopilotArgs {
             warn!("parameters: {warning}");
         }
         parameters.check_law()?;
-        let belief = *belief;
+        let model = *model;
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
             Some((name, text)) => (*name, Cow::Borrowed(*text)),
             None => (self.scenario.as_str(), Cow::Owned(read_scenario(&self.scenario)?)),
         };
         let references = config::references(name, &text)?;
-        let list = &belief.effectors.list;
+        let list = &model.effectors.list;
         let script = self.script.read(config::script(name, &text, list)?, list)?.map(Arc::new);
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
         let fault_injection = failure.enabled;
         let setup =
-            ControlSetup { belief, gains, limits, navigation, fault_injection, references, script };
+            ControlSetup { model, gains, limits, navigation, fault_injection, references, script };
         Ok((setup, parameters))
     }
 }
@@ -294,8 +294,8 @@ fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
     let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
     let setup: ControlSetup = postcard::from_bytes(&bytes).map_err(|_| refused())?;
     let file = path.display().to_string();
-    let belief = setup.belief.validate();
-    belief.map_err(|source| ConfigError::Belief { file, source })?;
+    let model = setup.model.validate();
+    model.map_err(|source| ConfigError::Model { file, source })?;
     setup.gains.validate().map_err(parameters::ParameterError::from)?;
     Ok(setup)
 }

@@ -1,9 +1,11 @@
 //! Signals that flicker, and what is told of them.
 
-use flight_control::{AltitudeLimit, Authority, Belief, FlightControl, Gains, NavigationState};
+use flight_control::{
+    AircraftModel, AltitudeLimit, Authority, FlightControl, Gains, NavigationState,
+};
 
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
 const FULL: Authority = Authority {
@@ -16,8 +18,8 @@ const FULL: Authority = Authority {
 
 /// A step in which nothing is the matter.
 fn calm() -> StepLog {
-    let belief: Belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-    let mut flight = FlightControl::new(PERIOD, &belief, &Gains::REFERENCE);
+    let model: AircraftModel = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
+    let mut flight = FlightControl::new(PERIOD, &model, &Gains::REFERENCE);
     let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let mut log = flight.step(&NavigationState::at_rest(), &demand);
     log.health = Health::default();

@@ -1,7 +1,7 @@
 //! Whether an effector can have a fault: by the catalogue, with the reach of the effector, and by the times.
 //!
 //! A number that is none is outside every range. The plant checks what it is asked with the servos that
-//! it has; who asks it can check before with those that it believes in.
+//! it has; who asks it can check before with those of its model.
 
 use super::{FaultKind, Quantity, Refusal, TargetClass, Timing};
 use crate::time::SimTime;

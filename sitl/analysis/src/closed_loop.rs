@@ -17,7 +17,7 @@ use autopilot::autopilot::Settings;
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::{Belief, DesignModel, NavigationState, StepLog};
+use flight_control::{AircraftModel, DesignModel, NavigationState, StepLog};
 use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
 use plant_sim::{PlantSetup, SetupError, Truth};
@@ -34,8 +34,8 @@ pub use spoken::{Moment, Spoken, fly_spoken, fly_while};
 pub struct FlightSetup {
     /// The aircraft and the world.
     pub plant: PlantSetup,
-    /// What the controller believes about the aircraft.
-    pub belief: Belief,
+    /// The controller's model of the aircraft.
+    pub model: AircraftModel,
     /// Validated parameters of the autopilot.
     pub parameters: Parameters,
     /// References by time.
@@ -89,7 +89,7 @@ impl Operator for Watcher<'_> {
 pub fn settings(setup: &FlightSetup) -> Settings {
     let Parameters { gains, limits, navigation, failure, .. } = setup.parameters;
     Settings {
-        belief: setup.belief,
+        model: setup.model,
         gains,
         limits,
         navigation,

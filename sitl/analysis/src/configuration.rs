@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use autopilot::config::{self, DEFAULT_BELIEF, Model};
+use autopilot::config::{self, DEFAULT_MODEL, Model};
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
@@ -183,7 +183,7 @@ impl AircraftArgs {
     /// # Errors
     /// [`ConfigurationError`] names file, key, value and range.
     pub fn model(&self) -> Result<Model, ConfigurationError> {
-        let file = Named::of(self.model.as_ref(), DEFAULT_BELIEF)?;
+        let file = Named::of(self.model.as_ref(), DEFAULT_MODEL)?;
         Ok(match self.changed(&file, Target::Model, "model.")? {
             None => config::model(&file.name, &file.text)?,
             Some((name, table)) => config::model_of(&name, table)?,

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use autopilot::config;
 use flight_control::level_turn::GRAVITY_M_S2;
 use flight_control::main_controller::lqr::{self, LateralRow, LongitudinalRow, LqrGains};
-use flight_control::{Belief, DesignModel, Gains, NavigationState};
+use flight_control::{AircraftModel, DesignModel, Gains, NavigationState};
 use host_io::file;
 use icd::ControlPeriod;
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -40,8 +40,8 @@ const DIGITS: usize = 6;
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
     /// The controller's model, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
-    belief: Option<PathBuf>,
+    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    model: Option<PathBuf>,
     /// Where the gains go; `--gains FILE` flies them
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -63,11 +63,11 @@ pub enum DesignError {
 /// # Errors
 /// What is wrong with the model file or the place of the gains.
 pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
-    let belief = match &args.belief {
-        None => config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?,
-        Some(path) => config::belief(&path.display().to_string(), &config::read(path)?)?,
+    let aircraft = match &args.model {
+        None => config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)?,
+        Some(path) => config::aircraft_model(&path.display().to_string(), &config::read(path)?)?,
     };
-    let text = to_toml(&design(&belief, ControlPeriod::DEFAULT)?);
+    let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT)?);
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     println!("wrote {}; fly it with --gains {0} --law lqr", args.out.display());
@@ -78,8 +78,8 @@ pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
 ///
 /// # Errors
 /// [`DesignError`] if the Riccati equation has no solution.
-pub fn design(belief: &Belief, period: ControlPeriod) -> Result<LqrGains, DesignError> {
-    let model = DesignModel::new(*belief);
+pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGains, DesignError> {
+    let model = DesignModel::new(*aircraft);
     let h = period.as_seconds();
     let system = discretise(&longitudinal(&model), h);
     let k = regulator(&system, &LONGITUDINAL_STATES, &LONGITUDINAL_INPUTS)
@@ -158,7 +158,7 @@ fn per_command(model: &DesignModel, of: impl Fn(&mut flight_control::MainCommand
     let at = model.condition(model.design_point());
     let mut command = flight_control::MainCommand::default();
     of(&mut command);
-    let mixer = flight_control::mixer::Mixer::new(&model.belief().effectors);
+    let mixer = flight_control::mixer::Mixer::new(&model.aircraft().effectors);
     let positions = mixer.mix_main_only(&command);
     model.surfaces(&at, &positions) / DIFFERENCE
 }
@@ -166,14 +166,14 @@ fn per_command(model: &DesignModel, of: impl Fn(&mut flight_control::MainCommand
 /// States climb rate, airspeed, pitch angle, pitch rate, altitude and the integrals of altitude and airspeed error;
 /// inputs elevator and thrust per mass. The model file has no drag: the airspeed changes by thrust and climb.
 fn longitudinal(model: &DesignModel) -> System<7, 2> {
-    let belief = model.belief();
-    let (at, v) = (model.condition(model.design_point()), belief.trim.airspeed_m_s);
-    let q_s = at.q_s_c / belief.geometry.chord_m;
-    let weight = belief.mass.mass_kg * GRAVITY_M_S2;
-    let (lift, effectors) = (&belief.lift, &belief.effectors);
+    let aircraft = model.aircraft();
+    let (at, v) = (model.condition(model.design_point()), aircraft.trim.airspeed_m_s);
+    let q_s = at.q_s_c / aircraft.geometry.chord_m;
+    let weight = aircraft.mass.mass_kg * GRAVITY_M_S2;
+    let (lift, effectors) = (&aircraft.lift, &aircraft.effectors);
     let c_lift_elevator = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     // Vertical acceleration per angle of attack, pitch rate, elevator and airspeed.
-    let g_n_alpha = GRAVITY_M_S2 * (q_s * lift.c_lift_alpha + belief.trim.thrust_n) / weight;
+    let g_n_alpha = GRAVITY_M_S2 * (q_s * lift.c_lift_alpha + aircraft.trim.thrust_n) / weight;
     let g_n_q = GRAVITY_M_S2 * q_s * lift.c_lift_q * at.chord_time / weight;
     let g_n_e = GRAVITY_M_S2 * q_s * c_lift_elevator / weight;
     let g_n_v = 2.0 * GRAVITY_M_S2 / v;
@@ -198,7 +198,7 @@ fn longitudinal(model: &DesignModel) -> System<7, 2> {
 /// States sideslip, roll rate, yaw rate, roll angle and its integral; inputs aileron and rudder. The model file has
 /// no side force.
 fn lateral(model: &DesignModel) -> System<5, 2> {
-    let trim = &model.belief().trim;
+    let trim = &model.aircraft().trim;
     let (alpha, v) = (trim.theta_rad, trim.airspeed_m_s);
     let beta = slope(model, |state, d| state.beta += d);
     let p = slope(model, |state, d| state.rates.x += d);
@@ -278,8 +278,8 @@ mod tests {
 
     #[test]
     fn the_solution_satisfies_the_riccati_equation_and_stabilises() {
-        let belief = config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).unwrap();
-        let model = DesignModel::new(belief);
+        let aircraft = config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL).unwrap();
+        let model = DesignModel::new(aircraft);
         let system = discretise(&longitudinal(&model), 0.002);
         let k = regulator(&system, &LONGITUDINAL_STATES, &LONGITUDINAL_INPUTS).unwrap();
         let poles = (system.0 - system.1 * k).complex_eigenvalues();
@@ -296,8 +296,8 @@ mod tests {
 
     #[test]
     fn the_shipped_gains_are_those_of_the_shipped_model() {
-        let belief = config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).unwrap();
-        let designed = design(&belief, ControlPeriod::DEFAULT).unwrap();
+        let aircraft = config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL).unwrap();
+        let designed = design(&aircraft, ControlPeriod::DEFAULT).unwrap();
         let (text, shipped) = (to_toml(&designed), to_toml(&LqrGains::REFERENCE));
         assert_eq!(
             text, shipped,
@@ -307,10 +307,10 @@ mod tests {
 
     #[test]
     fn a_model_that_no_gains_make_stable_is_refused() {
-        let mut belief = config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).unwrap();
-        belief.effectors.c_pitch = icd::PerEffector::default();
-        belief.effectors.c_lift = icd::PerEffector::default();
-        let refused = design(&belief, ControlPeriod::DEFAULT);
+        let mut aircraft = config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL).unwrap();
+        aircraft.effectors.c_pitch = icd::PerEffector::default();
+        aircraft.effectors.c_lift = icd::PerEffector::default();
+        let refused = design(&aircraft, ControlPeriod::DEFAULT);
         assert_eq!(refused, Err(DesignError::NoSolution { motion: "longitudinal" }));
     }
 }

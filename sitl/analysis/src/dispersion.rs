@@ -1,4 +1,4 @@
-//! Aircraft that differ from the one the controller believes in.
+//! Aircraft that differ from the controller's model of it.
 //!
 //! A draw is a function of (seed, number): draw 731 is the same alone or among 1000.
 

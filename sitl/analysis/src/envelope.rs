@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use autopilot::config;
-use flight_control::{AltitudeLimit, Belief, Demand, FlightControl, Gains, Navigator};
+use flight_control::{AircraftModel, AltitudeLimit, Demand, FlightControl, Gains, Navigator};
 use icd::{ControlPeriod, EffectorKind};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
@@ -116,7 +116,7 @@ pub struct Sides {
     /// The aircraft at the design point.
     pub plant: PlantSetup,
     /// The controller's model.
-    pub belief: Belief,
+    pub model: AircraftModel,
     /// Gains.
     pub gains: Gains,
 }
@@ -131,8 +131,8 @@ impl Sides {
         let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
         let period = ControlPeriod::DEFAULT;
         let plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
-        let belief = config::belief("tvc_jet.toml", config::DEFAULT_BELIEF)?;
-        Ok(Self { plant, belief, gains: Gains::REFERENCE })
+        let model = config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)?;
+        Ok(Self { plant, model, gains: Gains::REFERENCE })
     }
 
     /// Flies one case.
@@ -141,7 +141,7 @@ impl Sides {
     /// [`SetupError`] if there is no steady flight to start from.
     pub fn fly(&self, case: &Case) -> Result<Flown, SetupError> {
         let mut plant = self.start(case)?;
-        let mut flight = FlightControl::new(self.plant.period, &self.belief, &self.gains);
+        let mut flight = FlightControl::new(self.plant.period, &self.model, &self.gains);
         flight.start_at(&plant.trim().positions());
         let mut navigator = Navigator::default();
         let level = case.from_m == case.to_m;

@@ -333,7 +333,7 @@ impl FlyArgs {
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {
             plant,
-            belief: model.belief,
+            model: model.aircraft,
             parameters,
             references: flight.references,
             script: self.script.read(flight.script, &effectors)?.map(Arc::new),

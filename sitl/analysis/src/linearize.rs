@@ -1,16 +1,16 @@
-//! Derives the controller's belief from the plant at its design trim.
+//! Derives the controller's model from the plant at its design trim.
 //!
-//! The belief is a file, because the controller may not look at the plant: `sitl linearize` writes it, and
+//! The model is a file, because the controller may not look at the plant: `sitl linearize` writes it, and
 //! a test keeps it current. Derivatives are central differences of the plant's own aerodynamics.
 
 use std::path::Path;
 
 use autopilot::config::PARAMETERS;
-use flight_control::Belief;
-use flight_control::belief::schedule::POINTS_MAX;
-use flight_control::belief::{
-    AirframeBelief, EffectorBelief, EngineBelief, GeometryBelief, LiftBelief, MassBelief,
-    NozzleBelief, Schedule, SchedulePoint, ServoBelief, TrimBelief,
+use flight_control::AircraftModel;
+use flight_control::aircraft_model::schedule::POINTS_MAX;
+use flight_control::aircraft_model::{
+    AirframeModel, EffectorModel, EngineModel, GeometryModel, LiftModel, MassModel, NozzleModel,
+    Schedule, SchedulePoint, ServoModel, TrimModel,
 };
 use host_io::file::{self, FileProblem};
 use icd::{Body, Effector, EffectorKind, PerEffector};
@@ -75,7 +75,7 @@ const DIGITS: i32 = 9;
 ///
 /// # Errors
 /// [`LinearizeError`] if the plant has no trim, or there are more points than a model can have.
-pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<Belief, LinearizeError> {
+pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<AircraftModel, LinearizeError> {
     if points.len() > POINTS_MAX {
         return Err(LinearizeError::Points { found: points.len() });
     }
@@ -85,12 +85,12 @@ pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<Belief, Lineari
         schedule.push(schedule_point(&linearize_at(&at)?));
     }
     schedule.sort_by(|a, b| a.pressure_pa().total_cmp(&b.pressure_pa()));
-    Ok(Belief { schedule: Schedule::new(schedule), ..linearize_at(setup)? })
+    Ok(AircraftModel { schedule: Schedule::new(schedule), ..linearize_at(setup)? })
 }
 
 /// What a schedule has of the model at one condition.
-fn schedule_point(belief: &Belief) -> SchedulePoint {
-    let Belief { airframe, lift, trim, effectors, .. } = belief;
+fn schedule_point(model: &AircraftModel) -> SchedulePoint {
+    let AircraftModel { airframe, lift, trim, effectors, .. } = model;
     SchedulePoint {
         airspeed_m_s: trim.airspeed_m_s,
         altitude_m: trim.altitude_m,
@@ -105,7 +105,7 @@ fn schedule_point(belief: &Belief) -> SchedulePoint {
     }
 }
 
-fn linearize_at(setup: &PlantSetup) -> Result<Belief, SetupError> {
+fn linearize_at(setup: &PlantSetup) -> Result<AircraftModel, SetupError> {
     let plant = Plant::new(setup)?;
     let trim = plant.trim();
     let airframe = &setup.airframe;
@@ -113,30 +113,30 @@ fn linearize_at(setup: &PlantSetup) -> Result<Belief, SetupError> {
     let local = Local { plant: &plant, start: &setup.start, geometry };
     let slopes = local.slopes();
     let mass = &airframe.mass;
-    Ok(Belief {
+    Ok(AircraftModel {
         aircraft: airframe.name,
-        mass: MassBelief {
+        mass: MassModel {
             mass_kg: mass.mass_kg,
             ixx_kg_m2: mass.ixx_kg_m2,
             iyy_kg_m2: mass.iyy_kg_m2,
             izz_kg_m2: mass.izz_kg_m2,
             ixz_kg_m2: mass.ixz_kg_m2,
         },
-        geometry: GeometryBelief {
+        geometry: GeometryModel {
             wing_area_m2: geometry.area_m2,
             span_m: geometry.span_m,
             chord_m: geometry.chord_m,
         },
-        airframe: local.airframe_belief(&slopes),
-        lift: local.lift_belief(&slopes),
-        nozzle: airframe.nozzle.map(|nozzle| NozzleBelief {
+        airframe: local.airframe_model(&slopes),
+        lift: local.lift_model(&slopes),
+        nozzle: airframe.nozzle.map(|nozzle| NozzleModel {
             arm_m: nozzle.arm_m,
             thrust_floor_n: nozzle.thrust_floor_n,
         }),
-        effectors: local.effector_belief(&slopes),
-        engine: local.engine_belief(),
+        effectors: local.effector_model(&slopes),
+        engine: local.engine_model(),
         schedule: Schedule::default(),
-        trim: TrimBelief {
+        trim: TrimModel {
             airspeed_m_s: setup.start.airspeed_m_s,
             altitude_m: setup.start.altitude_m,
             theta_rad: rounded(trim.theta_rad),
@@ -178,7 +178,7 @@ impl Local<'_> {
         airframe.aero.derivatives().map_or(tables, |a| [a.alpha_linear_rad, a.alpha_max_rad])
     }
 
-    fn airframe_belief(&self, slopes: &PerEffector<Slopes>) -> AirframeBelief {
+    fn airframe_model(&self, slopes: &PerEffector<Slopes>) -> AirframeModel {
         let trim = self.plant.trim();
         let alpha = trim.alpha_rad;
         let still = Body::zero();
@@ -198,7 +198,7 @@ impl Local<'_> {
         let at_zero = self.trimmed(alpha, 0.0, still).pitch
             - d_alpha.pitch * alpha
             - self.in_trim(slopes, |slopes| slopes.pitch);
-        AirframeBelief {
+        AirframeModel {
             c_roll_beta: rounded(d_beta.roll),
             c_roll_p: rounded(d_p.roll * per_span),
             c_roll_r: rounded(d_r.roll * per_span),
@@ -219,7 +219,7 @@ impl Local<'_> {
         list.all().map(|effector| of(&slopes[effector]) * trim.positions[effector]).sum()
     }
 
-    fn lift_belief(&self, slopes: &PerEffector<Slopes>) -> LiftBelief {
+    fn lift_model(&self, slopes: &PerEffector<Slopes>) -> LiftModel {
         let (alpha, still) = (self.plant.trim().alpha_rad, Body::zero());
         let d_alpha = difference(ANGLE_STEP_RAD, |d| self.trimmed(alpha + d, 0.0, still));
         let d_q = difference(RATE_STEP_RAD_S, |d| self.trimmed(alpha, 0.0, Body::new(0.0, d, 0.0)));
@@ -227,7 +227,7 @@ impl Local<'_> {
         let at_zero = self.trimmed(alpha, 0.0, still).lift
             - d_alpha.lift * alpha
             - self.in_trim(slopes, |slopes| slopes.lift);
-        LiftBelief {
+        LiftModel {
             c_lift_0: rounded(at_zero),
             c_lift_alpha: rounded(d_alpha.lift),
             c_lift_q: rounded(d_q.lift * per_chord),
@@ -250,7 +250,7 @@ impl Local<'_> {
     }
 
     /// The moment of what turns with the engine, around the trim.
-    fn engine_belief(&self) -> Option<EngineBelief> {
+    fn engine_model(&self) -> Option<EngineModel> {
         let thrust_n = self.plant.trim().thrust_n;
         let [least, most] = self.plant.thrust_range_n();
         let step = THRUST_STEP * (most - least);
@@ -259,10 +259,10 @@ impl Local<'_> {
         let roll_per_thrust_m = rounded(per_thrust);
         let roll_zero_n_m = rounded(at(thrust_n) - per_thrust * thrust_n);
         let turns = (roll_per_thrust_m, roll_zero_n_m) != (0.0, 0.0) && per_thrust.is_finite();
-        turns.then_some(EngineBelief { roll_zero_n_m, roll_per_thrust_m })
+        turns.then_some(EngineModel { roll_zero_n_m, roll_per_thrust_m })
     }
 
-    fn effector_belief(&self, slopes: &PerEffector<Slopes>) -> EffectorBelief {
+    fn effector_model(&self, slopes: &PerEffector<Slopes>) -> EffectorModel {
         let Airframe { effectors: list, servos, gains, .. } = self.plant.dynamics().airframe();
         let column = |of: fn(&Slopes) -> f64| {
             PerEffector::from_fn(|effector| rounded(of(&slopes[effector])))
@@ -270,7 +270,7 @@ impl Local<'_> {
         let servo = |effector: Effector| {
             let servo = &servos[effector];
             if list.is_angle(effector) {
-                ServoBelief {
+                ServoModel {
                     lag_s: servo.lag_s,
                     rate_limit: rounded(servo.rate_limit),
                     min: rounded(servo.min),
@@ -278,16 +278,16 @@ impl Local<'_> {
                 }
             } else {
                 let [min, max] = self.plant.thrust_range_n();
-                ServoBelief { lag_s: servo.lag_s, rate_limit: servo.rate_limit, min, max }
+                ServoModel { lag_s: servo.lag_s, rate_limit: servo.rate_limit, min, max }
             }
         };
-        let mut beliefs = PerEffector::default();
+        let mut models = PerEffector::default();
         for effector in list.all() {
-            beliefs[effector] = servo(effector);
+            models[effector] = servo(effector);
         }
-        EffectorBelief {
+        EffectorModel {
             list: *list,
-            servos: beliefs,
+            servos: models,
             c_lift: column(|slopes| slopes.lift),
             c_roll: column(|slopes| slopes.roll),
             c_pitch: column(|slopes| slopes.pitch),
@@ -343,16 +343,16 @@ pub fn parameters_of(path: &Path) -> Result<String, FileProblem> {
     Ok(table.map(|line| format!("{line}\n")).collect())
 }
 
-/// The belief as the file that the autopilot reads; `parameters` is the text of the table of parameters in it.
+/// The model as the file that the autopilot reads; `parameters` is the text of the table of parameters in it.
 ///
 /// # Errors
-/// Only if a number cannot be written as TOML, which a validated belief has none of.
-pub fn to_toml(belief: &Belief, parameters: &str) -> Result<String, toml::ser::Error> {
-    let body = toml::to_string_pretty(belief)?;
+/// Only if a number cannot be written as TOML, which a validated model has none of.
+pub fn to_toml(model: &AircraftModel, parameters: &str) -> Result<String, toml::ser::Error> {
+    let body = toml::to_string_pretty(model)?;
     let edit = if parameters.is_empty() { "do not edit" } else { "edit [parameters] only" };
     let gap = if parameters.is_empty() { "" } else { "\n" };
     Ok(format!(
-        "# What the controller believes about the aircraft: the plant's airframe linearised at its design trim.\n\
+        "# The controller's model of the aircraft: the plant's airframe linearised at its design trim.\n\
          {MARK}; {edit}. Angles in rad, coefficients per rad.\n\n{body}{gap}{parameters}"
     ))
 }
@@ -370,12 +370,12 @@ mod tests {
         let text = plant_sim::scenario::NOMINAL;
         let scenario = plant_sim::Scenario::from_toml("s", text, &airframe.effectors).unwrap();
         let setup = scenario.plant.setup(airframe, 0, icd::ControlPeriod::DEFAULT, 1_000);
-        let belief = linearize(&setup, &[]).unwrap();
+        let model = linearize(&setup, &[]).unwrap();
         let table = "[parameters]\n# why\nFTC_ALLOC = 1 # how\n";
-        std::fs::write(&path, to_toml(&belief, table).unwrap()).unwrap();
+        std::fs::write(&path, to_toml(&model, table).unwrap()).unwrap();
         assert_eq!(parameters_of(&path).unwrap(), table);
-        let read = autopilot::config::model("m", &to_toml(&belief, table).unwrap()).unwrap();
-        assert_eq!(read.belief, belief);
+        let read = autopilot::config::model("m", &to_toml(&model, table).unwrap()).unwrap();
+        assert_eq!(read.aircraft, model);
     }
 
     #[test]

@@ -181,7 +181,7 @@ impl MarginsArgs {
             self.period_ms,
             default_step_us(self.period_ms),
         );
-        let settled = ClosedLoop::settled(&setup, &model.belief, &parameters.gains)?;
+        let settled = ClosedLoop::settled(&setup, &model.aircraft, &parameters.gains)?;
         if !settled.flies() {
             return Err(
                 format!("{}: the aircraft is lost before it is settled", laws.name()).into()

@@ -146,7 +146,7 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     let model = aircraft.model()?;
     Ok(FlightSetup {
         plant,
-        belief: model.belief,
+        model: model.aircraft,
         parameters: aircraft.parameters(model.defaults)?,
         references: nominal.references,
         script: nominal.script.map(Arc::new),

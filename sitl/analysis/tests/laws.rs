@@ -24,7 +24,8 @@ fn setup(name: &str, text: &str, gains: Gains) -> FlightSetup {
     let parameters = Parameters { gains, ..Parameters::default() };
     FlightSetup {
         plant,
-        belief: config::belief("tvc_jet.toml", config::DEFAULT_BELIEF).expect("the shipped belief"),
+        model: config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)
+            .expect("the shipped model"),
         parameters,
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
@@ -45,7 +46,7 @@ struct Outcome {
 }
 
 fn fly(setup: &FlightSetup) -> Outcome {
-    let model = DesignModel::new(setup.belief);
+    let model = DesignModel::new(setup.model);
     let mut outcome =
         Outcome { lost_at_s: None, roll_deg: 0.0, altitude_m: 0.0, airspeed_m_s: 0.0 };
     closed_loop::fly(setup, &mut |record: &Record| {
@@ -125,7 +126,7 @@ fn laws_and_compensators_are_switched_in_flight_without_a_bump() {
     let (name, text) = SCENARIOS[0];
     let start = setup(name, text, Gains::REFERENCE);
     let mut plant = Plant::new(&start.plant).unwrap();
-    let mut flight = FlightControl::new(start.plant.period, &start.belief, &start.parameters.gains);
+    let mut flight = FlightControl::new(start.plant.period, &start.model, &start.parameters.gains);
     flight.start_at(&plant.trim().positions());
     let mut navigator = Navigator::default();
     let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };

@@ -26,7 +26,7 @@ fn flight() -> FlightSetup {
     let (control, parameters) = autopilot.control_setup().unwrap();
     FlightSetup {
         plant: plant.plant_setup().unwrap(),
-        belief: control.belief,
+        model: control.model,
         parameters,
         references: control.references,
         script: control.script,

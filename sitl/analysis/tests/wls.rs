@@ -23,7 +23,7 @@ fn setup(aircraft: (&str, &str), text: &str, allocation: AllocationMode) -> Flig
     parameters.gains.selection.allocation = allocation;
     FlightSetup {
         plant: scenario.plant.setup(airframe, 1, ControlPeriod::DEFAULT, 1_000),
-        belief: model.belief,
+        model: model.aircraft,
         parameters,
         references: config::references("scenario", text)
             .expect("a shipped aircraft and a scenario for it"),
@@ -83,7 +83,7 @@ fn fly(setup: &FlightSetup) -> Flown {
 
 #[test]
 fn the_jet_survives_both_cases_of_the_paper_by_least_squares_too() {
-    let jet = (plant_sim::airframe::DEFAULT_AIRFRAME, config::DEFAULT_BELIEF);
+    let jet = (plant_sim::airframe::DEFAULT_AIRFRAME, config::DEFAULT_MODEL);
     let cases = [scenario::CASE1, scenario::CASE2].map(|text| {
         [AllocationMode::Wls, AllocationMode::Paper].map(|allocation| setup(jet, text, allocation))
     });
@@ -101,7 +101,7 @@ fn the_jet_survives_both_cases_of_the_paper_by_least_squares_too() {
 #[test]
 fn a_model_file_chooses_the_allocation_of_its_aircraft() {
     let of = |text| config::model("model", text).map(|model| model.defaults.gains.selection);
-    let [jet, small] = [config::DEFAULT_BELIEF, AEROSONDE.1].map(|text| of(text).expect("shipped"));
+    let [jet, small] = [config::DEFAULT_MODEL, AEROSONDE.1].map(|text| of(text).expect("shipped"));
     assert_eq!(jet.allocation, AllocationMode::Paper);
     assert_eq!(small.allocation, AllocationMode::Wls);
 }

@@ -61,9 +61,9 @@ pub struct LaunchArgs {
     /// The aircraft, instead of the one that comes with the program
     #[arg(long, value_name = "FILE")]
     airframe: Option<String>,
-    /// What the controller believes about the aircraft, instead of what comes with the program
-    #[arg(long, value_name = "FILE")]
-    belief: Option<String>,
+    /// The controller's model of the aircraft, instead of what comes with the program
+    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    model: Option<String>,
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
     param: Vec<String>,
@@ -158,7 +158,7 @@ impl LaunchArgs {
         let model = autopilot.model()?;
         let kept = autopilot.kept_parameters(&model.defaults)?;
         let saved = kept.map_or(model.defaults, |kept| kept.parameters);
-        autopilot.control_setup_over(&model.belief, &saved)?;
+        autopilot.control_setup_over(&model.aircraft, &saved)?;
         autopilot.links()?;
         autopilot.kept_key()?;
         let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
@@ -183,7 +183,7 @@ impl LaunchArgs {
         add(&mut words, "--gains", &self.gains);
         add(&mut words, "--compensator", &self.compensator);
         add(&mut words, "--allocation", &self.allocation);
-        add(&mut words, "--belief", &self.belief);
+        add(&mut words, "--model", &self.model);
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);
         add(&mut words, "--signing-key", &self.signing_key);

@@ -8,13 +8,13 @@
 use core::net::SocketAddr;
 use core::panic::PanicInfo;
 
-use flight_control::{Belief, Demand, FlightControl, Gains, Navigator, StepLog};
+use flight_control::{AircraftModel, Demand, FlightControl, Gains, Navigator, StepLog};
 use icd::lockstep::{FlightEvent, FlightSide};
 use icd::{ControlPeriod, Sensors, SimTime};
 
 /// Navigator and laws, from construction to one step.
 #[used]
-static STEP: fn(ControlPeriod, &Belief, &Gains, &Sensors, &Demand) -> StepLog = step;
+static STEP: fn(ControlPeriod, &AircraftModel, &Gains, &Sensors, &Demand) -> StepLog = step;
 
 /// The link, from datagram to event.
 #[used]
@@ -23,13 +23,13 @@ static HANDLE: for<'a> fn(&'a mut FlightSide, &[u8], SocketAddr, bool) -> Flight
 
 fn step(
     period: ControlPeriod,
-    belief: &Belief,
+    model: &AircraftModel,
     gains: &Gains,
     sensors: &Sensors,
     demand: &Demand,
 ) -> StepLog {
     let state = Navigator::default().step(SimTime::ZERO, sensors);
-    FlightControl::new(period, belief, gains).step(&state, demand)
+    FlightControl::new(period, model, gains).step(&state, demand)
 }
 
 #[panic_handler]

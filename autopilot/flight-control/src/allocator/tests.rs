@@ -6,7 +6,7 @@ use icd::tvc_jet;
 use proptest::prelude::*;
 
 fn jet() -> (DesignModel, FlightCondition) {
-    let model = DesignModel::new(testing::belief());
+    let model = DesignModel::new(testing::aircraft_model());
     let at = model.condition(&testing::level_state());
     (model, at)
 }
@@ -15,7 +15,7 @@ fn jet() -> (DesignModel, FlightCondition) {
 fn aerosonde() -> (DesignModel, FlightCondition, PerEffector<f64>) {
     let model = DesignModel::new(testing::aerosonde());
     let at = model.condition(model.design_point());
-    let trim = model.belief().trim_positions();
+    let trim = model.aircraft().trim_positions();
     (model, at, trim)
 }
 
@@ -54,7 +54,7 @@ proptest! {
         commands in proptest::array::uniform3(-1.0..1.0_f64),
     ) {
         let (model, at) = jet();
-        let mixer = Mixer::new(&model.belief().effectors);
+        let mixer = Mixer::new(&model.aircraft().effectors);
         let [aileron_rad, elevator_rad, nozzle_pitch_rad] = commands;
         let command = crate::MainCommand { aileron_rad, elevator_rad, nozzle_pitch_rad, ..Default::default() };
         let main = mixer.mix(&command, &crate::Compensation::NONE);
@@ -62,7 +62,7 @@ proptest! {
         let increments = allocator.step(&Vector3::from(z2), 1.0, &model, &at, &main.commands);
         let mixed = mixer.add(main, &increments);
         for effector in tvc_jet::ALL {
-            let servo = &model.belief().effectors.servos[effector];
+            let servo = &model.aircraft().effectors.servos[effector];
             prop_assert!((servo.min..=servo.max).contains(&mixed.commands[effector]));
         }
     }
@@ -86,7 +86,7 @@ fn what_is_beyond_the_travel_gives_roll_before_yaw_and_names_the_effectors_at_th
     let increments = Allocator::default().step(&z2, 1.0, &model, &at, &trim);
     let rest = effect(&model, &at, &increments.positions) + z2;
     assert!(rest.x.abs() < 0.1 && rest.z > 5.0, "{rest}");
-    let list = &model.belief().effectors.list;
+    let list = &model.aircraft().effectors.list;
     let limited = list.all().filter(|e| increments.limited.contains(*e)).map(|e| list.name(e));
     assert!(
         limited.clone().any(|name| name == "rudder"),

@@ -3,7 +3,7 @@ use crate::testing;
 use proptest::prelude::*;
 
 fn setup() -> (DesignModel, FlightCondition) {
-    let model = DesignModel::new(testing::belief());
+    let model = DesignModel::new(testing::aircraft_model());
     let at = model.condition(&testing::level_state());
     (model, at)
 }

@@ -1,4 +1,4 @@
-//! The standard atmosphere as the controller believes it, up to 20 km.
+//! The standard atmosphere in the controller's model, up to 20 km.
 //!
 //! Source: U.S. Standard Atmosphere 1976 (identical to the ICAO standard in this range). Geometric
 //! altitude is taken as geopotential; the difference is 0.1 % of the density at 6 km.

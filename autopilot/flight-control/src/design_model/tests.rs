@@ -4,7 +4,7 @@ use icd::tvc_jet;
 use proptest::prelude::*;
 
 fn model_and_state() -> (DesignModel, NavigationState) {
-    (DesignModel::new(testing::belief()), testing::level_state())
+    (DesignModel::new(testing::aircraft_model()), testing::level_state())
 }
 
 #[test]
@@ -52,15 +52,15 @@ fn the_nozzle_turns_the_nose_up_and_right() {
 fn the_design_trim_has_no_angular_acceleration() {
     let (model, state) = model_and_state();
     let found =
-        model.acceleration(&state, &model.condition(&state), &model.belief().trim_positions());
-    // The belief's trim is rounded to five digits.
+        model.acceleration(&state, &model.condition(&state), &model.aircraft().trim_positions());
+    // The model's trim is rounded to five digits.
     assert!(found.norm() < 1.0e-3, "{found} rad/s2");
 }
 
 proptest! {
     #[test]
     fn inertial_coupling_is_euler_s_equation(p in -3.0..3.0, q in -3.0..3.0, r in -3.0..3.0) {
-        let mass = testing::belief().mass;
+        let mass = testing::aircraft_model().mass;
         let rates = Vector3::new(p, q, r);
         let inertia = Matrix3::new(
             mass.ixx_kg_m2, 0.0, -mass.ixz_kg_m2,

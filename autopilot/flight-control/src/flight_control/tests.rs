@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 fn flight(change: impl FnOnce(&mut Gains)) -> FlightControl {
     let mut gains = Gains::REFERENCE;
     change(&mut gains);
-    FlightControl::new(ControlPeriod::DEFAULT, &testing::belief(), &gains)
+    FlightControl::new(ControlPeriod::DEFAULT, &testing::aircraft_model(), &gains)
 }
 
 /// Level flight whose roll rate grows as if something rolled the aircraft with 2 rad/s².

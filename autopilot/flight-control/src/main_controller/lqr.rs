@@ -173,8 +173,8 @@ impl Lqr {
         }
         let speed = state.airspeed_m_s - references.airspeed_m_s;
         if !saturated.thrust.blocks(-speed) {
-            let belief = model.belief();
-            let most = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+            let aircraft = model.aircraft();
+            let most = aircraft.effectors.thrust_range_n()[1] / aircraft.mass.mass_kg;
             self.speed.add(speed * h, bound(most, thrust.airspeed_i));
         }
         let roll = state.attitude.phi - references.roll_rad;
@@ -188,7 +188,7 @@ impl Law for Lqr {
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
         self.integrate(input);
         let LawInput { state, references, model, .. } = *input;
-        let (trim, belief) = (input.model.trim(input.state, input.at), model.belief());
+        let (trim, aircraft) = (input.model.trim(input.state, input.at), model.aircraft());
         let most = self.gains.error_max_m;
         let altitude = (state.altitude_m - references.altitude_m).clamp(-most, most);
         let longitudinal = |row: &LongitudinalRow| {
@@ -213,7 +213,8 @@ impl Law for Lqr {
             rudder_rad: lateral(&self.gains.rudder),
             nozzle_pitch_rad: 0.0,
             nozzle_yaw_rad: 0.0,
-            thrust_n: belief.trim.thrust_n + belief.mass.mass_kg * longitudinal(&self.gains.thrust),
+            thrust_n: aircraft.trim.thrust_n
+                + aircraft.mass.mass_kg * longitudinal(&self.gains.thrust),
         }
     }
 
@@ -221,16 +222,16 @@ impl Law for Lqr {
     fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
         let input = LawInput { h: 0.0, ..*input };
         let without = Self::new(&self.gains).step(&input);
-        let belief = input.model.belief();
+        let aircraft = input.model.aircraft();
         let elevator = without.elevator_rad - command.elevator_rad;
-        let thrust = (without.thrust_n - command.thrust_n) / belief.mass.mass_kg;
+        let thrust = (without.thrust_n - command.thrust_n) / aircraft.mass.mass_kg;
         let LqrGains { elevator: e, thrust: t, aileron, .. } = &self.gains;
         let determinant = e.altitude_i * t.airspeed_i - e.airspeed_i * t.altitude_i;
         if determinant != 0.0 {
             let altitude = (elevator * t.airspeed_i - e.airspeed_i * thrust) / determinant;
             let speed = (e.altitude_i * thrust - t.altitude_i * elevator) / determinant;
             self.altitude.start(altitude, bound(ELEVATOR_INTEGRAL_MAX, e.altitude_i));
-            let most = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+            let most = aircraft.effectors.thrust_range_n()[1] / aircraft.mass.mass_kg;
             self.speed.start(speed, bound(most, t.airspeed_i));
         }
         if aileron.phi_i != 0.0 {

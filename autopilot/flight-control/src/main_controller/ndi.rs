@@ -112,7 +112,7 @@ impl Ndi {
     #[must_use]
     pub fn new(gains: &NdiGains, model: &DesignModel) -> Self {
         let empty = Integral::default();
-        let mixer = Mixer::new(&model.belief().effectors);
+        let mixer = Mixer::new(&model.aircraft().effectors);
         Self { gains: *gains, mixer, roll: empty, climb: empty, speed: empty }
     }
 
@@ -126,8 +126,8 @@ impl Ndi {
     /// ḣ_c → γ_c → n_c → α_c by the lift of the model → q_c. α_c stays below the stall onset of the model.
     fn pitch_rate(&mut self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, references, saturated, model, at, h } = *input;
-        let (gains, belief) = (&self.gains, model.belief());
-        let v = belief.geometry.chord_m / (2.0 * at.chord_time);
+        let (gains, aircraft) = (&self.gains, model.aircraft());
+        let v = aircraft.geometry.chord_m / (2.0 * at.chord_time);
         let error = references.altitude_m - state.altitude_m;
         // Positive elevator lowers the nose.
         if error.abs() < ALTITUDE_BAND_M && !saturated.elevator.blocks(-error) {
@@ -143,12 +143,12 @@ impl Ndi {
         let n_c = (libm::cos(gamma) + v * gamma_rate / GRAVITY_M_S2) / cos_phi.max(LEVEL_COSINE);
 
         // n = lift_0 + lift_alpha α.
-        let lift = &belief.lift;
-        let weight = belief.mass.mass_kg * GRAVITY_M_S2;
-        let q_s = at.q_s_c / belief.geometry.chord_m;
+        let lift = &aircraft.lift;
+        let weight = aircraft.mass.mass_kg * GRAVITY_M_S2;
+        let q_s = at.q_s_c / aircraft.geometry.chord_m;
         let per_alpha = (q_s * lift.c_lift_alpha + state.thrust_n.max(0.0)) / weight;
         let zero = q_s * (lift.c_lift_0 + lift.c_lift_q * state.rates.y * at.chord_time) / weight;
-        let onset = belief.airframe.stall_onset_rad;
+        let onset = aircraft.airframe.stall_onset_rad;
         let alpha_c = ((n_c - zero) / per_alpha).clamp(-onset, onset);
         let n = zero + per_alpha * state.alpha.clamp(-onset, onset);
         // α̇ = q - g/V (n - cos γ cos φ).
@@ -174,7 +174,7 @@ impl Ndi {
     /// β̇ = p sin α - r cos α + g/V cos θ sin φ.
     fn yaw_rate(&self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, model, at, .. } = *input;
-        let v = model.belief().geometry.chord_m / (2.0 * at.chord_time);
+        let v = model.aircraft().geometry.chord_m / (2.0 * at.chord_time);
         let turn =
             GRAVITY_M_S2 / v * libm::cos(state.attitude.theta) * libm::sin(state.attitude.phi);
         state.rates.x * libm::sin(state.alpha) + turn + self.gains.k_beta * state.beta
@@ -197,15 +197,16 @@ impl Ndi {
     /// Thrust that holds the airspeed, N: V̇ = (T - T_trim)/m - g sin γ; the model file has no drag.
     fn thrust(&mut self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, references, saturated, model, at, h } = *input;
-        let (gains, belief) = (&self.gains, model.belief());
-        let mass_kg = belief.mass.mass_kg;
+        let (gains, aircraft) = (&self.gains, model.aircraft());
+        let mass_kg = aircraft.mass.mass_kg;
         let error = references.airspeed_m_s - state.airspeed_m_s;
         if !saturated.thrust.blocks(error) {
-            self.speed.add(gains.k_vi * error * h, belief.effectors.thrust_range_n()[1] / mass_kg);
+            self.speed
+                .add(gains.k_vi * error * h, aircraft.effectors.thrust_range_n()[1] / mass_kg);
         }
-        let v = belief.geometry.chord_m / (2.0 * at.chord_time);
+        let v = aircraft.geometry.chord_m / (2.0 * at.chord_time);
         let climb = GRAVITY_M_S2 * (state.climb_rate_m_s() / v).clamp(-1.0, 1.0);
-        belief.trim.thrust_n + mass_kg * (gains.k_v * error + self.speed.value() + climb)
+        aircraft.trim.thrust_n + mass_kg * (gains.k_v * error + self.speed.value() + climb)
     }
 }
 
@@ -244,8 +245,8 @@ impl Law for Ndi {
         };
         self.roll.start(solve(|c| c.aileron_rad, 0.01), ROLL_INTEGRAL_MAX);
         self.climb.start(solve(|c| c.elevator_rad, 0.1), CLIMB_INTEGRAL_MAX);
-        let belief = input.model.belief();
-        let most = belief.effectors.thrust_range_n()[1] / belief.mass.mass_kg;
+        let aircraft = input.model.aircraft();
+        let most = aircraft.effectors.thrust_range_n()[1] / aircraft.mass.mass_kg;
         self.speed.start(solve(|c| c.thrust_n, 0.1), most);
     }
 
@@ -265,7 +266,7 @@ mod tests {
 
     #[test]
     fn what_it_asks_for_gives_the_wanted_angular_acceleration_by_the_model() {
-        let model = DesignModel::new(testing::belief());
+        let model = DesignModel::new(testing::aircraft_model());
         let mut state = testing::level_state();
         state.attitude.phi = 0.3;
         state.rates = Vector3::new(0.05, -0.02, 0.03);

@@ -162,7 +162,7 @@ impl Pid {
         let gains = &self.gains.altitude;
         let trim = input.model.trim(input.state, input.at);
         let error = state.altitude_m - references.altitude_m;
-        let stall = (state.alpha - model.belief().airframe.stall_onset_rad).max(0.0);
+        let stall = (state.alpha - model.aircraft().airframe.stall_onset_rad).max(0.0);
         let climbs = state.climb_rate_m_s().abs() >= gains.settled_climb_m_s;
         self.settled_s = if climbs { 0.0 } else { (self.settled_s + h).min(gains.settled_after_s) };
         let runs = error.abs() < gains.integral_band_m || self.settled_s >= gains.settled_after_s;
@@ -197,14 +197,14 @@ impl Pid {
     /// Thrust that holds the airspeed, N. Not in the paper, which leaves the speed open.
     fn speed_law(&mut self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, references, saturated, model, h, .. } = *input;
-        let (gains, belief) = (&self.gains.speed, model.belief());
+        let (gains, aircraft) = (&self.gains.speed, model.aircraft());
         let error = references.airspeed_m_s - state.airspeed_m_s;
         if !saturated.thrust.blocks(error) {
             // Never more than the engine can give.
-            let max = model.thrust_range_n()[1] / belief.mass.mass_kg;
+            let max = model.thrust_range_n()[1] / aircraft.mass.mass_kg;
             self.speed.add(gains.k_vi * error * h, max);
         }
-        belief.trim.thrust_n + belief.mass.mass_kg * (gains.k_v * error + self.speed.value())
+        aircraft.trim.thrust_n + aircraft.mass.mass_kg * (gains.k_v * error + self.speed.value())
     }
 }
 
@@ -224,14 +224,14 @@ impl Law for Pid {
     fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
         let mut without = Self::new(&self.gains);
         let proportional = without.step(&LawInput { h: 0.0, ..*input });
-        let belief = input.model.belief();
+        let aircraft = input.model.aircraft();
         let PidGains { altitude, roll, .. } = &self.gains;
         let elevator = command.elevator_rad - proportional.elevator_rad;
         self.altitude.start(elevator, altitude.integral_max_rad);
         self.roll.start(command.aileron_rad - proportional.aileron_rad, roll.integral_max_rad);
-        let mass_kg = belief.mass.mass_kg;
+        let mass_kg = aircraft.mass.mass_kg;
         let thrust = (command.thrust_n - proportional.thrust_n) / mass_kg;
-        self.speed.start(thrust, belief.effectors.thrust_range_n()[1] / mass_kg);
+        self.speed.start(thrust, aircraft.effectors.thrust_range_n()[1] / mass_kg);
     }
 
     fn states(&mut self, visit: &mut Visitor<'_>) {

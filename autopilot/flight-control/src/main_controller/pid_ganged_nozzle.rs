@@ -30,12 +30,12 @@ impl PidGangedNozzle {
 
 impl Law for PidGangedNozzle {
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
-        let (state, belief) = (input.state, input.model.belief());
+        let (state, aircraft) = (input.state, input.model.aircraft());
         let mut command = self.0.step(input);
         // The elevator counts as far as it can go.
-        let [min, max] = belief.effectors.command_range(|gains| gains.pitch);
+        let [min, max] = aircraft.effectors.command_range(|gains| gains.pitch);
         let elevator = command.elevator_rad.max(min).min(max);
-        command.nozzle_pitch_rad = -(elevator - belief.trim.elevator_rad);
+        command.nozzle_pitch_rad = -(elevator - aircraft.trim.elevator_rad);
         command.nozzle_yaw_rad =
             NOZZLE_YAW_PER_SIDESLIP * state.beta + NOZZLE_YAW_PER_YAW_RATE_S * state.rates.z;
         command

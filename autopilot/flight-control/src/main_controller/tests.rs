@@ -30,13 +30,13 @@ fn selected(main: MainLaw) -> Gains {
 }
 
 fn controller(main: MainLaw) -> MainController {
-    let model = DesignModel::new(testing::belief());
+    let model = DesignModel::new(testing::aircraft_model());
     MainController::new(&selected(main), &model, ControlPeriod::DEFAULT)
 }
 
 /// A turn that is not quite on its references, so that every integrator has something to do.
 fn step(controller: &mut MainController, own: Option<&mut dyn Law>) -> MainCommand {
-    let model = DesignModel::new(testing::belief());
+    let model = DesignModel::new(testing::aircraft_model());
     let mut state = testing::level_state();
     state.attitude.phi = 0.1;
     state.altitude_m += 4.0;

@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 
 use super::tcp::TcpServer;
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::io::channels::{ControlChannels, channels};
 use crate::mavlink::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
@@ -27,7 +27,7 @@ fn config(clients: &[SocketAddr]) -> GcsConfig {
             tcp_server: Some(loopback()),
         },
         parameters: Parameters::default(),
-        belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
+        model: config::aircraft_model("model", DEFAULT_MODEL).unwrap(),
         defaults: Parameters::default(),
         identity: HeartbeatIdentity::default(),
         script: None,

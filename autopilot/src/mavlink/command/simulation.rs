@@ -19,7 +19,7 @@ pub fn fault(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
         // Its values would be scaled integers in a COMMAND_INT.
         return Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
     }
-    let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.belief)?;
+    let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.model)?;
     let asked = requests
         .into_iter()
         .map(|request| Asked { wish: Wish::Fault(request), fault: Some(request) });

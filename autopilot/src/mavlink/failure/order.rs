@@ -3,11 +3,11 @@
 //!
 //! What the order leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
 //! checked without the plant is checked for all effectors before any request is made, in the same ranges as in the
-//! plant: of the values of an order the plant refuses none that passes here, if the belief fits the aircraft.
+//! plant: of the values of an order the plant refuses none that passes here, if the model fits the aircraft.
 
 use arrayvec::ArrayVec;
-use flight_control::Belief;
-use flight_control::belief::{EffectorBelief, ServoBelief};
+use flight_control::AircraftModel;
+use flight_control::aircraft_model::{EffectorModel, ServoModel};
 use icd::fault::kind::{NUMBERS_MAX, NumberInfo, SIZE_OPTION};
 use icd::fault::{
     FaultKind, KindInfo, Onset, Quantity, Reach, Refusal, Repeat, TargetClass, Timing,
@@ -23,7 +23,7 @@ use crate::mavlink::reasons::Reasons;
 use crate::mavlink::refused::Refused;
 use crate::parameters::{FailureParameters, Parameters};
 
-/// Beliefs come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
+/// Models come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
 /// as a fraction of it, is left to the plant.
 const ROUNDING: f64 = 1.0e-6;
 
@@ -90,20 +90,20 @@ impl FaultOrder {
     }
 }
 
-/// The requests in an order; `belief` says how far the effectors travel.
+/// The requests in an order; `model` says how far the effectors travel.
 ///
 /// # Errors
 /// Why nothing is asked of the plant.
 pub fn requests(
     order: &FaultOrder,
     parameters: &Parameters,
-    belief: &Belief,
+    model: &AircraftModel,
 ) -> Result<Requests, Refused> {
     let parameters = &parameters.failure;
     if !parameters.enabled {
         return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
     }
-    let list = &belief.effectors.list;
+    let list = &model.effectors.list;
     let effectors = chosen(order, list)?;
     if order.failure == Failure::OK {
         if !order.is_bare() {
@@ -117,10 +117,10 @@ pub fn requests(
     let mut requests = Requests::new();
     let mut reasons = Reasons::default();
     for effector in effectors {
-        match kind(order, effector, parameters, belief)? {
+        match kind(order, effector, parameters, model)? {
             Some(kind) => {
                 let timing = timing(order, &kind, parameters)?;
-                if let Err(refusal) = check(effector, &kind, &timing, belief) {
+                if let Err(refusal) = check(effector, &kind, &timing, model) {
                     reasons.refuse(&refusal, Some(effector.into()), list);
                 }
                 requests.push(FaultRequest::Inject { target: effector.into(), kind, timing });
@@ -185,9 +185,9 @@ fn kind(
     order: &FaultOrder,
     effector: Effector,
     parameters: &FailureParameters,
-    belief: &Belief,
+    model: &AircraftModel,
 ) -> Result<Option<FaultKind>, Refused> {
-    let class = TargetClass::of(belief.effectors.list.is_angle(effector));
+    let class = TargetClass::of(model.effectors.list.is_angle(effector));
     let Some((info, alternative)) = entry(order, class, parameters)? else { return Ok(None) };
     let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
     if let Some((quantity, _)) =
@@ -198,7 +198,7 @@ fn kind(
     }
     let mut values = [0.0; NUMBERS_MAX];
     for (value, number) in values.iter_mut().zip(info.numbers) {
-        *value = self::number(order, number, class, parameters, belief)?;
+        *value = self::number(order, number, class, parameters, model)?;
     }
     Ok(info.with(alternative, values))
 }
@@ -252,10 +252,10 @@ fn number(
     number: &NumberInfo,
     class: TargetClass,
     parameters: &FailureParameters,
-    belief: &Belief,
+    model: &AircraftModel,
 ) -> Result<f64, Refused> {
     let measure = number.quantity.measure();
-    let engine_n = (class == TargetClass::Thrust).then(|| belief.effectors.thrust_range_n()[1]);
+    let engine_n = (class == TargetClass::Thrust).then(|| model.effectors.thrust_range_n()[1]);
     if number.option == SIZE_OPTION {
         match order.value.map(|value| value.size) {
             Some(Size::Number(value)) => return Ok(value::to_si(value, measure, engine_n)),
@@ -278,25 +278,25 @@ fn number(
     Ok(unit.to_si(parameters.number(number.parameter.name)))
 }
 
-/// Checks a fault as the plant does, with the belief's effectors. Beliefs are rounded: what is only a hair out of
+/// Checks a fault as the plant does, with the model's effectors. Models are rounded: what is only a hair out of
 /// reach is left to the plant.
 fn check(
     effector: Effector,
     kind: &FaultKind,
     timing: &Timing,
-    belief: &Belief,
+    model: &AircraftModel,
 ) -> Result<(), Refusal> {
-    let check = |factor| fault::check(kind, timing, &reach(effector, belief, factor));
+    let check = |factor| fault::check(kind, timing, &reach(effector, model, factor));
     check(1.0).or_else(|refusal| {
         check(1.0 + ROUNDING).or_else(|_| check(1.0 - ROUNDING)).map_err(|_| refusal)
     })
 }
 
-/// How far and how fast an effector goes, as the belief has it, times a factor. How fast thrust changes is not in
-/// the belief.
-fn reach(effector: Effector, belief: &Belief, factor: f64) -> Reach {
-    let EffectorBelief { list, servos, .. } = &belief.effectors;
-    let ServoBelief { lag_s, rate_limit, min, max } = servos[effector];
+/// How far and how fast an effector goes, as the model has it, times a factor. How fast thrust changes is not in
+/// the model.
+fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
+    let EffectorModel { list, servos, .. } = &model.effectors;
+    let ServoModel { lag_s, rate_limit, min, max } = servos[effector];
     let is_angle = list.is_angle(effector);
     let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
     Reach { is_angle, min: factor * min, max: factor * max, fastest }

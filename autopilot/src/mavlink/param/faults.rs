@@ -103,7 +103,7 @@ impl FaultOrders {
             Failure::Type(failure_type),
             instances,
         );
-        let requests = order::requests(&order, ctx.parameters, ctx.belief)
+        let requests = order::requests(&order, ctx.parameters, ctx.model)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
             return Err("Not set: too many faults are waiting".to_owned());

@@ -39,9 +39,9 @@ pub fn request(
     if is_array && index == faults::FAULTS_ID && ctx.aircraft.snapshot().is_some() {
         return Ok(faults::messages(ctx.aircraft, ctx.effectors()));
     }
-    let (aircraft, belief) = (ctx.aircraft, ctx.belief);
+    let (aircraft, model) = (ctx.aircraft, ctx.model);
     let (metadata, host) = (&telemetry.metadata, telemetry.host);
-    let view = View { aircraft, belief, metadata, host, now };
+    let view = View { aircraft, model, metadata, host, now };
     let mut answer = row.answer(&view, index).map_err(|nothing| {
         Refused::silent(match nothing {
             Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,

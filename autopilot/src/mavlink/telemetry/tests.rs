@@ -105,9 +105,9 @@ fn the_clock_of_the_computer_is_told_if_it_is_known() {
     assert_eq!(last::<SYSTEM_TIME_DATA>(&world).time_unix_usec, 0, "unknown");
 
     let mut world = World::waiting();
-    let belief = *world.autopilot.belief();
+    let model = *world.autopilot.model();
     let host = Host { unix_start_us: Some(1_700_000_000_000_000), ..Host::default() };
-    world.ground = Ground::new(&Parameters::default(), &belief, &[address(14_550)]).with_host(host);
+    world.ground = Ground::new(&Parameters::default(), &model, &[address(14_550)]).with_host(host);
     for _ in 0..3 {
         world.settle();
         world.now = world.now + PATIENCE;

@@ -102,10 +102,10 @@ fn the_autopilot_it_names_can_be_chosen() {
         (HeartbeatIdentity::Generic, MavAutopilot::MAV_AUTOPILOT_GENERIC),
     ] {
         let mut world = World::waiting();
-        let belief = *world.autopilot.belief();
+        let model = *world.autopilot.model();
         let host = Host { identity, ..Host::default() };
         world.ground =
-            Ground::new(&Parameters::default(), &belief, &[address(14_550)]).with_host(host);
+            Ground::new(&Parameters::default(), &model, &[address(14_550)]).with_host(host);
         world.settle();
         let heartbeat = heartbeats_at(&world, 14_550).pop().unwrap();
         assert_eq!(heartbeat.autopilot, expected);

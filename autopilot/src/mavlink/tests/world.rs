@@ -14,7 +14,7 @@ use icd::{ControlPeriod, Sensors, SimTime};
 
 use crate::autopilot::{Autopilot, Settings};
 use crate::clock::WallTime;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::event::{Intent, Wish};
 use crate::mavlink::Ground;
 use crate::mavlink::codec::{self, Identity, Skipped};
@@ -112,12 +112,12 @@ impl World {
 
     /// The same, with these parameters at the start of the program.
     pub fn waiting_with(parameters: &Parameters) -> Self {
-        let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
+        let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
         let endpoints = [address(14_550), address(14_540)];
         Self {
-            ground: Ground::new(parameters, &belief, &endpoints),
+            ground: Ground::new(parameters, &model, &endpoints),
             autopilot: Autopilot::new(&Settings {
-                belief,
+                model,
                 gains: Gains::REFERENCE,
                 limits: parameters.limits,
                 navigation: parameters.navigation,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::event::Intent;
 use crate::recorder::ControlHeader;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -24,7 +24,7 @@ fn encoder() -> Encoder<Vec<u8>> {
         period_us: 2_000,
         row_every: 1,
         joined_in_flight: false,
-        belief: config::belief("belief", DEFAULT_BELIEF).unwrap(),
+        model: config::aircraft_model("model", DEFAULT_MODEL).unwrap(),
         gains: parameters.gains,
         limits: parameters.limits,
         navigation: parameters.navigation,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::event::{Event, Intent};
 use crate::recorder::Moment;
 use crate::vehicle::Reference;
@@ -16,8 +16,8 @@ fn at(step: u64) -> SimTime {
 
 /// A step of level flight.
 fn level() -> Step {
-    let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-    let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &belief, &Gains::REFERENCE);
+    let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
+    let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
     let state = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
     let demand = Demand { altitude_m: 3_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let log = flight.step(&state, &demand);

@@ -124,7 +124,7 @@ pub fn run<O: Operator>(
     until: SimTime,
     operator: &mut O,
 ) -> Result<Flown<O::Stop>, SetupError> {
-    setup.check_model(settings.belief.aircraft())?;
+    setup.check_model(settings.model.aircraft())?;
     let plant = Plant::new(setup)?;
     let mut autopilot = Autopilot::new(settings).with_own_law(operator.own_law());
     autopilot.begin_flight(setup.period, plant.time(), false);

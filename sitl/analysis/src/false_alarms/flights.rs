@@ -129,7 +129,7 @@ pub fn setup(
     parameters.gains.selection.compensator = CompensatorMode::Off;
     Ok(FlightSetup {
         plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),
-        belief: autopilot::config::belief("tvc_jet.toml", autopilot::config::DEFAULT_BELIEF)?,
+        model: autopilot::config::aircraft_model("tvc_jet.toml", autopilot::config::DEFAULT_MODEL)?,
         parameters,
         references: autopilot::config::references("the study", references)?,
         script: None,

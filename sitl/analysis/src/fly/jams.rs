@@ -159,7 +159,7 @@ impl JamsArgs {
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {
             plant,
-            belief: model.belief,
+            model: model.aircraft,
             parameters,
             references: flight.references,
             script: None,

@@ -47,7 +47,7 @@ pub(super) fn fly(
 ) -> Result<(Outcome, Option<FlightLog>), FlyError> {
     let airframe = &setup.plant.airframe;
     let mut judge = Judge {
-        model: DesignModel::new(setup.belief),
+        model: DesignModel::new(setup.model),
         limits: airframe.limits,
         measures: Measures::new(airframe, setup.plant.period.as_seconds()),
         rows_every: table::ticks_per_row(setup.plant.period) as u64,

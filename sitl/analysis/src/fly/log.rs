@@ -32,7 +32,7 @@ impl FlightLog {
             period_us: setup.plant.period.as_micros(),
             row_every: 1,
             joined_in_flight: false,
-            belief: settings.belief,
+            model: settings.model,
             gains: settings.gains,
             limits: settings.limits,
             navigation: settings.navigation,

@@ -6,7 +6,7 @@ use icd::{Actuators, Effector, EulerAngles, PerEffector};
 use nalgebra::{DMatrix, DVector};
 use plant_sim::{EarthModel, Plant, PlantSetup, SetupError};
 
-use flight_control::Belief;
+use flight_control::AircraftModel;
 
 /// Flown before the linearisation, until plant and laws agree about the trim, s.
 const SETTLING_S: f64 = 300.0;
@@ -39,10 +39,14 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// [`SetupError`] if there is no steady flight there.
-    pub fn settled(setup: &PlantSetup, belief: &Belief, gains: &Gains) -> Result<Self, SetupError> {
+    pub fn settled(
+        setup: &PlantSetup,
+        model: &AircraftModel,
+        gains: &Gains,
+    ) -> Result<Self, SetupError> {
         let setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
         let plant = Plant::new(&setup)?;
-        let mut control = FlightControl::new(setup.period, belief, gains);
+        let mut control = FlightControl::new(setup.period, model, gains);
         control.start_at(&plant.trim().positions());
         let effectors = setup.airframe.effectors.all().collect();
         let demand = Demand {

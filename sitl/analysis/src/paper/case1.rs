@@ -269,7 +269,7 @@ fn signs(runs: &Runs) -> Vec<ClaimResult> {
 
 fn lateral_nozzle(runs: &Runs) -> Vec<ClaimResult> {
     let run = runs.compensated;
-    let c_yaw = &runs.case.setup.belief.effectors.c_yaw;
+    let c_yaw = &runs.case.setup.model.effectors.c_yaw;
     // Yaw coefficients per rad: left elevator, and the aileron pair per rad of aileron.
     let elevator = c_yaw[tvc_jet::LEFT_ELEVATOR];
     let pair = c_yaw[tvc_jet::RIGHT_AILERON] - c_yaw[tvc_jet::LEFT_AILERON];
@@ -297,13 +297,13 @@ fn lateral_nozzle(runs: &Runs) -> Vec<ClaimResult> {
 
 fn nozzle_pitch(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.compensated, runs.case.fault_s);
-    let belief = &runs.case.setup.belief;
+    let model = &runs.case.setup.model;
     let left = run.at(BALANCE_S).map_or(f64::NAN, |Sample { row, density_kg_m3, .. }| {
         let q = 0.5 * density_kg_m3 * row.airspeed_m_s * row.airspeed_m_s;
-        let arm = q * belief.geometry.wing_area_m2 * belief.geometry.chord_m;
+        let arm = q * model.geometry.wing_area_m2 * model.geometry.chord_m;
         let jam = runs.case.jam_rad - row.cmd_left_elevator_rad;
-        let fault = arm * belief.effectors.c_pitch[tvc_jet::LEFT_ELEVATOR] * jam;
-        let nozzle = row.thrust_n * belief.nozzle_arm_m() * libm::sin(row.nozzle_pitch_rad);
+        let fault = arm * model.effectors.c_pitch[tvc_jet::LEFT_ELEVATOR] * jam;
+        let nozzle = row.thrust_n * model.nozzle_arm_m() * libm::sin(row.nozzle_pitch_rad);
         (1.0 + nozzle / fault).abs()
     });
     let smallest = min(column(run.from(fault_s + 0.5), |row| row.nozzle_pitch_rad)) / DEG;

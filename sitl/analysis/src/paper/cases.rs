@@ -140,7 +140,7 @@ impl Case {
             jam_rad: angle_rad,
             setup: FlightSetup {
                 plant: setup,
-                belief: model.belief,
+                model: model.aircraft,
                 parameters: aircraft.parameters(model.defaults)?,
                 references: flight.references,
                 script: None,
@@ -195,7 +195,7 @@ impl Case {
     /// The controller's model, against which F is measured.
     #[must_use]
     pub fn model(&self) -> DesignModel {
-        DesignModel::new(self.setup.belief)
+        DesignModel::new(self.setup.model)
     }
 
     /// Flies one run.
@@ -272,7 +272,7 @@ fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::Flight
 /// # Errors
 /// What the flight says.
 pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightError> {
-    let model = DesignModel::new(setup.belief);
+    let model = DesignModel::new(setup.model);
     let mut samples = Vec::new();
     let end = fly(setup, &mut |record| samples.push(Sample::of(&model, record)))?;
     Ok(Trace::new(samples, setup.plant.period, end.on_ground, setup.plant.airframe.limits))

@@ -1,6 +1,6 @@
 //! Claim 5: the outcomes under model error, and how they thin out as it grows.
 //!
-//! The aircraft is changed, the controller is not: belief, gains and trim stay nominal. The aircraft starts in
+//! The aircraft is changed, the controller is not: model, gains and trim stay nominal. The aircraft starts in
 //! its own steady flight.
 
 use plant_sim::Airframe;

@@ -1,7 +1,7 @@
 //! How the outcomes depend on the parameters that a reader will doubt.
 //!
 //! The paper prints no parameters. Here one of this project's is replaced by another value, the controller is
-//! told (its belief is derived anew), and both cases are flown again.
+//! told (its model is derived anew), and both cases are flown again.
 
 use rayon::prelude::*;
 
@@ -83,11 +83,11 @@ fn one(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, PaperError> {
     let mut results = Vec::new();
     for case in cases {
         let mut case = case.with_airframe(airframe.clone());
-        let belief = linearize(&case.setup.plant, &[]).ok().filter(|b| b.validate().is_ok());
-        let Some(belief) = belief else {
+        let model = linearize(&case.setup.plant, &[]).ok().filter(|b| b.validate().is_ok());
+        let Some(model) = model else {
             return Ok(Sensitivity { doubt: *doubt, value, held: None, broken: Vec::new() });
         };
-        case.setup.belief = belief;
+        case.setup.model = model;
         let fly = |run| case.fly(run, &in_process);
         let (no_fault, pid_only, compensated) =
             (fly(Run::NoFault)?, fly(Run::PidOnly)?, fly(Run::Compensated)?);

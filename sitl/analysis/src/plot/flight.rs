@@ -81,7 +81,7 @@ impl Flight {
             strays: 0,
         };
         let of_plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.effectors);
-        let of_control = flight.control.as_ref().map(|control| control.belief.effectors.list);
+        let of_control = flight.control.as_ref().map(|control| control.model.effectors.list);
         // A log without headers names its columns all the same: those of the aircraft that every log had once.
         flight.effectors = of_plant.or(of_control).unwrap_or_else(tvc_jet::effectors);
         Ok(flight)
@@ -141,9 +141,9 @@ impl Flight {
         Some(angles.collect())
     }
 
-    /// The true F of each tick that has a row of truth and one of control, see Eq. (18); it needs the belief.
+    /// The true F of each tick that has a row of truth and one of control, see Eq. (18); it needs the model.
     pub fn true_fault_acceleration(&self) -> Option<Vec<(f64, Vector3<f64>)>> {
-        let model = DesignModel::new(self.control.as_ref()?.belief);
+        let model = DesignModel::new(self.control.as_ref()?.model);
         let (truth, control) = (self.log.topic("truth")?, self.log.topic("control")?);
         let columns = |topic: &Topic<'_>, names: &[&str]| -> Option<Vec<Vec<f64>>> {
             names.iter().map(|name| self.column(topic, name)).collect()

@@ -87,7 +87,7 @@ fn missing(flight: &Flight) -> Vec<&'static str> {
     ];
     let topics = topics.into_iter().filter(|(topic, _)| !flight.has(topic)).map(|(_, what)| what);
     let control =
-        flight.control.is_none().then_some("a readable header of the autopilot (levels, belief)");
+        flight.control.is_none().then_some("a readable header of the autopilot (levels, model)");
     let plant = flight.plant.is_none().then_some("a readable header of the plant (scenario, seed)");
     topics.chain(control).chain(plant).collect()
 }

@@ -265,10 +265,10 @@ fn compensator(flight: &Flight) -> Group {
             .map(|panel| Panel { bands: active(flight), y: (-0.05, 1.1), ..panel })
             .into_iter()
             .collect();
-    let belief = flight.control.as_ref().map(|control| &control.belief.effectors);
+    let model = flight.control.as_ref().map(|control| &control.model.effectors);
     let of_kind = |kind| {
-        let belief = belief?;
-        Some(belief.servos[belief.list.of_kind(kind).next()?].max)
+        let model = model?;
+        Some(model.servos[model.list.of_kind(kind).next()?].max)
     };
     let axes = [
         ("Ailerons: addition to the roll command", "aileron_rad", EffectorKind::Aileron),
@@ -361,13 +361,13 @@ fn title(name: &str) -> String {
     letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
 }
 
-/// Ends of an effector's travel: of the aircraft, or as the controller believes. rad; engine N.
+/// Ends of an effector's travel: of the aircraft, or of the controller's model; rad; engine N.
 fn travel(flight: &Flight, effector: Effector) -> Option<(f64, f64)> {
     if let Some(plant) = &flight.plant {
         let servo = &plant.setup.airframe.servos[effector];
         return Some((servo.min, servo.max));
     }
-    let servo = &flight.control.as_ref()?.belief.effectors.servos[effector];
+    let servo = &flight.control.as_ref()?.model.effectors.servos[effector];
     Some((servo.min, servo.max))
 }
 

@@ -267,7 +267,7 @@ impl<'a> Replay<'a> {
             commands: Rows::new(log, "commands", every),
             control: Rows::new(log, "control", every),
             truth: Rows::new(log, "truth", every),
-            names: Names::new(&recording.settings().belief.effectors.list),
+            names: Names::new(&recording.settings().model.effectors.list),
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
             waiting: 0,

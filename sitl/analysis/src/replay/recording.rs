@@ -7,7 +7,7 @@ use autopilot::autopilot::Settings;
 use autopilot::event::Wish;
 use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
-use flight_control::belief::BeliefError;
+use flight_control::aircraft_model::AircraftModelError;
 use icd::wire;
 use plant_sim::io::header::PlantHeader;
 use serde::Deserialize;
@@ -55,9 +55,9 @@ pub enum CannotFly {
          fly it again with the program that wrote it"
     )]
     Rules(u32),
-    /// The belief of the header cannot be flown.
-    #[error("the belief in its control_header cannot be flown: {0}")]
-    Belief(#[from] BeliefError),
+    /// The model of the header cannot be flown.
+    #[error("the model in its control_header cannot be flown: {0}")]
+    Model(#[from] AircraftModelError),
     /// Parameters of the header, or of an input, cannot be flown.
     #[error("the parameters in its {place} cannot be flown: {why}")]
     Parameters {
@@ -142,7 +142,7 @@ impl Recording {
         if control.joined_in_flight {
             return Err(CannotFly::Joined);
         }
-        control.belief.validate()?;
+        control.model.validate()?;
         let ControlHeader { gains, limits, navigation, .. } = control;
         let parameters = Parameters { gains, limits, navigation, ..Parameters::default() };
         let refused = |place: String, why| CannotFly::Parameters { place, why };
@@ -281,10 +281,10 @@ impl Recording {
     /// The control side as it was at the first packet.
     #[must_use]
     pub fn settings(&self) -> Settings {
-        let ControlHeader { belief, gains, limits, navigation, references, script, .. } =
+        let ControlHeader { model, gains, limits, navigation, references, script, .. } =
             &self.control;
         Settings {
-            belief: *belief,
+            model: *model,
             gains: *gains,
             limits: *limits,
             navigation: *navigation,

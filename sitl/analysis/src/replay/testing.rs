@@ -37,7 +37,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
         period_us: setup.plant.period.as_micros(),
         row_every: without.rows.max(1),
         joined_in_flight: false,
-        belief: settings.belief,
+        model: settings.model,
         gains: settings.gains,
         limits: settings.limits,
         navigation: settings.navigation,
@@ -161,7 +161,7 @@ struct Writer {
 
 impl Writer {
     fn new(without: Without, control: &ControlHeader, plant: &PlantHeader) -> Self {
-        let effectors = &control.belief.effectors.list;
+        let effectors = &control.model.effectors.list;
         let formats = [
             topics::sensors(),
             topics::commands(effectors),

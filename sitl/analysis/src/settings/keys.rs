@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use autopilot::config::ScenarioFile as AutopilotFile;
 use autopilot::parameters::changes;
-use flight_control::Belief;
+use flight_control::AircraftModel;
 use plant_sim::aerodynamics::Aero;
 use plant_sim::airframe::AirframeFile;
 use plant_sim::scenario::ScenarioFile as PlantFile;
@@ -34,7 +34,7 @@ pub fn all() -> &'static BTreeSet<String> {
         gather::<AirframeFile<TableAero>>("airframe", &mut keys);
         gather::<ThrustTables>("airframe.propulsion", &mut keys);
         gather::<Propeller>("airframe.propulsion", &mut keys);
-        gather::<Belief>("model", &mut keys);
+        gather::<AircraftModel>("model", &mut keys);
         keys
     });
     &KEYS

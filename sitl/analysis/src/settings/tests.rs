@@ -26,7 +26,7 @@ fn every_key_of_the_shipped_files_is_known() {
     let mut found = Vec::new();
     for (root, text) in [
         ("airframe", plant_sim::airframe::DEFAULT_AIRFRAME),
-        ("model", autopilot::config::DEFAULT_BELIEF),
+        ("model", autopilot::config::DEFAULT_MODEL),
     ] {
         leaves(root, &Value::Table(toml::from_str(text).unwrap()), &mut found);
     }

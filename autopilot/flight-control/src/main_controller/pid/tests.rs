@@ -9,7 +9,7 @@ use crate::testing;
 use icd::ControlPeriod;
 
 fn model() -> DesignModel {
-    DesignModel::new(testing::belief())
+    DesignModel::new(testing::aircraft_model())
 }
 
 /// The law under its references.
@@ -48,7 +48,7 @@ fn integrals(controller: &MainController) -> &Pid {
 #[test]
 fn level_flight_on_reference_is_left_at_trim() {
     let command = step(&mut controller(), &testing::level_state(), &testing::level_demand());
-    let trim = testing::belief().trim;
+    let trim = testing::aircraft_model().trim;
     assert!(command.aileron_rad.abs() < 1.0e-15 && command.rudder_rad.abs() < 1.0e-15);
     assert!((command.elevator_rad - trim.elevator_rad).abs() < 1.0e-12);
     assert!((command.thrust_n - trim.thrust_n).abs() < 1.0e-9);
@@ -143,7 +143,7 @@ fn trimmed(
 
 #[test]
 fn away_from_the_design_point_a_trimmed_flight_on_its_reference_is_left_at_its_trim() {
-    let design = testing::belief().trim;
+    let design = testing::aircraft_model().trim;
     for (airspeed_m_s, altitude_m, bank_deg) in
         [(180.0, 10_000.0, 0.0), (320.0, 600.0, 0.0), (250.0, 6_000.0, 60.0)]
     {
@@ -180,7 +180,7 @@ fn beyond_its_band_the_altitude_integrator_runs_when_the_aircraft_has_stopped_cl
 
 #[test]
 fn beyond_the_stall_onset_the_nose_is_pushed_down_and_the_integrator_does_not_pull() {
-    let onset = testing::belief().airframe.stall_onset_rad;
+    let onset = testing::aircraft_model().airframe.stall_onset_rad;
     let command = |alpha| {
         let state = NavigationState { alpha, ..testing::level_state() };
         step(&mut controller(), &state, &testing::level_demand()).elevator_rad

@@ -1,6 +1,6 @@
 use super::super::{INJECT_FAILURE, requests, unit_and_instance};
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use crate::parameters::Parameters;
 use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;
@@ -13,8 +13,8 @@ const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
 
 fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
     let command = Command { id, params, frame: None, xy: None };
-    let belief = config::belief("belief", DEFAULT_BELIEF).unwrap();
-    requests(&command, &Parameters::default(), &belief).map(|requests| requests.to_vec()).map_err(
+    let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
+    requests(&command, &Parameters::default(), &model).map(|requests| requests.to_vec()).map_err(
         |refused| {
             assert!(refused.reason.is_some(), "a refusal has a reason");
             refused.result

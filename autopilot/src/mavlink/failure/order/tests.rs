@@ -1,12 +1,12 @@
 use super::*;
-use crate::config::{self, DEFAULT_BELIEF};
+use crate::config::{self, DEFAULT_MODEL};
 use ::mavlink::dialects::common::MavResult;
 use icd::SimTime;
 use icd::fault::{CATALOGUE, Side, Travel};
 use icd::tvc_jet;
 
-fn belief() -> Belief {
-    config::belief("belief", DEFAULT_BELIEF).unwrap()
+fn model() -> AircraftModel {
+    config::aircraft_model("model", DEFAULT_MODEL).unwrap()
 }
 
 fn parameters(settings: &[(&str, f64)]) -> Parameters {
@@ -26,7 +26,7 @@ fn value(failure: &str, text: &str) -> Option<Value> {
 
 /// Kind and timing of an order for one effector, or the reason.
 fn fault(order: &FaultOrder, settings: &[(&str, f64)]) -> Result<(FaultKind, Timing), String> {
-    match requests(order, &parameters(settings), &belief()).map(|requests| requests.to_vec()) {
+    match requests(order, &parameters(settings), &model()).map(|requests| requests.to_vec()) {
         Ok(requests) => match requests[..] {
             [FaultRequest::Inject { kind, timing, .. }] => Ok((kind, timing)),
             _ => panic!("{requests:?}"),
@@ -91,7 +91,7 @@ fn what_an_order_leaves_open_comes_from_the_parameters() {
 
 #[test]
 fn the_engines_sizes_are_percent_of_its_largest_thrust() {
-    let largest = belief().effectors.thrust_range_n()[1];
+    let largest = model().effectors.thrust_range_n()[1];
     let newtons = 0.2 * largest;
     let mode = |mode| [("FLT_ENG_PCT", 20.0), ("FLT_WRONG_MODE", mode)];
     for (failure_type, mode, kind) in [
@@ -280,9 +280,9 @@ fn kinds_near_the_limits(effector: Effector, reach: &Reach) -> Vec<FaultKind> {
 
 #[test]
 fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
-    let belief = belief();
+    let model = model();
     let mut refused = 0;
-    // The aircraft's own numbers, before they are rounded for the belief.
+    // The aircraft's own numbers, before they are rounded for the model.
     for (effector, travel_deg, rate_deg_s) in [
         (tvc_jet::LEFT_AILERON, 25.0_f64, 80.0_f64),
         (tvc_jet::RIGHT_ELEVATOR, 30.0, 80.0),
@@ -294,7 +294,7 @@ fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
             Reach { is_angle: true, min: -max, max, fastest: Some(rate_deg_s.to_radians()) };
         for kind in kinds_near_the_limits(effector, &plant) {
             let there = fault::check(&kind, &Timing::NOW, &plant);
-            let here = check(effector, &kind, &Timing::NOW, &belief);
+            let here = check(effector, &kind, &Timing::NOW, &model);
             assert_eq!(here.is_ok(), there.is_ok(), "{effector:?} {kind:?}: {here:?} {there:?}");
             refused += usize::from(there.is_err());
         }

@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
         ["clear"] => clear(asking),
         [component, failure, options @ ..] => {
             let order = order_of(component, failure, options)?;
-            let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.belief)
+            let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
             let wishes =
                 requests.into_iter().map(|request| (Wish::Fault(request), request.target()));

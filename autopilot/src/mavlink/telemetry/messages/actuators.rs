@@ -4,8 +4,8 @@ use ::mavlink::dialects::common::{
     ACTUATOR_OUTPUT_STATUS_DATA, DEBUG_FLOAT_ARRAY_DATA, NAMED_VALUE_FLOAT_DATA,
     SERVO_OUTPUT_RAW_DATA,
 };
-use flight_control::belief::{EffectorBelief, ServoBelief};
-use flight_control::{Belief, Compensation};
+use flight_control::aircraft_model::{EffectorModel, ServoModel};
+use flight_control::{AircraftModel, Compensation};
 use icd::{Effector, EffectorKind, PerEffector};
 
 use crate::event::Snapshot;
@@ -14,36 +14,40 @@ use crate::mavlink::convert;
 use crate::mavlink::telemetry::View;
 
 /// Command of an effector: -1 to 1 of its travel, 0 to 1 of the engine's range.
-pub(super) fn fraction_of_range(state: &Snapshot, effector: Effector, belief: &Belief) -> f64 {
+pub(super) fn fraction_of_range(
+    state: &Snapshot,
+    effector: Effector,
+    model: &AircraftModel,
+) -> f64 {
     let command = state.log.commands[effector];
-    let EffectorBelief { list, servos, .. } = &belief.effectors;
-    let ServoBelief { min, max, .. } = servos[effector];
+    let EffectorModel { list, servos, .. } = &model.effectors;
+    let ServoModel { min, max, .. } = servos[effector];
     if !list.is_angle(effector) {
-        return thrust_fraction(command, belief);
+        return thrust_fraction(command, model);
     }
     // Where the travel is the same either way this is command over travel.
     if command < 0.0 { -command / min } else { command / max }
 }
 
 /// Thrust as a fraction of the engine's range, 0 to 1 inside it; 0 without an engine.
-pub(super) fn thrust_fraction(thrust_n: f64, belief: &Belief) -> f64 {
-    let [min, max] = belief.effectors.thrust_range_n();
+pub(super) fn thrust_fraction(thrust_n: f64, model: &AircraftModel) -> f64 {
+    let [min, max] = model.effectors.thrust_range_n();
     if max > min { (thrust_n - min) / (max - min) } else { 0.0 }
 }
 
 /// Throttle in the same way.
-pub(super) fn throttle(state: &Snapshot, belief: &Belief) -> f64 {
-    let engine = belief.effectors.list.only(EffectorKind::Engine);
-    engine.map_or(0.0, |engine| fraction_of_range(state, engine, belief))
+pub(super) fn throttle(state: &Snapshot, model: &AircraftModel) -> f64 {
+    let engine = model.effectors.list.only(EffectorKind::Engine);
+    engine.map_or(0.0, |engine| fraction_of_range(state, engine, model))
 }
 
 /// SERVO_OUTPUT_RAW: the outputs are the effectors in their order; those beyond are 0.
 pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
-    let list = &view.belief.effectors.list;
+    let list = &view.model.effectors.list;
     let pulse = |place: usize| {
         let effector = Effector::from_index(place).filter(|effector| list.contains(*effector));
         effector.map_or(0, |effector| {
-            let fraction = fraction_of_range(state, effector, view.belief);
+            let fraction = fraction_of_range(state, effector, view.model);
             if list.is_angle(effector) {
                 convert::servo_pulse_us(fraction)
             } else {
@@ -74,10 +78,10 @@ pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
 }
 
 pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
-    let list = &view.belief.effectors.list;
+    let list = &view.model.effectors.list;
     let mut actuator = [0.0; 32];
     for (output, effector) in actuator.iter_mut().zip(list.all()) {
-        *output = convert::float(fraction_of_range(state, effector, view.belief));
+        *output = convert::float(fraction_of_range(state, effector, view.model));
     }
     let active = (1 << list.len()) - 1;
     Encoded::new(&ACTUATOR_OUTPUT_STATUS_DATA {

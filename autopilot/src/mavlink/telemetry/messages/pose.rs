@@ -121,7 +121,7 @@ pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
         alt: convert::float(motion.altitude_m),
         climb: convert::float(motion.climb_rate_m_s()),
         heading: convert::heading_degrees(motion.attitude.psi),
-        throttle: convert::percent(throttle(state, view.belief)),
+        throttle: convert::percent(throttle(state, view.model)),
     })
 }
 

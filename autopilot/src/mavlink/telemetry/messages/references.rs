@@ -18,7 +18,7 @@ pub fn attitude_target(view: &View, state: &Snapshot) -> Encoded {
     let present = state.motion().attitude;
     let attitude =
         Attitude::from_euler(EulerAngles { phi: state.log.roll_reference_rad, ..present });
-    let thrust = thrust_fraction(state.log.main.thrust_n, view.belief);
+    let thrust = thrust_fraction(state.log.main.thrust_n, view.model);
     Encoded::new(&ATTITUDE_TARGET_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         q: attitude.wxyz().map(convert::float),

@@ -22,7 +22,7 @@ const NEAR: f64 = 0.5;
 
 /// The four panels of the paper: elevators, ailerons, rudder, nozzle.
 pub fn figure(name: &'static str, number: &str, flown: &Flown) -> Figure {
-    let servos = &flown.case.setup.belief.effectors.servos;
+    let servos = &flown.case.setup.model.effectors.servos;
     let deg = |effector: Effector| servos[effector].max / DEG;
     let elevators: [fn(&Row) -> f64; 2] = [|r| r.left_elevator_rad, |r| r.right_elevator_rad];
     let ailerons: [fn(&Row) -> f64; 2] = [|r| r.left_aileron_rad, |r| r.right_aileron_rad];

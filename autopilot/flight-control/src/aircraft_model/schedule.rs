@@ -9,7 +9,7 @@ use arrayvec::ArrayVec;
 use icd::{Effector, EffectorKind, PerEffector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{AirframeBelief, Belief, BeliefError, LiftBelief, check};
+use super::{AircraftModel, AircraftModelError, AirframeModel, LiftModel, check};
 use crate::design_model::atmosphere;
 
 /// Most points of a schedule.
@@ -40,9 +40,9 @@ pub struct SchedulePoint {
     #[serde(with = "column")]
     pub c_yaw: PerEffector<f64>,
     /// Moment coefficients with all surfaces at zero.
-    pub airframe: AirframeBelief,
+    pub airframe: AirframeModel,
     /// Lift coefficients.
-    pub lift: LiftBelief,
+    pub lift: LiftModel,
 }
 
 /// The points of a model file, in the order of increasing dynamic pressure.
@@ -89,18 +89,18 @@ impl Schedule {
     }
 
     /// Puts the coefficients at a dynamic pressure, Pa, into the model that has this schedule; false without points.
-    pub fn put(&self, pressure_pa: f64, belief: &mut Belief) -> bool {
+    pub fn put(&self, pressure_pa: f64, aircraft: &mut AircraftModel) -> bool {
         let Some((below, above, part)) = self.around(pressure_pa) else { return false };
-        below.mixed(above, part).put(belief);
+        below.mixed(above, part).put(aircraft);
         true
     }
 
     /// Checks that the points are in order and each can be flown as the model could.
-    pub(super) fn validate(&self, belief: &Belief) -> Result<(), BeliefError> {
+    pub(super) fn validate(&self, aircraft: &AircraftModel) -> Result<(), AircraftModelError> {
         let mut least = 0.0;
         for (number, point) in (1..).zip(self.points()) {
-            let numbered = |error| BeliefError { point: number, ..error };
-            point.validate(belief).map_err(numbered)?;
+            let numbered = |error| AircraftModelError { point: number, ..error };
+            point.validate(aircraft).map_err(numbered)?;
             let pressure_pa = point.pressure_pa();
             let key = "airspeed_m_s (dynamic pressure in Pa, which increases from point to point)";
             check(key, pressure_pa, least + 1.0, 1.0e7).map_err(numbered)?;
@@ -138,18 +138,18 @@ impl SchedulePoint {
     }
 
     /// Replaces what a model has for all conditions.
-    fn put(&self, belief: &mut Belief) {
-        let effectors = &mut belief.effectors;
+    fn put(&self, aircraft: &mut AircraftModel) {
+        let effectors = &mut aircraft.effectors;
         (effectors.c_lift, effectors.c_roll) = (self.c_lift, self.c_roll);
         (effectors.c_pitch, effectors.c_yaw) = (self.c_pitch, self.c_yaw);
         if let Some(engine) = effectors.list.only(EffectorKind::Engine) {
             [effectors.servos[engine].min, effectors.servos[engine].max] = self.thrust_n;
         }
-        (belief.airframe, belief.lift) = (self.airframe, self.lift);
-        belief.trim.thrust_n = self.trim_thrust_n;
+        (aircraft.airframe, aircraft.lift) = (self.airframe, self.lift);
+        aircraft.trim.thrust_n = self.trim_thrust_n;
     }
 
-    fn validate(&self, belief: &Belief) -> Result<(), BeliefError> {
+    fn validate(&self, aircraft: &AircraftModel) -> Result<(), AircraftModelError> {
         check("airspeed_m_s", self.airspeed_m_s, 1.0, 1.0e3)?;
         check("altitude_m", self.altitude_m, 0.0, 25_000.0)?;
         let [min, max] = self.thrust_n;
@@ -164,11 +164,12 @@ impl SchedulePoint {
         ] {
             for (effector, value) in column.iter() {
                 // What no effector has is nothing.
-                let most = if belief.effectors.list.entry(effector).is_some() { 10.0 } else { 0.0 };
+                let most =
+                    if aircraft.effectors.list.entry(effector).is_some() { 10.0 } else { 0.0 };
                 check(key, *value, -most, most)?;
             }
         }
-        let mut at_point = Belief { schedule: Schedule::default(), ..*belief };
+        let mut at_point = AircraftModel { schedule: Schedule::default(), ..*aircraft };
         self.put(&mut at_point);
         at_point.validate()
     }

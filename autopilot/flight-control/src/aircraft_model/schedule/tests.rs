@@ -5,31 +5,31 @@ use std::string::{String, ToString};
 
 /// The test model at an airspeed, at 5000 m, with this stiffness in pitch.
 fn point(airspeed_m_s: f64, c_pitch_alpha: f64) -> SchedulePoint {
-    let belief = testing::belief();
+    let aircraft = testing::aircraft_model();
     SchedulePoint {
         airspeed_m_s,
         altitude_m: 5_000.0,
         trim_thrust_n: 20_000.0,
         thrust_n: [1_000.0, 1_000.0 * airspeed_m_s],
-        c_lift: belief.effectors.c_lift,
-        c_roll: belief.effectors.c_roll,
-        c_pitch: belief.effectors.c_pitch,
-        c_yaw: belief.effectors.c_yaw,
-        airframe: AirframeBelief { c_pitch_alpha, ..belief.airframe },
-        lift: belief.lift,
+        c_lift: aircraft.effectors.c_lift,
+        c_roll: aircraft.effectors.c_roll,
+        c_pitch: aircraft.effectors.c_pitch,
+        c_yaw: aircraft.effectors.c_yaw,
+        airframe: AirframeModel { c_pitch_alpha, ..aircraft.airframe },
+        lift: aircraft.lift,
     }
 }
 
-fn scheduled() -> Belief {
+fn scheduled() -> AircraftModel {
     let schedule = Schedule::new([point(100.0, -0.1), point(200.0, -0.5), point(300.0, -0.3)]);
-    Belief { schedule, ..testing::belief() }
+    AircraftModel { schedule, ..testing::aircraft_model() }
 }
 
-fn at(airspeed_m_s: f64) -> Belief {
-    let mut belief = scheduled();
+fn at(airspeed_m_s: f64) -> AircraftModel {
+    let mut aircraft = scheduled();
     let pressure_pa = point(airspeed_m_s, 0.0).pressure_pa();
-    assert!(belief.schedule.clone().put(pressure_pa, &mut belief));
-    belief
+    assert!(aircraft.schedule.clone().put(pressure_pa, &mut aircraft));
+    aircraft
 }
 
 #[test]
@@ -48,19 +48,19 @@ fn between_points_coefficients_lie_on_lines_over_the_dynamic_pressure_and_beyond
 
 #[test]
 fn a_model_without_points_is_left_alone() {
-    let mut belief = testing::belief();
-    assert!(!belief.schedule.clone().put(1.0e4, &mut belief));
-    assert_eq!(belief, testing::belief());
+    let mut aircraft = testing::aircraft_model();
+    assert!(!aircraft.schedule.clone().put(1.0e4, &mut aircraft));
+    assert_eq!(aircraft, testing::aircraft_model());
 }
 
 #[test]
 fn a_schedule_comes_through_its_file() {
     let text = toml::to_string(&scheduled()).unwrap();
     assert!(text.contains("[[at]]"));
-    let read: Belief = toml::from_str(&text).unwrap();
+    let read: AircraftModel = toml::from_str(&text).unwrap();
     assert_eq!(read, scheduled());
     assert_eq!(read.validate(), Ok(()));
-    assert!(!toml::to_string(&testing::belief()).unwrap().contains("at ="));
+    assert!(!toml::to_string(&testing::aircraft_model()).unwrap().contains("at ="));
 }
 
 #[test]
@@ -68,8 +68,9 @@ fn a_point_that_cannot_be_is_refused_with_its_number_and_key() {
     let refusal = |change: fn(&mut SchedulePoint)| -> String {
         let mut points = [point(100.0, -0.1), point(200.0, -0.5)];
         change(&mut points[1]);
-        let belief = Belief { schedule: Schedule::new(points), ..testing::belief() };
-        belief.validate().unwrap_err().to_string()
+        let aircraft =
+            AircraftModel { schedule: Schedule::new(points), ..testing::aircraft_model() };
+        aircraft.validate().unwrap_err().to_string()
     };
     assert_eq!(
         refusal(|point| point.airframe.c_roll_p = f64::NAN),

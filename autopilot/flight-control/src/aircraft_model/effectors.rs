@@ -1,20 +1,20 @@
-//! The effectors as the controller believes them: what each is, how it moves when it is healthy, what it does.
+//! The effectors in the controller's model: what each is, how a healthy one moves, what moments it makes.
 
 use arrayvec::ArrayVec;
 use icd::effector_list::{EffectorEntry, EffectorListError, Name};
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
 use serde::{Deserialize, Serialize};
 
-use super::{BeliefError, check_of};
+use super::{AircraftModelError, check_of};
 
 /// The effectors of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Tables", into = "Tables")]
-pub struct EffectorBelief {
+pub struct EffectorModel {
     /// What they are.
     pub list: EffectorList,
     /// How the healthy ones move.
-    pub servos: PerEffector<ServoBelief>,
+    pub servos: PerEffector<ServoModel>,
     /// Lift coefficient per deflection, 1/rad.
     pub c_lift: PerEffector<f64>,
     /// Roll moment coefficient per deflection, 1/rad.
@@ -29,10 +29,10 @@ pub struct EffectorBelief {
 
 /// How a healthy effector moves: rad, an engine newton.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ServoBelief {
+pub struct ServoModel {
     /// Time constant of the first-order lag, s.
     pub lag_s: f64,
-    /// Rate limit, rad/s; infinite for an engine, whose speed is not believed anything about.
+    /// Rate limit, rad/s; infinite for an engine, because the model does not limit how fast thrust changes.
     pub rate_limit: f64,
     /// Lower end of the travel, rad or N.
     pub min: f64,
@@ -114,7 +114,7 @@ impl core::fmt::Display for TablesError {
     }
 }
 
-impl TryFrom<Tables> for EffectorBelief {
+impl TryFrom<Tables> for EffectorModel {
     type Error = TablesError;
 
     fn try_from(tables: Tables) -> Result<Self, TablesError> {
@@ -144,21 +144,21 @@ impl TryFrom<Tables> for EffectorBelief {
 }
 
 impl EffectorFile {
-    fn servo(&self) -> Result<ServoBelief, TablesError> {
+    fn servo(&self) -> Result<ServoModel, TablesError> {
         let effector = self.name;
         let lag_s = self.lag_s;
         if self.kind.is_angle() {
             let expected = "travel_rad, rate_limit_rad_s";
             match (self.travel_rad, self.rate_limit_rad_s, self.thrust_n) {
                 (Some([min, max]), Some(rate_limit), None) => {
-                    Ok(ServoBelief { lag_s, rate_limit, min, max })
+                    Ok(ServoModel { lag_s, rate_limit, min, max })
                 }
                 _ => Err(TablesError::Key { effector, expected }),
             }
         } else {
             match (self.travel_rad, self.rate_limit_rad_s, self.thrust_n) {
                 (None, None, Some([min, max])) => {
-                    Ok(ServoBelief { lag_s, rate_limit: f64::INFINITY, min, max })
+                    Ok(ServoModel { lag_s, rate_limit: f64::INFINITY, min, max })
                 }
                 _ => Err(TablesError::Key { effector, expected: "thrust_n" }),
             }
@@ -166,11 +166,11 @@ impl EffectorFile {
     }
 }
 
-impl From<EffectorBelief> for Tables {
-    fn from(belief: EffectorBelief) -> Self {
+impl From<EffectorModel> for Tables {
+    fn from(aircraft: EffectorModel) -> Self {
         let table = |effector| {
-            let entry = belief.list.entry(effector)?;
-            let servo = &belief.servos[effector];
+            let entry = aircraft.list.entry(effector)?;
+            let servo = &aircraft.servos[effector];
             let is_angle = entry.kind.is_angle();
             Some(EffectorFile {
                 name: entry.name,
@@ -182,23 +182,23 @@ impl From<EffectorBelief> for Tables {
                 rate_limit_rad_s: is_angle.then_some(servo.rate_limit),
                 travel_rad: is_angle.then_some([servo.min, servo.max]),
                 thrust_n: (!is_angle).then_some([servo.min, servo.max]),
-                c_lift: belief.c_lift[effector],
-                c_roll: belief.c_roll[effector],
-                c_pitch: belief.c_pitch[effector],
-                c_yaw: belief.c_yaw[effector],
-                gains: belief.gains[effector],
+                c_lift: aircraft.c_lift[effector],
+                c_roll: aircraft.c_roll[effector],
+                c_pitch: aircraft.c_pitch[effector],
+                c_yaw: aircraft.c_yaw[effector],
+                gains: aircraft.gains[effector],
             })
         };
-        belief.list.all().filter_map(table).collect()
+        aircraft.list.all().filter_map(table).collect()
     }
 }
 
-impl EffectorBelief {
+impl EffectorModel {
     /// Smallest and largest thrust, N; zeros without an engine.
     #[must_use]
     pub fn thrust_range_n(&self) -> [f64; 2] {
         self.list.only(EffectorKind::Engine).map_or([0.0; 2], |engine| {
-            let ServoBelief { min, max, .. } = self.servos[engine];
+            let ServoModel { min, max, .. } = self.servos[engine];
             [min, max]
         })
     }
@@ -227,7 +227,7 @@ impl EffectorBelief {
     }
 
     /// Checks every number.
-    pub(super) fn validate(&self) -> Result<(), BeliefError> {
+    pub(super) fn validate(&self) -> Result<(), AircraftModelError> {
         for effector in self.list.all() {
             let Some(entry) = self.list.entry(effector) else { continue };
             let check = |key, value, min, max| check_of(&entry.name, key, value, min, max);

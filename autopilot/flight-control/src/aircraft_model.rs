@@ -1,4 +1,4 @@
-//! What the controller believes about the aircraft: numbers only, read from a file at start.
+//! The controller's model of the aircraft: numbers only, read from a file at start.
 //!
 //! The plant has its own airframe file. The two share nothing, so model error can always be expressed.
 
@@ -12,34 +12,34 @@ use serde::{Deserialize, Serialize};
 mod effectors;
 pub mod schedule;
 
-pub use effectors::{EffectorBelief, EffectorFile, ServoBelief, TablesError};
+pub use effectors::{EffectorFile, EffectorModel, ServoModel, TablesError};
 pub use schedule::{Schedule, SchedulePoint};
 
-/// The controller's belief about the aircraft.
+/// The controller's model of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Belief {
+pub struct AircraftModel {
     /// Name of the aircraft, as in the airframe file that was linearised.
     pub aircraft: Name,
     /// Mass and inertia.
-    pub mass: MassBelief,
+    pub mass: MassModel,
     /// Reference lengths.
-    pub geometry: GeometryBelief,
+    pub geometry: GeometryModel,
     /// Moment coefficients with all surfaces at zero.
-    pub airframe: AirframeBelief,
+    pub airframe: AirframeModel,
     /// Lift coefficients.
-    pub lift: LiftBelief,
+    pub lift: LiftModel,
     /// The nozzle; `None` for an aircraft without one.
     #[serde(default)]
-    pub nozzle: Option<NozzleBelief>,
+    pub nozzle: Option<NozzleModel>,
     /// What the engine does beside its thrust; `None` where that is nothing.
     #[serde(default)]
-    pub engine: Option<EngineBelief>,
+    pub engine: Option<EngineModel>,
     /// Steady level flight at the design point.
-    pub trim: TrimBelief,
+    pub trim: TrimModel,
     /// The effectors: what they are, how the healthy ones move, what they do.
     #[serde(rename = "effector")]
-    pub effectors: EffectorBelief,
+    pub effectors: EffectorModel,
     /// What changes with the flight condition.
     #[serde(default, rename = "at")]
     pub schedule: Schedule,
@@ -48,7 +48,7 @@ pub struct Belief {
 /// Mass and inertia.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct MassBelief {
+pub struct MassModel {
     /// m, kg.
     pub mass_kg: f64,
     /// Ixx, kg m².
@@ -64,7 +64,7 @@ pub struct MassBelief {
 /// Reference lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct GeometryBelief {
+pub struct GeometryModel {
     /// S: wing area, m².
     pub wing_area_m2: f64,
     /// b: span, m.
@@ -76,7 +76,7 @@ pub struct GeometryBelief {
 /// Moment coefficients with all surfaces at zero, per rad; rates in rad/s times b/2V or c/2V.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AirframeBelief {
+pub struct AirframeModel {
     /// Roll moment per sideslip.
     pub c_roll_beta: f64,
     /// Roll moment per roll rate.
@@ -101,7 +101,7 @@ pub struct AirframeBelief {
     pub stall_ceiling_rad: f64,
 }
 
-impl AirframeBelief {
+impl AirframeModel {
     /// Between these and others, field by field.
     fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
         Self {
@@ -123,7 +123,7 @@ impl AirframeBelief {
 /// Lift coefficients, per rad; the pitch rate in rad/s times c/2V.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LiftBelief {
+pub struct LiftModel {
     /// Lift at zero angle of attack.
     pub c_lift_0: f64,
     /// Lift per angle of attack.
@@ -132,7 +132,7 @@ pub struct LiftBelief {
     pub c_lift_q: f64,
 }
 
-impl LiftBelief {
+impl LiftModel {
     /// Between these and others, field by field.
     fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
         Self {
@@ -146,7 +146,7 @@ impl LiftBelief {
 /// The nozzle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct NozzleBelief {
+pub struct NozzleModel {
     /// x_T: nozzle to centre of gravity, m.
     pub arm_m: f64,
     /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has no authority to speak of.
@@ -156,7 +156,7 @@ pub struct NozzleBelief {
 /// Roll moment of what turns with the engine, as a propeller: a zero and a slope over the thrust.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct EngineBelief {
+pub struct EngineModel {
     /// Roll moment without thrust, N m.
     pub roll_zero_n_m: f64,
     /// Roll moment per thrust, m.
@@ -166,7 +166,7 @@ pub struct EngineBelief {
 /// Steady level flight at the design point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TrimBelief {
+pub struct TrimModel {
     /// Airspeed, m/s.
     pub airspeed_m_s: f64,
     /// Altitude, m.
@@ -179,9 +179,9 @@ pub struct TrimBelief {
     pub thrust_n: f64,
 }
 
-/// A belief that the laws cannot fly with.
+/// The first number of a model that the laws cannot fly with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeliefError {
+pub struct AircraftModelError {
     /// Which `[[at]]` the key belongs to, counted from 1; 0 for the rest of the file.
     pub point: u8,
     /// Name of the effector that the key belongs to; empty for the keys of the other tables.
@@ -196,7 +196,7 @@ pub struct BeliefError {
     pub max: f64,
 }
 
-impl fmt::Display for BeliefError {
+impl fmt::Display for AircraftModelError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { point, effector, key, value, min, max } = self;
         if *point > 0 {
@@ -209,9 +209,9 @@ impl fmt::Display for BeliefError {
     }
 }
 
-impl core::error::Error for BeliefError {}
+impl core::error::Error for AircraftModelError {}
 
-impl Belief {
+impl AircraftModel {
     /// What packets say of the aircraft.
     #[must_use]
     pub fn aircraft(&self) -> Aircraft {
@@ -234,8 +234,8 @@ impl Belief {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BeliefError`] names the first key that is not finite or outside its range.
-    pub fn validate(&self) -> Result<(), BeliefError> {
+    /// [`AircraftModelError`] names the first key that is not finite or outside its range.
+    pub fn validate(&self) -> Result<(), AircraftModelError> {
         for (key, value, min, max) in self.scalars() {
             check(key, value, min, max)?;
         }
@@ -262,7 +262,7 @@ impl Belief {
         let lift = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
         let slope = self.lift.c_lift_alpha + lift * trimmed;
         check("lift.c_lift_alpha (with balanced elevators)", slope, 1.0e-3, 100.0)?;
-        let MassBelief { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
+        let MassModel { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)?;
         self.schedule.validate(self)
@@ -306,7 +306,7 @@ impl Belief {
     }
 }
 
-fn check(key: &'static str, value: f64, min: f64, max: f64) -> Result<(), BeliefError> {
+fn check(key: &'static str, value: f64, min: f64, max: f64) -> Result<(), AircraftModelError> {
     check_of(&Name::new(), key, value, min, max)
 }
 
@@ -316,11 +316,11 @@ fn check_of(
     value: f64,
     min: f64,
     max: f64,
-) -> Result<(), BeliefError> {
+) -> Result<(), AircraftModelError> {
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(BeliefError { point: 0, effector: *effector, key, value, min, max })
+        Err(AircraftModelError { point: 0, effector: *effector, key, value, min, max })
     }
 }
 
@@ -332,35 +332,35 @@ mod tests {
     use std::string::ToString;
 
     #[test]
-    fn the_test_belief_is_valid_and_a_nan_in_it_is_named() {
-        let mut belief = testing::belief();
-        assert_eq!(belief.validate(), Ok(()));
-        belief.geometry.span_m = f64::NAN;
-        assert_eq!(belief.validate().unwrap_err().key, "geometry.span_m");
+    fn the_test_model_is_valid_and_a_nan_in_it_is_named() {
+        let mut aircraft = testing::aircraft_model();
+        assert_eq!(aircraft.validate(), Ok(()));
+        aircraft.geometry.span_m = f64::NAN;
+        assert_eq!(aircraft.validate().unwrap_err().key, "geometry.span_m");
     }
 
     #[test]
     fn a_number_of_an_effector_that_cannot_be_is_named_with_it() {
-        let mut belief = testing::belief();
-        belief.effectors.servos[tvc_jet::RUDDER].lag_s = -1.0;
-        let said = belief.validate().unwrap_err().to_string();
+        let mut aircraft = testing::aircraft_model();
+        aircraft.effectors.servos[tvc_jet::RUDDER].lag_s = -1.0;
+        let said = aircraft.validate().unwrap_err().to_string();
         assert_eq!(said, "effector `rudder`: lag_s = -1 is outside 0.001 to 60");
     }
 
     #[test]
     fn an_aileron_without_roll_moment_is_refused() {
-        let mut belief = testing::belief();
-        belief.effectors.c_roll = PerEffector::default();
-        assert!(belief.validate().is_err());
+        let mut aircraft = testing::aircraft_model();
+        aircraft.effectors.c_roll = PerEffector::default();
+        assert!(aircraft.validate().is_err());
     }
 
     #[test]
     fn the_trim_stands_in_the_elevators_and_the_engine() {
-        let belief = testing::belief();
-        let at = belief.trim_positions();
-        assert_eq!(at[tvc_jet::LEFT_ELEVATOR], belief.trim.elevator_rad);
-        assert_eq!(at[tvc_jet::RIGHT_ELEVATOR], belief.trim.elevator_rad);
-        assert_eq!(at[tvc_jet::ENGINE], belief.trim.thrust_n);
+        let aircraft = testing::aircraft_model();
+        let at = aircraft.trim_positions();
+        assert_eq!(at[tvc_jet::LEFT_ELEVATOR], aircraft.trim.elevator_rad);
+        assert_eq!(at[tvc_jet::RIGHT_ELEVATOR], aircraft.trim.elevator_rad);
+        assert_eq!(at[tvc_jet::ENGINE], aircraft.trim.thrust_n);
         assert_eq!(at[tvc_jet::RUDDER], 0.0);
     }
 
@@ -368,7 +368,7 @@ mod tests {
     fn a_list_that_cannot_be_is_refused_when_the_file_is_read() {
         let text = include_str!("../../models/tvc_jet.toml");
         let text = text.replace("partner = \"right aileron\"", "partner = \"right wing\"");
-        let said = toml::from_str::<Belief>(&text).unwrap_err().to_string();
+        let said = toml::from_str::<AircraftModel>(&text).unwrap_err().to_string();
         assert!(said.contains("`right wing` is no effector of this file"), "{said}");
     }
 }
