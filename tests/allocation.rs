@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{EventKind, Intent, Wish};
+use autopilot::event::{Command, EventKind, Intent};
 use autopilot::vehicle::Mode;
 use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
@@ -119,8 +119,8 @@ fn a_control_step_of_a_mission_allocates_nothing() {
     let mut autopilot = Autopilot::new(&settings(&setup));
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     autopilot.step(plant.time(), &plant.sense());
-    for (number, wish) in (1..).zip([Wish::Plan(plan), Wish::Mode(Mode::Mission)]) {
-        autopilot.handle_intent(Intent { number, wish });
+    for (number, command) in (1..).zip([Command::Plan(plan), Command::Mode(Mode::Mission)]) {
+        autopilot.handle_intent(Intent { number, command });
     }
     let before = allocations();
     let mut reached = 0;

@@ -1,11 +1,11 @@
-//! Plans flown by the real aircraft: the whole way from an operator's wish to a track over the ground.
+//! Plans flown by the real aircraft: the whole way from an operator's command to a track over the ground.
 
 mod flights;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use autopilot::event::{EventKind, Wish};
+use autopilot::event::{Command, EventKind};
 use autopilot::vehicle::plan::{Action, Plan};
 use autopilot::vehicle::{LinkLossAction, Mode, Place, Reposition};
 use icd::SimTime;
@@ -42,8 +42,8 @@ fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Flown {
     mission::fly(setup, spoken).expect("the shipped aircraft flies")
 }
 
-fn at(seconds: f64, wish: Wish) -> Spoken {
-    Spoken { at: SimTime::from_seconds(seconds).expect("a time"), wish }
+fn at(seconds: f64, command: Command) -> Spoken {
+    Spoken { at: SimTime::from_seconds(seconds).expect("a time"), command }
 }
 
 fn begun(flown: &Flown) -> Vec<u16> {
@@ -168,17 +168,17 @@ fn wind_and_turbulence_leave_the_aircraft_on_its_path() {
 }
 
 #[test]
-fn the_same_wishes_at_the_same_ticks_fly_the_same_bits() {
+fn the_same_commands_at_the_same_ticks_fly_the_same_bits() {
     let setup = setup(EarthModel::Wgs84, 20.0, 1.5);
     let plan = demo(&setup);
     let mut spoken = mission::begin(&plan);
     spoken.push(at(
         150.0,
-        Wish::Reposition(Reposition { change_mode: true, ..Reposition::default() }),
+        Command::Reposition(Reposition { change_mode: true, ..Reposition::default() }),
     ));
-    spoken.push(at(300.0, Wish::LinkLost(LinkLossAction::Return)));
-    spoken.push(at(400.0, Wish::LinkBack));
-    spoken.push(at(420.0, Wish::Mode(Mode::Mission)));
+    spoken.push(at(300.0, Command::LinkLost(LinkLossAction::Return)));
+    spoken.push(at(400.0, Command::LinkBack));
+    spoken.push(at(420.0, Command::Mode(Mode::Mission)));
     let mut short = setup.clone();
     short.duration = SimTime::from_micros(600_000_000);
     let (one, other) = (fly(&short, &spoken), fly(&short, &spoken));
@@ -211,8 +211,8 @@ fn after_a_pause_the_mission_goes_on_and_is_completed() {
     let setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     let plan = demo(&setup);
     let mut spoken = mission::begin(&plan);
-    spoken.push(at(150.0, Wish::Mode(Mode::Hold)));
-    spoken.push(at(500.0, Wish::Mode(Mode::Mission)));
+    spoken.push(at(150.0, Command::Mode(Mode::Hold)));
+    spoken.push(at(500.0, Command::Mode(Mode::Mission)));
     let flown = fly(&setup, &spoken);
     let mut expected = BEGUN.to_vec();
     // The paused item begins again.
@@ -227,7 +227,7 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
     setup.references = autopilot::vehicle::schedule::ReferenceSchedule::default();
     let wanted =
         Reposition { radius_m: Some(15_000.0), change_mode: true, ..Reposition::default() };
-    let flown = fly(&setup, &[at(60.0, Wish::Reposition(wanted))]);
+    let flown = fly(&setup, &[at(60.0, Command::Reposition(wanted))]);
     let last = flown.track.last().expect("a track");
     assert!(last.t_s > 499.0, "still flying: {last:?}");
     assert!(last.cross_track_m.abs() < 100.0, "{last:?}");
@@ -237,7 +237,7 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
 fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
     let mut setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     setup.duration = SimTime::from_micros(300_000_000);
-    let spoken = [at(20.0, Wish::Terminate), at(25.0, Wish::Mode(Mode::Hold))];
+    let spoken = [at(20.0, Command::Terminate), at(25.0, Command::Mode(Mode::Hold))];
     let (mut terminated_at, mut last, mut told) = (None, None, 0);
     let end = fly_spoken(&setup, &spoken, &mut |moment: &Moment| {
         told += moment.events.iter().filter(|event| event.kind == EventKind::Terminated).count();

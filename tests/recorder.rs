@@ -12,12 +12,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use autopilot::event::Wish;
+use autopilot::event::Command;
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::recorder::{
     ControlHeader, Moment, Recorded, RunHash, control_names, control_values, parameter_hash,
 };
-use clap::{Args, Command, FromArgMatches};
+use clap::{Args, FromArgMatches};
 use ground::Ground;
 use host_io::tick_log::{Kind, TickLogReader};
 use icd::record::{FieldName, truth_fields};
@@ -175,8 +175,8 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
 
     // What came in, where it acted, and what became of it.
     let inputs = inputs(&log);
-    let wish = inputs.iter().find_map(|(step, _, what)| match what {
-        Recorded::Intent(intent) if matches!(intent.wish, Wish::Fault(_)) => {
+    let command = inputs.iter().find_map(|(step, _, what)| match what {
+        Recorded::Intent(intent) if matches!(intent.command, Command::Fault(_)) => {
             Some((*step, intent.number))
         }
         _ => None,
@@ -185,10 +185,10 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
         Recorded::Request(request) => Some((*step, request.number)),
         _ => None,
     });
-    assert!(wish.is_some() && wish == request, "{inputs:?}");
+    assert!(command.is_some() && command == request, "{inputs:?}");
     let faults = topic(&log, "fault");
     let fault = faults.row(0).expect("the jam");
-    let (step, _) = wish.expect("found above");
+    let (step, _) = command.expect("found above");
     assert_eq!(fault.unsigned("effector"), Some(u64::from(tvc_jet::LEFT_ELEVATOR.code())));
     assert_eq!(fault.unsigned("at_us"), Some(step * 2_000));
     assert!((fault.value("value_1").expect("an angle").to_degrees() - 30.0).abs() < 1.0e-5);
@@ -204,7 +204,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     assert_eq!(control.session.len(), 8, "a hash and not the number: {}", control.session);
     let header: PlantHeader =
         serde_json::from_str(log.info_text("plant_header").expect("a header")).expect("JSON");
-    let command = PlantArgs::augment_args(Command::new("plant-sim"));
+    let command = PlantArgs::augment_args(clap::Command::new("plant-sim"));
     let words = ["plant-sim"].iter().chain(&plant);
     let args = PlantArgs::from_arg_matches(&command.get_matches_from(words)).expect("options");
     assert_eq!(header.setup, args.plant_setup().expect("a setup"));

@@ -288,7 +288,7 @@ fn a_silence_of_the_plant_is_flown_again() {
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
     plant.signal(19);
     ground.listen_until("a silent plant", |ground| ground.heard("Plant link lost"));
-    // Wishes while nobody flies.
+    // Commands while nobody flies.
     let climb = [5_100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     ground.send_command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb);
     ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 1.0, 1.0, 5.0, 0.0, 0.0]);
@@ -362,7 +362,7 @@ fn streams_of_setpoints_and_of_sticks_are_flown_again() {
 }
 
 #[test]
-fn the_end_on_the_ground_and_wishes_there_are_flown_again() {
+fn the_end_on_the_ground_and_commands_there_are_flown_again() {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let low = folder.path().join("low.toml");
     let scenario = "[plant]\nseed = 1\nearth = \"wgs84\"\n[plant.start]\naltitude_m = 600.0\n";

@@ -13,7 +13,7 @@ use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
-use crate::event::{Event, EventKind, Intent, Outcome, Snapshot, Wish};
+use crate::event::{Command, Event, EventKind, Intent, Outcome, Snapshot};
 use crate::own_law::Brought;
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::Script;
@@ -72,7 +72,7 @@ pub struct Autopilot {
     requests: VecDeque<PlantRequest>,
     /// Sent to the plant, not yet answered.
     unanswered: Vec<u32>,
-    /// Wishes for a new flight: the plant has been asked once for all of them.
+    /// Commands for a new flight: the plant has been asked once for all of them.
     restarts: Vec<u32>,
     scripts: Scripts,
     events: VecDeque<Event>,
@@ -262,37 +262,37 @@ impl Autopilot {
 
     /// Takes what the operator wants. The outcome comes as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
-        let Intent { number, wish } = intent;
-        let done = match wish {
-            Wish::Gains(gains) => {
+        let Intent { number, command } = intent;
+        let done = match command {
+            Command::Gains(gains) => {
                 self.gains = *gains;
                 self.rules.obey(&gains);
                 self.flight.set_gains(&gains);
                 Ok(())
             }
-            Wish::Limits(limits) => {
+            Command::Limits(limits) => {
                 self.rules.limits = limits;
                 Ok(())
             }
-            Wish::Navigation(navigation) => {
+            Command::Navigation(navigation) => {
                 self.rules.navigation = navigation;
                 Ok(())
             }
-            Wish::FaultInjection(may_fail) => {
+            Command::FaultInjection(may_fail) => {
                 self.scripts.may_fail = may_fail;
                 Ok(())
             }
-            Wish::Script(script) => self.start_script(script),
-            Wish::StopScript if self.stop_script() => Ok(()),
-            Wish::StopScript => Err(VehicleRefusal::NoScript),
-            Wish::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
-            Wish::ListFaults => return self.ask_plant(number, PlantAction::ListFaults),
-            Wish::Restart => return self.ask_plant(number, PlantAction::Restart),
-            Wish::Pace(pace) => match self.can_pass(pace) {
+            Command::Script(script) => self.start_script(script),
+            Command::StopScript if self.stop_script() => Ok(()),
+            Command::StopScript => Err(VehicleRefusal::NoScript),
+            Command::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
+            Command::ListFaults => return self.ask_plant(number, PlantAction::ListFaults),
+            Command::Restart => return self.ask_plant(number, PlantAction::Restart),
+            Command::Pace(pace) => match self.can_pass(pace) {
                 Ok(()) => return self.ask_plant(number, PlantAction::Pace(pace)),
                 refused => refused,
             },
-            wish => self.ask_vehicle(wish),
+            command => self.ask_vehicle(command),
         };
         let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
         self.tell(EventKind::Outcome { number, outcome });
@@ -326,47 +326,47 @@ impl Autopilot {
         }
     }
 
-    /// Hands a wish to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
-    fn ask_vehicle(&mut self, wish: Wish) -> Result<(), VehicleRefusal> {
-        if !matches!(wish, Wish::Plan(_) | Wish::PlanItem(_)) {
+    /// Hands a command to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
+    fn ask_vehicle(&mut self, command: Command) -> Result<(), VehicleRefusal> {
+        if !matches!(command, Command::Plan(_) | Command::PlanItem(_)) {
             self.can_fly()?;
         }
         let Self { vehicle, rules, events, dropped_events, time, .. } = self;
         let time = *time;
         let tell = &mut |kind| push(events, dropped_events, Event { time, kind });
-        match wish {
-            Wish::Mode(mode) => vehicle.change_mode(mode, rules, tell),
-            Wish::Refer(reference) => vehicle.refer(reference, rules),
-            Wish::Reposition(wanted) => vehicle.reposition(&wanted, rules, tell),
-            Wish::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
-            Wish::Sticks(sticks) => vehicle.take_sticks(sticks),
-            Wish::Plan(plan) => vehicle.replace_plan(&plan, rules, tell),
-            Wish::PlanItem(item) => vehicle.select_item(item, tell),
-            Wish::Continue => vehicle.continue_plan(rules, tell),
-            Wish::Home(place) => vehicle.set_home(place, tell),
-            Wish::Terminate => {
+        match command {
+            Command::Mode(mode) => vehicle.change_mode(mode, rules, tell),
+            Command::Refer(reference) => vehicle.refer(reference, rules),
+            Command::Reposition(wanted) => vehicle.reposition(&wanted, rules, tell),
+            Command::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
+            Command::Sticks(sticks) => vehicle.take_sticks(sticks),
+            Command::Plan(plan) => vehicle.replace_plan(&plan, rules, tell),
+            Command::PlanItem(item) => vehicle.select_item(item, tell),
+            Command::Continue => vehicle.continue_plan(rules, tell),
+            Command::Home(place) => vehicle.set_home(place, tell),
+            Command::Terminate => {
                 vehicle.terminate(tell);
                 Ok(())
             }
-            Wish::LinkLost(action) => {
+            Command::LinkLost(action) => {
                 vehicle.lose_link(action, rules, tell);
                 Ok(())
             }
-            Wish::LinkBack => {
+            Command::LinkBack => {
                 vehicle.regain_link(rules, tell);
                 Ok(())
             }
             // The caller deals with these.
-            Wish::Gains(_)
-            | Wish::Limits(_)
-            | Wish::Navigation(_)
-            | Wish::Fault(_)
-            | Wish::ListFaults
-            | Wish::Restart
-            | Wish::Pace(_)
-            | Wish::FaultInjection(_)
-            | Wish::Script(_)
-            | Wish::StopScript => Ok(()),
+            Command::Gains(_)
+            | Command::Limits(_)
+            | Command::Navigation(_)
+            | Command::Fault(_)
+            | Command::ListFaults
+            | Command::Restart
+            | Command::Pace(_)
+            | Command::FaultInjection(_)
+            | Command::Script(_)
+            | Command::StopScript => Ok(()),
         }
     }
 

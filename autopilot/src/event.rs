@@ -26,12 +26,13 @@ pub struct Intent {
     /// Number that [`EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
     pub number: u32,
     /// What.
-    pub wish: Wish,
+    #[serde(rename = "wish")]
+    pub command: Command,
 }
 
 /// The kinds of [`Intent`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Wish {
+pub enum Command {
     /// Change the mode.
     Mode(Mode),
     /// Change a reference.

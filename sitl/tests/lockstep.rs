@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{EventKind, Intent, Outcome, Wish};
+use autopilot::event::{Command, EventKind, Intent, Outcome};
 use autopilot::run::AutopilotArgs;
-use clap::{Args, Command};
+use clap::Args;
 use icd::fault::{PlantAction, PlantReport, Timing, Travel};
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
@@ -58,7 +58,7 @@ fn setup() -> FlightSetup {
 }
 
 fn parse<T: Args>(words: &[&str]) -> T {
-    let matches = T::augment_args(Command::new("test")).get_matches_from(words);
+    let matches = T::augment_args(clap::Command::new("test")).get_matches_from(words);
     T::from_arg_matches(&matches).unwrap()
 }
 
@@ -114,9 +114,9 @@ struct Loop {
     questions: Wire,
     answers: Wire,
     reply: Option<PlantReport>,
-    wish: Option<FaultRequest>,
-    /// The wish is uttered in a packet of this phase.
-    wish_while: Phase,
+    request: Option<FaultRequest>,
+    /// The request is sent in a packet of this phase.
+    request_while: Phase,
     /// For one tick after the other, over and over: exchanges in which time stands still.
     pauses: Vec<u32>,
     /// Of these, those that are still to come in this tick.
@@ -156,9 +156,9 @@ impl Loop {
         for report in &packet.reports {
             self.autopilot.handle_report(report);
         }
-        let now = packet.time == BREAK_AT && packet.phase == self.wish_while;
-        if let Some(fault) = self.wish.take_if(|_| now) {
-            self.autopilot.handle_intent(Intent { number: 7, wish: Wish::Fault(fault) });
+        let now = packet.time == BREAK_AT && packet.phase == self.request_while;
+        if let Some(fault) = self.request.take_if(|_| now) {
+            self.autopilot.handle_intent(Intent { number: 7, command: Command::Fault(fault) });
         }
         let actuators = if packet.phase == Phase::Flying {
             let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators();
@@ -204,16 +204,16 @@ impl Loop {
 }
 
 /// Flies over a network that does to packets what `fates` say, over and over.
-fn fly_over(questions: &[Fate], answers: &[Fate], wish: Option<FaultRequest>) -> Flown {
-    fly_with_pauses(questions, answers, wish, &[0])
+fn fly_over(questions: &[Fate], answers: &[Fate], request: Option<FaultRequest>) -> Flown {
+    fly_with_pauses(questions, answers, request, &[0])
 }
 
 /// The same, and time stands still for so many exchanges in one tick after the other, over and over. If there
-/// are pauses, the wish is uttered in one.
+/// are pauses, the request is sent in one.
 fn fly_with_pauses(
     questions: &[Fate],
     answers: &[Fate],
-    wish: Option<FaultRequest>,
+    request: Option<FaultRequest>,
     pauses: &[u32],
 ) -> Flown {
     let setup = setup();
@@ -227,8 +227,8 @@ fn fly_with_pauses(
         questions: Wire::new(questions),
         answers: Wire::new(answers),
         reply: None,
-        wish,
-        wish_while: if pauses == [0] { Phase::Flying } else { Phase::Holding },
+        request,
+        request_while: if pauses == [0] { Phase::Flying } else { Phase::Holding },
         pauses: pauses.to_vec(),
         standing: pauses[0],
         tick: 0,

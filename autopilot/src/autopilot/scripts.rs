@@ -1,4 +1,4 @@
-//! The script of the flight: what it wants takes the ways of everybody else's wishes, in the step and before the
+//! The script of the flight: what it wants takes the ways of everybody else's commands, in the step and before the
 //! vehicle.
 
 use std::sync::Arc;

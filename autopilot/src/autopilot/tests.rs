@@ -49,7 +49,7 @@ fn break_rudder(number: u32) -> Intent {
     let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        wish: Wish::Fault(FaultRequest::Inject { target: tvc_jet::RUDDER.into(), kind, timing }),
+        command: Command::Fault(FaultRequest::Inject { target: tvc_jet::RUDDER.into(), kind, timing }),
     }
 }
 
@@ -82,7 +82,7 @@ fn every_open_request_is_answered_when_the_plant_goes_away() {
     autopilot.handle_intent(break_rudder(1));
     autopilot.next_request();
     autopilot.handle_intent(break_rudder(2));
-    autopilot.handle_intent(Intent { number: 3, wish: Wish::Restart });
+    autopilot.handle_intent(Intent { number: 3, command: Command::Restart });
     autopilot.plant_lost();
     let mut numbers: Vec<u32> = outcomes(&mut autopilot)
         .into_iter()
@@ -100,7 +100,7 @@ fn every_open_request_is_answered_when_the_plant_goes_away() {
 #[test]
 fn a_restart_is_done_when_the_new_flight_begins() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 5, wish: Wish::Restart });
+    autopilot.handle_intent(Intent { number: 5, command: Command::Restart });
     autopilot.next_request();
     assert_eq!(outcomes(&mut autopilot), []);
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
@@ -110,7 +110,7 @@ fn a_restart_is_done_when_the_new_flight_begins() {
 #[test]
 fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 5, wish: Wish::Pace(Pace::Step(3)) });
+    autopilot.handle_intent(Intent { number: 5, command: Command::Pace(Pace::Step(3)) });
     let request = PlantRequest { number: 5, action: PlantAction::Pace(Pace::Step(3)) };
     assert_eq!(autopilot.next_request(), Some(request));
     assert_eq!(outcomes(&mut autopilot), []);
@@ -131,7 +131,7 @@ fn a_pace_that_cannot_be_does_not_reach_the_plant() {
     let mut autopilot = flying();
     let paces = [Pace::Step(0), Pace::Step(Pace::STEPS_MAX + 1), Pace::Speed(f64::NAN)];
     for (number, pace) in (0..).zip(paces) {
-        autopilot.handle_intent(Intent { number, wish: Wish::Pace(pace) });
+        autopilot.handle_intent(Intent { number, command: Command::Pace(pace) });
     }
     assert_eq!(autopilot.next_request(), None);
     let refused = outcomes(&mut autopilot);
@@ -140,7 +140,7 @@ fn a_pace_that_cannot_be_does_not_reach_the_plant() {
         |outcome: &Outcome| matches!(outcome, Outcome::Refused(VehicleRefusal::OutOfRange { .. }));
     assert!(refused.iter().all(|(_, outcome)| out_of_range(outcome)), "{refused:?}");
     autopilot.hold(&sensors(), true);
-    autopilot.handle_intent(Intent { number: 7, wish: Wish::Pace(Pace::Step(1)) });
+    autopilot.handle_intent(Intent { number: 7, command: Command::Pace(Pace::Step(1)) });
     let over = Outcome::Refused(VehicleRefusal::FlightOver);
     assert_eq!(outcomes(&mut autopilot), [(7, over)]);
 }
@@ -159,7 +159,7 @@ fn a_full_queue_to_the_plant_is_said_and_does_not_grow() {
 #[test]
 fn outcomes_survive_a_flood_of_other_events() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 9, wish: Wish::Refer(Reference::Altitude(6_000.0)) });
+    autopilot.handle_intent(Intent { number: 9, command: Command::Refer(Reference::Altitude(6_000.0)) });
     for _ in 0..1000 {
         autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     }
@@ -181,8 +181,8 @@ fn holding_changes_nothing_that_flies() {
 #[test]
 fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
     let mut used = flying();
-    used.handle_intent(Intent { number: 1, wish: Wish::Mode(Mode::Offboard) });
-    used.handle_intent(Intent { number: 2, wish: Wish::Refer(Reference::Roll(0.3)) });
+    used.handle_intent(Intent { number: 1, command: Command::Mode(Mode::Offboard) });
+    used.handle_intent(Intent { number: 2, command: Command::Refer(Reference::Roll(0.3)) });
     used.step(SimTime::from_micros(2_000), &sensors());
     used.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     let mut fresh = autopilot();
@@ -191,11 +191,11 @@ fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
 }
 
 #[test]
-fn two_wishes_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
+fn two_commands_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
     for lost in [false, true] {
         let mut autopilot = flying();
-        autopilot.handle_intent(Intent { number: 5, wish: Wish::Restart });
-        autopilot.handle_intent(Intent { number: 6, wish: Wish::Restart });
+        autopilot.handle_intent(Intent { number: 5, command: Command::Restart });
+        autopilot.handle_intent(Intent { number: 6, command: Command::Restart });
         assert_eq!(autopilot.next_request().map(|request| request.number), Some(5));
         assert_eq!(autopilot.next_request(), None, "asked once");
         let outcome = if lost {
@@ -208,31 +208,31 @@ fn two_wishes_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
         assert_eq!(outcomes(&mut autopilot), [(5, outcome), (6, outcome)]);
         autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
         assert_eq!(outcomes(&mut autopilot), [], "one outcome an intent");
-        autopilot.handle_intent(Intent { number: 7, wish: Wish::Restart });
+        autopilot.handle_intent(Intent { number: 7, command: Command::Restart });
         assert_eq!(autopilot.next_request().map(|request| request.number), Some(7));
     }
 }
 
 #[test]
-fn wishes_for_a_new_flight_are_bounded() {
+fn commands_for_a_new_flight_are_bounded() {
     let mut autopilot = flying();
     for number in 0..100 {
-        autopilot.handle_intent(Intent { number, wish: Wish::Restart });
+        autopilot.handle_intent(Intent { number, command: Command::Restart });
     }
     let refused = outcomes(&mut autopilot);
     assert_eq!(refused.len(), 100 - REQUESTS_MAX);
     assert!(refused.iter().all(|(_, outcome)| *outcome == Outcome::NoAnswer));
 }
 
-fn outcomes_of_wishes(autopilot: &mut Autopilot) -> Vec<Outcome> {
+fn outcomes_of_commands(autopilot: &mut Autopilot) -> Vec<Outcome> {
     let limits = Parameters::default().limits;
-    for wish in [
-        Wish::Mode(Mode::Offboard),
-        Wish::Refer(Reference::Altitude(6_000.0)),
-        Wish::Gains(Box::new(Gains::REFERENCE)),
-        Wish::Limits(limits),
+    for command in [
+        Command::Mode(Mode::Offboard),
+        Command::Refer(Reference::Altitude(6_000.0)),
+        Command::Gains(Box::new(Gains::REFERENCE)),
+        Command::Limits(limits),
     ] {
-        autopilot.handle_intent(Intent { number: 1, wish });
+        autopilot.handle_intent(Intent { number: 1, command });
     }
     outcomes(autopilot).into_iter().map(|(_, outcome)| outcome).collect()
 }
@@ -243,21 +243,21 @@ fn modes_and_references_need_a_flying_aircraft_and_parameters_do_not() {
     let mut autopilot = flying();
     autopilot.plant_lost();
     let refused = Outcome::Refused(VehicleRefusal::NoFlight);
-    assert_eq!(outcomes_of_wishes(&mut autopilot), with(refused), "plant lost");
+    assert_eq!(outcomes_of_commands(&mut autopilot), with(refused), "plant lost");
     autopilot.plant_back();
-    assert_eq!(outcomes_of_wishes(&mut autopilot), with(Outcome::Done), "plant back");
+    assert_eq!(outcomes_of_commands(&mut autopilot), with(Outcome::Done), "plant back");
 
     let over = Outcome::Refused(VehicleRefusal::FlightOver);
     let mut autopilot = flying();
     autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
-    assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "ground contact reported");
+    assert_eq!(outcomes_of_commands(&mut autopilot), with(over), "ground contact reported");
     assert_eq!(autopilot.snapshot().map(|snapshot| snapshot.mode), Some(Mode::Position));
     let mut autopilot = flying();
     autopilot.hold(&sensors(), true);
-    assert_eq!(outcomes_of_wishes(&mut autopilot), with(over), "held on the ground");
+    assert_eq!(outcomes_of_commands(&mut autopilot), with(over), "held on the ground");
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     autopilot.step(SimTime::ZERO, &sensors());
-    assert_eq!(outcomes_of_wishes(&mut autopilot), with(Outcome::Done), "a new flight");
+    assert_eq!(outcomes_of_commands(&mut autopilot), with(Outcome::Done), "a new flight");
 }
 
 #[test]
@@ -291,13 +291,13 @@ fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
 fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_flight() {
     let mut autopilot = flying();
     let stops = termination::commands(autopilot.model());
-    autopilot.handle_intent(Intent { number: 1, wish: Wish::Terminate });
+    autopilot.handle_intent(Intent { number: 1, command: Command::Terminate });
     let log = *autopilot.step(SimTime::from_micros(2_000), &sensors());
     assert_eq!(log.actuators().commands, stops);
     assert!(autopilot.snapshot().unwrap().terminated);
     assert_eq!(autopilot.hold(&sensors(), false).commands, stops, "also while time stands still");
-    for wish in [Wish::Mode(Mode::Hold), Wish::Refer(Reference::Altitude(6_000.0))] {
-        autopilot.handle_intent(Intent { number: 2, wish });
+    for command in [Command::Mode(Mode::Hold), Command::Refer(Reference::Altitude(6_000.0))] {
+        autopilot.handle_intent(Intent { number: 2, command });
     }
     let refused = Outcome::Refused(VehicleRefusal::Terminated);
     assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused), (2, refused)]);
@@ -311,9 +311,9 @@ fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_f
 fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
     let mut autopilot = autopilot();
     let plan = Arc::new(Plan::default());
-    autopilot.handle_intent(Intent { number: 1, wish: Wish::Plan(plan) });
+    autopilot.handle_intent(Intent { number: 1, command: Command::Plan(plan) });
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.1 };
-    autopilot.handle_intent(Intent { number: 2, wish: Wish::Home(home) });
+    autopilot.handle_intent(Intent { number: 2, command: Command::Home(home) });
     let refused = Outcome::Refused(VehicleRefusal::NoFlight);
     assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused)]);
 }
@@ -321,7 +321,7 @@ fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
 #[test]
 fn the_mode_changes_before_its_outcome_is_told() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 1, wish: Wish::Mode(Mode::Hold) });
+    autopilot.handle_intent(Intent { number: 1, command: Command::Mode(Mode::Hold) });
     let kinds: Vec<EventKind> =
         std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
@@ -337,19 +337,19 @@ fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
     let items = vec![Item { action, autocontinue: true }; 3];
     let home = Place { latitude_rad: 0.1, longitude_rad: 0.2 };
     let (mut shown, mut unseen) = (flying(), flying());
-    let wishes = [
-        Wish::Plan(Arc::new(Plan { id: 9, items })),
-        Wish::Refer(Reference::Altitude(6_000.0)),
-        Wish::Home(home),
-        Wish::Mode(Mode::Mission),
-        Wish::PlanItem(2),
-        Wish::Mode(Mode::Hold),
+    let commands = [
+        Command::Plan(Arc::new(Plan { id: 9, items })),
+        Command::Refer(Reference::Altitude(6_000.0)),
+        Command::Home(home),
+        Command::Mode(Mode::Mission),
+        Command::PlanItem(2),
+        Command::Mode(Mode::Hold),
     ];
     let log = shown.snapshot().unwrap().log;
-    for (number, wish) in (0..).zip(wishes) {
-        shown.handle_intent(Intent { number, wish: wish.clone() });
+    for (number, command) in (0..).zip(commands) {
+        shown.handle_intent(Intent { number, command: command.clone() });
         shown.hold(&sensors(), false);
-        unseen.handle_intent(Intent { number, wish });
+        unseen.handle_intent(Intent { number, command });
     }
     let snapshot = *shown.snapshot().unwrap();
     let plan = snapshot.navigation;
@@ -367,7 +367,7 @@ fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
 fn a_new_home_is_told_before_its_outcome() {
     let mut autopilot = flying();
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.2 };
-    autopilot.handle_intent(Intent { number: 1, wish: Wish::Home(home) });
+    autopilot.handle_intent(Intent { number: 1, command: Command::Home(home) });
     let kinds: Vec<EventKind> =
         std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };

@@ -14,7 +14,7 @@ use crate::event::{Event, Intent, Snapshot};
 const INTENTS_MAX: usize = 64;
 /// Events on their way to the ground stations. What does not fit waits in [`crate::autopilot::Autopilot`].
 const EVENTS_MAX: usize = 256;
-/// Snapshots on their way: the wish for one is fulfilled once, so a second one would be stale.
+/// Snapshots on their way: a request for one is fulfilled once, so a second one would be stale.
 const SNAPSHOTS_MAX: usize = 1;
 
 /// The ground-station end.
@@ -24,7 +24,7 @@ pub struct GroundChannels {
     pub intents: Sender<Intent>,
     /// From the control thread.
     pub events: Receiver<Event>,
-    /// From the control thread, one for each wish.
+    /// From the control thread, one for each request.
     pub snapshots: Receiver<Snapshot>,
     /// Set it to get a snapshot of the next tick.
     pub snapshot_wanted: Arc<AtomicBool>,
@@ -91,7 +91,7 @@ impl ControlChannels {
         self.snapshot_wanted.load(Ordering::Relaxed)
     }
 
-    /// Sends a snapshot and fulfils the wish.
+    /// Sends a snapshot and fulfils the request.
     pub fn show(&self, snapshot: &Snapshot) {
         self.snapshot_wanted.store(false, Ordering::Relaxed);
         // Full means that the last one has not been looked at yet, closed that nobody looks: both are fine.

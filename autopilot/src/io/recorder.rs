@@ -29,7 +29,7 @@ use tracing::warn;
 
 use super::status::StatusSource;
 use crate::autopilot::Autopilot;
-use crate::event::{Event, Intent, Wish};
+use crate::event::{Command, Event, Intent};
 use crate::mavlink::Ground;
 use crate::mavlink::statustext::LogText;
 use crate::parameters::Parameters;
@@ -218,7 +218,7 @@ impl Recorder {
         let plan = autopilot.plan();
         if !plan.items.is_empty() {
             // An earlier flight has left it.
-            self.recorded(Recorded::Intent(Intent { number: 0, wish: Wish::Plan(plan) }));
+            self.recorded(Recorded::Intent(Intent { number: 0, command: Command::Plan(plan) }));
         }
     }
 
@@ -233,7 +233,7 @@ impl Recorder {
         }
     }
 
-    /// An operator's wish was taken.
+    /// An operator's command was taken.
     pub fn intent(&mut self, intent: &Intent) {
         if self.in_flight {
             self.recorded(Recorded::Intent(intent.clone()));

@@ -11,7 +11,7 @@ use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, 
 mod message;
 
 pub use message::{
-    Command, ItemWords, ListKind, LogRequest, ManualControl, Message, MissionItem, ParamSet,
+    CommandMessage, ItemWords, ListKind, LogRequest, ManualControl, Message, MissionItem, ParamSet,
     PositionTarget, SerialControl, SetupSigning, StreamRequest, decode,
 };
 

@@ -9,14 +9,14 @@ use ::mavlink::dialects::common::{MavModeFlag, MavResult, MavSeverity, SET_MODE_
 use arrayvec::ArrayVec;
 use icd::FaultRequest;
 
-use super::codec::{Command, Encoded};
+use super::codec::{CommandMessage, Encoded};
 use super::context::{Context, From};
 use super::modes;
 use super::peers::Peers;
 use super::pending::{Aside, Part, Pending};
 use super::refused::Refused;
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::vehicle::Mode;
 
 mod fields;
@@ -50,7 +50,7 @@ struct Decision {
 
 #[derive(Debug)]
 struct Asked {
-    wish: Wish,
+    command: Command,
     /// What it breaks or mends.
     fault: Option<FaultRequest>,
 }
@@ -67,12 +67,12 @@ impl Decision {
     }
 
     /// Up to the aircraft.
-    fn ask(wish: Wish) -> Self {
-        Self::ask_all([wish])
+    fn ask(command: Command) -> Self {
+        Self::ask_all([command])
     }
 
-    fn ask_all(wishes: impl IntoIterator<Item = Wish>) -> Self {
-        let asked = wishes.into_iter().map(|wish| Asked { wish, fault: None });
+    fn ask_all(commands: impl IntoIterator<Item = Command>) -> Self {
+        let asked = commands.into_iter().map(|command| Asked { command, fault: None });
         Self { asked: asked.collect(), ..Self::default() }
     }
 
@@ -86,7 +86,7 @@ impl Decision {
 pub struct CommandService {
     pending: Pending,
     /// The latest step of the simulation that had a number and was taken.
-    numbered_step: Option<(From, Command)>,
+    numbered_step: Option<(From, CommandMessage)>,
 }
 
 impl CommandService {
@@ -94,7 +94,7 @@ impl CommandService {
     pub fn handle(
         &mut self,
         from: From,
-        command: &Command,
+        command: &CommandMessage,
         now: WallTime,
         ctx: &mut Context,
         out: &mut Peers,
@@ -142,7 +142,7 @@ impl CommandService {
         out: &mut Peers,
     ) {
         let begun = modes::requested(has_custom_flag, main, sub, ctx.streams()).and_then(|mode| {
-            self.begin(from, None, Decision::ask(Wish::Mode(mode)), now, ctx, out)
+            self.begin(from, None, Decision::ask(Command::Mode(mode)), now, ctx, out)
         });
         if let Err(refused) = begun {
             tell(refused, now, ctx);
@@ -153,7 +153,7 @@ impl CommandService {
     fn begin(
         &mut self,
         from: From,
-        command: Option<&Command>,
+        command: Option<&CommandMessage>,
         decision: Decision,
         now: WallTime,
         ctx: &mut Context,
@@ -172,14 +172,14 @@ impl CommandService {
             }
             return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
         }
-        let steers = asked.iter().any(|asked| steers(&asked.wish, ctx.aircraft.mode()));
-        let mode = asked.iter().find_map(|asked| match asked.wish {
-            Wish::Mode(mode) => Some(mode),
+        let steers = asked.iter().any(|asked| steers(&asked.command, ctx.aircraft.mode()));
+        let mode = asked.iter().find_map(|asked| match asked.command {
+            Command::Mode(mode) => Some(mode),
             _ => None,
         });
         let mut parts = ArrayVec::new();
-        for Asked { wish, fault } in asked {
-            if let Some(number) = ctx.intents.push(wish) {
+        for Asked { command, fault } in asked {
+            if let Some(number) = ctx.intents.push(command) {
                 parts.push(Part { number, fault });
             }
         }
@@ -231,16 +231,18 @@ fn tell(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
     refused.result
 }
 
-/// Whether a wish steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
+/// Whether a command steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
 /// item of the plan and home steer only the mode that flies to them.
-pub(super) fn steers(wish: &Wish, mode: Mode) -> bool {
-    match wish {
-        Wish::Mode(_) | Wish::Refer(_) | Wish::Reposition(_) | Wish::Continue | Wish::Terminate => {
-            true
-        }
-        Wish::Script(script) => script.steers(),
-        Wish::PlanItem(_) => matches!(mode, Mode::Mission),
-        Wish::Home(_) => matches!(mode, Mode::Return),
+pub(super) fn steers(command: &Command, mode: Mode) -> bool {
+    match command {
+        Command::Mode(_)
+        | Command::Refer(_)
+        | Command::Reposition(_)
+        | Command::Continue
+        | Command::Terminate => true,
+        Command::Script(script) => script.steers(),
+        Command::PlanItem(_) => matches!(mode, Mode::Mission),
+        Command::Home(_) => matches!(mode, Mode::Return),
         _ => false,
     }
 }

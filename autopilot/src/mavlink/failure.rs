@@ -27,7 +27,7 @@ use flight_control::AircraftModel;
 use icd::EffectorList;
 use icd::fault::{Refusal, Target, TargetClass};
 
-use super::codec::Command;
+use super::codec::CommandMessage;
 use super::refused::Refused;
 use crate::parameters::Parameters;
 
@@ -76,7 +76,7 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
 /// # Errors
 /// Why nothing is asked of the plant.
 pub fn requests(
-    command: &Command,
+    command: &CommandMessage,
     parameters: &Parameters,
     model: &AircraftModel,
 ) -> Result<Requests, Refused> {

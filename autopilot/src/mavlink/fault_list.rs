@@ -9,7 +9,7 @@ use icd::{Effector, EffectorList};
 
 use super::failure;
 use super::intents::Intents;
-use crate::event::{EventKind, Outcome, Wish};
+use crate::event::{Command, EventKind, Outcome};
 
 /// Faults that the list can hold: all that the plant schedules, and one that acts on each effector.
 const FAULTS_MAX: usize = 64 + Effector::MAX;
@@ -130,7 +130,7 @@ impl ListRequest {
     /// Asks, as soon as there is room.
     pub fn poll(&mut self, intents: &mut Intents) {
         if self.is_wanted && self.asked.is_none() {
-            self.asked = intents.push(Wish::ListFaults);
+            self.asked = intents.push(Command::ListFaults);
             self.is_wanted = self.asked.is_none();
         }
     }

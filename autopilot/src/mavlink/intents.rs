@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::event::{FIRST_SCRIPT_REQUEST, Intent, Wish};
+use crate::event::{Command, FIRST_SCRIPT_REQUEST, Intent};
 
 /// Intents that may wait for room in the channel.
 const INTENTS_MAX: usize = 64;
@@ -21,14 +21,14 @@ impl Intents {
         INTENTS_MAX - self.queue.len()
     }
 
-    /// Queues a wish and returns its number; `None` if the queue is full.
+    /// Queues a command and returns its number; `None` if the queue is full.
     #[must_use]
-    pub fn push(&mut self, wish: Wish) -> Option<u32> {
+    pub fn push(&mut self, command: Command) -> Option<u32> {
         if self.room() == 0 {
             return None;
         }
         self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
-        self.queue.push_back(Intent { number: self.last_number, wish });
+        self.queue.push_back(Intent { number: self.last_number, command });
         Some(self.last_number)
     }
 

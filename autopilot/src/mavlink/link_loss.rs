@@ -14,7 +14,7 @@ use super::aircraft::{Aircraft, Phase};
 use super::context::{Context, From};
 use super::control::{Control, Silence};
 use crate::clock::WallTime;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::parameters::Parameters;
 
 /// Listens to the heartbeats of ground stations.
@@ -46,9 +46,9 @@ impl LinkLoss {
         match ctx.control.look(now, patience(ctx.parameters)) {
             Silence::NobodyYet => {}
             Silence::Lost if !self.told => {
-                let wish = Wish::LinkLost(ctx.parameters.link.loss_action);
+                let command = Command::LinkLost(ctx.parameters.link.loss_action);
                 // Without room now there is room at the next poll.
-                self.told = ctx.intents.push(wish).is_some();
+                self.told = ctx.intents.push(command).is_some();
             }
             Silence::Lost => {}
             Silence::Heard => self.tell_back(ctx),
@@ -61,7 +61,7 @@ impl LinkLoss {
     }
 
     fn tell_back(&mut self, ctx: &mut Context) {
-        if self.told && ctx.intents.push(Wish::LinkBack).is_some() {
+        if self.told && ctx.intents.push(Command::LinkBack).is_some() {
             self.told = false;
         }
     }

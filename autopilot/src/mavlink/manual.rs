@@ -22,7 +22,7 @@ use super::context::{Context, From};
 use super::control::Control;
 use super::fall_back::FallBack;
 use crate::clock::WallTime;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::parameters::{Parameters, SticksLossAction};
 use crate::vehicle::{Mode, Sticks};
 
@@ -60,7 +60,7 @@ pub struct Manual {
     /// The latest position has not been passed on yet.
     is_new: bool,
     passed_on: Option<WallTime>,
-    /// Hold was wished for.
+    /// Hold was requested.
     fall_back: FallBack,
     /// The vehicle follows sticks in Position and has not been given centred ones since.
     steers: bool,
@@ -158,7 +158,7 @@ impl Manual {
         else {
             return;
         };
-        if ctx.intents.push(Wish::Sticks(sticks)).is_some() {
+        if ctx.intents.push(Command::Sticks(sticks)).is_some() {
             self.is_new = false;
             self.passed_on = Some(now);
             self.steers = true;
@@ -190,7 +190,7 @@ impl Manual {
             return;
         }
         self.is_new = false;
-        if self.steers && ctx.intents.push(Wish::Sticks(Sticks::CENTRED)).is_some() {
+        if self.steers && ctx.intents.push(Command::Sticks(Sticks::CENTRED)).is_some() {
             self.steers = false;
             let text = "Sticks stopped: holding altitude and course";
             ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);

@@ -4,7 +4,7 @@
 //!  COUNT ──> Draft <── items, asked for one by one ── Upload
 //!              │ complete
 //!              v
-//!        Wish::Plan ──> control side ──> Done ──> Stored ──> downloads
+//!        Command::Plan ──> control side ──> Done ──> Stored ──> downloads
 //!                                          └────> MISSION_ACK
 //! ```
 //!
@@ -21,7 +21,7 @@ use super::context::{Context, From};
 use super::param::{Save, Saved};
 use super::peers::Peers;
 use crate::clock::WallTime;
-use crate::event::{EventKind, Wish};
+use crate::event::{Command, EventKind};
 use crate::vehicle::Navigation;
 use crate::vehicle::plan::Progress;
 
@@ -123,7 +123,7 @@ impl MissionService {
             Message::MissionRequest(list, seq, _) => self.give_item(list, seq, &mut reply),
             Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
             Message::MissionSetCurrent(seq) => {
-                self.wish(Wish::PlanItem(seq), None, What::Current(seq), &mut reply);
+                self.request(Command::PlanItem(seq), None, What::Current(seq), &mut reply);
             }
             Message::MissionPartial(list) => {
                 let reason = "a plan is only read and written as a whole";

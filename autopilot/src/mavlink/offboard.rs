@@ -16,7 +16,7 @@ use super::context::{Context, From};
 use super::control::Control;
 use super::fall_back::FallBack;
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::parameters::Parameters;
 use crate::vehicle::{Mode, Setpoint};
 
@@ -60,7 +60,7 @@ pub struct Offboard {
     number: Option<u32>,
     /// What has been said since Offboard began.
     told: Told,
-    /// Hold was wished for.
+    /// Hold was requested.
     fall_back: FallBack,
 }
 
@@ -185,7 +185,7 @@ impl Offboard {
         let Some((stream, (_, read))) = due.and_then(|s| s.latest.map(|latest| (s, latest))) else {
             return;
         };
-        let number = ctx.intents.push(Wish::Setpoint(read.setpoint));
+        let number = ctx.intents.push(Command::Setpoint(read.setpoint));
         if number.is_some() {
             stream.is_new = false;
             // The outcome of an older one is not to be missed.

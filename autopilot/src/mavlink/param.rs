@@ -5,12 +5,12 @@ use core::time::Duration;
 use ::mavlink::dialects::common::{MavParamError, MavResult, MavSeverity, PARAM_REQUEST_READ_DATA};
 use icd::Effector;
 
-use super::codec::{Command, Encoded, ParamSet};
+use super::codec::{CommandMessage, Encoded, ParamSet};
 use super::context::{Context, From};
 use super::convert;
 use super::peers::{Peer, Peers};
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::parameters::{ParameterError, Parameters, table};
 use faults::{Answer, FaultOrders};
 use keeper::{Keeper, Turn};
@@ -272,7 +272,7 @@ impl ParamService {
     pub fn handle_storage(
         &mut self,
         from: From,
-        command: &Command,
+        command: &CommandMessage,
         now: WallTime,
         ctx: &mut Context,
         out: &mut Peers,
@@ -359,20 +359,20 @@ impl ParamService {
     /// Tells the control thread the latest values; tried again with the next poll if there is no room.
     fn pass_on(&mut self, ctx: &mut Context) {
         if self.changed.gains {
-            let wish = Wish::Gains(Box::new(ctx.parameters.gains));
-            self.changed.gains = ctx.intents.push(wish).is_none();
+            let command = Command::Gains(Box::new(ctx.parameters.gains));
+            self.changed.gains = ctx.intents.push(command).is_none();
         }
         if self.changed.limits {
-            let wish = Wish::Limits(ctx.parameters.limits);
-            self.changed.limits = ctx.intents.push(wish).is_none();
+            let command = Command::Limits(ctx.parameters.limits);
+            self.changed.limits = ctx.intents.push(command).is_none();
         }
         if self.changed.navigation {
-            let wish = Wish::Navigation(ctx.parameters.navigation);
-            self.changed.navigation = ctx.intents.push(wish).is_none();
+            let command = Command::Navigation(ctx.parameters.navigation);
+            self.changed.navigation = ctx.intents.push(command).is_none();
         }
         if self.changed.fault_injection {
-            let wish = Wish::FaultInjection(ctx.parameters.failure.enabled);
-            self.changed.fault_injection = ctx.intents.push(wish).is_none();
+            let command = Command::FaultInjection(ctx.parameters.failure.enabled);
+            self.changed.fault_injection = ctx.intents.push(command).is_none();
         }
     }
 

@@ -7,7 +7,7 @@ use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, Refusal, Target};
 use icd::{Effector, EffectorList, FaultRequest};
 
-use super::codec::{Command, Encoded};
+use super::codec::{CommandMessage, Encoded};
 use super::context::{Context, From};
 use super::failure;
 use super::peers::Peers;
@@ -59,7 +59,7 @@ pub struct Aside {
 struct Open {
     from: From,
     /// `None` for a SET_MODE, which has no acknowledgement.
-    command: Option<Command>,
+    command: Option<CommandMessage>,
     copies: u32,
     since: WallTime,
     /// When it was last told that it is under way, or opened.
@@ -97,7 +97,7 @@ impl Pending {
     /// Joins a copy of an open command: it gets its own answer together with the first.
     ///
     /// `None` if no such command is open.
-    pub fn join(&mut self, from: From, command: &Command) -> Option<Result<(), Refused>> {
+    pub fn join(&mut self, from: From, command: &CommandMessage) -> Option<Result<(), Refused>> {
         let open = self
             .open
             .iter_mut()
@@ -126,7 +126,7 @@ impl Pending {
     pub fn open(
         &mut self,
         from: From,
-        command: Option<&Command>,
+        command: Option<&CommandMessage>,
         parts: ArrayVec<Part, { Effector::MAX }>,
         aside: Aside,
         now: WallTime,
@@ -152,7 +152,7 @@ impl Pending {
         now: WallTime,
         ctx: &mut Context,
         out: &mut Peers,
-    ) -> Option<(From, Command)> {
+    ) -> Option<(From, CommandMessage)> {
         let place = self.open.iter().enumerate().find_map(|(index, open)| {
             let part = open.parts.iter().position(|part| part.number == number)?;
             Some((index, part))

@@ -7,7 +7,7 @@
 //!                       command 512 ──> registry: build ────────────> the peer that asks
 //! ```
 //!
-//! When something is due, a snapshot of the next tick is wished for, and the messages are made of it. A
+//! When something is due, a snapshot of the next tick is requested, and the messages are made of it. A
 //! plant that stands still gives no snapshots; then the last one is shown again.
 
 use core::time::Duration;
@@ -39,7 +39,7 @@ pub use messages::status::mission_current;
 use rates::Rates;
 use registry::TABLE;
 
-/// A snapshot that was wished for is waited for this long.
+/// How long the telemetry waits for a snapshot that it requested.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// What messages are made of.

@@ -13,7 +13,7 @@ use super::topics::{self, Place};
 use super::{
     Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, parameter_hash, words,
 };
-use crate::event::{Event, EventKind, Outcome, Wish};
+use crate::event::{Command, Event, EventKind, Outcome};
 use crate::mavlink::fault_list::FaultList;
 use crate::mavlink::{scripts, statustext};
 use crate::parameters::{Kind, Parameters, table};
@@ -28,7 +28,7 @@ const HASH_EVERY_US: u32 = 100_000;
 /// Scripts that may still be told of, beside the one that runs.
 const SCRIPTS_MAX: usize = 8;
 /// Inputs whose outcome may still come; the vehicle owes no more than some of them at a time.
-const WISHES_MAX: usize = 64;
+const COMMANDS_MAX: usize = 64;
 
 /// Writes one flight.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ pub struct Encoder<W> {
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
     told: SimTime,
     /// Inputs in words by their number, the latest one last.
-    wishes: VecDeque<(u32, String, Option<Target>)>,
+    commands: VecDeque<(u32, String, Option<Target>)>,
     /// Why the last input was refused.
     refusal: Option<String>,
     /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is no news there either.
@@ -143,7 +143,7 @@ impl<W: Write> Encoder<W> {
             hash_every: u64::from(HASH_EVERY_US / period_us.max(1)).max(1),
             time,
             told: time,
-            wishes: VecDeque::new(),
+            commands: VecDeque::new(),
             refusal: None,
             fault_rows: FaultList::default(),
             sync_at: SYNC_EVERY,
@@ -269,21 +269,23 @@ impl<W: Write> Encoder<W> {
         match what {
             Recorded::Intent(intent) => {
                 // The words of later events depend on them.
-                match &intent.wish {
-                    Wish::Gains(gains) => self.parameters.gains = **gains,
-                    Wish::Script(script) => self.knows(script),
+                match &intent.command {
+                    Command::Gains(gains) => self.parameters.gains = **gains,
+                    Command::Script(script) => self.knows(script),
                     _ => {}
                 }
-                let Some(words) = words::wish(&intent.wish, &self.effectors) else { return Ok(()) };
+                let Some(words) = words::command(&intent.command, &self.effectors) else {
+                    return Ok(());
+                };
                 self.text(Level::Info, &format!("Input: {words}"))?;
-                if self.wishes.len() >= WISHES_MAX {
-                    self.wishes.pop_front();
+                if self.commands.len() >= COMMANDS_MAX {
+                    self.commands.pop_front();
                 }
-                let target = match &intent.wish {
-                    Wish::Fault(fault) => fault.target(),
+                let target = match &intent.command {
+                    Command::Fault(fault) => fault.target(),
                     _ => None,
                 };
-                self.wishes.push_back((intent.number, words, target));
+                self.commands.push_back((intent.number, words, target));
                 Ok(())
             }
             Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
@@ -314,8 +316,8 @@ impl<W: Write> Encoder<W> {
 
     /// The words of a refusal: which input, and why.
     fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(u8, String)> {
-        let place = self.wishes.iter().position(|(wish, ..)| *wish == number)?;
-        let (_, words, target) = self.wishes.remove(place)?;
+        let place = self.commands.iter().position(|(command, ..)| *command == number)?;
+        let (_, words, target) = self.commands.remove(place)?;
         let why = match outcome {
             Outcome::Done => return None,
             Outcome::Refused(refusal) => refusal.to_string(),

@@ -9,7 +9,7 @@ use crate::event::Intent;
 /// One entry of the topic `recorded`, as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Recorded {
-    /// An operator's wish, taken before the step of its exchange.
+    /// An operator's command, taken before the step of its exchange.
     Intent(Intent),
     /// What left for the plant with the answer of its exchange.
     Request(PlantRequest),

@@ -14,7 +14,7 @@ use icd::fault::{SensorKind, Target};
 use icd::{Effector, SimTime};
 
 use super::{Entry, Recorded, Step, words};
-use crate::event::{Axis, EventKind, Wish};
+use crate::event::{Axis, Command, EventKind};
 use crate::mavlink::fault_list::FaultList;
 use crate::vehicle::Mode;
 
@@ -126,9 +126,9 @@ impl Cause {
     /// Streams are no events, and neither is what changes nothing in the flight.
     fn of_input(what: &Recorded) -> Option<Self> {
         match what {
-            Recorded::Intent(intent) => match &intent.wish {
-                Wish::ListFaults | Wish::Pace(_) | Wish::FaultInjection(_) => None,
-                wish => (!words::is_stream(wish)).then_some(Self::Input),
+            Recorded::Intent(intent) => match &intent.command {
+                Command::ListFaults | Command::Pace(_) | Command::FaultInjection(_) => None,
+                command => (!words::is_stream(command)).then_some(Self::Input),
             },
             Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),
             Recorded::Request(_) => None,

@@ -4,13 +4,13 @@ use icd::fault::CATALOGUE;
 use icd::pace::Pace;
 use icd::{EffectorList, FaultRequest};
 
-use crate::event::Wish;
+use crate::event::Command;
 use crate::vehicle::Reference;
 
 /// Whether it comes in a stream (setpoints, sticks), which would fill the log.
 #[must_use]
-pub const fn is_stream(wish: &Wish) -> bool {
-    matches!(wish, Wish::Setpoint(_) | Wish::Sticks(_))
+pub const fn is_stream(command: &Command) -> bool {
+    matches!(command, Command::Setpoint(_) | Command::Sticks(_))
 }
 
 /// What the codes of faults mean: `1 stuck_here, 2 stuck_at jump, ...`.
@@ -26,42 +26,44 @@ pub fn fault_kinds() -> String {
     all.collect::<Vec<_>>().join(", ")
 }
 
-/// What an operator wished of an aircraft with these effectors; `None` for streams.
+/// What an operator commanded of an aircraft with these effectors; `None` for streams.
 #[must_use]
-pub fn wish(wish: &Wish, effectors: &EffectorList) -> Option<String> {
-    Some(match wish {
-        Wish::Setpoint(_) | Wish::Sticks(_) => return None,
-        Wish::Mode(mode) => format!("mode {mode}"),
-        Wish::Refer(Reference::Altitude(m)) => format!("altitude {m:.1} m"),
-        Wish::Refer(Reference::Airspeed(m_s)) => format!("airspeed {m_s:.1} m/s"),
-        Wish::Refer(Reference::Roll(rad)) => format!("roll {:.1} deg", rad.to_degrees()),
-        Wish::Refer(Reference::Course(rad)) => format!("course {:.1} deg", rad.to_degrees()),
-        Wish::Gains(_) => "gains".to_owned(),
-        Wish::Limits(_) => "limits of references".to_owned(),
-        Wish::Navigation(_) => "parameters of the guidance".to_owned(),
-        Wish::Fault(FaultRequest::Inject { target, kind, timing }) => {
+pub fn command(command: &Command, effectors: &EffectorList) -> Option<String> {
+    Some(match command {
+        Command::Setpoint(_) | Command::Sticks(_) => return None,
+        Command::Mode(mode) => format!("mode {mode}"),
+        Command::Refer(Reference::Altitude(m)) => format!("altitude {m:.1} m"),
+        Command::Refer(Reference::Airspeed(m_s)) => format!("airspeed {m_s:.1} m/s"),
+        Command::Refer(Reference::Roll(rad)) => format!("roll {:.1} deg", rad.to_degrees()),
+        Command::Refer(Reference::Course(rad)) => format!("course {:.1} deg", rad.to_degrees()),
+        Command::Gains(_) => "gains".to_owned(),
+        Command::Limits(_) => "limits of references".to_owned(),
+        Command::Navigation(_) => "parameters of the guidance".to_owned(),
+        Command::Fault(FaultRequest::Inject { target, kind, timing }) => {
             let kind = kind.described(target.class(effectors));
             format!("fault: {} {kind}{timing}", target.name(effectors))
         }
-        Wish::Fault(FaultRequest::Clear { target }) => format!("mend {}", target.name(effectors)),
-        Wish::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
-        Wish::Restart => "new flight".to_owned(),
-        Wish::Reposition(_) => "reposition".to_owned(),
-        Wish::Plan(plan) => format!("plan of {} items", plan.items.len()),
-        Wish::PlanItem(item) => format!("item {item} of the plan"),
-        Wish::Continue => "go on with the plan".to_owned(),
-        Wish::Home(_) => "home".to_owned(),
-        Wish::Terminate => "terminate the flight".to_owned(),
-        Wish::LinkLost(_) => "the ground station is silent".to_owned(),
-        Wish::LinkBack => "the ground station is back".to_owned(),
-        Wish::ListFaults => "the autopilot asks for the faults".to_owned(),
-        Wish::Script(script) => format!("script {}", script.name()),
-        Wish::StopScript => "stop the script".to_owned(),
-        Wish::FaultInjection(true) => "fault injection allowed".to_owned(),
-        Wish::FaultInjection(false) => "fault injection refused".to_owned(),
-        Wish::Pace(Pace::Pause) => "pause".to_owned(),
-        Wish::Pace(Pace::Run) => "run".to_owned(),
-        Wish::Pace(Pace::Step(periods)) => format!("step {periods} periods"),
-        Wish::Pace(Pace::Speed(speed)) => format!("speed x{speed}"),
+        Command::Fault(FaultRequest::Clear { target }) => {
+            format!("mend {}", target.name(effectors))
+        }
+        Command::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
+        Command::Restart => "new flight".to_owned(),
+        Command::Reposition(_) => "reposition".to_owned(),
+        Command::Plan(plan) => format!("plan of {} items", plan.items.len()),
+        Command::PlanItem(item) => format!("item {item} of the plan"),
+        Command::Continue => "go on with the plan".to_owned(),
+        Command::Home(_) => "home".to_owned(),
+        Command::Terminate => "terminate the flight".to_owned(),
+        Command::LinkLost(_) => "the ground station is silent".to_owned(),
+        Command::LinkBack => "the ground station is back".to_owned(),
+        Command::ListFaults => "the autopilot asks for the faults".to_owned(),
+        Command::Script(script) => format!("script {}", script.name()),
+        Command::StopScript => "stop the script".to_owned(),
+        Command::FaultInjection(true) => "fault injection allowed".to_owned(),
+        Command::FaultInjection(false) => "fault injection refused".to_owned(),
+        Command::Pace(Pace::Pause) => "pause".to_owned(),
+        Command::Pace(Pace::Run) => "run".to_owned(),
+        Command::Pace(Pace::Step(periods)) => format!("step {periods} periods"),
+        Command::Pace(Pace::Speed(speed)) => format!("speed x{speed}"),
     })
 }

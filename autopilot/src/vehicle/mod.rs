@@ -12,6 +12,7 @@ use icd::SimTime;
 
 mod altitude;
 mod circling;
+mod commands;
 pub mod geodesy;
 mod hold;
 mod link;
@@ -27,7 +28,6 @@ pub mod rules;
 pub mod schedule;
 mod situation;
 mod sticks;
-mod wishes;
 
 use crate::event::EventKind;
 use altitude::AltitudeDemand;

@@ -38,7 +38,7 @@ pub enum VehicleRefusal {
         /// Largest allowed.
         max: f64,
     },
-    /// A jump to an item that does not exist, or the operator's wish for one.
+    /// A jump to an item that does not exist, or an operator's command to select one.
     #[error("there is no item {item}: the plan has {items}")]
     NoSuchItem {
         /// Which was asked for, from 0.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use autopilot::event::{EventKind, Wish};
+use autopilot::event::{Command, EventKind};
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
@@ -161,15 +161,15 @@ pub fn start(setup: &FlightSetup) -> Place {
     Place { latitude_rad: start.latitude_rad, longitude_rad: start.longitude_rad }
 }
 
-/// The wishes that begin a plan.
+/// The commands that begin a plan.
 #[must_use]
 pub fn begin(plan: &Arc<Plan>) -> Vec<Spoken> {
     let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
-    let wishes = [Wish::Plan(Arc::clone(plan)), Wish::Mode(Mode::Mission)];
-    wishes.map(|wish| Spoken { at, wish }).into()
+    let commands = [Command::Plan(Arc::clone(plan)), Command::Mode(Mode::Mission)];
+    commands.map(|command| Spoken { at, command }).into()
 }
 
-/// Flies wishes until some time after the plan is complete, and keeps the track.
+/// Flies commands until some time after the plan is complete, and keeps the track.
 ///
 /// # Errors
 /// [`SetupError`] if the plant cannot start.

@@ -40,7 +40,7 @@ pub enum Message {
     /// PARAM_SET.
     ParamSet(ParamSet),
     /// COMMAND_LONG or COMMAND_INT.
-    Command(Command),
+    Command(CommandMessage),
     /// SET_ATTITUDE_TARGET.
     SetAttitudeTarget(SET_ATTITUDE_TARGET_DATA),
     /// SET_POSITION_TARGET_GLOBAL_INT.
@@ -212,7 +212,7 @@ pub struct ParamSet {
 
 /// COMMAND_LONG or COMMAND_INT with the command as a number.
 #[derive(Debug, Clone, Copy)]
-pub struct Command {
+pub struct CommandMessage {
     /// MAV_CMD.
     pub id: u16,
     /// param1 to param7. In a COMMAND_INT five and six are in `xy`, and NaN, that is "not given", here.
@@ -223,7 +223,7 @@ pub struct Command {
     pub xy: Option<[i32; 2]>,
 }
 
-impl PartialEq for Command {
+impl PartialEq for CommandMessage {
     /// The same bits, so that two commands with NaN for "not given" are the same.
     fn eq(&self, other: &Self) -> bool {
         (self.id, self.frame, self.xy, self.params.map(f32::to_bits))
@@ -316,7 +316,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
         COMMAND_LONG_DATA::ID => {
             let fields = Fields::<{ COMMAND_LONG_DATA::ENCODED_LEN }>::new(payload);
             let (id, params) = (fields.u16(28), fields.floats(0));
-            let command = Command { id, params, frame: None, xy: None };
+            let command = CommandMessage { id, params, frame: None, xy: None };
             (fields.identity(30), Message::Command(command))
         }
         COMMAND_INT_DATA::ID => {
@@ -324,7 +324,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
             let [p1, p2, p3, p4] = fields.floats(0);
             let params = [p1, p2, p3, p4, f32::NAN, f32::NAN, fields.f32(24)];
             let (frame, xy) = (Some(fields.u8(32)), Some([fields.i32(16), fields.i32(20)]));
-            let command = Command { id: fields.u16(28), params, frame, xy };
+            let command = CommandMessage { id: fields.u16(28), params, frame, xy };
             (fields.identity(30), Message::Command(command))
         }
         FILE_TRANSFER_PROTOCOL_DATA::ID => {

@@ -82,7 +82,7 @@ fn missing_trailing_zeros_are_zeros() {
     assert_eq!(target, OWN);
     assert_eq!(
         message,
-        Message::Command(Command { id: 420, params: [0.0; 7], frame: None, xy: None })
+        Message::Command(CommandMessage { id: 420, params: [0.0; 7], frame: None, xy: None })
     );
 }
 

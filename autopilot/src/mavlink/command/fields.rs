@@ -1,6 +1,6 @@
 //! Parameters of commands: numbers that are finite and in range, or a reason.
 
-use crate::mavlink::codec::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::context::Context;
 use crate::mavlink::convert;
 use crate::mavlink::refused::Refused;
@@ -85,7 +85,7 @@ pub struct Location {
 /// # Errors
 /// A frame without altitudes above sea level or home, one coordinate without the other, values outside
 /// the Earth or the limits of the references.
-pub fn location(command: &Command, ctx: &Context) -> Result<Location, Refused> {
+pub fn location(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
     let [_, _, _, _, _, _, z] = command.params;
     let place = place(command)?;
     let altitude_m = number("altitude p7", z)?
@@ -95,7 +95,7 @@ pub fn location(command: &Command, ctx: &Context) -> Result<Location, Refused> {
 }
 
 /// As [`location`], with latitude and longitude zero for "here"; an altitude of zero then stays as it is.
-pub fn location_or_here(command: &Command, ctx: &Context) -> Result<Location, Refused> {
+pub fn location_or_here(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
     let [_, _, _, _, x, y, z] = command.params;
     let is_here = match command.xy {
         Some(xy) => xy == [0, 0],
@@ -118,7 +118,7 @@ pub fn location_or_here(command: &Command, ctx: &Context) -> Result<Location, Re
 ///
 /// # Errors
 /// A frame that is not global, one coordinate without the other, or none on the Earth.
-pub fn place(command: &Command) -> Result<Option<Place>, Refused> {
+pub fn place(command: &CommandMessage) -> Result<Option<Place>, Refused> {
     check_frame(command.frame.unwrap_or(FRAME_GLOBAL))?;
     let (latitude, longitude) = match command.xy {
         Some([x, y]) => (degrees(x), degrees(y)),

@@ -2,18 +2,18 @@
 
 use super::fields::{flag, number, place};
 use super::{Asking, Decision};
-use crate::event::Wish;
-use crate::mavlink::codec::Command;
+use crate::event::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::refused::Refused;
 use crate::vehicle::Place;
 
 /// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever p7 says.
-pub fn set_home(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn set_home(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [here, _, _, _, _, _, altitude] = command.params;
     if flag("p1", here)? {
         let state = asking.ctx.aircraft.snapshot();
         let state = state.ok_or_else(|| Refused::for_now("Home refused: no position yet"))?;
-        return Ok(Decision::ask(Wish::Home(Place::of(state.motion()))));
+        return Ok(Decision::ask(Command::Home(Place::of(state.motion()))));
     }
     let altitude = number("altitude p7", altitude)?;
     let place = place(command)?
@@ -21,5 +21,5 @@ pub fn set_home(command: &Command, asking: &mut Asking) -> Result<Decision, Refu
     let note = altitude
         .filter(|altitude| *altitude != 0.0)
         .map(|altitude| format!("Home is on the ground at altitude 0 m: {altitude} m is not used"));
-    Ok(Decision::ask(Wish::Home(place)).noting(note))
+    Ok(Decision::ask(Command::Home(place)).noting(note))
 }

@@ -2,8 +2,8 @@
 
 use super::fields::{flag, number, word};
 use super::{Asking, Decision};
-use crate::event::Wish;
-use crate::mavlink::codec::Command;
+use crate::event::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::refused::Refused;
 use crate::mavlink::telemetry;
 use crate::vehicle::Mode;
@@ -12,7 +12,7 @@ use crate::vehicle::Mode;
 const CURRENT: f64 = -1.0;
 
 /// MISSION_START: p1 first item (NaN: where it was), p2 last item (0 or NaN: the last one).
-pub fn start(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn start(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [first, last, ..] = command.params;
     let plan = plan(asking)?;
     let first = word("first item p1", first)?;
@@ -20,19 +20,19 @@ pub fn start(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
     if end.is_some_and(|last| last != plan.items - 1) {
         return Err(Refused::denied("Mission refused: a plan is flown to its end (p2 = 0)"));
     }
-    let begin = Wish::Mode(Mode::Mission);
+    let begin = Command::Mode(Mode::Mission);
     match first {
         Some(first) if first >= plan.items => Err(Refused::denied(format!(
             "Mission refused: no item {first}, the plan has 0 to {}",
             plan.items - 1
         ))),
-        Some(first) => Ok(Decision::ask_all([Wish::PlanItem(first), begin])),
+        Some(first) => Ok(Decision::ask_all([Command::PlanItem(first), begin])),
         None => Ok(Decision::ask(begin)),
     }
 }
 
 /// DO_SET_MISSION_CURRENT: p1 item, -1 for the current one, p2 1 to begin anew the counts of its jumps.
-pub fn set_current(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn set_current(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [item, reset, ..] = command.params;
     let resets = !reset.is_nan() && flag("p2", reset)?;
     if number("item p1", item)? == Some(CURRENT) && !resets {
@@ -48,7 +48,7 @@ pub fn set_current(command: &Command, asking: &mut Asking) -> Result<Decision, R
         _ => word("item p1", item)?,
     };
     match item {
-        Some(item) if item < plan.items => Ok(Decision::ask(Wish::PlanItem(item))),
+        Some(item) if item < plan.items => Ok(Decision::ask(Command::PlanItem(item))),
         _ => Err(Refused::failed(format!(
             "Mission refused: no such item, the plan has 0 to {}",
             plan.items - 1

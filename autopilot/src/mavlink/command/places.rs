@@ -2,8 +2,8 @@
 
 use super::fields::{airspeed, byte, flag, location, location_or_here, number, signed_radius};
 use super::{Asking, Decision};
-use crate::event::Wish;
-use crate::mavlink::codec::Command;
+use crate::event::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::context::Context;
 use crate::mavlink::refused::Refused;
 use crate::vehicle::{Mode, Reposition, Rules};
@@ -13,7 +13,7 @@ const CHANGE_MODE: u8 = 1;
 
 /// DO_REPOSITION: p1 speed, p2 flags, p3 radius, p4 direction, p5 to p7 location. What is not given stays
 /// as it is; without anything it means "circle here".
-pub fn reposition(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn reposition(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [speed, flags, radius, direction, ..] = command.params;
     let flags = if flags.is_nan() { 0 } else { byte("flags p2", flags)? };
     let change_mode = flags & CHANGE_MODE != 0;
@@ -57,7 +57,7 @@ fn kept_or_airspeed(speed: f32, ctx: &Context) -> Result<Option<f64>, Refused> {
 
 /// DO_ORBIT: p1 radius, positive clockwise, p2 speed, p3 where the nose points (always along the circle),
 /// p4 how far, p5 to p7 centre.
-pub fn orbit(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn orbit(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [radius, speed, _, arc, ..] = command.params;
     let (radius_m, clockwise) = signed_radius("radius p1", radius)?;
     if number("p4", arc)?.is_some_and(|arc| arc != 0.0) {
@@ -79,18 +79,21 @@ pub fn orbit(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
 }
 
 /// NAV_LOITER_UNLIM: p3 radius, positive clockwise, p5 to p7 centre, zeros for "here".
-pub fn loiter(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn loiter(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [_, _, radius, ..] = command.params;
     circle(command, radius, asking.ctx)
 }
 
 /// NAV_LOITER_TO_ALT: p2 radius, positive clockwise, p5 to p7 centre, zeros for "here". The aircraft stays.
-pub fn loiter_to_altitude(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn loiter_to_altitude(
+    command: &CommandMessage,
+    asking: &mut Asking,
+) -> Result<Decision, Refused> {
     let [_, radius, ..] = command.params;
     circle(command, radius, asking.ctx)
 }
 
-fn circle(command: &Command, radius: f32, ctx: &Context) -> Result<Decision, Refused> {
+fn circle(command: &CommandMessage, radius: f32, ctx: &Context) -> Result<Decision, Refused> {
     let (radius_m, clockwise) = signed_radius("radius", radius)?;
     let centre = location_or_here(command, ctx)?;
     Ok(ask(
@@ -114,16 +117,16 @@ fn ask(wanted: Reposition, ctx: &Context) -> Decision {
     let widened = wanted.radius_m.zip(least_m).filter(|(asked_m, least_m)| asked_m < least_m);
     let note = widened
         .map(|(asked_m, least_m)| format!("Radius {asked_m:.0} m is flown as {least_m:.0} m"));
-    Decision::ask(Wish::Reposition(wanted)).noting(note)
+    Decision::ask(Command::Reposition(wanted)).noting(note)
 }
 
 /// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
-pub fn pause_or_continue(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+pub fn pause_or_continue(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
     if !flag("p1", command.params[0])? {
-        return Ok(Decision::ask(Wish::Reposition(Reposition {
+        return Ok(Decision::ask(Command::Reposition(Reposition {
             change_mode: true,
             ..Reposition::default()
         })));
     }
-    Ok(Decision::ask(Wish::Continue))
+    Ok(Decision::ask(Command::Continue))
 }

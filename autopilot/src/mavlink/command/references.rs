@@ -2,8 +2,8 @@
 
 use super::fields::{above_ellipsoid, airspeed, byte, number, unused_rate, within};
 use super::{Asking, Decision};
-use crate::event::Wish;
-use crate::mavlink::codec::Command;
+use crate::event::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::context::Context;
 use crate::mavlink::convert;
 use crate::mavlink::refused::Refused;
@@ -24,13 +24,13 @@ const DEFAULT: f32 = -2.0;
 const GROUND_SPEED_NOTE: &str = "A ground speed is flown as airspeed: wind is not corrected";
 
 /// DO_CHANGE_ALTITUDE: p1 altitude, p2 frame.
-pub fn change_altitude(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn change_altitude(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [altitude, frame, ..] = command.params;
     refer_altitude(altitude, byte("frame p2", frame)?, asking.ctx)
 }
 
 /// GUIDED_CHANGE_ALTITUDE: p3 rate, p7 altitude in the frame of the COMMAND_INT.
-pub fn guided_altitude(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn guided_altitude(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [_, _, rate, _, _, _, altitude] = command.params;
     let has_rate = unused_rate("the rate p3", rate)?;
     let decision = refer_altitude(altitude, command.frame.unwrap_or(0), asking.ctx)?;
@@ -41,11 +41,11 @@ pub fn guided_altitude(command: &Command, asking: &mut Asking) -> Result<Decisio
 fn refer_altitude(altitude: f32, frame: u8, ctx: &Context) -> Result<Decision, Refused> {
     // Of this command the altitude is all, so that it must be there.
     let altitude_m = above_ellipsoid(convert::decimal(altitude), frame, ctx)?;
-    Ok(Decision::ask(Wish::Refer(Reference::Altitude(altitude_m))))
+    Ok(Decision::ask(Command::Refer(Reference::Altitude(altitude_m))))
 }
 
 /// DO_CHANGE_SPEED: p1 type, p2 speed, p3 throttle, p4 relative (once, now reserved).
-pub fn change_speed(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn change_speed(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [kind, speed, throttle, relative, ..] = command.params;
     let note = speed_note(kind)?;
     // MAVProxy sends 0 for "no throttle given", QGroundControl -1, MAVSDK NaN.
@@ -65,7 +65,7 @@ pub fn change_speed(command: &Command, asking: &mut Asking) -> Result<Decision, 
 }
 
 /// GUIDED_CHANGE_SPEED: p1 type, p2 speed, p3 rate.
-pub fn guided_speed(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn guided_speed(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [kind, speed, rate, ..] = command.params;
     let mut note = speed_note(kind)?;
     if unused_rate("the rate p3", rate)? {
@@ -87,11 +87,11 @@ fn speed_note(kind: f32) -> Result<Option<String>, Refused> {
 
 fn refer_airspeed(speed: f32, note: Option<String>, ctx: &Context) -> Result<Decision, Refused> {
     let airspeed_m_s = airspeed(convert::decimal(speed), ctx)?;
-    Ok(Decision::ask(Wish::Refer(Reference::Airspeed(airspeed_m_s))).noting(note))
+    Ok(Decision::ask(Command::Refer(Reference::Airspeed(airspeed_m_s))).noting(note))
 }
 
 /// GUIDED_CHANGE_HEADING: p1 type, p2 heading, p3 rate.
-pub fn guided_heading(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn guided_heading(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [kind, heading, rate, ..] = command.params;
     let mut notes = Vec::new();
     match byte("type of heading p1", kind)? {
@@ -117,5 +117,5 @@ pub fn guided_heading(command: &Command, asking: &mut Asking) -> Result<Decision
     let course = Reference::Course(convert::radians(degrees % 360.0));
     within(course, asking.ctx)?;
     let note = (!notes.is_empty()).then(|| notes.join(". "));
-    Ok(Decision::ask(Wish::Refer(course)).noting(note))
+    Ok(Decision::ask(Command::Refer(course)).noting(note))
 }

@@ -5,8 +5,8 @@ use icd::pace::Pace;
 
 use super::fields::{byte, number};
 use super::{Asked, Asking, Decision};
-use crate::event::Wish;
-use crate::mavlink::codec::Command;
+use crate::event::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::failure;
 use crate::mavlink::refused::Refused;
 
@@ -14,7 +14,7 @@ use crate::mavlink::refused::Refused;
 const STEP: u8 = 2;
 
 /// INJECT_FAILURE and USER_1.
-pub fn fault(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn fault(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     if command.id == failure::USER_1 && command.frame.is_some() {
         // Its values would be scaled integers in a COMMAND_INT.
         return Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
@@ -22,15 +22,15 @@ pub fn fault(command: &Command, asking: &mut Asking) -> Result<Decision, Refused
     let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.model)?;
     let asked = requests
         .into_iter()
-        .map(|request| Asked { wish: Wish::Fault(request), fault: Some(request) });
+        .map(|request| Asked { command: Command::Fault(request), fault: Some(request) });
     Ok(Decision { asked: asked.collect(), ..Decision::default() })
 }
 
 /// PREFLIGHT_REBOOT_SHUTDOWN: p1 1 starts the flight anew.
-pub fn restart(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+pub fn restart(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
     match byte("p1", command.params[0])? {
         0 => Ok(Decision::accept()),
-        1 => Ok(Decision::ask(Wish::Restart)),
+        1 => Ok(Decision::ask(Command::Restart)),
         _ => Err(Refused::denied("Refused: only p1 = 1, start the flight anew")),
     }
 }
@@ -39,7 +39,7 @@ pub fn restart(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
 pub const USER_2: u16 = 31_011;
 
 /// A step that its sender has numbered (p3), so that a copy of it is known.
-pub fn is_numbered_step(command: &Command) -> bool {
+pub fn is_numbered_step(command: &CommandMessage) -> bool {
     let [action, _, number, ..] = command.params;
     command.id == USER_2 && action == f32::from(STEP) && !number.is_nan() && number != 0.0
 }
@@ -47,7 +47,7 @@ pub fn is_numbered_step(command: &Command) -> bool {
 /// USER_2: p1 0 pause, 1 run, 2 step by p2 control periods (1 without p2), 3 p2 times as fast as wall
 /// time, which does not end a pause. p3 may number a step: with the number of the step before it is not
 /// taken again.
-pub fn pace(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
+pub fn pace(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
     let [action, value, ..] = command.params;
     let value = number("p2", value)?;
     let pace = match byte("p1", action)? {
@@ -67,7 +67,7 @@ pub fn pace(command: &Command, _: &mut Asking) -> Result<Decision, Refused> {
             "Pace refused: p2 is outside {slowest} to {fastest} times wall time"
         )));
     }
-    Ok(Decision::ask(Wish::Pace(pace)))
+    Ok(Decision::ask(Command::Pace(pace)))
 }
 
 /// Whole periods; without any it is one.

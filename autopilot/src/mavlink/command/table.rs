@@ -5,11 +5,11 @@ use ::mavlink::dialects::common::MavResult;
 use super::{
     Asking, Decision, home, messages, mission, places, references, script, simulation, state,
 };
-use crate::mavlink::codec::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::failure;
 use crate::mavlink::refused::Refused;
 
-type Rule = fn(&Command, &mut Asking) -> Result<Decision, Refused>;
+type Rule = fn(&CommandMessage, &mut Asking) -> Result<Decision, Refused>;
 
 /// Number of each command (MAV_CMD), its name and its rule.
 const RULES: [(u16, &str, Rule); 34] = [
@@ -50,7 +50,7 @@ const RULES: [(u16, &str, Rule); 34] = [
 ];
 
 /// What a command comes to.
-pub(super) fn decide(command: &Command, asking: &mut Asking) -> Result<Decision, Refused> {
+pub(super) fn decide(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     match RULES.iter().find(|(id, ..)| *id == command.id) {
         Some((.., rule)) => rule(command, asking),
         None => Err(Refused::silent(MavResult::MAV_RESULT_UNSUPPORTED)),

@@ -7,7 +7,7 @@ use icd::fault::mavlink::FailureType;
 
 use super::USER_1;
 use super::order::{Failure, FaultOrder, Instances, Unit, Value, ValueError};
-use crate::mavlink::codec::Command;
+use crate::mavlink::codec::CommandMessage;
 use crate::mavlink::convert;
 use crate::mavlink::refused::Refused;
 
@@ -15,7 +15,7 @@ use crate::mavlink::refused::Refused;
 ///
 /// # Errors
 /// What is not a whole number, not known or does not fit together.
-pub fn order(command: &Command, effectors: &EffectorList) -> Result<FaultOrder, Refused> {
+pub fn order(command: &CommandMessage, effectors: &EffectorList) -> Result<FaultOrder, Refused> {
     let [unit, failure_type, ..] = command.params;
     let unit = Unit::of_code(integer("unit", unit)?);
     let code = integer("type", failure_type)?;
@@ -35,7 +35,7 @@ pub fn order(command: &Command, effectors: &EffectorList) -> Result<FaultOrder, 
 
 /// Everything at once is only mended.
 fn check_everything(
-    command: &Command,
+    command: &CommandMessage,
     failure: Failure,
     instances: Instances,
 ) -> Result<(), Refused> {
@@ -51,7 +51,7 @@ fn check_everything(
 }
 
 /// What USER_1 says beyond 420.
-fn with_numbers(order: FaultOrder, command: &Command) -> Result<FaultOrder, Refused> {
+fn with_numbers(order: FaultOrder, command: &CommandMessage) -> Result<FaultOrder, Refused> {
     let [_, _, _, kind, value, ramp, onset] = command.params;
     let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));
     let onset = if is_given(onset) {
@@ -85,7 +85,7 @@ fn with_numbers(order: FaultOrder, command: &Command) -> Result<FaultOrder, Refu
 }
 
 /// p3 goes before p4, which counts only where p3 is NaN.
-fn instances(command: &Command) -> Result<Instances, Refused> {
+fn instances(command: &CommandMessage) -> Result<Instances, Refused> {
     let [_, _, instance, mask, ..] = command.params;
     if !instance.is_nan() {
         let number = integer("instance", instance)?;

@@ -1,4 +1,4 @@
-//! What ground stations send: plans, item by item, and other wishes.
+//! What ground stations send: plans, item by item, and other commands.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::upload::Upload;
 use super::waiting::What;
 use super::wire::Stored;
 use super::{EMPTY_LISTS, Ended, MissionService, Reply, guided, wire};
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::{ListKind, MissionItem};
 use crate::mavlink::context::From;
 use crate::vehicle::Place;
@@ -73,8 +73,8 @@ impl MissionService {
             return reply.refuse_for(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
         }
         if guided::is_guided(item) {
-            return match guided::wish(item, &reply.ctx.parameters.limits) {
-                Ok(wish) => self.wish(wish, Some(list), What::Guided, reply),
+            return match guided::command(item, &reply.ctx.parameters.limits) {
+                Ok(command) => self.request(command, Some(list), What::Guided, reply),
                 Err(rejected) => reply.refuse(list, &rejected),
             };
         }
@@ -148,18 +148,18 @@ impl MissionService {
         reply: &mut Reply,
     ) {
         let what = What::Plan { stored: Arc::new(stored), notes };
-        self.wish(Wish::Plan(Arc::new(plan)), Some(list), what, reply);
+        self.request(Command::Plan(Arc::new(plan)), Some(list), what, reply);
     }
 
     /// Asks the control side for something; its outcome is acknowledged for `list`.
-    pub(super) fn wish(
+    pub(super) fn request(
         &mut self,
-        wish: Wish,
+        command: Command,
         list: Option<ListKind>,
         what: What,
         reply: &mut Reply,
     ) {
-        let number = if self.waiting.has_room() { reply.ctx.intents.push(wish) } else { None };
+        let number = if self.waiting.has_room() { reply.ctx.intents.push(command) } else { None };
         match (number, list) {
             (Some(number), _) => self.waiting.keep(number, reply.from, list, what, reply.now),
             (None, Some(list)) => {

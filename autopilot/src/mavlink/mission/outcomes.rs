@@ -1,4 +1,4 @@
-//! The ends of wishes and uploads: what the control side says, and what nobody says in time.
+//! The ends of commands and uploads: what the control side says, and what nobody says in time.
 
 use ::mavlink::dialects::common::{MavMissionResult as R, MavSeverity};
 
@@ -11,7 +11,7 @@ use crate::mavlink::context::{Context, From};
 use crate::mavlink::peers::Peers;
 use crate::vehicle::Mode;
 
-/// Reason of a wish without an outcome.
+/// Reason of a command without an outcome.
 const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
 
 impl MissionService {
@@ -51,7 +51,7 @@ impl MissionService {
         }
     }
 
-    /// Does what follows from the end of a wish. Returns the id of the plan that came into force by it.
+    /// Does what follows from the end of a command. Returns the id of the plan that came into force by it.
     fn settle(
         &mut self,
         waiting: &Waiting,

@@ -11,7 +11,7 @@ use super::saved::SavedPlan;
 use super::wire::Stored;
 use super::{MissionService, Save, Saved};
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::mavlink::context::Context;
 use crate::vehicle::rules::Rules;
 
@@ -46,7 +46,7 @@ impl MissionService {
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         match checked(&saved, &rules) {
             Ok(Finished { stored, plan, notes }) => {
-                if let Some(number) = ctx.intents.push(Wish::Plan(Arc::new(plan))) {
+                if let Some(number) = ctx.intents.push(Command::Plan(Arc::new(plan))) {
                     self.restoring = Restoring::Asked(number, Arc::new(stored), notes);
                 }
             }

@@ -1,4 +1,4 @@
-//! Wishes whose outcome is still open.
+//! Commands whose outcome is still open.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -9,12 +9,12 @@ use crate::clock::WallTime;
 use crate::mavlink::codec::ListKind;
 use crate::mavlink::context::From;
 
-/// Wishes that may be open at the same time.
+/// Commands that may be open at the same time.
 const WAITING_MAX: usize = 32;
 /// After this the answer is that there was none. The outcome is still taken when it comes.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// What was wished for.
+/// What was requested.
 #[derive(Debug)]
 pub enum What {
     /// Another plan.
@@ -30,12 +30,12 @@ pub enum What {
     Guided,
 }
 
-/// An open wish.
+/// An open command.
 #[derive(Debug)]
 pub struct Waiting {
     /// Number of the intent.
     pub number: u32,
-    /// Who wished.
+    /// Who asked.
     pub from: From,
     /// List to acknowledge; `None`: nobody waits for an acknowledgement, or not any more.
     pub list: Option<ListKind>,
@@ -45,18 +45,18 @@ pub struct Waiting {
     overdue: bool,
 }
 
-/// The open wishes, oldest first.
+/// The open commands, oldest first.
 #[derive(Debug, Default)]
 pub struct WaitingList(Vec<Waiting>);
 
 impl WaitingList {
-    /// One more wish can be kept.
+    /// One more command can be kept.
     #[must_use]
     pub fn has_room(&self) -> bool {
         self.0.iter().filter(|waiting| !waiting.overdue).count() < WAITING_MAX
     }
 
-    /// Keeps a wish. One that never had an outcome makes room.
+    /// Keeps a command. One that never had an outcome makes room.
     pub fn keep(
         &mut self,
         number: u32,
@@ -73,7 +73,7 @@ impl WaitingList {
         self.0.push(Waiting { number, from, list, what, since: now, overdue: false });
     }
 
-    /// The wish with this number.
+    /// The command with this number.
     pub fn take(&mut self, number: u32) -> Option<Waiting> {
         let place = self.0.iter().position(|waiting| waiting.number == number)?;
         Some(self.0.remove(place))
@@ -88,7 +88,7 @@ impl WaitingList {
         })
     }
 
-    /// The next wish that has become overdue: who waits, and the list to acknowledge.
+    /// The next command that has become overdue: who waits, and the list to acknowledge.
     pub fn next_overdue(&mut self, now: WallTime) -> Option<(From, Option<ListKind>)> {
         let waiting = self
             .0
@@ -98,7 +98,7 @@ impl WaitingList {
         Some((waiting.from, waiting.list.take()))
     }
 
-    /// When the next wish becomes overdue.
+    /// When the next command becomes overdue.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let open = self.0.iter().filter(|waiting| !waiting.overdue);

@@ -13,7 +13,7 @@ use core::time::Duration;
 use icd::{Effector, EffectorList, PerEffector};
 
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::mavlink::context::{Context, From};
 use crate::mavlink::failure;
 use crate::mavlink::failure::order::{self, Failure, FaultOrder, Instances, Unit};
@@ -109,7 +109,7 @@ impl FaultOrders {
             return Err("Not set: too many faults are waiting".to_owned());
         }
         for request in requests {
-            let number = ctx.intents.push(Wish::Fault(request));
+            let number = ctx.intents.push(Command::Fault(request));
             let number = number.ok_or("Not set: too many commands are waiting")?;
             self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
         }

@@ -6,7 +6,7 @@ use icd::EffectorList;
 use icd::fault::Target;
 
 use crate::clock::WallTime;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::context::Context;
 use crate::mavlink::param::ParamService;
 use crate::mavlink::peers::Peers;
@@ -34,26 +34,26 @@ pub(super) type Answer = Result<Order, String>;
 /// What is up to the aircraft, and what is said.
 #[derive(Debug, Default)]
 pub(super) struct Order {
-    /// Printed when every wish is fulfilled; at once if there is none. Lines with their ends.
+    /// Printed when every command is fulfilled; at once if there is none. Lines with their ends.
     pub(super) said: String,
     /// With what it breaks or mends.
-    pub(super) wishes: Vec<(Wish, Option<Target>)>,
+    pub(super) commands: Vec<(Command, Option<Target>)>,
 }
 
 impl Order {
     /// Only words.
     fn say(said: impl Into<String>) -> Self {
-        Self { said: said.into(), wishes: Vec::new() }
+        Self { said: said.into(), commands: Vec::new() }
     }
 
-    /// One wish, and what is said when it is fulfilled.
-    fn ask(wish: Wish, said: impl Into<String>) -> Self {
-        Self { said: said.into(), wishes: vec![(wish, None)] }
+    /// One command, and what is said when it is fulfilled.
+    fn ask(command: Command, said: impl Into<String>) -> Self {
+        Self { said: said.into(), commands: vec![(command, None)] }
     }
 }
 
 /// One row of the table.
-struct Command {
+struct ShellCommand {
     name: &'static str,
     /// One line for each form, without the name.
     forms: &'static [&'static str],
@@ -65,43 +65,43 @@ struct Command {
 }
 
 /// The commands, in the order of their list.
-static TABLE: [Command; 12] = [
-    Command {
+static TABLE: [ShellCommand; 12] = [
+    ShellCommand {
         name: "help",
         forms: &["", "COMMAND"],
         about: "this list, or how a command is used",
         details: no_details,
         run: help,
     },
-    Command {
+    ShellCommand {
         name: "status",
         forms: &[""],
         about: "the flight, and what the controller thinks",
         details: no_details,
         run: status::run,
     },
-    Command {
+    ShellCommand {
         name: "list",
         forms: &[""],
         about: "the faults that act, rest or are scheduled",
         details: no_details,
         run: list::run,
     },
-    Command {
+    ShellCommand {
         name: "failure",
         forms: failure::FORMS,
         about: "break and mend effectors",
         details: failure::details,
         run: failure::run,
     },
-    Command {
+    ShellCommand {
         name: "script",
         forms: &["list", "run NAME|NUMBER", "stop", "status"],
         about: "run a script of faults and events",
         details: |_| script::DETAILS.to_owned(),
         run: script::run,
     },
-    Command {
+    ShellCommand {
         name: "param",
         forms: &["show [PATTERN]", "get NAME", "set NAME VALUE"],
         about: "read and set parameters",
@@ -111,7 +111,7 @@ static TABLE: [Command; 12] = [
         },
         run: param::run,
     },
-    Command {
+    ShellCommand {
         name: "reference",
         forms: &["altitude METRES", "airspeed M/S", "roll DEGREES", "course DEGREES"],
         about: "change a reference",
@@ -120,35 +120,35 @@ static TABLE: [Command; 12] = [
         },
         run: reference::run,
     },
-    Command {
+    ShellCommand {
         name: "mode",
         forms: &["", "NAME"],
         about: "list the modes, or change the mode",
         details: no_details,
         run: mode::run,
     },
-    Command {
+    ShellCommand {
         name: "pause",
         forms: &[""],
         about: "let simulation time stand still",
         details: no_details,
         run: pace::pause,
     },
-    Command {
+    ShellCommand {
         name: "run",
         forms: &[""],
         about: "let simulation time run",
         details: no_details,
         run: pace::run,
     },
-    Command {
+    ShellCommand {
         name: "step",
         forms: &["[PERIODS]"],
         about: "run for so many control periods, one without a number, and stand still",
         details: no_details,
         run: pace::step,
     },
-    Command {
+    ShellCommand {
         name: "speed",
         forms: &["FACTOR"],
         about: "run so many times as fast as wall time",
@@ -172,7 +172,7 @@ pub(super) fn run(line: &str, asking: &mut Asking) -> Answer {
     }
 }
 
-fn find(name: &str) -> Option<&'static Command> {
+fn find(name: &str) -> Option<&'static ShellCommand> {
     TABLE.iter().find(|command| command.name == name)
 }
 
@@ -180,7 +180,7 @@ fn help(arguments: &[&str], asking: &mut Asking) -> Answer {
     let mut said = String::new();
     match arguments {
         [] => {
-            for Command { name, about, .. } in &TABLE {
+            for ShellCommand { name, about, .. } in &TABLE {
                 let _ = writeln!(said, "{name:<10} {about}");
             }
         }

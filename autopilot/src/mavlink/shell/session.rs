@@ -10,7 +10,7 @@ use icd::fault::{FaultReply, Target};
 use super::commands::{Answer, Order};
 use super::line::LineBuffer;
 use crate::clock::WallTime;
-use crate::event::{Outcome, Wish};
+use crate::event::{Command, Outcome};
 use crate::mavlink::command;
 use crate::mavlink::context::{Context, From};
 use crate::mavlink::failure;
@@ -127,24 +127,25 @@ impl Session {
     /// Takes the answer of a command: prints it, or asks the aircraft.
     pub(super) fn answer(&mut self, answer: Answer, now: WallTime, ctx: &mut Context) {
         match answer {
-            Ok(Order { said, wishes, .. }) if wishes.is_empty() => self.finish(&said),
+            Ok(Order { said, commands, .. }) if commands.is_empty() => self.finish(&said),
             Ok(order) => self.ask(order, now, ctx),
             Err(reason) => self.finish(&format!("ERROR: {reason}\n")),
         }
     }
 
     fn ask(&mut self, order: Order, now: WallTime, ctx: &mut Context) {
-        let Order { said, wishes } = order;
-        if ctx.intents.room() < wishes.len() {
+        let Order { said, commands } = order;
+        if ctx.intents.room() < commands.len() {
             return self.finish("ERROR: too many commands are waiting\n");
         }
-        let steers = wishes.iter().any(|(wish, _)| command::steers(wish, ctx.aircraft.mode()));
-        let mode = wishes.iter().find_map(|(wish, _)| match wish {
-            Wish::Mode(mode) => Some(*mode),
+        let steers =
+            commands.iter().any(|(command, _)| command::steers(command, ctx.aircraft.mode()));
+        let mode = commands.iter().find_map(|(command, _)| match command {
+            Command::Mode(mode) => Some(*mode),
             _ => None,
         });
-        let parts = wishes.into_iter().filter_map(|(wish, target)| {
-            ctx.intents.push(wish).map(|number| Part { number, target })
+        let parts = commands.into_iter().filter_map(|(command, target)| {
+            ctx.intents.push(command).map(|number| Part { number, target })
         });
         let parts = parts.collect();
         self.running = Some(Running {

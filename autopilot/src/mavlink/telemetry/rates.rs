@@ -1,4 +1,4 @@
-//! How often one peer gets each message: its own wishes over the defaults, and when each is due next.
+//! How often one peer gets each message: its own requests over the defaults, and when each is due next.
 
 use core::time::Duration;
 

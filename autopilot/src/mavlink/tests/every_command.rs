@@ -2,7 +2,7 @@
 //! goes on to the aircraft.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::OWN;
 use crate::mavlink::command::table;
 use crate::mavlink::param;
@@ -50,9 +50,9 @@ const PLAUSIBLE: [(u16, [f32; 7]); 35] = [
     (43_002, [0.0, 90.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
 ];
 
-/// Every number of a wish that goes on to the laws or the plant.
-fn is_finite(wish: &Wish) -> bool {
-    let text = format!("{wish:?}");
+/// Every number of a command that goes on to the laws or the plant.
+fn is_finite(command: &Command) -> bool {
+    let text = format!("{command:?}");
     !text.contains("NaN") && !text.contains("inf")
 }
 
@@ -120,7 +120,7 @@ fn a_copy_that_comes_after_the_answer_is_answered_again_and_asks_for_the_same() 
         }
         assert_eq!(answers.len(), 3, "{command}: {answers:?}");
         let text: Vec<String> =
-            world.take_wishes().iter().map(|wish| format!("{wish:?}")).collect();
+            world.take_commands().iter().map(|command| format!("{command:?}")).collect();
         assert!(text.windows(2).all(|pair| pair[0] == pair[1]), "{command}: {text:?}");
     }
 }
@@ -138,7 +138,7 @@ fn a_command_to_all_components_is_answered_and_one_to_another_is_not() {
 }
 
 #[test]
-fn a_value_that_is_not_finite_in_any_parameter_of_any_command_never_becomes_a_wish() {
+fn a_value_that_is_not_finite_in_any_parameter_of_any_command_never_reaches_the_vehicle() {
     for (command, params) in PLAUSIBLE {
         for place in 0..7 {
             for bad in [NAN, f32::INFINITY, f32::NEG_INFINITY, -NAN, 3.0e38] {
@@ -149,8 +149,8 @@ fn a_value_that_is_not_finite_in_any_parameter_of_any_command_never_becomes_a_wi
                 world.send_bytes(address(14_550), &as_command_int(command, params));
                 world.run_ms(4);
                 assert_eq!(world.take_acks().len(), 2, "{command} p{} = {bad}", place + 1);
-                for wish in world.take_wishes() {
-                    assert!(is_finite(&wish), "{command} p{} = {bad}: {wish:?}", place + 1);
+                for taken in world.take_commands() {
+                    assert!(is_finite(&taken), "{command} p{} = {bad}: {taken:?}", place + 1);
                 }
             }
         }
@@ -198,7 +198,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, cases: 512, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_parameters_of_any_command_get_one_final_acknowledgement_and_finite_wishes(
+    fn any_parameters_of_any_command_get_one_final_acknowledgement_and_finite_commands(
         known in 0..PLAUSIBLE.len(),
         any_command in any::<u16>(),
         is_known in any::<bool>(),
@@ -226,8 +226,8 @@ proptest! {
         let acks = world.take_all_acks();
         prop_assert_eq!(acks.len(), 1);
         prop_assert_eq!(acks[0].command, command);
-        for wish in world.take_wishes() {
-            prop_assert!(is_finite(&wish), "{:?}", wish);
+        for command in world.take_commands() {
+            prop_assert!(is_finite(&command), "{:?}", command);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The list of faults as DEBUG_FLOAT_ARRAY, and where it comes from.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MavResult};
 use icd::fault::{FaultEntry, FaultState, PlantReport, Repeat, Timing, Travel};
 use icd::tvc_jet;
@@ -85,7 +85,7 @@ fn the_list_comes_each_second_and_soon_after_a_change() {
 fn joining_a_flight_asks_the_plant_for_its_faults_and_a_new_flight_does_not() {
     let mut world = World::flying();
     let asked = |world: &mut World| {
-        world.take_wishes().iter().filter(|wish| **wish == Wish::ListFaults).count()
+        world.take_commands().iter().filter(|command| **command == Command::ListFaults).count()
     };
     assert_eq!(asked(&mut world), 0);
     world.listed = vec![rudder(4, FaultState::Acting { since: SimTime::from_micros(2_500_000) })];
@@ -129,7 +129,7 @@ fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
     let since = SimTime::from_micros(2_500_000);
     world.autopilot.handle_report(&rudder(4, FaultState::Acting { since }));
     world.settle();
-    world.take_wishes();
+    world.take_commands();
     world.got.clear();
     // Nobody fetches for a while. Number 4 has ended and 5 goes on.
     world.listed = vec![rudder(5, FaultState::Acting { since })];
@@ -141,7 +141,7 @@ fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
     world.run_ms(100);
     assert!(world.said("144 events were lost"), "{:?}", world.texts());
     assert!(world.said(" texts were not shown"), "{:?}", world.texts());
-    assert_eq!(world.take_wishes(), [Wish::ListFaults]);
+    assert_eq!(world.take_commands(), [Command::ListFaults]);
     let ids: Vec<f32> = requested(&mut world, 2.0).iter().map(|list| list[2]).collect();
     assert_eq!(ids, [5.0]);
 }

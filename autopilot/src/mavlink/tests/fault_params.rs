@@ -2,7 +2,7 @@
 
 use super::params::{set_int, set_real};
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::failure;
 use crate::parameters::{fault_parameters, is_fault};
 use ::mavlink::dialects::common::PARAM_ERROR_DATA;
@@ -31,11 +31,11 @@ fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
     for row in fault_parameters(&tvc_jet::effectors()) {
         for code in 1..=8 {
             let mut world = World::flying();
-            world.take_wishes();
+            world.take_commands();
             world.send(&set_int(&row.name, code));
             assert_eq!(values(&mut world), one(&row.name, code), "one answer");
-            let wishes = world.take_wishes();
-            let [Wish::Fault(request)] = &wishes[..] else { panic!("{wishes:?}") };
+            let commands = world.take_commands();
+            let [Command::Fault(request)] = &commands[..] else { panic!("{commands:?}") };
             assert_eq!(request.target(), Some(row.effector.into()));
             world.send(&set_int(&row.name, 0));
             assert_eq!(values(&mut world), one(&row.name, 0), "mended");
@@ -48,19 +48,19 @@ fn the_sizes_are_latched_when_it_is_set() {
     let mut world = World::flying();
     world.send(&set_int("FLT_WRONG_MODE", 1));
     world.send(&set_real("FLT_BIAS_DEG", 3.0));
-    world.take_wishes();
+    world.take_commands();
     world.send(&set_int("FLT_SERVO5", 4));
-    let wishes = world.take_wishes();
+    let commands = world.take_commands();
     let bias = 3.0_f64.to_radians();
     assert!(
-        matches!(wishes[..], [Wish::Fault(FaultRequest::Inject {
+        matches!(commands[..], [Command::Fault(FaultRequest::Inject {
             kind: FaultKind::Biased { bias: ordered }, ..
         })] if ordered == bias),
-        "{wishes:?}"
+        "{commands:?}"
     );
     world.send(&set_real("FLT_BIAS_DEG", 9.0));
     world.run_ms(100);
-    assert!(!world.take_wishes().iter().any(|wish| matches!(wish, Wish::Fault(_))));
+    assert!(!world.take_commands().iter().any(|command| matches!(command, Command::Fault(_))));
 }
 
 #[test]
@@ -194,10 +194,13 @@ fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
         world.send(&set_int("FLT_SERVO1", 2));
         assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
         world.plant = PlantManner::Says(FaultReply::Cleared { at });
-        world.take_wishes();
+        world.take_commands();
         world.send(&set_int("FLT_SERVO1", 0));
-        let wishes = world.take_wishes();
-        assert!(matches!(wishes[..], [Wish::Fault(FaultRequest::Clear { .. })]), "{wishes:?}");
+        let commands = world.take_commands();
+        assert!(
+            matches!(commands[..], [Command::Fault(FaultRequest::Clear { .. })]),
+            "{commands:?}"
+        );
         report(&mut world, 1, FaultKind::StuckHere, FaultState::Cancelled { at });
         assert_eq!(values(&mut world), one("FLT_SERVO1", 0), "{state:?}");
     }

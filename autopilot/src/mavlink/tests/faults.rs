@@ -1,5 +1,5 @@
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use ::mavlink::dialects::common::MavResult;
 use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
 use icd::tvc_jet;
@@ -13,7 +13,7 @@ const STUCK_LEFT_AILERON: [f32; 7] = [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0];
 
 fn answer_open_requests(world: &mut World, reply: FaultReply) {
     for intent in world.intents.clone() {
-        if let Wish::Fault(_) = intent.wish {
+        if let Command::Fault(_) = intent.command {
             world
                 .autopilot
                 .handle_report(&PlantReport::FaultReply { request: intent.number, reply });
@@ -137,12 +137,12 @@ fn all_instances_are_seven_requests_and_one_acknowledgement() {
 fn with_fault_injection_off_faults_are_denied_with_the_reason_and_nothing_is_asked() {
     let mut world = World::flying();
     world.send(&super::params::set_int("SYS_FAILURE_EN", 0));
-    world.take_wishes();
+    world.take_commands();
     world.send_command(420, STUCK_LEFT_AILERON);
     world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, DENIED), ack(31_010, DENIED)]);
     assert!(world.said("SYS_FAILURE_EN 0"), "{:?}", world.texts());
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked
     let mut world = stuck_at_28_deg();
     world.send_command(420, [102.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, DENIED)]);
-    assert!(world.take_wishes().is_empty(), "nothing goes to the plant");
+    assert!(world.take_commands().is_empty(), "nothing goes to the plant");
     // Travel of the design model: ailerons 25 deg, elevators and rudder 30 deg, nozzle 15 deg.
     let expected = "Fault refused: left aileron, right aileron: angle 28 deg is outside -25 to 25 deg; \
                     nozzle pitch, nozzle yaw: angle 28 deg is outside -15 to 15 deg";
@@ -186,7 +186,7 @@ fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked
     // Bits 2 to 4: elevators and rudder.
     world.send_command(420, [102.0, 2.0, f32::NAN, 28.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
-    assert_eq!(world.take_wishes().len(), 3);
+    assert_eq!(world.take_commands().len(), 3);
 }
 
 #[test]
@@ -323,7 +323,7 @@ fn a_size_that_one_instance_cannot_take_is_denied_for_all_in_its_own_units() {
         let [p1, p2, p3, p4, p5] = params;
         world.send_command(31_010, [p1, p2, p3, p4, p5, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(31_010, DENIED)], "{expected}");
-        assert!(world.take_wishes().is_empty(), "nothing goes to the plant: {expected}");
+        assert!(world.take_commands().is_empty(), "nothing goes to the plant: {expected}");
         assert!(world.said(expected), "{expected}: {:?}", world.texts());
     }
 }

@@ -1,7 +1,7 @@
 //! Silence of ground stations, in wall time.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::Identity;
 use crate::vehicle::LinkLossAction;
 use ::mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavType};
@@ -24,7 +24,7 @@ fn watched() -> World {
     world.ground.parameters.link.loss_s = 10.0;
     world.ground.parameters.link.loss_action = LinkLossAction::Return;
     beat(&mut world, STATION);
-    world.take_wishes();
+    world.take_commands();
     world
 }
 
@@ -35,11 +35,11 @@ enum Told {
 }
 
 fn told(world: &mut World) -> Vec<Told> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::LinkLost(action) => Some(Told::Lost(action)),
-            Wish::LinkBack => Some(Told::Back),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::LinkLost(action) => Some(Told::Lost(action)),
+            Command::LinkBack => Some(Told::Back),
             _ => None,
         })
         .collect()

@@ -1,7 +1,7 @@
 //! Each datagram lost in turn: a client that asks again ends where it would have without the loss.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::parameters::Parameters;
 use crate::vehicle::{Mode, Place};
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
@@ -80,10 +80,11 @@ fn final_state(lost: u32) -> (End, u32) {
     }
     link.world.step();
     let snapshot = *link.world.autopilot.snapshot().unwrap();
-    let mut bandwidths = link.world.take_wishes().into_iter().filter_map(|wish| match wish {
-        Wish::Gains(gains) => Some(gains.neso.bandwidth),
-        _ => None,
-    });
+    let mut bandwidths =
+        link.world.take_commands().into_iter().filter_map(|command| match command {
+            Command::Gains(gains) => Some(gains.neso.bandwidth),
+            _ => None,
+        });
     let end = End {
         parameters: *link.world.ground.parameters(),
         mode: snapshot.mode,

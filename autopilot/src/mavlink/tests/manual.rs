@@ -2,7 +2,7 @@
 
 use super::params::set_int;
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::Identity;
 use crate::vehicle::{Mode, Sticks};
 use ::mavlink::dialects::common::{
@@ -52,7 +52,7 @@ fn by_joystick() -> World {
     world.send_command(176, ALTITUDE);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_ACCEPTED)]);
     world.run_ms(20);
-    world.take_wishes();
+    world.take_commands();
     world
 }
 
@@ -61,10 +61,10 @@ fn mode(world: &World) -> Mode {
 }
 
 fn sticks(world: &mut World) -> Vec<Sticks> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Sticks(sticks) => Some(sticks),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Sticks(sticks) => Some(sticks),
             _ => None,
         })
         .collect()
@@ -138,7 +138,7 @@ fn an_ignored_channel_stays_and_a_released_one_does_not() {
     let mut world = by_joystick();
     world.send(&channels([1600, 1700, 1500]));
     world.run_ms(20);
-    world.take_wishes();
+    world.take_commands();
     world.send(&channels([u16::MAX, u16::MAX, 2000]));
     world.run_ms(20);
     let kept = Sticks { roll: 0.2, climb: 0.4, throttle: Some(1.0) };
@@ -210,7 +210,7 @@ fn whoever_commands_altitude_flies_it() {
     let crc = ::mavlink::calculate_crc(&bytes[1..end], 152);
     bytes[end..].copy_from_slice(&crc.to_le_bytes());
     world.send_bytes(address(14_550), &bytes);
-    world.take_wishes();
+    world.take_commands();
     world.run_ms(20);
     send_as(&mut world, OTHER, &joystick([0, 700, 500, 0]));
     world.send(&joystick([0, -700, 500, 0]));
@@ -252,7 +252,7 @@ fn without_a_flight_sticks_are_ignored_quietly_and_no_deadline_waits() {
     let mut world = by_joystick();
     world.autopilot.plant_lost();
     world.settle();
-    world.take_wishes();
+    world.take_commands();
     world.got.clear();
     for _ in 0..100 {
         world.now = world.now + STEP;
@@ -260,7 +260,7 @@ fn without_a_flight_sticks_are_ignored_quietly_and_no_deadline_waits() {
     }
     world.now = world.now + STEP * 500;
     world.settle();
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
     assert_eq!(world.texts(), [""; 0]);
     let ground = &world.ground;
     let deadline =
@@ -299,7 +299,7 @@ fn in_position_sticks_count_from_the_start_and_when_they_stop_the_mode_stays() {
     assert_eq!(mode(&world), Mode::Position);
     let roll_rad = world.autopilot.snapshot().unwrap().demand.roll_rad;
     assert!((roll_rad - 22.5_f64.to_radians()).abs() < 1.0e-9, "{roll_rad} rad");
-    world.take_wishes();
+    world.take_commands();
     world.run_ms(5_000);
     assert_eq!(sticks(&mut world), [Sticks::CENTRED], "once");
     assert_eq!(mode(&world), Mode::Position);

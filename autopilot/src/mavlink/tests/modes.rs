@@ -3,7 +3,7 @@
 #![expect(deprecated, reason = "ground stations still use SET_MODE")]
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::{self, Encoded, OWN, Skipped};
 use crate::mavlink::modes;
 use crate::vehicle::Mode;
@@ -19,11 +19,11 @@ const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 const LATER: MavResult = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
 
-fn wished_modes(world: &mut World) -> Vec<Mode> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Mode(mode) => Some(mode),
+fn commanded_modes(world: &mut World) -> Vec<Mode> {
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Mode(mode) => Some(mode),
             _ => None,
         })
         .collect()
@@ -69,8 +69,8 @@ fn set_mode_works_without_an_acknowledgement_and_says_why_not() {
     assert_eq!(world.take_acks(), []);
     assert!(world.said("Offboard refused: no setpoint"), "{:?}", world.texts());
     assert!(world.said("Land is not flown here: use Return"), "{:?}", world.texts());
-    let wishes = world.take_wishes();
-    assert!(matches!(wishes[..], [Wish::Mode(Mode::Hold)]), "{wishes:?}");
+    let commands = world.take_commands();
+    assert!(matches!(commands[..], [Command::Mode(Mode::Hold)]), "{commands:?}");
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn every_mode_can_be_asked_for_by_both_commands_and_nan_is_no_sub_mode() {
         let [p1, p2, p3] = params;
         world.send_command(176, [p1, p2, p3, NAN, NAN, NAN, NAN]);
         world.send_command_int(176, 0, [p1, p2, p3, NAN], NAN);
-        assert_eq!(wished_modes(&mut world), [mode, mode]);
+        assert_eq!(commanded_modes(&mut world), [mode, mode]);
         assert_eq!(world.take_acks().len(), 2);
     }
 }
@@ -124,7 +124,7 @@ fn a_mode_that_is_none_is_denied_and_one_that_waits_for_a_stream_is_rejected_for
         assert_eq!(world.take_acks(), [ack(176, expected)], "{params:?}");
         assert_eq!(world.texts().len(), 1, "the reason is said: {params:?}");
     }
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn standard_modes_are_the_modes_that_mean_the_same_and_others_have_failed() {
     let mut world = World::flying();
     for (standard, mode) in [(3.0, Mode::Position), (5.0, Mode::Return), (6.0, Mode::Mission)] {
         world.send_command(262, [standard, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(wished_modes(&mut world), [mode]);
+        assert_eq!(commanded_modes(&mut world), [mode]);
     }
     world.take_acks();
     for standard in [0.0, 1.0, 2.0, 7.0, 99.0] {
@@ -145,7 +145,7 @@ fn standard_modes_are_the_modes_that_mean_the_same_and_others_have_failed() {
 fn return_to_launch_is_a_mode() {
     let mut world = World::flying();
     world.send_command(20, [0.0; 7]);
-    assert_eq!(wished_modes(&mut world), [Mode::Return]);
+    assert_eq!(commanded_modes(&mut world), [Mode::Return]);
     assert_eq!(world.take_acks(), [ack(20, ACCEPTED)]);
 }
 

@@ -1,5 +1,5 @@
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::Identity;
 use crate::vehicle::{Mode, Setpoint};
 use ::mavlink::MessageData;
@@ -54,7 +54,7 @@ fn offboard_is_refused_until_setpoints_come() {
     world.run_ms(600);
     world.send_command(176, OFFBOARD);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
-    assert!(world.take_wishes().is_empty(), "setpoints in Hold move nothing");
+    assert!(world.take_commands().is_empty(), "setpoints in Hold move nothing");
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn a_roll_beyond_the_limit_is_limited() {
         world.ground.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
         world.autopilot.handle_intent(crate::event::Intent {
             number: 1_000_000,
-            wish: Wish::Limits(world.ground.parameters.limits),
+            command: Command::Limits(world.ground.parameters.limits),
         });
         world.send(&setpoint(89.0));
         world.send_command(176, OFFBOARD);
@@ -95,11 +95,11 @@ fn setpoints_that_stop_lead_back_to_hold_after_half_a_second_and_once() {
     world.run_ms(3_000);
     let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
     assert_eq!(said, 1, "{:?}", world.texts());
-    world.take_wishes();
+    world.take_commands();
     world.send(&setpoint(15.0));
     world.run_ms(20);
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold, "a late setpoint is too late");
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -139,16 +139,16 @@ fn setpoints_without_a_usable_attitude_do_not_count() {
 #[test]
 fn a_flood_of_setpoints_becomes_a_trickle_of_references_and_the_last_one_counts() {
     let mut world = in_offboard();
-    world.take_wishes();
+    world.take_commands();
     for i in 0..1_000 {
         world.send(&setpoint(f64::from(i % 40)));
     }
     world.run_ms(20);
     let rolls: Vec<f64> = world
-        .take_wishes()
+        .take_commands()
         .into_iter()
-        .filter_map(|wish| match wish {
-            Wish::Setpoint(Setpoint::Roll(roll)) => Some(roll.to_degrees()),
+        .filter_map(|command| match command {
+            Command::Setpoint(Setpoint::Roll(roll)) => Some(roll.to_degrees()),
             _ => None,
         })
         .collect();
@@ -161,7 +161,7 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
     let mut world = in_offboard();
     world.autopilot.plant_lost();
     world.settle();
-    world.take_wishes();
+    world.take_commands();
     world.got.clear();
     for _ in 0..100 {
         world.now = world.now + STEP;
@@ -169,7 +169,7 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
     }
     world.now = world.now + STEP * 500;
     world.settle();
-    assert!(world.take_wishes().is_empty(), "no aircraft, no reference and no change of mode");
+    assert!(world.take_commands().is_empty(), "no aircraft, no reference and no change of mode");
     assert_eq!(world.texts(), [""; 0]);
     let ground = &world.ground;
     let offboard_deadline =
@@ -231,7 +231,7 @@ fn the_asker_has_control_before_the_outcome_of_its_request_is_there() {
     while let Some(intent) = world.ground.pop_intent() {
         world.autopilot.handle_intent(intent);
     }
-    world.take_wishes();
+    world.take_commands();
     // A poll between any two events.
     while let Some(event) = world.autopilot.pop_event() {
         world.ground.handle_event(&event, world.now);
@@ -295,19 +295,19 @@ fn a_plan_and_a_home_of_another_station_leave_control_with_the_stream() {
 }
 
 #[test]
-fn the_wish_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
+fn the_request_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
     let mut world = in_offboard();
     world.got.clear();
-    let mut wishes = 0;
+    let mut commands = 0;
     for _ in 0..3 {
         world.now = world.now + core::time::Duration::from_millis(600);
         world.ground.poll(world.now);
         // The control side is slow: it has taken none of them yet.
         while let Some(intent) = world.ground.pop_intent() {
-            wishes += usize::from(matches!(intent.wish, Wish::Mode(Mode::Hold)));
+            commands += usize::from(matches!(intent.command, Command::Mode(Mode::Hold)));
         }
     }
     world.settle();
     let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
-    assert_eq!((wishes, said), (3, 1), "{:?}", world.texts());
+    assert_eq!((commands, said), (3, 1), "{:?}", world.texts());
 }

@@ -1,5 +1,5 @@
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::parameters::COMPATIBILITY;
 use crate::parameters::{Kind, Parameters, table};
 use crate::vehicle::LinkLossAction;
@@ -138,15 +138,15 @@ fn a_change_is_told_to_every_peer_and_reaches_the_laws() {
     let mut world = World::flying();
     world.send(&set_real("OBS_W0", 40.0));
     assert_eq!(world.values(address(14_540)).len(), 1);
-    let wishes = world.take_wishes();
-    let [Wish::Gains(gains)] = &wishes[..] else { panic!("{wishes:?}") };
+    let commands = world.take_commands();
+    let [Command::Gains(gains)] = &commands[..] else { panic!("{commands:?}") };
     assert_eq!(gains.neso.bandwidth, 40.0);
     world.send(&set_real("REF_ALT_MAX", 9_000.0));
-    let wishes = world.take_wishes();
-    let [Wish::Limits(limits)] = &wishes[..] else { panic!("{wishes:?}") };
+    let commands = world.take_commands();
+    let [Command::Limits(limits)] = &commands[..] else { panic!("{commands:?}") };
     assert_eq!(limits.altitude_max_m, 9_000.0);
     world.send(&set_real("FLT_LOE_PCT", 30.0));
-    assert!(world.take_wishes().is_empty(), "nobody but us needs it");
+    assert!(world.take_commands().is_empty(), "nobody but us needs it");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn a_refused_write_echoes_the_old_value_and_says_why() {
         assert_eq!(*world.ground.parameters(), before);
         assert!(world.said(words), "{words}: {:?}", world.texts());
         assert_eq!(errors(&world).len(), 1);
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
         let echo = only_value(&mut world);
         let name = echo.param_id.to_str().unwrap().to_owned();
         if let Some(row) = table().iter().find(|row| row.name == name) {
@@ -189,7 +189,7 @@ fn an_unknown_parameter_is_an_error() {
     let mut world = World::flying();
     world.send(&set_real("NO_SUCH_THING", 1.0));
     assert_eq!(errors(&world).len(), 1);
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn sending_every_value_back_as_it_was_read_changes_no_bit() {
         world.send(&set(&name, value.param_value, value.param_type));
     }
     assert_eq!(*world.ground.parameters(), Parameters::default());
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
     assert!(errors(&world).is_empty());
 }
 
@@ -257,11 +257,11 @@ fn every_index_can_be_read_on_its_own() {
 fn a_change_of_the_guidance_reaches_the_vehicle() {
     let mut world = World::flying();
     world.send(&set_real("NAV_LOITER_RAD", 8_000.0));
-    let wishes = world.take_wishes();
-    let [Wish::Navigation(navigation)] = &wishes[..] else { panic!("{wishes:?}") };
+    let commands = world.take_commands();
+    let [Command::Navigation(navigation)] = &commands[..] else { panic!("{commands:?}") };
     assert_eq!(navigation.loiter_radius_m, 8_000.0);
     world.send(&set_int("NAV_DLL_ACT", 2));
-    assert!(world.take_wishes().is_empty(), "link loss is our own business");
+    assert!(world.take_commands().is_empty(), "link loss is our own business");
     assert_eq!(world.ground.parameters().link.loss_action, LinkLossAction::Return);
 }
 

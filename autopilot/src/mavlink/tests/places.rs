@@ -1,7 +1,7 @@
 //! Commands that say where to go: reposition, orbit, loiter, pause, home.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::convert;
 use crate::vehicle::{Mode, Place, Reposition};
 use ::mavlink::dialects::common::{HOME_POSITION_DATA, MavResult};
@@ -25,20 +25,20 @@ fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
 }
 
 fn repositions(world: &mut World) -> Vec<Reposition> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Reposition(reposition) => Some(reposition),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Reposition(reposition) => Some(reposition),
             _ => None,
         })
         .collect()
 }
 
 fn homes(world: &mut World) -> Vec<Place> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Home(place) => Some(place),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Home(place) => Some(place),
             _ => None,
         })
         .collect()
@@ -127,7 +127,7 @@ fn places_off_the_earth_other_frames_and_odd_values_are_denied_with_the_reason()
         world.send_command_at(192, frame, params, xy, z);
         assert_eq!(world.take_acks(), [ack(192, DENIED)], "{frame} {params:?} {xy:?} {z}");
         assert!(world.said("efused"), "{frame} {params:?} {xy:?} {z}");
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
     }
     let mut world = World::flying();
     world.send_command(192, [-1.0, 1.0, 0.0, NAN, 34.95, NAN, 6_000.0]);
@@ -203,12 +203,12 @@ fn pause_circles_here_and_continue_needs_a_paused_plan() {
     world.send_command(193, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(193, ACCEPTED), ack(193, LATER)]);
     assert!(world.said("no plan is paused"), "{:?}", world.texts());
-    assert!(matches!(world.take_wishes()[..], [Wish::Continue]), "the aircraft knows");
+    assert!(matches!(world.take_commands()[..], [Command::Continue]), "the aircraft knows");
     for bad in [2.0, 0.5, NAN, -1.0] {
         world.send_command(193, [bad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(193, DENIED)], "{bad}");
     }
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn a_home_that_is_no_place_is_denied() {
     world.send_command(179, [0.0, 0.0, 0.0, 0.0, 34.0, 0.0, f32::INFINITY]);
     world.send_command_at(179, 9, [0.0; 4], DESERT, 0.0);
     assert_eq!(world.take_acks(), [ack(179, DENIED); 5]);
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::world::*;
-use crate::event::{Intent, Wish};
+use crate::event::{Command, Intent};
 use crate::vehicle::plan::{Action, Item, Plan, Point, Progress};
 use crate::vehicle::{Mode, Place};
 use ::mavlink::dialects::common::MavResult;
@@ -25,8 +25,8 @@ fn waypoint(latitude_deg: f64) -> Item {
 fn with_a_plan() -> World {
     let mut world = World::flying();
     let items = [35.2, 35.4, 35.6].map(waypoint).to_vec();
-    let wish = Wish::Plan(Arc::new(Plan { id: 7, items }));
-    world.autopilot.handle_intent(Intent { number: 1_000_000, wish });
+    let command = Command::Plan(Arc::new(Plan { id: 7, items }));
+    world.autopilot.handle_intent(Intent { number: 1_000_000, command });
     world.run_ms(200);
     world.got.clear();
     world

@@ -2,7 +2,7 @@
 
 use super::offboard::setpoint as attitude;
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::vehicle::{Mode, Setpoint};
 use ::mavlink::dialects::common::{
     MavFrame, MavMessage, MavResult, PositionTargetTypemask, SET_POSITION_TARGET_GLOBAL_INT_DATA,
@@ -53,16 +53,16 @@ fn in_offboard() -> World {
     world.send_command(176, OFFBOARD);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_ACCEPTED)]);
     world.run_ms(20);
-    world.take_wishes();
+    world.take_commands();
     world.got.clear();
     world
 }
 
 fn setpoints(world: &mut World) -> Vec<Setpoint> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Setpoint(setpoint) => Some(setpoint),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Setpoint(setpoint) => Some(setpoint),
             _ => None,
         })
         .collect()
@@ -110,7 +110,7 @@ fn the_crates_own_messages_are_those_of_this_test() {
         ..SET_POSITION_TARGET_LOCAL_NED_DATA::default()
     });
     world.run_ms(20);
-    world.take_wishes();
+    world.take_commands();
     world.send(&message);
     let expected = becomes(&local([1.0, 2.0, -6_000.0], [0.0; 3], POSITION, LOCAL)).0;
     assert_eq!(setpoints(&mut world), expected);
@@ -159,7 +159,7 @@ fn a_velocity_of_the_body_is_turned_by_the_heading() {
         world.run_ms(300);
         world.send(&attitude(0.0));
         world.run_ms(300);
-        world.take_wishes();
+        world.take_commands();
         let bytes = local([f32::NAN; 3], [200.0, 150.0, -5.0], 0xFC7, frame_type);
         world.send_bytes(address(14_550), &bytes);
         let [Setpoint::Velocity { course_rad: Some(course), speed_m_s, climb_m_s }] =
@@ -242,7 +242,7 @@ fn setpoints_that_cannot_be_flown_do_not_count_and_the_reason_is_said_once() {
         world.send_command(176, OFFBOARD);
         let later = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
         assert_eq!(world.take_acks(), [ack(176, later)], "{reason}");
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
     }
 }
 
@@ -278,8 +278,8 @@ proptest! {
         world.run_ms(20);
         let id = if is_global { 86 } else { 84 };
         world.send_bytes(address(14_550), &target(id, xyz, velocity, ignored, frame_type));
-        for wish in world.take_wishes() {
-            let text = format!("{wish:?}");
+        for command in world.take_commands() {
+            let text = format!("{command:?}");
             prop_assert!(!text.contains("NaN") && !text.contains("inf"), "{}", text);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavResult};
 use icd::tvc_jet;
 use icd::{Effector, FaultRequest};
@@ -71,10 +71,10 @@ fn everything_ok_mends_every_effector() {
     world.send_command(*command, *params);
     world.run_ms(10);
     let mended: Vec<Effector> = world
-        .take_wishes()
+        .take_commands()
         .iter()
-        .filter_map(|wish| match wish {
-            Wish::Fault(FaultRequest::Clear { target }) => target.effector(),
+        .filter_map(|command| match command {
+            Command::Fault(FaultRequest::Clear { target }) => target.effector(),
             _ => None,
         })
         .collect();
@@ -94,7 +94,7 @@ fn everything_is_only_mended_and_only_by_the_own_command() {
         world.send_command(command, params);
         world.run_ms(10);
         assert_eq!(world.take_acks(), [ack(command, result)], "{:?}", world.texts());
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
     }
 }
 

@@ -1,7 +1,7 @@
 //! Altitude, speed and heading references by command.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::vehicle::Reference;
 use ::mavlink::dialects::common::MavResult;
 
@@ -10,10 +10,10 @@ const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 
 fn references(world: &mut World) -> Vec<Reference> {
-    let wishes = world.take_wishes().into_iter();
-    wishes
-        .filter_map(|wish| match wish {
-            Wish::Refer(reference) => Some(reference),
+    let commands = world.take_commands().into_iter();
+    commands
+        .filter_map(|command| match command {
+            Command::Refer(reference) => Some(reference),
             _ => None,
         })
         .collect()
@@ -36,7 +36,7 @@ fn altitude_commands_take_the_frames_of_sea_level_and_home_and_no_other() {
         world.send_command_int(43_001, frame, [0.0, 0.0, 5.0, 0.0], 5_600.0);
         assert_eq!(world.take_acks(), [ack(43_001, expected)], "43001 frame {frame}");
     }
-    world.take_wishes();
+    world.take_commands();
     world.send_command(43_001, [NAN, NAN, NAN, NAN, NAN, NAN, 5_700.0]);
     assert_eq!(world.take_acks(), [ack(43_001, ACCEPTED)]);
     assert_eq!(references(&mut world), [Reference::Altitude(5_700.0)]);
@@ -50,7 +50,7 @@ fn references_outside_the_limits_are_denied_with_the_range() {
     assert_eq!(world.take_acks(), [ack(186, DENIED), ack(178, DENIED)]);
     assert!(world.said("altitude 50000.0 m is outside 500.0 to 12000.0 m"), "{:?}", world.texts());
     assert!(world.said("airspeed 20.0 m/s is outside"), "{:?}", world.texts());
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn a_relative_speed_is_denied_with_the_reason() {
         world.send_command_int(178, 0, [0.0, 250.0, -1.0, relative], 0.0);
         assert_eq!(world.take_acks(), [ack(178, DENIED); 2], "p4 = {relative}");
         assert!(world.said("only an absolute speed (p4 = 0)"), "{:?}", world.texts());
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
     }
 }
 

@@ -51,7 +51,7 @@ fn our_own_words_sent_back_are_ignored() {
 #[test]
 fn a_flood_that_changes_nothing_becomes_no_intent_and_bounded_output() {
     let mut world = World::flying();
-    world.take_wishes();
+    world.take_commands();
     let mut sent = 0_usize;
     for i in 0..1_000_u16 {
         let mut datagram = command_long(50_000 + i % 100, [f32::NAN; 7], OWN);
@@ -64,7 +64,7 @@ fn a_flood_that_changes_nothing_becomes_no_intent_and_bounded_output() {
         sent += world.got.len();
         world.got.clear();
     }
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
     // 14 visitors at most are let in; two acknowledgements a datagram, texts limited, half a second of
     // telemetry for 16 peers.
     assert!(sent < 12_000, "{sent} frames");
@@ -85,7 +85,7 @@ proptest! {
         world.settle();
         world.send_bytes(address(14_550), &bytes);
         world.step();
-        prop_assert!(world.take_wishes().is_empty());
+        prop_assert!(world.take_commands().is_empty());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::ftp::{Answer, answers, ask, problem, request, with_path};
 use super::params::set_int;
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::OWN;
 use crate::mavlink::ftp::crc32;
 use crate::mavlink::scripts::{FILE_MAX, FILES_MAX};
@@ -243,11 +243,11 @@ fn a_bad_script_is_denied_with_its_line_and_its_reason() {
     upload(&mut world, "/scripts/bad", "say one\nfail elevator stuck\n");
     assert!(world.said("Script bad, line 2, column 6: `elevator` found"), "{:?}", world.texts());
     world.got.clear();
-    world.take_wishes();
+    world.take_commands();
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
     assert!(world.said("Script refused: bad, line 2, column 6"), "{:?}", world.texts());
-    assert_eq!(world.take_wishes(), []);
+    assert_eq!(world.take_commands(), []);
     assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/x")).opcode, ACK);
     assert_eq!(ask(&mut world, &request(2, 0, WRITE, 2, 0, &[0xFF, 0xFE])).opcode, ACK);
     assert_eq!(ask(&mut world, &request(3, 0, 1, 0, 0, &[])).opcode, ACK);
@@ -290,10 +290,10 @@ fn fault_injection_that_is_switched_off_under_way_refuses_the_lines_that_follow(
     let mut world = World::flying();
     upload(&mut world, "/scripts/chain", CHAIN);
     world.send_command(USER_3, START);
-    world.take_wishes();
+    world.take_commands();
     world.send(&set_int("SYS_FAILURE_EN", 0));
     world.run_ms(10);
-    assert_eq!(world.take_wishes(), [Wish::FaultInjection(false)]);
+    assert_eq!(world.take_commands(), [Command::FaultInjection(false)]);
     world.run_ms(200);
     let words = "Script 1 refused: fault injection is off (SYS_FAILURE_EN 0) (at 100 ms: fail left";
     assert!(world.said(words), "{:?}", world.texts());

@@ -1,7 +1,7 @@
 //! Arming, the end of a flight, takeoff and landing, the pace of the simulation.
 
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use ::mavlink::dialects::common::MavResult;
 use icd::fault::PlantReport;
 use icd::pace::Pace;
@@ -20,7 +20,7 @@ fn one(p1: f32, p2: f32) -> [f32; 7] {
 }
 
 fn terminations(world: &mut World) -> usize {
-    world.take_wishes().iter().filter(|wish| matches!(wish, Wish::Terminate)).count()
+    world.take_commands().iter().filter(|command| matches!(command, Command::Terminate)).count()
 }
 
 fn on_the_ground() -> World {
@@ -45,7 +45,7 @@ fn arming_is_a_fact_in_the_air_and_disarming_is_refused_with_the_reason() {
         [ack(400, ACCEPTED), ack(400, ACCEPTED), ack(400, LATER), ack(400, LATER), ack(400, LATER)]
     );
     assert!(world.said("Disarming refused: the aircraft is in the air"), "{:?}", world.texts());
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
     for bad in [2.0, 0.5, NAN, f32::INFINITY] {
         world.send_command(400, one(bad, 0.0));
         assert_eq!(world.take_acks(), [ack(400, DENIED)], "{bad}");
@@ -143,8 +143,8 @@ fn the_pace_of_the_simulation_is_asked_for_by_user_2() {
     ] {
         let mut world = World::flying();
         world.send_command(31_011, params);
-        let wishes = world.take_wishes();
-        let [Wish::Pace(pace)] = wishes[..] else { panic!("{wishes:?}") };
+        let commands = world.take_commands();
+        let [Command::Pace(pace)] = commands[..] else { panic!("{commands:?}") };
         assert_eq!(pace, expected);
         assert_eq!(world.take_acks(), [ack(31_011, ACCEPTED)]);
     }
@@ -169,7 +169,7 @@ fn a_pace_that_is_none_is_denied_with_the_range() {
         assert_eq!(world.take_acks(), [ack(31_011, DENIED)], "{params:?}");
     }
     assert!(world.said("0.01 to 1000 times wall time"), "{:?}", world.texts());
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_step_with_the_number_of_the_step_before_is_acknowledged_and_not_taken_again
     let step = |number| [2.0, 5.0, number, 0.0, 0.0, 0.0, 0.0];
     for (number, steps) in [(7.0, 1), (7.0, 0), (8.0, 1), (0.0, 1), (0.0, 1), (NAN, 1)] {
         world.send_command(31_011, step(number));
-        assert_eq!(world.take_wishes().len(), steps, "number {number}");
+        assert_eq!(world.take_commands().len(), steps, "number {number}");
         assert_eq!(world.take_acks(), [ack(31_011, ACCEPTED)]);
     }
 }
@@ -193,8 +193,8 @@ fn a_numbered_step_that_was_refused_is_asked_for_again() {
         assert_eq!(world.take_acks(), [ack(31_011, LATER)]);
     }
     world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
-    world.take_wishes();
+    world.take_commands();
     world.send_command(31_011, step);
-    assert_eq!(world.take_wishes().len(), 1);
+    assert_eq!(world.take_commands().len(), 1);
     assert_eq!(world.take_acks(), [ack(31_011, ACCEPTED)]);
 }

@@ -2,7 +2,7 @@
 
 use super::params::{set_int, set_real};
 use super::world::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::param::{PREFLIGHT_STORAGE, Saved};
 use crate::parameters::{Parameters, from_text};
 use ::mavlink::dialects::common::{MavResult, PARAM_VALUE_DATA};
@@ -114,12 +114,12 @@ fn defaults_come_back_for_everybody_and_in_the_file() {
     let mut world = keeping();
     world.send(&set_real("OBS_W0", 40.0));
     world.send(&set_real("NAV_LOITER_RAD", 8_000.0));
-    world.take_wishes();
+    world.take_commands();
     world.got.clear();
     storage(&mut world, 2.0);
     assert_eq!(*world.ground.parameters(), Parameters::default());
-    let wishes = world.take_wishes();
-    assert!(matches!(&wishes[..], [Wish::Gains(_), Wish::Navigation(_)]), "{wishes:?}");
+    let commands = world.take_commands();
+    assert!(matches!(&commands[..], [Command::Gains(_), Command::Navigation(_)]), "{commands:?}");
     let told = world.got.iter().filter(|got| got.read::<PARAM_VALUE_DATA>().is_some()).count();
     assert_eq!(told, 4, "two changes, two peers");
     let save = world.ground.pop_save().unwrap();

@@ -15,7 +15,7 @@ use icd::{ControlPeriod, Sensors, SimTime};
 use crate::autopilot::{Autopilot, Settings};
 use crate::clock::WallTime;
 use crate::config::{self, DEFAULT_MODEL};
-use crate::event::{Intent, Wish};
+use crate::event::{Command, Intent};
 use crate::mavlink::Ground;
 use crate::mavlink::codec::{self, Identity, Skipped};
 use crate::mavlink::peers::Address;
@@ -345,9 +345,9 @@ impl World {
         self.got.iter().filter(|got| got.to == to).filter_map(Got::read).collect()
     }
 
-    /// The wishes that reached the control side since the last call.
-    pub fn take_wishes(&mut self) -> Vec<Wish> {
-        self.intents.drain(..).map(|intent| intent.wish).collect()
+    /// The commands that reached the control side since the last call.
+    pub fn take_commands(&mut self) -> Vec<Command> {
+        self.intents.drain(..).map(|intent| intent.command).collect()
     }
 }
 

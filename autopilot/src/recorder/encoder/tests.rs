@@ -54,8 +54,8 @@ fn event(ms: u64, kind: EventKind) -> Entry {
     Entry::Event(Event { time: at(ms), kind })
 }
 
-fn wish(ms: u64, number: u32, wish: Wish) -> Entry {
-    let what = Recorded::Intent(Intent { number, wish });
+fn command(ms: u64, number: u32, command: Command) -> Entry {
+    let what = Recorded::Intent(Intent { number, command });
     Entry::Recorded { time: at(ms), moment: Moment::Step, what }
 }
 
@@ -84,14 +84,14 @@ fn a_fault_is_told_once_however_often_the_plant_falls_silent() {
 }
 
 #[test]
-fn the_autopilots_own_question_is_not_told_as_a_wish_of_somebody() {
-    let texts = texts(vec![wish(2, 1, Wish::ListFaults)]);
+fn the_autopilots_own_question_is_not_told_as_a_command_of_somebody() {
+    let texts = texts(vec![command(2, 1, Command::ListFaults)]);
     assert_eq!(texts[0].1, "Input: the autopilot asks for the faults");
 }
 
 #[test]
 fn texts_never_run_backwards_and_a_refusal_says_what_was_refused() {
-    let climb = Wish::Refer(Reference::Altitude(99_000.0));
+    let climb = Command::Refer(Reference::Altitude(99_000.0));
     let why = VehicleRefusal::OutOfRange {
         what: "altitude",
         unit: "m",
@@ -102,7 +102,7 @@ fn texts_never_run_backwards_and_a_refusal_says_what_was_refused() {
     let outcome = EventKind::Outcome { number: 7, outcome: Outcome::Refused(why) };
     let text = |text: &str| Entry::Text { time: at(6), severity: 4, text: text.to_owned() };
     let texts = texts(vec![
-        wish(4, 7, climb),
+        command(4, 7, climb),
         // Events have the time of the step before.
         event(2, outcome),
         event(2, EventKind::PlanComplete),

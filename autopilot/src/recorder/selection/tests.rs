@@ -96,15 +96,15 @@ fn a_quiet_flight_has_fifty_rows_a_second() {
 #[test]
 fn all_steps_around_an_event_have_rows() {
     type Change = fn(u64, &mut Step) -> Vec<Entry>;
-    fn input(wish: Wish) -> Vec<Entry> {
-        let what = Recorded::Intent(Intent { number: 1, wish });
+    fn input(command: Command) -> Vec<Entry> {
+        let what = Recorded::Intent(Intent { number: 1, command });
         vec![Entry::Recorded { time: at(5_000), moment: Moment::Step, what }]
     }
     let event = |kind| vec![Entry::Event(Event { time: at(5_000), kind })];
     let events = [
         event(EventKind::AuthorityRestored(Axis::Yaw)),
         event(EventKind::GroundContact),
-        input(Wish::Refer(Reference::Altitude(100.0))),
+        input(Command::Refer(Reference::Altitude(100.0))),
         vec![fault(5_000, 1)],
     ];
     let expected: Vec<u64> = {
@@ -148,7 +148,7 @@ fn all_steps_around_an_event_have_rows() {
 fn streams_pauses_and_slow_changes_are_no_events() {
     let stream = |number: u64, step: &mut Step| {
         step.references[0] += 0.05;
-        let what = Recorded::Intent(Intent { number: 1, wish: Wish::ListFaults });
+        let what = Recorded::Intent(Intent { number: 1, command: Command::ListFaults });
         vec![Entry::Recorded { time: at(number), moment: Moment::Step, what }]
     };
     assert_eq!(fly(LogRate::Events, 10_000, stream), quiet(10_000));

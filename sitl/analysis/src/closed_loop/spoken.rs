@@ -7,7 +7,7 @@ use core::ops::{ControlFlow, RangeFrom};
 use core::slice;
 use std::iter::Peekable;
 
-use autopilot::event::{Event, Intent, Snapshot, Wish};
+use autopilot::event::{Command, Event, Intent, Snapshot};
 use autopilot::recorder::Recorded;
 use icd::SimTime;
 use plant_sim::{SetupError, Truth};
@@ -20,7 +20,7 @@ pub struct Spoken {
     /// It is taken before the control step of the first tick at or after this time.
     pub at: SimTime,
     /// What.
-    pub wish: Wish,
+    pub command: Command,
 }
 
 /// One tick of such a flight.
@@ -73,7 +73,7 @@ impl Operator for Speaker<'_> {
 
     fn input(&mut self, exchange: &Exchange) -> Option<Recorded> {
         let (spoken, number) = self.spoken.next_if(|(spoken, _)| spoken.at <= exchange.time)?;
-        Some(Recorded::Intent(Intent { number, wish: spoken.wish.clone() }))
+        Some(Recorded::Intent(Intent { number, command: spoken.command.clone() }))
     }
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {

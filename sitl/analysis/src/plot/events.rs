@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use autopilot::event::Wish;
+use autopilot::event::Command;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
 use icd::fault::{FaultKind, TargetClass};
@@ -253,10 +253,10 @@ fn inputs(flight: &Flight) -> Vec<Happened> {
     let mut stream: Option<(usize, &str, usize)> = None;
     for (t_s, what) in &flight.inputs {
         let (kind, text) = match what {
-            Recorded::Intent(intent) => match words::wish(&intent.wish, &flight.effectors) {
+            Recorded::Intent(intent) => match words::command(&intent.command, &flight.effectors) {
                 Some(text) => (Kind::Input, text),
                 None => {
-                    let name = stream_name(&intent.wish);
+                    let name = stream_name(&intent.command);
                     let (place, count) = match stream {
                         Some((place, running, count)) if running == name => (place, count + 1),
                         _ => {
@@ -297,9 +297,9 @@ fn told(flight: &Flight) -> impl Iterator<Item = Happened> {
 }
 
 /// Streams come many times a second; they are told once.
-const fn stream_name(wish: &Wish) -> &'static str {
-    match wish {
-        Wish::Sticks(_) => "positions of a pilot's sticks",
+const fn stream_name(command: &Command) -> &'static str {
+    match command {
+        Command::Sticks(_) => "positions of a pilot's sticks",
         _ => "setpoints of an offboard stream",
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
 use autopilot::autopilot::Settings;
-use autopilot::event::Wish;
+use autopilot::event::Command;
 use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
 use flight_control::aircraft_model::AircraftModelError;
@@ -153,10 +153,10 @@ impl Recording {
         for (input, number) in inputs.iter().zip(1..) {
             let mut changed = parameters;
             let Recorded::Intent(intent) = &input.what else { continue };
-            match &intent.wish {
-                Wish::Gains(gains) => changed.gains = **gains,
-                Wish::Limits(limits) => changed.limits = *limits,
-                Wish::Navigation(navigation) => changed.navigation = *navigation,
+            match &intent.command {
+                Command::Gains(gains) => changed.gains = **gains,
+                Command::Limits(limits) => changed.limits = *limits,
+                Command::Navigation(navigation) => changed.navigation = *navigation,
                 _ => continue,
             }
             changed.check().map_err(|why| refused(format!("input {number}"), why))?;

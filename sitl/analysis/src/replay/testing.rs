@@ -1,7 +1,7 @@
 //! Logs for tests: flown in one process and written byte by byte as the recorder does it.
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{Intent, Wish};
+use autopilot::event::{Command, Intent};
 use autopilot::recorder::topics::{self, Place};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded, RunHash};
 use icd::fault::{PlantAction, PlantReport};
@@ -13,7 +13,7 @@ use ulog::writer::{Data, Definitions, Row, Topic, Value};
 use crate::closed_loop::{FlightSetup, settings};
 
 /// What an operator wants, and before which control step.
-pub type Spoken = (u64, Moment, Wish);
+pub type Spoken = (u64, Moment, Command);
 
 /// What a log leaves out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -79,10 +79,10 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                 }
                 autopilot.handle_report(&report);
             }
-            while let Some(((_, _, wish), number)) =
+            while let Some(((_, _, command), number)) =
                 spoken.next_if(|((at, when, _), _)| *at == step && *when == moment)
             {
-                let intent = Intent { number, wish: wish.clone() };
+                let intent = Intent { number, command: command.clone() };
                 writer.recorded(place, &Recorded::Intent(intent.clone()));
                 autopilot.handle_intent(intent);
             }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use autopilot::event::Wish;
+use autopilot::event::Command;
 use autopilot::recorder::{FLIGHT_RULES, Moment};
 use autopilot::script::Script;
 use autopilot::vehicle::{LinkLossAction, Mode, Reference};
@@ -33,10 +33,10 @@ pub fn setup(seconds: u64) -> FlightSetup {
     setup
 }
 
-fn jam(onset: Onset) -> Wish {
+fn jam(onset: Onset) -> Command {
     let kind = FaultKind::StuckHere;
     let timing = Timing { onset, ..Timing::NOW };
-    Wish::Fault(FaultRequest::Inject { target: tvc_jet::LEFT_ELEVATOR.into(), kind, timing })
+    Command::Fault(FaultRequest::Inject { target: tvc_jet::LEFT_ELEVATOR.into(), kind, timing })
 }
 
 /// Everything that an operator may do, in flight and while time stands still.
@@ -45,22 +45,22 @@ pub fn spoken() -> Vec<Spoken> {
     gains.pid.roll.k_p *= 1.1;
     let script = "at 1.6 s: fail rudder 50 % left\nwhen roll passes 1 deg: altitude 3200 m\n";
     let script = Arc::new(Script::parse("a test", script, &tvc_jet::effectors()).unwrap());
-    let at = |step, wish| (step, Moment::Step, wish);
-    let held = |step, wish| (step, Moment::Holding, wish);
+    let at = |step, command| (step, Moment::Step, command);
+    let held = |step, command| (step, Moment::Holding, command);
     vec![
-        at(0, Wish::Refer(Reference::Altitude(3_100.0))),
-        at(5, Wish::Script(script)),
-        at(10, Wish::Gains(Box::new(gains))),
-        at(20, Wish::Mode(Mode::Hold)),
-        at(20, Wish::Pace(Pace::Pause)),
+        at(0, Command::Refer(Reference::Altitude(3_100.0))),
+        at(5, Command::Script(script)),
+        at(10, Command::Gains(Box::new(gains))),
+        at(20, Command::Mode(Mode::Hold)),
+        at(20, Command::Pace(Pace::Pause)),
         held(21, jam(Onset::AtOnce)),
-        held(21, Wish::Refer(Reference::Airspeed(155.0))),
-        held(21, Wish::Pace(Pace::Run)),
-        at(300, Wish::Fault(FaultRequest::ClearAll)),
-        at(310, Wish::LinkLost(LinkLossAction::Return)),
-        at(400, Wish::LinkBack),
+        held(21, Command::Refer(Reference::Airspeed(155.0))),
+        held(21, Command::Pace(Pace::Run)),
+        at(300, Command::Fault(FaultRequest::ClearAll)),
+        at(310, Command::LinkLost(LinkLossAction::Return)),
+        at(400, Command::LinkBack),
         at(420, jam(Onset::At(SimTime::from_micros(1_000_500)))),
-        at(600, Wish::Terminate),
+        at(600, Command::Terminate),
     ]
 }
 
@@ -203,7 +203,7 @@ fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
 fn a_flight_ends_on_the_ground() {
     let mut setup = setup(10);
     setup.plant.start.altitude_m = 60.0;
-    let spoken = [(0, Moment::Step, Wish::Terminate)];
+    let spoken = [(0, Moment::Step, Command::Terminate)];
     let bytes = testing::log(&setup, &spoken, Without::default());
     let verdict = replay(bytes).unwrap();
     assert!(verdict.is_same(), "{verdict}");

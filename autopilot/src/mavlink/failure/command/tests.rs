@@ -12,7 +12,7 @@ const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
 
 fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
-    let command = Command { id, params, frame: None, xy: None };
+    let command = CommandMessage { id, params, frame: None, xy: None };
     let model = config::aircraft_model("model", DEFAULT_MODEL).unwrap();
     requests(&command, &Parameters::default(), &model).map(|requests| requests.to_vec()).map_err(
         |refused| {

@@ -8,7 +8,7 @@ use icd::fault::{CATALOGUE, KindInfo, Onset, Quantity, TargetClass};
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::{Answer, Asking, Order, list, number, usage};
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::failure::order::{self, Failure, FaultOrder, Instances, Size, Unit, Value};
 
 pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
@@ -69,9 +69,9 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
             let order = order_of(component, failure, options)?;
             let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
-            let wishes =
-                requests.into_iter().map(|request| (Wish::Fault(request), request.target()));
-            Ok(Order { said: String::new(), wishes: wishes.collect() })
+            let commands =
+                requests.into_iter().map(|request| (Command::Fault(request), request.target()));
+            Ok(Order { said: String::new(), commands: commands.collect() })
         }
         _ => Err(usage("failure")),
     }
@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
 
 fn clear(asking: &Asking) -> Answer {
     if asking.ctx.parameters.failure.enabled {
-        Ok(Order::ask(Wish::Fault(FaultRequest::ClearAll), ""))
+        Ok(Order::ask(Command::Fault(FaultRequest::ClearAll), ""))
     } else {
         Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::modes;
 use crate::vehicle::Mode;
 
@@ -18,7 +18,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
             })?;
             let mode = modes::enterable(mode, asking.ctx.streams())
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
-            Ok(Order::ask(Wish::Mode(mode), format!("Mode {mode}\n")))
+            Ok(Order::ask(Command::Mode(mode), format!("Mode {mode}\n")))
         }
         _ => Err(usage("mode")),
     }

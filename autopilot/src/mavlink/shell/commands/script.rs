@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::refused::Refused;
 use crate::mavlink::scripts::Scripts;
 use crate::script::Script;
@@ -17,7 +17,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
         ["list"] => Ok(Order::say(list(asking.ctx.scripts))),
         ["run", which] => start(which, asking),
-        ["stop"] => Ok(Order::ask(Wish::StopScript, "Script stopped\n")),
+        ["stop"] => Ok(Order::ask(Command::StopScript, "Script stopped\n")),
         ["status"] => Ok(Order::say(status(asking.ctx.scripts))),
         _ => Err(usage("script")),
     }
@@ -32,7 +32,7 @@ fn start(which: &str, asking: &mut Asking) -> Answer {
     };
     let script = script.map_err(|Refused { reason, .. }| reason.unwrap_or_default())?;
     let said = format!("Script began: {}\n", script.name());
-    Ok(Order::ask(Wish::Script(script), said))
+    Ok(Order::ask(Command::Script(script), said))
 }
 
 /// One line for each file, then the scenario's script. The one that runs is marked.

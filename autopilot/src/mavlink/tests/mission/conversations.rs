@@ -1,7 +1,7 @@
 //! Sequences as ground stations have them.
 
 use super::client::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::tests::world::*;
 use crate::vehicle::plan::Action;
 use ::mavlink::dialects::common::{
@@ -11,8 +11,8 @@ use ::mavlink::dialects::common::{
 };
 
 fn plan_of(world: &mut World) -> Vec<Action> {
-    let plans = world.take_wishes().into_iter().filter_map(|wish| match wish {
-        Wish::Plan(plan) => Some(plan),
+    let plans = world.take_commands().into_iter().filter_map(|command| match command {
+        Command::Plan(plan) => Some(plan),
         _ => None,
     });
     let plan = plans.last().expect("a plan reached the control side");

@@ -1,7 +1,7 @@
 //! Items that are no part of a plan.
 
 use super::client::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::tests::world::*;
 use crate::vehicle::{Mode, Reference};
 use ::mavlink::dialects::common::{MISSION_ACK_DATA, MavCmd, MavMessage, MavMissionResult as R};
@@ -41,8 +41,8 @@ fn a_guided_item_sends_the_aircraft_to_a_place_in_hold() {
     let mut world = World::flying();
     world.send(&floats(0, 2, 35.1, -117.8, 6_000.0));
     assert_eq!(results(&world), [ACCEPTED], "{:?}", world.texts());
-    let wishes = world.take_wishes();
-    let [Wish::Reposition(reposition)] = &wishes[..] else { panic!("{wishes:?}") };
+    let commands = world.take_commands();
+    let [Command::Reposition(reposition)] = &commands[..] else { panic!("{commands:?}") };
     let place = reposition.place.unwrap();
     // 1e-8 rad are 6 cm: the field has seven digits of a degree.
     assert!((place.latitude_rad.to_degrees() - 35.1).abs() < 1.0e-7);
@@ -57,10 +57,10 @@ fn an_altitude_by_an_item_is_a_reference() {
     let mut world = World::flying();
     world.send(&floats(0, 3, 0.0, 0.0, 6_500.0));
     assert_eq!(results(&world), [ACCEPTED], "{:?}", world.texts());
-    let wishes = world.take_wishes();
+    let commands = world.take_commands();
     assert!(
-        matches!(wishes[..], [Wish::Refer(Reference::Altitude(altitude))] if altitude == 6_500.0),
-        "{wishes:?}"
+        matches!(commands[..], [Command::Refer(Reference::Altitude(altitude))] if altitude == 6_500.0),
+        "{commands:?}"
     );
 }
 
@@ -80,7 +80,7 @@ fn guided_items_outside_the_limits_are_refused_with_the_range() {
         ..other
     }));
     assert_eq!(results(&world), [R::MAV_MISSION_UNSUPPORTED]);
-    assert!(world.take_wishes().is_empty());
+    assert!(world.take_commands().is_empty());
 }
 
 #[test]
@@ -91,8 +91,8 @@ fn a_guided_item_does_not_disturb_an_upload() {
     world.got.clear();
     world.send(&MavMessage::MISSION_ITEM_INT(waypoint(0)));
     assert_eq!(results(&world), [ACCEPTED]);
-    let plan = world.take_wishes().into_iter().find_map(|wish| match wish {
-        Wish::Plan(plan) => Some(plan.items.len()),
+    let plan = world.take_commands().into_iter().find_map(|command| match command {
+        Command::Plan(plan) => Some(plan.items.len()),
         _ => None,
     });
     assert_eq!(plan, Some(1));

@@ -1,7 +1,7 @@
 //! What becomes of the items of a plan.
 
 use super::client::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::tests::world::*;
 use crate::vehicle::plan::{Action, Circle, Point};
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame};
@@ -12,8 +12,8 @@ fn taken(item: MISSION_ITEM_INT_DATA) -> (Action, World) {
     let mut client = Client::new(MAVSDK);
     let plan = [waypoint(0), MISSION_ITEM_INT_DATA { seq: 1, current: 0, ..item }];
     assert_eq!(client.upload(&plan).unwrap().0, ACCEPTED, "{:?}", client.world.texts());
-    let plan = client.world.take_wishes().into_iter().find_map(|wish| match wish {
-        Wish::Plan(plan) => Some(plan),
+    let plan = client.world.take_commands().into_iter().find_map(|command| match command {
+        Command::Plan(plan) => Some(plan),
         _ => None,
     });
     client.world.run_ms(4);

@@ -219,7 +219,7 @@ fn fence_and_rally_points_take_nothing_and_clear_to_nothing() {
         let results: Vec<R> = acks.iter().map(|answer| answer.mavtype).collect();
         assert_eq!(results, [R::MAV_MISSION_UNSUPPORTED, ACCEPTED]);
         assert!(acks.iter().all(|answer| answer.mission_type == mission_type));
-        assert!(world.take_wishes().is_empty());
+        assert!(world.take_commands().is_empty());
     }
 }
 

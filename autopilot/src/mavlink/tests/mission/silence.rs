@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::client::*;
-use crate::event::{Event, EventKind, Intent, Outcome, Wish};
+use crate::event::{Command, Event, EventKind, Intent, Outcome};
 use crate::mavlink::tests::world::*;
 use ::mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_INT_DATA,
@@ -142,9 +142,9 @@ fn a_flood_of_requests_is_bounded_and_each_is_answered() {
         slow.say(&clear);
         results.extend(slow.results());
         let intents = slow.intents();
-        plans += intents.iter().filter(|intent| matches!(intent.wish, Wish::Plan(_))).count();
+        plans += intents.iter().filter(|intent| matches!(intent.command, Command::Plan(_))).count();
     }
-    assert!(plans <= 32, "{plans} wishes open");
+    assert!(plans <= 32, "{plans} commands open");
     assert!(results.iter().all(|result| *result == R::MAV_MISSION_ERROR));
     assert_eq!(results.len() + plans, 1_000);
 }

@@ -1,7 +1,7 @@
 //! Uploads that do not go straight on.
 
 use super::client::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::mavlink::codec::Identity;
 use crate::mavlink::tests::world::*;
 use ::mavlink::dialects::common::{
@@ -26,7 +26,7 @@ fn message(item: MISSION_ITEM_INT_DATA) -> MavMessage {
 }
 
 fn plans(world: &mut World) -> usize {
-    world.take_wishes().iter().filter(|wish| matches!(wish, Wish::Plan(_))).count()
+    world.take_commands().iter().filter(|command| matches!(command, Command::Plan(_))).count()
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn a_ground_station_that_cancels_hears_no_more_and_the_old_plan_stays() {
     client.upload(&waypoints(2)).unwrap();
     let world = &mut client.world;
     world.got.clear();
-    world.take_wishes();
+    world.take_commands();
     world.send(&count(3));
     world.send(&message(waypoint(0)));
     world.send(&mission_ack(R::MAV_MISSION_OPERATION_CANCELLED));
@@ -123,7 +123,7 @@ fn a_ground_station_may_begin_anew_in_the_middle() {
         world.send(&message(item));
     }
     assert_eq!(requests(&mut world), [0, 1, 2, 3]);
-    world.take_wishes();
+    world.take_commands();
     world.send(&count(2));
     assert_eq!(requests(&mut world), [0]);
     world.send(&message(waypoint(0)));

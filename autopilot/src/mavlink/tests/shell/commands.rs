@@ -1,7 +1,7 @@
 //! What each command says and does.
 
 use super::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::parameters::{COMPATIBILITY, table};
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
@@ -9,10 +9,10 @@ use icd::pace::Pace;
 use icd::tvc_jet;
 use icd::{FaultKind, FaultRequest, SimTime};
 
-fn wishes(world: &mut World, line: &str) -> (Vec<Wish>, String) {
-    world.take_wishes();
+fn commands(world: &mut World, line: &str) -> (Vec<Command>, String) {
+    world.take_commands();
     let text = said(world, line);
-    (world.take_wishes(), text)
+    (world.take_commands(), text)
 }
 
 #[test]
@@ -79,9 +79,9 @@ fn parameters_are_shown_found_by_pattern_and_explained() {
 #[test]
 fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
     let mut world = World::flying();
-    let (wishes, text) = wishes(&mut world, "param set act_lvl_p 0.5");
+    let (commands, text) = commands(&mut world, "param set act_lvl_p 0.5");
     assert_eq!(text, "ACT_LVL_P 1.05 -> 0.5\n");
-    let [Wish::Gains(gains)] = &wishes[..] else { panic!("{wishes:?}") };
+    let [Command::Gains(gains)] = &commands[..] else { panic!("{commands:?}") };
     assert_eq!(gains.activation.level_roll, 0.5);
     let values = values(&world);
     let [value] = &values[..] else { panic!("told once: {values:?}") };
@@ -109,8 +109,8 @@ fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
 #[test]
 fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
     let mut world = World::flying();
-    let (wishes, text) = wishes(&mut world, "reference altitude 5200m");
-    assert_eq!(wishes, [Wish::Refer(Reference::Altitude(5_200.0))]);
+    let (commands, text) = commands(&mut world, "reference altitude 5200m");
+    assert_eq!(commands, [Command::Refer(Reference::Altitude(5_200.0))]);
     assert_eq!(text, "Reference altitude: 5200 m\n");
     assert_eq!(said(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
     assert_eq!(said(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
@@ -132,8 +132,8 @@ fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
 fn a_change_of_mode_takes_the_checks_of_the_command_and_gives_control() {
     let mut world = World::flying();
     assert!(said(&mut world, "mode").contains("* Position\n  Hold\n"));
-    let (wishes, text) = wishes(&mut world, "mode hold");
-    assert_eq!((wishes, text), (vec![Wish::Mode(Mode::Hold)], "Mode Hold\n".to_owned()));
+    let (commands, text) = commands(&mut world, "mode hold");
+    assert_eq!((commands, text), (vec![Command::Mode(Mode::Hold)], "Mode Hold\n".to_owned()));
     assert!(said(&mut world, "status").contains("Control: system 255"));
     let offboard = said(&mut world, "mode offboard");
     assert!(offboard.starts_with("ERROR: Offboard refused: no setpoint"), "{offboard}");
@@ -159,7 +159,7 @@ fn time_is_paused_stepped_and_sped_up() {
         ("speed 2x", Pace::Speed(2.0), "Simulation speed: x2\n"),
         ("run", Pace::Run, "Simulation runs\n"),
     ] {
-        assert_eq!(wishes(&mut world, line), (vec![Wish::Pace(pace)], text.to_owned()));
+        assert_eq!(commands(&mut world, line), (vec![Command::Pace(pace)], text.to_owned()));
     }
     for line in ["step -1", "step 0", "step 999999999", "speed 0", "speed", "pause now"] {
         let text = said(&mut world, line);
@@ -172,9 +172,9 @@ fn time_is_paused_stepped_and_sped_up() {
 #[test]
 fn a_failure_is_printed_when_the_plant_has_answered() {
     let mut world = World::flying();
-    let (wishes, text) = wishes(&mut world, "failure servo stuck -i 5 -v 3deg");
-    let [Wish::Fault(FaultRequest::Inject { target, kind, .. })] = wishes[..] else {
-        panic!("{wishes:?}")
+    let (commands, text) = commands(&mut world, "failure servo stuck -i 5 -v 3deg");
+    let [Command::Fault(FaultRequest::Inject { target, kind, .. })] = commands[..] else {
+        panic!("{commands:?}")
     };
     assert_eq!(target, tvc_jet::RUDDER.into());
     let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
@@ -230,9 +230,9 @@ fn every_type_takes_its_size_and_every_option_its_place() {
         ("motor slow -v 2kN/s", FaultKind::Slow { rate: 2_000.0 }),
         ("motor flameout", FaultKind::FlameOut),
     ] {
-        let (wishes, text) = wishes(&mut world, &format!("failure {line}"));
-        let [Wish::Fault(FaultRequest::Inject { kind, .. })] = wishes[..] else {
-            panic!("{line}: {wishes:?} {text}")
+        let (commands, text) = commands(&mut world, &format!("failure {line}"));
+        let [Command::Fault(FaultRequest::Inject { kind, .. })] = commands[..] else {
+            panic!("{line}: {commands:?} {text}")
         };
         let close = kind.values().into_iter().zip(expected.values());
         assert_eq!(kind.code(), expected.code(), "{line}: {kind:?}");
@@ -241,12 +241,12 @@ fn every_type_takes_its_size_and_every_option_its_place() {
         }
     }
     let line = "failure servo bias -m 5 -v 1deg -t 99.5s -r 1s -d 5s -e 10s -n 3";
-    let (wishes, text) = wishes(&mut world, line);
-    let named: Vec<_> = wishes
+    let (commands, text) = commands(&mut world, line);
+    let named: Vec<_> = commands
         .iter()
-        .map(|wish| {
-            let Wish::Fault(FaultRequest::Inject { target, timing, .. }) = wish else {
-                panic!("{wish:?}")
+        .map(|command| {
+            let Command::Fault(FaultRequest::Inject { target, timing, .. }) = command else {
+                panic!("{command:?}")
             };
             assert_eq!(timing.onset, Onset::At(SimTime::from_seconds(99.5).unwrap()));
             assert_eq!((timing.ramp_s, timing.duration_s), (1.0, Some(5.0)));
@@ -279,9 +279,9 @@ fn failures_that_cannot_be_are_refused_with_the_reason() {
         ("failure servo stuck -i 5 -v 99deg", "99"),
         ("failure servo stuck -i 5 -v soft", "soft"),
     ] {
-        let (wishes, text) = wishes(&mut world, line);
+        let (commands, text) = commands(&mut world, line);
         assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
-        assert_eq!(wishes, [], "{line}");
+        assert_eq!(commands, [], "{line}");
     }
     world.plant = PlantManner::Says(FaultReply::Refused(Refusal::FlightOver));
     let text = said(&mut world, "failure servo stuck -i 5");

@@ -2,7 +2,7 @@
 
 use super::super::scripts::{CHAIN, upload};
 use super::*;
-use crate::event::Wish;
+use crate::event::Command;
 use crate::script::Script;
 use icd::fault::{FaultEntry, FaultState, PlantReport, Timing};
 use icd::tvc_jet;
@@ -10,9 +10,9 @@ use icd::{Attitude, ControlPeriod, EulerAngles, FaultKind, SimTime};
 use std::sync::Arc;
 
 fn names_of_started(world: &mut World) -> Vec<String> {
-    let wishes = world.take_wishes();
-    let names = wishes.into_iter().filter_map(|wish| match wish {
-        Wish::Script(script) => Some(script.name().to_owned()),
+    let commands = world.take_commands();
+    let names = commands.into_iter().filter_map(|command| match command {
+        Command::Script(script) => Some(script.name().to_owned()),
         _ => None,
     });
     names.collect()
@@ -37,7 +37,7 @@ fn a_script_is_started_by_its_name_or_its_number_and_a_name_goes_first() {
     for name in ["1", "c.txt", "b.txt"] {
         upload(&mut world, &format!("/scripts/{name}"), "at 1 min: say late");
     }
-    world.take_wishes();
+    world.take_commands();
     for (which, name) in
         [("c.txt", "c.txt"), ("3", "c.txt"), ("2", "b.txt"), ("0", "b.txt"), ("1", "1")]
     {
@@ -109,7 +109,7 @@ fn what_cannot_start_is_an_error_with_its_place_and_the_aircraft_is_not_asked() 
     upload(&mut world, "/scripts/words", "say only words");
     world.send(&super::super::params::set_int("SYS_FAILURE_EN", 0));
     world.settle();
-    world.take_wishes();
+    world.take_commands();
     for (line, reason) in [
         ("script run bad", "Script refused: bad, line 2, column 6: `elevator` found"),
         ("script run 1", "Script refused: bad, line 2, column 6"),
@@ -124,7 +124,7 @@ fn what_cannot_start_is_an_error_with_its_place_and_the_aircraft_is_not_asked() 
     ] {
         let text = said(&mut world, line);
         assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
-        assert_eq!(world.take_wishes(), [], "{line}");
+        assert_eq!(world.take_commands(), [], "{line}");
     }
     assert_eq!(said(&mut world, "script run words"), "Script began: words\n");
 }

@@ -1,7 +1,7 @@
 //! What the operator wants of the vehicle.
 //!
 //! The caller has made sure that there is an aircraft in the air ([`crate::autopilot::Autopilot`]). A refused
-//! wish changes nothing.
+//! command changes nothing.
 
 use std::sync::Arc;
 
