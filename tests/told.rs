@@ -60,7 +60,7 @@ fn a_fault_is_told_with_the_time_at_which_it_acts_and_what_follows_comes_after_i
     let setup = case_1(EarthModel::Wgs84);
     let (events, _) = fly(&setup);
     let injected = events.iter().find_map(|event| match event.kind {
-        EventKind::Fault(FaultEntry { state: FaultState::Acting { since }, .. }) => {
+        EventKind::Fault(FaultEntry { state: FaultState::Active { since }, .. }) => {
             Some((event.time, since))
         }
         _ => None,

@@ -119,7 +119,8 @@ pub enum FaultState {
         at: SimTime,
     },
     /// It acts.
-    Acting {
+    #[serde(rename = "Acting")]
+    Active {
         /// Simulation time since when.
         since: SimTime,
     },
@@ -148,7 +149,7 @@ impl FaultState {
     pub const fn time(&self) -> SimTime {
         match *self {
             Self::Scheduled { at } | Self::Ended { at } | Self::Cancelled { at } => at,
-            Self::Acting { since } | Self::Resting { since, .. } => since,
+            Self::Active { since } | Self::Resting { since, .. } => since,
         }
     }
 
@@ -163,7 +164,7 @@ impl fmt::Display for FaultState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Scheduled { at } => write!(f, "from {at} on"),
-            Self::Acting { since } => write!(f, "since {since}"),
+            Self::Active { since } => write!(f, "since {since}"),
             Self::Resting { next, .. } => write!(f, "again at {next}"),
             Self::Ended { at } => write!(f, "ended at {at}"),
             Self::Cancelled { at } => write!(f, "cancelled at {at}"),

@@ -7,7 +7,7 @@ use icd::{Actuators, Body, ControlPeriod, PerEffector};
 use plant_sim::aerodynamics::{AirState, Surfaces, coefficients};
 use plant_sim::airframe::F16_AIRFRAME;
 use plant_sim::atmosphere::LocalDensity;
-use plant_sim::dynamics::Held;
+use plant_sim::dynamics::StepInputs;
 use plant_sim::earth::slopes::Slopes;
 use plant_sim::faults::Effects;
 use plant_sim::tables::aerodynamics::TableAero;
@@ -36,7 +36,7 @@ fn bench(c: &mut Criterion) {
         let commands = trim.positions();
         let dynamics = flight.dynamics().clone();
         let place = dynamics.earth().place(&trim.rigid.position);
-        let held = Held {
+        let inputs = StepInputs {
             commands,
             wind: icd::Ned::zero(),
             gust: plant_sim::wind::Gust::none(),
@@ -47,9 +47,9 @@ fn bench(c: &mut Criterion) {
         c.bench_function(&format!("rk4_step/{name}"), |b| {
             let state = trim.state();
             b.iter(|| {
-                let (state, held) = (black_box(&state), black_box(&held));
-                let present = dynamics.present(state, held);
-                dynamics.step(state, &present, held, black_box(0.002))
+                let (state, inputs) = (black_box(&state), black_box(&inputs));
+                let present = dynamics.present(state, inputs);
+                dynamics.step(state, &present, inputs, black_box(0.002))
             });
         });
         c.bench_function(&format!("sense_and_truth/{name}"), |b| {

@@ -14,7 +14,7 @@ use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
-use crate::servos::Drives;
+use crate::servos::ServoDynamics;
 use crate::setup::SetupError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::Gust;
@@ -23,18 +23,19 @@ use crate::wind::Gust;
 const FEW_STATES: usize = rigid_body::STATES + 8;
 const STATES: usize = rigid_body::STATES + Effector::MAX;
 
-/// What moves: the body and the effectors on it.
+/// The integrated state: the rigid body and the effectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// The rigid body.
     pub rigid: RigidState,
-    /// Positions of the servos, rad; thrust, N. What acts can be less: see [`crate::faults`].
+    /// Positions of the servos, rad; thrust, N. Faults can make the effective deflections differ: see
+    /// [`crate::faults`].
     pub positions: PerEffector<f64>,
 }
 
-/// What stands still during one control period.
+/// Inputs of the integration that stay constant during a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Held {
+pub struct StepInputs {
     /// Commands inside the travel, rad and N.
     pub commands: PerEffector<f64>,
     /// Steady wind, m/s, local NED, where it blows to.
@@ -45,7 +46,7 @@ pub struct Held {
     pub density: LocalDensity,
     /// How the Earth changes around the present position.
     pub slopes: Slopes,
-    /// What the faults do.
+    /// Effects of the faults.
     pub effects: Effects,
 }
 
@@ -54,25 +55,25 @@ pub struct Held {
 pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
-    drives: Drives,
+    servo_dynamics: ServoDynamics,
     air: AirForces,
     jet: Jet,
     needs_mach: bool,
     earth: Earth,
 }
 
-/// All that one evaluation finds out about the present instant.
+/// Result of one evaluation at the present instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
     /// The Earth there.
     pub place: Place,
     /// Density of the air, kg/m³.
     pub density: f64,
-    /// What the aircraft does there.
+    /// Forces and motion of the aircraft.
     pub motion: Motion,
 }
 
-/// Forces on the aircraft, and what follows from them.
+/// Forces on the aircraft and the resulting motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
     /// Turns body axes into frame E.
@@ -81,13 +82,13 @@ pub struct Motion {
     pub velocity: Body,
     /// Motion relative to the air.
     pub air: AirState,
-    /// What the engine gives, N.
+    /// Thrust of the engine, N.
     pub thrust_n: f64,
-    /// What it cannot go beyond in this air, N.
+    /// Smallest and largest thrust in this air, N.
     pub thrust_limits: [f64; 2],
     /// All forces but gravity, and all moments.
     pub wrench: Wrench,
-    /// The motion that follows.
+    /// The resulting derivative of the rigid body.
     pub derivative: RigidDerivative,
 }
 
@@ -129,12 +130,12 @@ impl Dynamics {
     pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, SetupError> {
         airframe.check()?;
         let mass = airframe.mass_properties().expect("the check refuses impossible masses");
-        let drives = Drives::new(&airframe.servos);
+        let servo_dynamics = ServoDynamics::new(&airframe.servos);
         let air = AirForces::new(&airframe).map_err(Box::new)?;
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
         let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref()).map_err(Box::new)?;
         let needs_mach = air.needs_mach() || jet.needs_mach();
-        Ok(Self { mass, drives, air, jet, needs_mach, airframe, earth })
+        Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth })
     }
 
     /// The same with an engine that gives any thrust that is asked for, for the search of a steady flight.
@@ -261,11 +262,11 @@ impl Dynamics {
         effects.effective(&state.positions)
     }
 
-    /// Forces and motion of a state with what is held.
+    /// Evaluates a state with these inputs.
     #[must_use]
-    pub fn present(&self, state: &State, held: &Held) -> Evaluation {
-        let effective = self.effective(state, &held.effects);
-        self.evaluate(&state.rigid, &effective, &held.wind, &held.gust, &held.density)
+    pub fn present(&self, state: &State, inputs: &StepInputs) -> Evaluation {
+        let effective = self.effective(state, &inputs.effects);
+        self.evaluate(&state.rigid, &effective, &inputs.wind, &inputs.gust, &inputs.density)
     }
 
     /// Derivative of everything at a state inside the step that began at `start` with what `present` says.
@@ -274,16 +275,17 @@ impl Dynamics {
         x: &[f64; N],
         start: &Vector3<f64>,
         present: &Evaluation,
-        held: &Held,
+        inputs: &StepInputs,
     ) -> [f64; N] {
         let state = State::from_array(x);
         let position = &state.rigid.position;
-        let nearby = held.slopes.nearby(&self.earth, start, &present.place, position, &held.wind);
-        let density = held.density.at(nearby.geopotential_altitude_m);
-        let effective = self.effective(&state, &held.effects);
+        let nearby =
+            inputs.slopes.nearby(&self.earth, start, &present.place, position, &inputs.wind);
+        let density = inputs.density.at(nearby.geopotential_altitude_m);
+        let effective = self.effective(&state, &inputs.effects);
         let limits = Some(present.motion.thrust_limits);
-        let motion = self.motion(&state.rigid, &effective, &held.gust, &nearby, density, limits);
-        self.with_servos(&motion.derivative, &state, held)
+        let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
+        self.with_servos(&motion.derivative, &state, inputs)
     }
 
     /// Everything's derivative, from that of the body.
@@ -292,13 +294,13 @@ impl Dynamics {
         &self,
         body: &RigidDerivative,
         state: &State,
-        held: &Held,
+        inputs: &StepInputs,
     ) -> [f64; N] {
         let mut rates = [0.0; N];
         rates[..rigid_body::STATES].copy_from_slice(&body.to_array());
         let count = N - rigid_body::STATES;
-        let servos = self.drives.rates(count, &held.commands, &state.positions);
-        let servos = held.effects.rates(count, &servos);
+        let servos = self.servo_dynamics.rates(count, &inputs.commands, &state.positions);
+        let servos = inputs.effects.rates(count, &servos);
         rates[rigid_body::STATES..].copy_from_slice(servos.first(count));
         rates
     }
@@ -306,10 +308,16 @@ impl Dynamics {
     /// The state `step_s` seconds later. `present` is what [`Dynamics::present`] says of `state`: who looks at
     /// every state has it already.
     #[must_use]
-    pub fn step(&self, state: &State, present: &Evaluation, held: &Held, step_s: f64) -> State {
+    pub fn step(
+        &self,
+        state: &State,
+        present: &Evaluation,
+        inputs: &StepInputs,
+        step_s: f64,
+    ) -> State {
         match self.airframe.effectors.len() {
-            ..=8 => self.step_of::<FEW_STATES>(state, present, held, step_s),
-            _ => self.step_of::<STATES>(state, present, held, step_s),
+            ..=8 => self.step_of::<FEW_STATES>(state, present, inputs, step_s),
+            _ => self.step_of::<STATES>(state, present, inputs, step_s),
         }
     }
 
@@ -318,12 +326,12 @@ impl Dynamics {
         &self,
         state: &State,
         present: &Evaluation,
-        held: &Held,
+        inputs: &StepInputs,
         step_s: f64,
     ) -> State {
-        let k1 = self.with_servos::<N>(&present.motion.derivative, state, held);
+        let k1 = self.with_servos::<N>(&present.motion.derivative, state, inputs);
         let start = &state.rigid.position;
-        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, present, held));
+        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, present, inputs));
         let next = State::from_array(&x);
         State { rigid: next.rigid.normalised(), ..next }
     }

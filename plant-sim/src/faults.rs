@@ -1,32 +1,33 @@
-//! What breaks. The only place where a fault acts: between the commands and the forces.
+//! The effector faults. Faults act here and nowhere else: between the commands and the forces.
 //!
 //! ```text
-//! commands -> told ──> servos ──> positions ──> what acts ──> air and jet
-//!              ^          ^           ^             ^
-//!           delayed    stuck      oscillating   partial loss
-//!           flame-out  hard over  drifting
-//!           limited    slow       biased
+//! commands -> received ─> servos ──> positions ──> effective deflections ──> air and jet
+//!              ^            ^           ^             ^
+//!           delayed      stuck      oscillating   partial loss
+//!           flame-out    hard over  drifting
+//!           limited      slow       biased
 //! ```
 //!
-//! Healthy effectors pass through all of it unchanged, to the bit. "Here" is what acted of the effector until
-//! the onset.
+//! A healthy effector passes every stage unchanged, to the bit. "Here" in the name of a fault kind is the effective
+//! deflection at the onset.
 //!
-//! What each kind does is told by its entry in [`icd::fault::CATALOGUE`] and done in `acting`.
+//! The entries of [`icd::fault::CATALOGUE`] describe the kinds; the module `active` implements them.
 //!
-//! After the repair every effector moves on from where it is, as its healthy servo lets it; only what was lost
-//! of its effect is there at once. Of two faults that follow each other on one effector, the second begins where
-//! the first leaves it; two deviations in a row (oscillating, drifting, biased) are deviations of the same servo.
+//! After a repair the healthy servo moves the effector on from its present position; only effectiveness that a partial
+//! loss took away returns at once. When one fault replaces another on the same effector, the second begins at the
+//! position where the first left the effector; consecutive deviations (oscillating, drifting, biased) refer to the
+//! same servo position.
 //!
-//! Times are exact to the microsecond, between ticks and steps too: onset, end, end of the ramp, arrival, each
-//! change of an intermittent fault, each delayed command. What changes smoothly in between (a ramp, a swing, a
-//! drift) is held during each integration step at its value at the begin of the step.
+//! All times are exact to the microsecond, also between ticks and integration steps: onset, end, end of the ramp,
+//! arrival, each change of an intermittent fault, each delayed command. Quantities that change smoothly (a ramp, an
+//! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
     FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Target, Timing,
 };
 use icd::{Effector, EffectorList, PerEffector, SimTime};
 
-mod acting;
+mod active;
 mod delay;
 mod effects;
 mod entry;
@@ -38,22 +39,22 @@ pub use effects::Effects;
 pub use scheduled::{ScheduledFault, check};
 
 use crate::servos::Servo;
-use acting::Acting;
+use active::ActiveFault;
 use delay::Delayed;
-use effects::Share;
-use entry::{Fault, Present};
+use effects::FaultEffect;
+use entry::{CurrentFault, Fault};
 use plan::Plan;
 
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
 
-/// The aircraft at the instant at which something happens to it.
-pub struct Scene<'a> {
+/// The state of the aircraft that a change of a fault needs and modifies.
+pub struct FaultContext<'a> {
     /// The time.
     pub now: SimTime,
-    /// Where the servos are, rad and N; a fault that moves an effector at once changes them.
+    /// Positions of the servos, rad and N; a fault that moves an effector at once changes them.
     pub positions: &'a mut PerEffector<f64>,
-    /// Takes what begins, rests or ends.
+    /// Receives a report when a fault begins, pauses or ends.
     pub report: &'a mut dyn FnMut(PlantReport),
 }
 
@@ -62,16 +63,16 @@ pub struct Scene<'a> {
 pub struct Faults {
     list: EffectorList,
     servos: PerEffector<Servo>,
-    present: PerEffector<Option<Present>>,
-    /// In the order in which they happen; of equal times in the order in which they were asked for.
+    current: PerEffector<Option<CurrentFault>>,
+    /// Ordered by onset; faults with the same onset in the order of their requests.
     schedule: Vec<Fault>,
     effects: Effects,
-    /// What the effectors are commanded, and what their servos are told.
+    /// The commands to the effectors, and what the servos receive of them; rad and N.
     commands: PerEffector<f64>,
-    told: PerEffector<f64>,
+    received: PerEffector<f64>,
     delayed: PerEffector<Delayed>,
     /// Whether a fault changes commands.
-    tells: bool,
+    alters_commands: bool,
     /// Whether a fault changes from step to step.
     varies: bool,
     next_event: Option<SimTime>,
@@ -89,48 +90,48 @@ impl Faults {
         Self {
             list: *list,
             servos: *servos,
-            present: PerEffector::default(),
+            current: PerEffector::default(),
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
             commands: *commands,
-            told: *commands,
+            received: *commands,
             delayed: PerEffector::from_fn(|_| Delayed::new()),
-            tells: false,
+            alters_commands: false,
             varies: false,
             next_event: None,
             last_id: 0,
         }
     }
 
-    /// What they do just now.
+    /// The present effects of all faults.
     #[inline]
     #[must_use]
     pub fn effects(&self) -> &Effects {
         &self.effects
     }
 
-    /// What the servos are told just now, rad and N.
+    /// The commands that the servos receive at present, rad and N.
     #[inline]
     #[must_use]
-    pub fn told(&self) -> &PerEffector<f64> {
-        &self.told
+    pub fn received(&self) -> &PerEffector<f64> {
+        &self.received
     }
 
-    /// What the effectors were commanded last, rad and N.
+    /// The latest commands to the effectors, rad and N.
     #[inline]
     #[must_use]
     pub fn commands(&self) -> &PerEffector<f64> {
         &self.commands
     }
 
-    /// Whether a fault changes from step to step: then [`Faults::vary`] is due after each.
+    /// Whether a fault changes from step to step: then the plant calls [`Faults::vary`] after each step.
     #[inline]
     #[must_use]
     pub fn varies(&self) -> bool {
         self.varies
     }
 
-    /// When the next thing happens that the integration must not step over.
+    /// Time of the next event, which the integration must not step over.
     #[inline]
     #[must_use]
     pub fn next_event(&self) -> Option<SimTime> {
@@ -140,15 +141,15 @@ impl Faults {
     /// The fault that acts on an effector, and since when.
     #[must_use]
     pub fn active(&self, effector: Effector) -> Option<(FaultKind, SimTime)> {
-        let present = self.present[effector]?;
-        Some((present.fault.kind, present.acting?.since()))
+        let current = self.current[effector]?;
+        Some((current.fault.kind, current.active?.since()))
     }
 
     /// Reports every fault that acts, rests or is scheduled.
     pub fn list(&self, report: &mut dyn FnMut(PlantReport)) {
-        for (_, present) in self.present.iter() {
-            if let Some(present) = present {
-                report(present.fault.entry(present.state()));
+        for (_, current) in self.current.iter() {
+            if let Some(current) = current {
+                report(current.fault.entry(current.state()));
             }
         }
         for fault in &self.schedule {
@@ -156,7 +157,7 @@ impl Faults {
         }
     }
 
-    /// Takes a fault of the scenario, and reports it if it is still to come.
+    /// Adds a fault of the scenario, and reports it if its onset is still to come.
     ///
     /// # Errors
     /// [`Refusal`] as for a request.
@@ -177,24 +178,28 @@ impl Faults {
         Ok(())
     }
 
-    /// Does what a ground station asks, and says truthfully what became of it.
-    pub fn request(&mut self, request: &FaultRequest, scene: &mut Scene<'_>) -> FaultReply {
+    /// Executes the request of a ground station, and answers what the plant did.
+    pub fn request(
+        &mut self,
+        request: &FaultRequest,
+        context: &mut FaultContext<'_>,
+    ) -> FaultReply {
         let reply = match *request {
             FaultRequest::Clear { target } => {
                 scheduled::effector_of(&self.list, target).map(|effector| {
-                    self.clear(|e| e == effector, scene);
-                    FaultReply::Cleared { at: scene.now }
+                    self.clear(|e| e == effector, context);
+                    FaultReply::Cleared { at: context.now }
                 })
             }
             FaultRequest::ClearAll => {
-                self.clear(|_| true, scene);
-                Ok(FaultReply::Cleared { at: scene.now })
+                self.clear(|_| true, context);
+                Ok(FaultReply::Cleared { at: context.now })
             }
             FaultRequest::Inject { target, kind, timing } => {
-                self.inject(target, kind, timing, scene)
+                self.inject(target, kind, timing, context)
             }
         };
-        self.look_ahead(scene.now);
+        self.look_ahead(context.now);
         reply.unwrap_or_else(FaultReply::Refused)
     }
 
@@ -203,31 +208,31 @@ impl Faults {
         target: Target,
         kind: FaultKind,
         timing: Timing,
-        scene: &mut Scene<'_>,
+        context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
         let effector = check(&self.list, &self.servos, target, &kind, &timing)?;
-        let now = scene.now;
+        let now = context.now;
         if let Onset::At(at) = timing.onset
             && at > now
         {
-            return self.schedule_request(effector, kind, timing, scene);
+            return self.schedule_request(effector, kind, timing, context);
         }
         let in_the_past = match timing.onset {
             Onset::At(onset) => Some(onset).filter(|onset| *onset < now),
             Onset::AtOnce => None,
         };
-        if let Some(present) = self.present[effector]
-            && present.fault.is_like(&kind, &timing)
-            // Repeated after its onset, a scheduled fault is there already.
-            && in_the_past.is_none_or(|onset| onset == present.fault.plan.onset(0))
+        if let Some(current) = self.current[effector]
+            && current.fault.is_like(&kind, &timing)
+            // A request repeated after its onset finds the scheduled fault already active.
+            && in_the_past.is_none_or(|onset| onset == current.fault.plan.onset(0))
         {
-            return Ok(FaultReply::Unchanged { at: present.at() });
+            return Ok(FaultReply::Unchanged { at: current.at() });
         }
         if let Some(onset) = in_the_past {
             return Err(Refusal::OnsetInThePast { onset, now });
         }
         let fault = self.number(effector, kind, timing, now);
-        self.begin(fault, 0, scene);
+        self.begin(fault, 0, context);
         Ok(FaultReply::Applied { at: now })
     }
 
@@ -236,7 +241,7 @@ impl Faults {
         effector: Effector,
         kind: FaultKind,
         timing: Timing,
-        scene: &mut Scene<'_>,
+        context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
         let same = |other: &&Fault| {
             other.effector == effector
@@ -246,94 +251,95 @@ impl Faults {
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
-        let fault = self.number(effector, kind, timing, scene.now);
+        let fault = self.number(effector, kind, timing, context.now);
         let at = fault.plan.onset(0);
         self.insert(fault)?;
-        (scene.report)(fault.entry(FaultState::Scheduled { at }));
+        (context.report)(fault.entry(FaultState::Scheduled { at }));
         Ok(FaultReply::Scheduled { at })
     }
 
-    fn clear(&mut self, is_meant: impl Fn(Effector) -> bool, scene: &mut Scene<'_>) {
+    fn clear(&mut self, is_meant: impl Fn(Effector) -> bool, context: &mut FaultContext<'_>) {
         for effector in self.list.all().filter(|e| is_meant(*e)) {
-            self.remove(effector, scene);
+            self.remove(effector, context);
         }
-        let at = scene.now;
+        let at = context.now;
         self.schedule.retain(|fault| {
             if is_meant(fault.effector) {
-                (scene.report)(fault.entry(FaultState::Cancelled { at }));
+                (context.report)(fault.entry(FaultState::Cancelled { at }));
             }
             !is_meant(fault.effector)
         });
     }
 
-    /// Takes the commands (inside the travel, rad and N) that hold from `now` on.
+    /// Sets the commands (inside the travel, rad and N) that apply from `now` on.
     pub fn command(&mut self, commands: &PerEffector<f64>, now: SimTime) {
         self.commands = *commands;
-        if !self.tells {
-            self.told = *commands;
+        if !self.alters_commands {
+            self.received = *commands;
             return;
         }
         for effector in self.list.all() {
-            if let Some(due) = self.acting(effector).and_then(|acting| acting.due(now)) {
+            if let Some(due) = self.active_fault(effector).and_then(|active| active.due(now)) {
                 self.delayed[effector].push(due, commands[effector]);
             }
-            self.tell(effector, now);
+            self.update_received(effector, now);
         }
         self.look_ahead(now);
     }
 
-    /// Brings what changes smoothly up to `now`; call it after each step in which nothing happened.
+    /// Updates the faults that change smoothly to `now`; the plant calls it after each step without an event.
     pub fn vary(&mut self, now: SimTime, positions: &mut PerEffector<f64>) {
         for effector in self.list.all() {
             self.refresh(effector, now, &mut positions[effector]);
         }
-        self.varies = self.any(|acting| acting.varies(now));
+        self.varies = self.any(|active| active.varies(now));
     }
 
-    /// Lets happen what is due at the scene's time; call it when the integration has reached that time.
-    pub fn act(&mut self, scene: &mut Scene<'_>) {
-        let now = scene.now;
+    /// Applies every event that is due at the context's time; the plant calls it when the integration has reached
+    /// that time.
+    pub fn apply_due(&mut self, context: &mut FaultContext<'_>) {
+        let now = context.now;
         for effector in self.list.all() {
-            self.refresh(effector, now, &mut scene.positions[effector]);
-            if let Some(present) = self.present[effector]
-                && present.acting.is_some()
-                && present.turn().is_some_and(|end| end <= now)
+            self.refresh(effector, now, &mut context.positions[effector]);
+            if let Some(current) = self.current[effector]
+                && current.active.is_some()
+                && current.next_change().is_some_and(|end| end <= now)
             {
-                self.rest_or_end(effector, &present, scene);
+                self.pause_or_end(effector, &current, context);
             }
-            if let Some(Present { fault, cycle, acting: None }) = self.present[effector]
+            if let Some(CurrentFault { fault, cycle, active: None }) = self.current[effector]
                 && fault.plan.onset(cycle + 1) <= now
             {
-                self.begin(fault, cycle + 1, scene);
+                self.begin(fault, cycle + 1, context);
             }
         }
         while self.schedule.first().is_some_and(|fault| fault.plan.onset(0) <= now) {
             let fault = self.schedule.remove(0);
-            self.begin(fault, 0, scene);
+            self.begin(fault, 0, context);
         }
         self.look_ahead(now);
     }
 
-    /// The fault number `cycle + 1` times acts; what the effector had is over.
-    fn begin(&mut self, fault: Fault, cycle: u32, scene: &mut Scene<'_>) {
+    /// Starts a fault for the time number `cycle`, from 0, and ends the fault that the effector had.
+    fn begin(&mut self, fault: Fault, cycle: u32, context: &mut FaultContext<'_>) {
         let Fault { effector, kind, plan, .. } = fault;
-        let now = scene.now;
-        let before = self.present[effector];
+        let now = context.now;
+        let before = self.current[effector];
         if let Some(before) = before.filter(|before| before.fault.id != fault.id) {
-            (scene.report)(before.fault.entry(FaultState::Ended { at: now }));
+            (context.report)(before.fault.entry(FaultState::Ended { at: now }));
         }
-        let old = before.and_then(|before| before.acting);
-        let servo = scene.positions[effector];
+        let old = before.and_then(|before| before.active);
+        let servo = context.positions[effector];
         let effective = self.effects.effective_deflection(effector, servo);
         let mut position = match old {
-            // A servo that deviates does not know it, and goes on from where it believes to be.
-            Some(old) if old.deviates() && acting::deviates(&kind) => servo,
+            // The servo does not sense such a deviation, and continues from its own position.
+            Some(old) if old.deviates() && active::deviates(&kind) => servo,
             _ => self.effects.position(effector, servo),
         };
         if !old.is_some_and(|old| old.is_delayed()) {
-            self.told[effector] = self.commands[effector];
+            self.received[effector] = self.commands[effector];
         }
-        let acting = Acting::begin(
+        let active = ActiveFault::begin(
             kind,
             plan.ramp_us,
             now,
@@ -342,76 +348,85 @@ impl Faults {
             &mut position,
         );
         self.delayed[effector].clear();
-        self.present[effector] = Some(Present { fault, cycle, acting: Some(acting) });
+        self.current[effector] = Some(CurrentFault { fault, cycle, active: Some(active) });
         self.refresh(effector, now, &mut position);
-        scene.positions[effector] = position;
-        (scene.report)(fault.entry(FaultState::Acting { since: now }));
+        context.positions[effector] = position;
+        (context.report)(fault.entry(FaultState::Active { since: now }));
     }
 
-    /// The fault of an effector has acted its time.
-    fn rest_or_end(&mut self, effector: Effector, present: &Present, scene: &mut Scene<'_>) {
-        if !present.fault.plan.comes_again(present.cycle) {
-            return self.remove(effector, scene);
+    /// The duration of an effector's fault is over: it pauses until its repetition, or ends.
+    fn pause_or_end(
+        &mut self,
+        effector: Effector,
+        current: &CurrentFault,
+        context: &mut FaultContext<'_>,
+    ) {
+        if !current.fault.plan.repeats_after(current.cycle) {
+            return self.remove(effector, context);
         }
-        self.mend(effector, scene.positions);
-        let resting = Present { acting: None, ..*present };
-        self.present[effector] = Some(resting);
-        (scene.report)(resting.fault.entry(resting.state()));
+        self.repair(effector, context.positions);
+        let resting = CurrentFault { active: None, ..*current };
+        self.current[effector] = Some(resting);
+        (context.report)(resting.fault.entry(resting.state()));
     }
 
-    /// The fault of an effector, if it has one, is over.
-    fn remove(&mut self, effector: Effector, scene: &mut Scene<'_>) {
-        if let Some(present) = self.present[effector].take() {
-            self.mend(effector, scene.positions);
-            (scene.report)(present.fault.entry(FaultState::Ended { at: scene.now }));
+    /// Ends the fault of an effector, if it has one.
+    fn remove(&mut self, effector: Effector, context: &mut FaultContext<'_>) {
+        if let Some(current) = self.current[effector].take() {
+            self.repair(effector, context.positions);
+            (context.report)(current.fault.entry(FaultState::Ended { at: context.now }));
         }
     }
 
-    /// A healthy servo takes over where the effector is.
-    fn mend(&mut self, effector: Effector, positions: &mut PerEffector<f64>) {
+    /// Gives the effector back to its healthy servo, at its present position.
+    fn repair(&mut self, effector: Effector, positions: &mut PerEffector<f64>) {
         positions[effector] = self.effects.position(effector, positions[effector]);
-        self.effects.set(effector, &Share::HEALTHY, 0);
+        self.effects.set(effector, &FaultEffect::HEALTHY, 0);
         self.delayed[effector].clear();
-        self.told[effector] = self.commands[effector];
+        self.received[effector] = self.commands[effector];
     }
 
-    /// Brings the effector's fault up to `now`.
+    /// Updates the effector's fault to `now`.
     fn refresh(&mut self, effector: Effector, now: SimTime, position: &mut f64) {
-        if let Some(Present { fault, acting: Some(acting), .. }) = &mut self.present[effector] {
-            acting.arrive(now, position);
-            self.effects.set(effector, &acting.share(now), fault.kind.code());
-            self.tell(effector, now);
+        if let Some(CurrentFault { fault, active: Some(active), .. }) = &mut self.current[effector]
+        {
+            active.arrive(now, position);
+            self.effects.set(effector, &active.effect(now), fault.kind.code());
+            self.update_received(effector, now);
         }
     }
 
-    /// Tells the servo of an effector what its fault lets through.
-    fn tell(&mut self, effector: Effector, now: SimTime) {
+    /// Sets the command that an effector's servo receives in spite of its fault.
+    fn update_received(&mut self, effector: Effector, now: SimTime) {
         let command = self.commands[effector];
-        self.told[effector] = match self.acting(effector) {
+        self.received[effector] = match self.active_fault(effector) {
             None => command,
-            Some(acting) if acting.is_delayed() => {
-                self.delayed[effector].due(now).unwrap_or(self.told[effector])
+            Some(active) if active.is_delayed() => {
+                self.delayed[effector].due(now).unwrap_or(self.received[effector])
             }
-            Some(acting) => acting.command(command, now),
+            Some(active) => active.command(command, now),
         };
     }
 
-    fn acting(&self, effector: Effector) -> Option<&Acting> {
-        self.present[effector].as_ref()?.acting.as_ref()
+    fn active_fault(&self, effector: Effector) -> Option<&ActiveFault> {
+        self.current[effector].as_ref()?.active.as_ref()
     }
 
-    fn any(&self, is_so: impl Fn(&Acting) -> bool) -> bool {
-        self.list.all().filter_map(|effector| self.acting(effector)).any(is_so)
+    fn any(&self, is_so: impl Fn(&ActiveFault) -> bool) -> bool {
+        self.list.all().filter_map(|effector| self.active_fault(effector)).any(is_so)
     }
 
-    /// What comes next, after something has changed at `now`.
+    /// Finds the next event after a change at `now`, and whether faults alter commands or vary with time.
     fn look_ahead(&mut self, now: SimTime) {
-        self.tells = self.any(Acting::tells);
-        self.varies = self.any(|acting| acting.varies(now));
+        self.alters_commands = self.any(ActiveFault::alters_commands);
+        self.varies = self.any(|active| active.varies(now));
         let of_effector = |effector: Effector| {
-            let present = self.present[effector].as_ref()?;
-            let within = present.acting.as_ref().and_then(|acting| acting.next_event(now));
-            [within, present.turn(), self.delayed[effector].next()].into_iter().flatten().min()
+            let current = self.current[effector].as_ref()?;
+            let within = current.active.as_ref().and_then(|active| active.next_event(now));
+            [within, current.next_change(), self.delayed[effector].next()]
+                .into_iter()
+                .flatten()
+                .min()
         };
         let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
         self.next_event = self.list.all().filter_map(of_effector).chain(onset).min();
@@ -424,7 +439,7 @@ impl Faults {
         timing: Timing,
         now: SimTime,
     ) -> Fault {
-        // Wraps after four thousand million faults; the list holds 72 of them.
+        // Wraps after four billion faults; the list holds at most 72.
         self.last_id = self.last_id.wrapping_add(1);
         let plan = Plan::new(&timing, now);
         let timing = Timing { onset: Onset::At(plan.onset(0)), ..timing };

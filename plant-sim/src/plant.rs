@@ -8,10 +8,10 @@ use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::{LocalDensity, isa};
-use crate::dynamics::{Dynamics, Evaluation, Held, State};
+use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::Earth;
 use crate::earth::slopes::Slopes;
-use crate::faults::{Effects, Faults, Scene};
+use crate::faults::{Effects, FaultContext, Faults};
 use crate::sensors::SensorSet;
 use crate::servos;
 use crate::setup::{PlantSetup, SetupError};
@@ -41,8 +41,8 @@ pub struct Plant {
     step_us: u64,
     time: SimTime,
     state: State,
-    held: Held,
-    /// Of `state` with `held`: the first stage of the next step needs it as much as `truth`.
+    inputs: StepInputs,
+    /// Of `state` with `inputs`: the first stage of the next step needs it as much as `truth`.
     present: Evaluation,
     truth: Truth,
     pub(crate) faults: Faults,
@@ -78,7 +78,7 @@ impl Plant {
             setup.run,
         );
         let place = dynamics.earth().place(&state.rigid.position);
-        let held = Held {
+        let inputs = StepInputs {
             commands: state.positions,
             wind: steady,
             gust: turbulence.step(setup.start.airspeed_m_s),
@@ -87,9 +87,9 @@ impl Plant {
             effects: Effects::none(),
         };
         let time = SimTime::ZERO;
-        let present = dynamics.present(&state, &held);
+        let present = dynamics.present(&state, &inputs);
         let mut plant = Self {
-            truth: Truth::of(&dynamics, time, &state, &held, &present),
+            truth: Truth::of(&dynamics, time, &state, &inputs, &present),
             present,
             faults: Faults::none(
                 &setup.airframe.effectors,
@@ -107,7 +107,7 @@ impl Plant {
             trim,
             time,
             state,
-            held,
+            inputs,
             turbulence,
         };
         let positions = plant.trim.positions();
@@ -184,7 +184,7 @@ impl Plant {
 
     /// What the aircraft senses now. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
-        self.sensors.sense(&self.truth, &self.present.motion, &self.held.gust)
+        self.sensors.sense(&self.truth, &self.present.motion, &self.inputs.gust)
     }
 
     /// What is really the case now.
@@ -193,7 +193,7 @@ impl Plant {
         self.truth
     }
 
-    /// One control period on, with these commands held.
+    /// Advances one control period with these commands held.
     ///
     /// Commands beyond the travel count as its end; a command that is not finite counts as the effector's last
     /// one. On the ground nothing happens.
@@ -205,14 +205,14 @@ impl Plant {
         let count = effectors.len();
         let commands = servos::accepted(count, servos, &actuators.commands, self.faults.commands());
         self.faults.command(&commands, self.time);
-        self.held.commands = *self.faults.told();
+        self.inputs.commands = *self.faults.received();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
         let mut broken = self.state.first_not_finite();
         if broken.is_some() {
             self.state = before;
         }
-        self.held.gust = self.turbulence.step(self.truth.airspeed_m_s);
+        self.inputs.gust = self.turbulence.step(self.truth.airspeed_m_s);
         self.observe();
         // Forces and place can be beyond all sense while the state is still finite.
         if broken.is_none() && !self.truth.is_bounded() {
@@ -234,7 +234,7 @@ impl Plant {
         if self.on_ground {
             return FaultReply::Refused(Refusal::FlightOver);
         }
-        let reply = self.with_faults(|faults, scene| faults.request(request, scene));
+        let reply = self.with_faults(|faults, context| faults.request(request, context));
         self.observe();
         reply
     }
@@ -266,7 +266,7 @@ impl Plant {
             let event_us = self.faults.next_event().map_or(u64::MAX, SimTime::as_micros);
             let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
-            self.state = self.dynamics.step(&self.state, &self.present, &self.held, step_s);
+            self.state = self.dynamics.step(&self.state, &self.present, &self.inputs, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
             if event_us <= now_us {
@@ -276,21 +276,24 @@ impl Plant {
                 self.hold_faults();
             }
             if now_us < end_us {
-                self.present = self.dynamics.present(&self.state, &self.held);
+                self.present = self.dynamics.present(&self.state, &self.inputs);
             }
         }
     }
 
     fn let_events_happen(&mut self) {
-        self.with_faults(Faults::act);
+        self.with_faults(Faults::apply_due);
     }
 
     /// Lets something happen to the faults now.
-    fn with_faults<R>(&mut self, happens: impl FnOnce(&mut Faults, &mut Scene<'_>) -> R) -> R {
+    fn with_faults<R>(
+        &mut self,
+        happens: impl FnOnce(&mut Faults, &mut FaultContext<'_>) -> R,
+    ) -> R {
         let Self { faults, state, reports, reports_dropped, time, .. } = self;
         let result = happens(
             faults,
-            &mut Scene {
+            &mut FaultContext {
                 now: *time,
                 positions: &mut state.positions,
                 report: &mut |report| push(reports, reports_dropped, report),
@@ -302,8 +305,8 @@ impl Plant {
 
     /// What the faults do now holds until something happens again.
     fn hold_faults(&mut self) {
-        self.held.effects = *self.faults.effects();
-        self.held.commands = *self.faults.told();
+        self.inputs.effects = *self.faults.effects();
+        self.inputs.commands = *self.faults.received();
     }
 
     /// Puts the faults of the setup on the list.
@@ -319,16 +322,16 @@ impl Plant {
 
     /// Everything that sensors, judges and the next step will ask about this instant, worked out once.
     fn observe(&mut self) {
-        self.present = self.dynamics.present(&self.state, &self.held);
+        self.present = self.dynamics.present(&self.state, &self.inputs);
         let altitude_m = self.present.place.geopotential_altitude_m;
-        if !self.held.density.covers(altitude_m) {
-            self.held.density = LocalDensity::around(altitude_m);
+        if !self.inputs.density.covers(altitude_m) {
+            self.inputs.density = LocalDensity::around(altitude_m);
         }
         let position = &self.state.rigid.position;
-        if !self.held.slopes.cover(position) {
-            self.held.slopes = Slopes::at(self.dynamics.earth(), position, &self.present.place);
+        if !self.inputs.slopes.cover(position) {
+            self.inputs.slopes = Slopes::at(self.dynamics.earth(), position, &self.present.place);
         }
-        self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.held, &self.present);
+        self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.inputs, &self.present);
     }
 
     fn touch_down(&mut self) {

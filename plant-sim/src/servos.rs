@@ -1,15 +1,15 @@
-//! Command to position: lag, rate limit, travel. The healthy actuator; what breaks it is in [`crate::faults`].
+//! Command to position: lag, rate limit, travel. This is the healthy actuator; [`crate::faults`] has its faults.
 
 use icd::PerEffector;
 use icd::fault::Reach;
 use serde::{Deserialize, Serialize};
 
-/// One actuator: angles in rad, the engine in newton. All zeros where there is none: it stands still at zero.
+/// One actuator: angles in rad, the engine in newton. An unused slot is all zeros and stays at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Servo {
     /// Time constant of the first-order lag, s.
     pub lag_s: f64,
-    /// Largest speed either way, rad/s or N/s; infinite for none.
+    /// Rate limit in either direction, rad/s or N/s; infinite for none.
     #[serde(with = "limit")]
     pub rate_limit: f64,
     /// Lower end of the travel, rad or N.
@@ -19,7 +19,7 @@ pub struct Servo {
 }
 
 impl Servo {
-    /// The command inside the travel.
+    /// The command limited to the travel.
     #[inline]
     #[must_use]
     pub fn limited(&self, command: f64) -> f64 {
@@ -28,20 +28,20 @@ impl Servo {
         if above > self.max { self.max } else { above }
     }
 
-    /// Fastest speed, rad/s or N/s. Without a rate limit it is fastest at the begin of its whole way.
+    /// Largest rate, rad/s or N/s. Without a rate limit it is that at the start of a step over the whole travel.
     #[must_use]
     pub fn fastest(&self) -> f64 {
         self.rate_limit.min((self.max - self.min) / self.lag_s)
     }
 
-    /// How far and how fast it goes; `is_angle` says in which unit.
+    /// Its travel and largest rate; `is_angle` selects the unit.
     #[must_use]
     pub fn reach(&self, is_angle: bool) -> Reach {
         Reach { is_angle, min: self.min, max: self.max, fastest: Some(self.fastest()) }
     }
 }
 
-/// A limit where JSON, which has no infinity, says null for none.
+/// A limit that JSON, which has no infinity, writes as null for none.
 mod limit {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -62,18 +62,18 @@ mod limit {
     }
 }
 
-/// What the derivative needs of all the healthy actuators, side by side and without a division: it is asked
-/// for in every stage of the integration.
+/// Dynamics of all healthy actuators in the form that the derivative needs: one array for each quantity and no
+/// division, because the integrator evaluates it in every stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drives {
+pub struct ServoDynamics {
     /// 1 over the lag, 1/s.
     per_lag: PerEffector<f64>,
-    /// Largest speed, rad/s or N/s.
+    /// Rate limit, rad/s or N/s.
     rate_limit: PerEffector<f64>,
 }
 
-impl Drives {
-    /// Of these servos.
+impl ServoDynamics {
+    /// From these servos.
     #[must_use]
     pub fn new(servos: &PerEffector<Servo>) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl Drives {
         }
     }
 
-    /// Speeds of the first `count` healthy actuators at these positions with these commands (inside the travel).
+    /// Rates of the first `count` healthy actuators at these positions with these commands (inside the travel).
     #[inline]
     #[must_use]
     pub fn rates(
@@ -104,19 +104,18 @@ impl Drives {
     }
 }
 
-/// Commands inside the travel of the first `count` effectors.
+/// Commands of the first `count` effectors, limited to their travel.
 ///
-/// A command that is not finite keeps the effector's `held` one: the servo of a real aircraft would do the
-/// same with a frame that makes no sense.
+/// If a command is not finite, the effector keeps its `previous` one, as a real servo does with an invalid frame.
 #[must_use]
 pub fn accepted(
     count: usize,
     servos: &PerEffector<Servo>,
     commands: &PerEffector<f64>,
-    held: &PerEffector<f64>,
+    previous: &PerEffector<f64>,
 ) -> PerEffector<f64> {
     PerEffector::first_from_fn(count, |e| {
-        if commands[e].is_finite() { servos[e].limited(commands[e]) } else { held[e] }
+        if commands[e].is_finite() { servos[e].limited(commands[e]) } else { previous[e] }
     })
 }
 
@@ -131,7 +130,7 @@ mod tests {
     fn rate(command: f64, position: f64) -> f64 {
         let all = |value| PerEffector::from_fn(|_| value);
         let servos = PerEffector::from_fn(|_| SERVO);
-        Drives::new(&servos).rates(8, &all(command), &all(position))[tvc_jet::RUDDER]
+        ServoDynamics::new(&servos).rates(8, &all(command), &all(position))[tvc_jet::RUDDER]
     }
 
     #[test]
@@ -154,11 +153,11 @@ mod tests {
     #[test]
     fn a_command_that_is_no_number_holds_only_its_own_effector() {
         let servos = PerEffector::from_fn(|_| SERVO);
-        let held = PerEffector::from_fn(|_| 0.2);
+        let inputs = PerEffector::from_fn(|_| 0.2);
         let mut commands = PerEffector::from_fn(|_| 0.3);
         commands[tvc_jet::RUDDER] = f64::NAN;
         commands[tvc_jet::ENGINE] = f64::INFINITY;
-        let accepted = accepted(8, &servos, &commands, &held);
+        let accepted = accepted(8, &servos, &commands, &inputs);
         assert_eq!(accepted[tvc_jet::RUDDER], 0.2);
         assert_eq!(accepted[tvc_jet::ENGINE], 0.2);
         assert_eq!(accepted[tvc_jet::LEFT_AILERON], 0.3);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 mod row;
 
 use crate::atmosphere::STANDARD_GRAVITY;
-use crate::dynamics::{Dynamics, Evaluation, Held, State};
+use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 
 /// No number of a flight is anywhere near this, in any unit of the truth; one that is, is no result of physics.
 const BOUND: f64 = 1.0e15;
@@ -93,16 +93,16 @@ impl Truth {
         dynamics: &Dynamics,
         time: SimTime,
         state: &State,
-        held: &Held,
+        inputs: &StepInputs,
         e: &Evaluation,
     ) -> Self {
-        let mut deflections = dynamics.effective(state, &held.effects);
+        let mut deflections = dynamics.effective(state, &inputs.effects);
         if let Some(engine) = dynamics.jet().engine() {
             deflections[engine] = e.motion.thrust_n;
         }
         let rigid = &state.rigid;
         let earth = dynamics.earth();
-        let here = held.slopes.geodetic(earth, &rigid.position, &e.place);
+        let here = inputs.slopes.geodetic(earth, &rigid.position, &e.place);
         let attitude = earth.attitude(&e.place, &rigid.q_e_from_body);
         let ned = |v: &Body| Ned(e.place.e_from_ned.tr_mul(&(e.motion.e_from_body * v.0)));
         let specific_force = Body(e.motion.wrench.force.0 * dynamics.mass().per_mass);
@@ -123,9 +123,9 @@ impl Truth {
             normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
             effectors: dynamics.airframe().effectors.len(),
             deflections,
-            positions: held.effects.positions(&state.positions),
-            fault_codes: *held.effects.codes(),
-            wind: Ned(held.wind.0 + ned(&held.gust.velocity).0),
+            positions: inputs.effects.positions(&state.positions),
+            fault_codes: *inputs.effects.codes(),
+            wind: Ned(inputs.wind.0 + ned(&inputs.gust.velocity).0),
             density_kg_m3: e.density,
         }
     }

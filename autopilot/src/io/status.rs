@@ -117,7 +117,8 @@ pub struct FaultStatus {
 #[serde(rename_all = "snake_case")]
 pub enum FaultPhase {
     /// It acts.
-    Acting,
+    #[serde(rename = "acting")]
+    Active,
     /// It has acted and will again.
     Resting,
     /// It has not acted yet.
@@ -128,7 +129,7 @@ impl FaultStatus {
     /// `None` for one that is over.
     fn new(entry: &FaultEntry, effectors: &EffectorList) -> Option<Self> {
         let (phase, at) = match entry.state {
-            FaultState::Acting { since } => (FaultPhase::Acting, since),
+            FaultState::Active { since } => (FaultPhase::Active, since),
             FaultState::Resting { next, .. } => (FaultPhase::Resting, next),
             FaultState::Scheduled { at } => (FaultPhase::Scheduled, at),
             FaultState::Ended { .. } | FaultState::Cancelled { .. } => return None,
@@ -288,7 +289,7 @@ mod tests {
         for id in 1..=u32::try_from(FAULTS_SHOWN).unwrap() + 2 {
             let kind = FaultKind::StuckAt { angle_rad: 0.5, travel: Travel::Jump };
             let state = match id {
-                1 => FaultState::Acting { since: at(3) },
+                1 => FaultState::Active { since: at(3) },
                 _ => FaultState::Scheduled { at: at(u64::from(id)) },
             };
             let (effector, timing) = (tvc_jet::LEFT_ELEVATOR, Timing::at(at(3)));
@@ -305,7 +306,7 @@ mod tests {
             .iter()
             .filter_map(|entry| FaultStatus::new(entry, &tvc_jet::effectors()));
         let first = listed.next().unwrap();
-        let expected = ("left elevator stuck at 28.6 deg", FaultPhase::Acting, 3.0);
+        let expected = ("left elevator stuck at 28.6 deg", FaultPhase::Active, 3.0);
         assert_eq!((first.what.as_str(), first.phase, first.at_s), expected);
         assert_eq!(listed.next().unwrap().phase, FaultPhase::Scheduled);
     }

@@ -69,7 +69,7 @@ impl FaultList {
     pub fn acting(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
         self.entries.iter().find(|entry| {
-            entry.target == target && matches!(entry.state, FaultState::Acting { .. })
+            entry.target == target && matches!(entry.state, FaultState::Active { .. })
         })
     }
 
@@ -161,7 +161,7 @@ mod tests {
     fn the_list_follows_the_reports_and_begins_empty_with_each_flight() {
         let mut list = FaultList::default();
         assert!(list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) })));
-        assert!(list.handle_event(&entry(1, FaultState::Acting { since: at(1) })));
+        assert!(list.handle_event(&entry(1, FaultState::Active { since: at(1) })));
         let lines: Vec<_> = list.lines(&tvc_jet::effectors()).collect();
         assert_eq!(
             lines,
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(1));
         list.handle_event(&entry(1, FaultState::Ended { at: at(5) }));
         assert_eq!(list.acting(tvc_jet::RUDDER), None);
-        list.handle_event(&entry(2, FaultState::Acting { since: at(5) }));
+        list.handle_event(&entry(2, FaultState::Active { since: at(5) }));
         assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(2));
         let resting = FaultState::Resting { since: at(6), next: at(9) };
         list.handle_event(&entry(2, resting));
@@ -185,14 +185,14 @@ mod tests {
     #[test]
     fn what_the_plant_repeats_is_no_news_also_after_a_silence() {
         let mut list = FaultList::default();
-        let acting = entry(1, FaultState::Acting { since: at(1) });
+        let acting = entry(1, FaultState::Active { since: at(1) });
         assert!(list.handle_event(&acting));
         assert!(!list.handle_event(&acting));
         list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) }));
         list.handle_event(&EventKind::PlantBack);
         assert!(list.entries().is_empty(), "not confirmed");
         assert!(!list.handle_event(&acting));
-        assert!(list.handle_event(&entry(2, FaultState::Acting { since: at(5) })));
+        assert!(list.handle_event(&entry(2, FaultState::Active { since: at(5) })));
         assert_eq!(list.entries().len(), 2);
     }
 

@@ -375,7 +375,7 @@ pub fn vehicle_row(
 pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
     let (state, next) = match entry.state {
         FaultState::Scheduled { at } => (0, at),
-        FaultState::Acting { .. } => (1, SimTime::ZERO),
+        FaultState::Active { .. } => (1, SimTime::ZERO),
         FaultState::Resting { next, .. } => (2, next),
         FaultState::Ended { .. } => (3, SimTime::ZERO),
         FaultState::Cancelled { .. } => (4, SimTime::ZERO),

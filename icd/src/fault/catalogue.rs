@@ -1,5 +1,5 @@
 //! The catalogue of faults: one entry for each kind, and nothing about kinds anywhere else but what a kind does, which
-//! is `plant-sim/src/faults/acting.rs`.
+//! is `plant-sim/src/faults/active.rs`.
 //!
 //! Keys of scenario files, words of scripts and of the shell, types, values and parameters of MAVLink, texts, codes of
 //! packets and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of

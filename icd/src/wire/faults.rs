@@ -52,7 +52,7 @@ pub(super) fn write_entry(w: &mut Writer<'_>, entry: &FaultEntry) {
     write_timing(w, &entry.timing);
     let (code, at, next) = match entry.state {
         FaultState::Scheduled { at } => (1, at, SimTime::ZERO),
-        FaultState::Acting { since } => (2, since, SimTime::ZERO),
+        FaultState::Active { since } => (2, since, SimTime::ZERO),
         FaultState::Resting { since, next } => (3, since, next),
         FaultState::Ended { at } => (4, at, SimTime::ZERO),
         FaultState::Cancelled { at } => (5, at, SimTime::ZERO),
@@ -72,7 +72,7 @@ pub(super) fn read_entry(r: &mut Reader<'_>, context: Context) -> Result<FaultEn
     let next = SimTime::from_micros(r.u64()?);
     let state = match code {
         1 => FaultState::Scheduled { at },
-        2 => FaultState::Acting { since: at },
+        2 => FaultState::Active { since: at },
         3 => FaultState::Resting { since: at, next },
         4 => FaultState::Ended { at },
         5 => FaultState::Cancelled { at },

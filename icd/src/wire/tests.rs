@@ -33,7 +33,7 @@ fn full_sensor_packet() -> SensorPacket {
         })
     };
     let mut reports = Reports::new();
-    reports.push(entry(FaultState::Acting { since: at }));
+    reports.push(entry(FaultState::Active { since: at }));
     reports.push(entry(FaultState::Resting { since: at, next: SimTime::from_micros(9) }));
     reports.push(entry(FaultState::Scheduled { at }));
     reports.push(entry(FaultState::Ended { at }));
@@ -127,7 +127,7 @@ fn every_request_reply_and_report_comes_back() {
         encode_sensors(&packet, &[], &mut bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
-    for state in [FaultState::Cancelled { at }, FaultState::Acting { since: at }] {
+    for state in [FaultState::Cancelled { at }, FaultState::Active { since: at }] {
         let mut packet = full_sensor_packet();
         packet.reports.clear();
         let (effector, kind) = (tvc_jet::ENGINE, FaultKind::FlameOut);

@@ -1,11 +1,11 @@
-//! Commands on their way to a delayed effector.
+//! Pending commands of a delayed effector.
 
 use std::collections::VecDeque;
 
 use icd::fault::FaultKind;
 use icd::{ControlPeriod, SimTime};
 
-/// Commands that can be on their way: the longest delay at the shortest control period, and the present one.
+/// Most commands that can be pending: those of the longest delay at the shortest control period, and the latest one.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -19,17 +19,17 @@ pub const COMMANDS_MAX: usize =
 pub(super) struct Delayed(VecDeque<(SimTime, f64)>);
 
 impl Delayed {
-    /// Nothing on its way; the memory is taken here and not in flight.
+    /// Empty; it allocates its memory here and not in flight.
     pub fn new() -> Self {
         Self(VecDeque::with_capacity(COMMANDS_MAX))
     }
 
-    /// Forgets everything.
+    /// Drops all pending commands.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Takes a command, rad or N, that is due at `due`; if too many wait, the oldest is dropped.
+    /// Adds a command, rad or N, that is due at `due`; if the queue is full, it drops the oldest.
     pub fn push(&mut self, due: SimTime, command: f64) {
         if self.0.len() == COMMANDS_MAX {
             self.0.pop_front();
@@ -37,7 +37,7 @@ impl Delayed {
         self.0.push_back((due, command));
     }
 
-    /// The newest command that is due by `now`; it and all older ones are forgotten.
+    /// Removes the newest command that is due by `now` and all older ones, and returns the newest.
     pub fn due(&mut self, now: SimTime) -> Option<f64> {
         let mut newest = None;
         while let Some((_, command)) = self.0.pop_front_if(|(due, _)| *due <= now) {
@@ -46,7 +46,7 @@ impl Delayed {
         newest
     }
 
-    /// When the next one is due.
+    /// When the next command is due.
     pub fn next(&self) -> Option<SimTime> {
         self.0.front().map(|(due, _)| *due)
     }

@@ -1,9 +1,9 @@
-//! A fault of the list, and where the one that an effector has stands.
+//! A fault of the list, and the present fault of an effector with its state.
 
 use icd::fault::{FaultEntry, FaultKind, FaultState, PlantReport, Timing};
 use icd::{Effector, SimTime};
 
-use super::acting::Acting;
+use super::active::ActiveFault;
 use super::plan::Plan;
 
 /// A fault of the list.
@@ -12,19 +12,19 @@ pub(super) struct Fault {
     pub id: u32,
     pub effector: Effector,
     pub kind: FaultKind,
-    /// The onset is a time.
+    /// Its onset is a time, never "at once".
     pub timing: Timing,
     pub plan: Plan,
 }
 
-/// The fault that an effector has.
+/// The present fault of an effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Present {
+pub(super) struct CurrentFault {
     pub fault: Fault,
-    /// How often it has acted before.
+    /// Number of the repetition, from 0.
     pub cycle: u32,
-    /// `None` between two repetitions.
-    pub acting: Option<Acting>,
+    /// `None` during the pause between two repetitions.
+    pub active: Option<ActiveFault>,
 }
 
 impl Fault {
@@ -33,17 +33,17 @@ impl Fault {
         PlantReport::Fault(FaultEntry { id, target: effector.into(), kind, timing, state })
     }
 
-    /// The same order, the onset apart.
+    /// Whether the request was the same, apart from the onset.
     pub fn is_like(&self, kind: &FaultKind, timing: &Timing) -> bool {
         self.kind == *kind && Timing { onset: self.timing.onset, ..*timing } == self.timing
     }
 }
 
-impl Present {
+impl CurrentFault {
     pub fn state(&self) -> FaultState {
         let Self { fault: Fault { plan, .. }, cycle, .. } = *self;
-        match &self.acting {
-            Some(acting) => FaultState::Acting { since: acting.since() },
+        match &self.active {
+            Some(active) => FaultState::Active { since: active.since() },
             None => {
                 let since = plan.end(cycle).unwrap_or_default();
                 FaultState::Resting { since, next: plan.onset(cycle + 1) }
@@ -51,7 +51,7 @@ impl Present {
         }
     }
 
-    /// Since when it acts, or when it will again.
+    /// The time since which it acts, or the next time at which it will.
     pub fn at(&self) -> SimTime {
         match self.state() {
             FaultState::Resting { next, .. } => next,
@@ -59,9 +59,9 @@ impl Present {
         }
     }
 
-    /// When it changes from acting to resting, or back, or is over.
-    pub fn turn(&self) -> Option<SimTime> {
+    /// When it changes between active and pausing, or ends.
+    pub fn next_change(&self) -> Option<SimTime> {
         let plan = &self.fault.plan;
-        if self.acting.is_some() { plan.end(self.cycle) } else { Some(plan.onset(self.cycle + 1)) }
+        if self.active.is_some() { plan.end(self.cycle) } else { Some(plan.onset(self.cycle + 1)) }
     }
 }

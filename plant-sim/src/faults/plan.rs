@@ -1,22 +1,22 @@
-//! When a fault acts, in whole microseconds: first onset, ends, repetitions.
+//! The times of a fault in whole microseconds: onset, end, repetitions.
 
 use icd::SimTime;
 use icd::fault::{Onset, Timing};
 
-/// A [`Timing`] worked out. The onset of every repetition is exact: rounding does not add up.
+/// A [`Timing`] in absolute times. The onset of every repetition is exact: rounding errors do not accumulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan {
     onset: SimTime,
-    /// From nothing to the whole fault, µs.
+    /// Time from no effect to the full fault, µs.
     pub ramp_us: u64,
     duration_us: Option<u64>,
     every_us: u64,
-    /// How often it acts in all; `None` without end.
+    /// Number of times that it acts; `None` without end.
     times: Option<u32>,
 }
 
 impl Plan {
-    /// Of a timing that has passed the checks; "at once" means `now`.
+    /// From a checked timing; "at once" means `now`.
     pub fn new(timing: &Timing, now: SimTime) -> Self {
         Self {
             onset: match timing.onset {
@@ -30,26 +30,26 @@ impl Plan {
         }
     }
 
-    /// When it acts for the time number `cycle`, from 0.
+    /// Onset of repetition `cycle`, from 0.
     pub fn onset(&self, cycle: u32) -> SimTime {
         SimTime::from_micros(
             self.onset.as_micros().saturating_add(self.every_us * u64::from(cycle)),
         )
     }
 
-    /// When that is over; `None` for never.
+    /// End of repetition `cycle`; `None` for a fault without end.
     pub fn end(&self, cycle: u32) -> Option<SimTime> {
         let duration_us = self.duration_us?;
         Some(SimTime::from_micros(self.onset(cycle).as_micros().saturating_add(duration_us)))
     }
 
-    /// Whether it acts again after that.
-    pub fn comes_again(&self, cycle: u32) -> bool {
+    /// Whether another repetition follows repetition `cycle`.
+    pub fn repeats_after(&self, cycle: u32) -> bool {
         self.times.is_none_or(|times| cycle + 1 < times)
     }
 }
 
-/// Seconds to the nearest microsecond; the checks have limited them.
+/// Seconds, rounded to the nearest microsecond; the caller has checked their range.
 pub(super) fn micros(seconds: f64) -> u64 {
     SimTime::from_seconds(seconds.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default().as_micros()
 }

@@ -10,7 +10,7 @@ use crate::servos::Servo;
 /// A fault of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
-    /// What has it.
+    /// The effector that fails.
     #[serde(alias = "effector")]
     pub target: Target,
     /// How it fails.
@@ -27,14 +27,14 @@ impl ScheduledFault {
         format!("{}, {}", target.name(effectors), kind.described(target.class(effectors)))
     }
 
-    /// When it acts first.
+    /// When it first acts.
     #[must_use]
     pub fn onset(&self) -> SimTime {
         Plan::new(&self.timing, SimTime::ZERO).onset(0)
     }
 }
 
-/// The effector that a fault is of, if the aircraft can have it.
+/// The effector of a fault, if this aircraft can have the fault.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
@@ -50,10 +50,10 @@ pub fn check(
     Ok(effector)
 }
 
-/// The effector that is meant.
+/// The effector that a target names.
 ///
 /// # Errors
-/// [`Refusal`] if the aircraft lacks it, or if it is none: sensors do not fail yet.
+/// [`Refusal`] if the aircraft does not have it, or if the target is a sensor: sensors cannot fail yet.
 pub(super) fn effector_of(list: &EffectorList, target: Target) -> Result<Effector, Refusal> {
     let effector = target.effector().ok_or(Refusal::NoSensorFaults)?;
     #[expect(clippy::cast_possible_truncation, reason = "at most 16")]

@@ -40,7 +40,7 @@ impl Bench {
     fn request(&mut self, now: SimTime, request: FaultRequest) -> FaultReply {
         let Self { faults, positions, reports } = self;
         let report = &mut |report| reports.push(report);
-        faults.request(&request, &mut Scene { now, positions, report })
+        faults.request(&request, &mut FaultContext { now, positions, report })
     }
 
     fn inject(&mut self, now: SimTime, effector: Effector, kind: FaultKind) -> FaultReply {
@@ -60,7 +60,7 @@ impl Bench {
     fn act(&mut self, now: SimTime) {
         let Self { faults, positions, reports } = self;
         let report = &mut |report| reports.push(report);
-        faults.act(&mut Scene { now, positions, report });
+        faults.apply_due(&mut FaultContext { now, positions, report });
     }
 
     /// The states that were reported.
@@ -235,7 +235,7 @@ fn a_scheduled_fault_waits_for_its_time() {
     bench.act(SimTime::from_micros(2_000_000));
     assert_eq!(bench.states(), [FaultState::Scheduled { at: T1 }]);
     bench.act(T1);
-    let states = [FaultState::Scheduled { at: T1 }, FaultState::Acting { since: T1 }];
+    let states = [FaultState::Scheduled { at: T1 }, FaultState::Active { since: T1 }];
     assert_eq!(bench.states(), states);
 }
 

@@ -187,7 +187,7 @@ fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
     let mut largest = [0.0_f64; 3];
     for _ in 0..5_000 {
         coast(&mut plant, 1);
-        let (gust, motion) = (plant.held.gust, plant.present.motion);
+        let (gust, motion) = (plant.inputs.gust, plant.present.motion);
         let (truth, sensors) = (plant.truth(), plant.sense());
         // Velocity of each place relative to the air there, less what the aircraft's own rotation adds.
         let vanes = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(7.0, 0.0, 0.0));
@@ -210,15 +210,15 @@ fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
 #[test]
 fn damping_sees_the_rates_relative_to_the_gust() {
     let plant = plant(&flat());
-    let (state, mut held) = (plant.state, plant.held);
-    let calm = plant.dynamics.present(&state, &held).motion;
+    let (state, mut inputs) = (plant.state, plant.inputs);
+    let calm = plant.dynamics.present(&state, &inputs).motion;
     let rates = Body::new(0.05, -0.03, 0.02);
-    held.gust.rates = rates;
-    let gusty = plant.dynamics.present(&state, &held).motion;
+    inputs.gust.rates = rates;
+    let gusty = plant.dynamics.present(&state, &inputs).motion;
     let mut turning = state;
     turning.rigid.rates = Body(state.rigid.rates.0 - rates.0);
-    held.gust.rates = Body::zero();
-    let against = plant.dynamics.present(&turning, &held).motion;
+    inputs.gust.rates = Body::zero();
+    let against = plant.dynamics.present(&turning, &inputs).motion;
     // Air that turns with +p acts as an aircraft that turns with -p: the same moment, to rounding.
     assert!((gusty.wrench.moment.0 - against.wrench.moment.0).norm() < 1e-6);
     // Damping drags the aircraft along with the air, on each axis.
@@ -272,7 +272,7 @@ fn a_fault_between_ticks_acts_at_its_exact_time() {
         coast(&mut plant, 10);
         let reports = std::iter::from_fn(|| plant.pop_report()).collect::<Vec<_>>();
         let at = SimTime::from_micros(at_us);
-        let states = [FaultState::Scheduled { at }, FaultState::Acting { since: at }];
+        let states = [FaultState::Scheduled { at }, FaultState::Active { since: at }];
         assert!(matches!(reports[..],
             [PlantReport::Fault(first), PlantReport::Fault(second)]
                 if [first.state, second.state] == states));
@@ -454,7 +454,7 @@ fn commands_that_are_no_numbers_change_nothing() {
     fly(&mut a, 10, wiggle);
     fly(&mut b, 10, wiggle);
     for _ in 0..10 {
-        a.advance(&Actuators { commands: a.held.commands });
+        a.advance(&Actuators { commands: a.inputs.commands });
         b.advance(&Actuators { commands: PerEffector::from_fn(|_| f64::NAN) });
     }
     assert_eq!(a.truth(), b.truth());

@@ -203,7 +203,7 @@ fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
             target: tvc_jet::RUDDER.into(),
             kind: FaultKind::StuckHere,
             timing: Timing::NOW,
-            state: FaultState::Acting { since: time },
+            state: FaultState::Active { since: time },
         }));
         time = time + ControlPeriod::DEFAULT;
     }

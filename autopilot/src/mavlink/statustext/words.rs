@@ -147,7 +147,7 @@ fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(MavSeveri
     let target = target.name(effectors);
     let cleared = format!("Cleared: {target} {kind}");
     Some(match state {
-        FaultState::Acting { since } => {
+        FaultState::Active { since } => {
             let since_s = since.as_seconds();
             let text = format!("Injected: {target} {kind}, from {since_s} s{timing}");
             (MavSeverity::MAV_SEVERITY_WARNING, text)

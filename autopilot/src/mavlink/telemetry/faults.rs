@@ -92,7 +92,7 @@ fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     let FaultEntry { id, target, kind, timing, state } = *entry;
     let step = match state {
         FaultState::Scheduled { .. } => 1.0,
-        FaultState::Acting { .. } => 2.0,
+        FaultState::Active { .. } => 2.0,
         FaultState::Resting { .. } => 3.0,
         FaultState::Ended { .. } | FaultState::Cancelled { .. } => 0.0,
     };

@@ -44,7 +44,7 @@ fn each_fault_is_one_message_and_none_is_a_count_of_zero() {
     let mut world = World::flying();
     assert_eq!(requested(&mut world, 2.0), [vec![0.0; 15]]);
     let since = SimTime::from_micros(2_500_000);
-    world.autopilot.handle_report(&rudder(9, FaultState::Acting { since }));
+    world.autopilot.handle_report(&rudder(9, FaultState::Active { since }));
     world.send_command(31_010, [101.0, 4.0, 1.0, 2.0, 40.0, 0.0, 99.0]);
     world.run_ms(150);
     world.take_acks();
@@ -88,7 +88,7 @@ fn joining_a_flight_asks_the_plant_for_its_faults_and_a_new_flight_does_not() {
         world.take_commands().iter().filter(|command| **command == Command::ListFaults).count()
     };
     assert_eq!(asked(&mut world), 0);
-    world.listed = vec![rudder(4, FaultState::Acting { since: SimTime::from_micros(2_500_000) })];
+    world.listed = vec![rudder(4, FaultState::Active { since: SimTime::from_micros(2_500_000) })];
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, world.sim, true);
     world.run_ms(100);
     assert_eq!(asked(&mut world), 1);
@@ -112,7 +112,7 @@ fn joining_a_flight_asks_the_plant_for_its_faults_and_a_new_flight_does_not() {
 fn a_fault_that_rests_is_told_with_its_next_onset() {
     let mut world = World::flying();
     let at = |seconds: u64| SimTime::from_micros(seconds * 1_000_000);
-    world.autopilot.handle_report(&rudder(1, FaultState::Acting { since: at(2) }));
+    world.autopilot.handle_report(&rudder(1, FaultState::Active { since: at(2) }));
     world.settle();
     let text =
         "Injected: rudder stuck at 7.0 deg, from 2 s, ramp 1 s, for 5 s, every 20 s, 3 times";
@@ -127,12 +127,12 @@ fn a_fault_that_rests_is_told_with_its_next_onset() {
 fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
     let mut world = World::flying();
     let since = SimTime::from_micros(2_500_000);
-    world.autopilot.handle_report(&rudder(4, FaultState::Acting { since }));
+    world.autopilot.handle_report(&rudder(4, FaultState::Active { since }));
     world.settle();
     world.take_commands();
     world.got.clear();
     // Nobody fetches for a while. Number 4 has ended and 5 goes on.
-    world.listed = vec![rudder(5, FaultState::Acting { since })];
+    world.listed = vec![rudder(5, FaultState::Active { since })];
     let at = SimTime::ZERO;
     for _ in 0..400 {
         let report = PlantReport::Paced { request: None, pace: icd::pace::Pace::Run, at };

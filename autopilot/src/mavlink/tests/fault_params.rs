@@ -119,7 +119,7 @@ fn one_fault_in_the_place_of_another_is_one_answer_with_the_new_value() {
     };
     for report in [
         report(1, FaultKind::Float, FaultState::Ended { at }),
-        report(2, FaultKind::StuckHere, FaultState::Acting { since: at }),
+        report(2, FaultKind::StuckHere, FaultState::Active { since: at }),
     ] {
         world.autopilot.handle_report(&report);
     }
@@ -211,7 +211,7 @@ fn what_acts_counts_more_than_what_will() {
     let mut world = World::flying();
     let at = SimTime::from_micros(99_000_000);
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Scheduled { at });
-    report(&mut world, 2, FaultKind::Float, FaultState::Acting { since: SimTime::ZERO });
+    report(&mut world, 2, FaultKind::Float, FaultState::Active { since: SimTime::ZERO });
     assert_eq!(values(&mut world).last(), one("FLT_SERVO1", 1).last());
     let next = SimTime::from_micros(123_900_000);
     let resting = FaultState::Resting { since: SimTime::ZERO, next };
@@ -225,7 +225,7 @@ fn a_value_that_is_another_than_the_one_that_was_set_comes_with_the_reason() {
     let at = world.sim;
     world.plant = PlantManner::Says(FaultReply::Applied { at });
     world.send(&set_int("FLT_SERVO1", 2));
-    report(&mut world, 1, FaultKind::StuckHere, FaultState::Acting { since: at });
+    report(&mut world, 1, FaultKind::StuckHere, FaultState::Active { since: at });
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
     // It is over before its parameter is told.
     world.send(&set_int("FLT_SERVO1", 3));

@@ -107,7 +107,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
         target: tvc_jet::LEFT_ELEVATOR.into(),
         kind,
         timing: Timing::at(since),
-        state: FaultState::Acting { since },
+        state: FaultState::Active { since },
     }));
     world.settle();
     assert!(world.said("Injected: left elevator stuck at 30.0 deg"), "{:?}", world.texts());

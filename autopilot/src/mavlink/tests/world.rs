@@ -223,7 +223,7 @@ impl World {
                 match timing.onset {
                     Onset::AtOnce => vec![
                         reply(FaultReply::Applied { at }),
-                        entry(kind, FaultState::Acting { since: at }),
+                        entry(kind, FaultState::Active { since: at }),
                     ],
                     Onset::At(at) => vec![
                         reply(FaultReply::Scheduled { at }),

@@ -66,7 +66,7 @@ fn jam(state: FaultState) -> FaultEntry {
 
 #[test]
 fn a_fault_is_told_once_however_often_the_plant_falls_silent() {
-    let acting = jam(FaultState::Acting { since: at(2) });
+    let acting = jam(FaultState::Active { since: at(2) });
     let told =
         |ms, entry| [Entry::Fault { time: at(ms), entry }, event(ms, EventKind::Fault(entry))];
     let mut entries: Vec<Entry> = told(2, acting).into();

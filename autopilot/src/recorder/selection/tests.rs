@@ -34,7 +34,7 @@ fn level() -> Step {
 }
 
 fn fault(step: u64, id: u32) -> Entry {
-    let state = FaultState::Acting { since: at(step) };
+    let state = FaultState::Active { since: at(step) };
     let (effector, kind) = (tvc_jet::RUDDER, FaultKind::StuckHere);
     let entry = FaultEntry { id, target: effector.into(), kind, timing: Timing::NOW, state };
     Entry::Fault { time: at(step), entry }

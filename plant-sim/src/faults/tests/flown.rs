@@ -232,7 +232,7 @@ fn a_growing_delay_lets_commands_through_in_their_order() {
         assert!(here >= last, "{here} after {last} rad");
         last = here;
     }
-    // A command of t comes at 2 t while the delay grows: at 2 s the servo is told that of 1 s.
+    // A command of t comes at 2 t while the delay grows: at 2 s the servo receives that of 1 s.
     assert!((last - 0.2).abs() < 0.02, "{last} rad");
 }
 
@@ -446,7 +446,7 @@ proptest! {
         flight.plant.request(&FaultRequest::ClearAll);
         let faults = &flight.plant.faults;
         prop_assert_eq!(*faults.effects(), Effects::none());
-        prop_assert_eq!(faults.told(), faults.commands());
+        prop_assert_eq!(faults.received(), faults.commands());
         prop_assert_eq!(faults.next_event(), None);
         prop_assert!(!faults.varies() && !flight.plant.is_broken());
     }

@@ -28,7 +28,7 @@ fn a_fault_with_a_duration_ends_by_itself_at_its_microsecond() {
     let end = SimTime::from_micros(2_500_000);
     assert_eq!(bench.faults.next_event(), Some(end));
     run(&mut bench, end);
-    assert_eq!(bench.states(), [FaultState::Acting { since: T0 }, FaultState::Ended { at: end }]);
+    assert_eq!(bench.states(), [FaultState::Active { since: T0 }, FaultState::Ended { at: end }]);
     assert_eq!(*bench.faults.effects(), Effects::none());
     assert_eq!(bench.faults.next_event(), None);
 }
@@ -42,11 +42,11 @@ fn a_repeated_fault_acts_and_rests_at_exact_times_and_ends_after_its_number() {
     run(&mut bench, at(60_000));
     let expected = [
         FaultState::Scheduled { at: at(2_000) },
-        FaultState::Acting { since: at(2_000) },
+        FaultState::Active { since: at(2_000) },
         FaultState::Resting { since: at(2_100), next: at(2_300) },
-        FaultState::Acting { since: at(2_300) },
+        FaultState::Active { since: at(2_300) },
         FaultState::Resting { since: at(2_400), next: at(2_600) },
-        FaultState::Acting { since: at(2_600) },
+        FaultState::Active { since: at(2_600) },
         FaultState::Ended { at: at(2_700) },
     ];
     assert_eq!(bench.states(), expected);
@@ -93,9 +93,9 @@ fn another_timing_is_another_fault_and_replaces_the_first() {
     let timing = Timing { duration_s: Some(1.0), ..Timing::NOW };
     assert_eq!(inject(&mut bench, T1, LOSS, timing), FaultReply::Applied { at: T1 });
     let expected = [
-        FaultState::Acting { since: T0 },
+        FaultState::Active { since: T0 },
         FaultState::Ended { at: T1 },
-        FaultState::Acting { since: T1 },
+        FaultState::Active { since: T1 },
     ];
     assert_eq!(bench.states(), expected);
 }
@@ -124,7 +124,7 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
             Onset::At(T0),
             FaultState::Resting { since: at(1_500), next: at(3_000) },
         ),
-        (2, tvc_jet::ENGINE, Onset::At(T0), FaultState::Acting { since: T0 }),
+        (2, tvc_jet::ENGINE, Onset::At(T0), FaultState::Active { since: T0 }),
         (3, tvc_jet::RUDDER, Onset::At(at(9_000)), FaultState::Scheduled { at: at(9_000) }),
     ];
     assert_eq!(states, expected);

@@ -191,7 +191,7 @@ const AUTHORITY_LOW_PCT: f64 = 10.0;
 pub(super) fn fault_words(fault: &FaultStatus) -> String {
     let FaultStatus { what, phase, at_s } = fault;
     match phase {
-        FaultPhase::Acting => format!("{what}, since {at_s:.1} s"),
+        FaultPhase::Active => format!("{what}, since {at_s:.1} s"),
         FaultPhase::Resting => format!("{what}, again at {at_s:.1} s"),
         FaultPhase::Scheduled => format!("{what}, from {at_s:.1} s on"),
     }

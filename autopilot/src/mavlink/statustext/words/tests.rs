@@ -89,7 +89,7 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
         (E::GroundContact, Banner, "Ground contact: the flight is over"),
         (E::Terminated, Banner, "Flight terminated: engine off, surfaces hard over"),
         (
-            fault(FaultState::Acting { since: at }),
+            fault(FaultState::Active { since: at }),
             Orange,
             "Injected: left elevator stuck at 30.0 deg, from 12.002 s",
         ),

@@ -172,7 +172,7 @@ fn the_list_is_whole_right_after_joining_a_flight() {
     };
     let at = SimTime::from_micros;
     world.listed = vec![
-        entry(3, tvc_jet::RUDDER, FaultState::Acting { since: at(1_000_000) }),
+        entry(3, tvc_jet::RUDDER, FaultState::Active { since: at(1_000_000) }),
         entry(7, tvc_jet::LEFT_AILERON, FaultState::Scheduled { at: at(99_000_000) }),
     ];
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, world.sim, true);

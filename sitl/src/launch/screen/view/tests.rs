@@ -32,7 +32,7 @@ pub(in super::super) fn flight() -> FlightStatus {
 /// So many faults.
 pub(in super::super) fn faults(count: usize) -> Vec<FaultStatus> {
     let what = "left elevator stuck at 30.0 deg".to_owned();
-    vec![FaultStatus { what, phase: FaultPhase::Acting, at_s: 3.0 }; count]
+    vec![FaultStatus { what, phase: FaultPhase::Active, at_s: 3.0 }; count]
 }
 
 fn state(flight: FlightStatus) -> State {

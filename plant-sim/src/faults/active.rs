@@ -1,39 +1,39 @@
-//! What each kind of fault does while it acts: the second half of a kind, beside its entry in [`icd::fault::CATALOGUE`].
+//! The effect of each kind of fault while it is active; the entry of the kind is in [`icd::fault::CATALOGUE`].
 
 use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
 
-use super::effects::Share;
+use super::effects::FaultEffect;
 use super::plan::micros;
 use crate::servos::Servo;
 
-/// A fault while it acts on an effector.
+/// A fault that acts on an effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Acting {
+pub(super) struct ActiveFault {
     kind: FaultKind,
     since: SimTime,
     ramp_us: u64,
-    /// Ends of what can be reached, rad or N: those of the servo, and what it had left already.
+    /// Ends of the reachable range, rad or N: the servo's travel, extended to the position at the onset.
     ends: [f64; 2],
     /// Fastest speed of the healthy servo, rad/s or N/s.
     fastest: f64,
-    way: Option<Way>,
+    slew: Option<Slew>,
 }
 
-/// The way to where an effector sticks.
+/// The motion of an effector to the position where it sticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Way {
+struct Slew {
     /// Speed, rad/s.
     rate: f64,
-    /// First whole microsecond at which it is there.
+    /// First whole microsecond at which it has arrived.
     arrival: SimTime,
-    /// Where it ends, rad.
+    /// Where it sticks, rad.
     target: f64,
 }
 
-impl Acting {
-    /// Begins at `now` with an effector whose servo is at `position`; a fault that moves it at once changes
-    /// that. `effective` is what acted of the effector until now: one that sticks keeps it.
+impl ActiveFault {
+    /// A fault that begins at `now` on an effector whose servo is at `position`; a fault that moves the effector at
+    /// once changes `position`. `effective` is the effective deflection so far: an effector that sticks keeps it.
     pub fn begin(
         kind: FaultKind,
         ramp_us: u64,
@@ -43,35 +43,35 @@ impl Acting {
         position: &mut f64,
     ) -> Self {
         let rate = servo.rate_limit;
-        let way = match kind {
-            FaultKind::StuckHere => way_to(effective, effective, None, 0, now),
+        let slew = match kind {
+            FaultKind::StuckHere => slew_to(effective, effective, None, 0, now),
             FaultKind::StuckAt { angle_rad, travel } => {
                 let limit = (travel == Travel::AtActuatorRate).then_some(rate);
-                way_to(effective, angle_rad, limit, ramp_us, now)
+                slew_to(effective, angle_rad, limit, ramp_us, now)
             }
             FaultKind::HardOver { side } => {
                 let end = match side {
                     Side::Positive => servo.max,
                     Side::Negative => servo.min,
                 };
-                way_to(effective, end, Some(rate), 0, now)
+                slew_to(effective, end, Some(rate), 0, now)
             }
-            FaultKind::Float => way_to(effective, 0.0, None, ramp_us, now),
+            FaultKind::Float => slew_to(effective, 0.0, None, ramp_us, now),
             _ => None,
         };
-        if way.is_some() {
+        if slew.is_some() {
             *position = effective;
         }
-        let mut acting = Self {
+        let mut active = Self {
             kind,
             since: now,
             ramp_us,
             ends: [servo.min.min(*position), servo.max],
             fastest: servo.fastest(),
-            way,
+            slew,
         };
-        acting.arrive(now, position);
-        acting
+        active.arrive(now, position);
+        active
     }
 
     /// Since when it acts.
@@ -79,13 +79,13 @@ impl Acting {
         self.since
     }
 
-    /// Puts an effector whose way is over where it sticks, and one beyond its limit back to it.
+    /// Stops an effector that has arrived where it sticks, and moves one beyond its limited travel back to the limit.
     pub fn arrive(&mut self, now: SimTime, position: &mut f64) {
-        if let Some(way) = self.way
-            && way.arrival <= now
+        if let Some(slew) = self.slew
+            && slew.arrival <= now
         {
-            *position = way.target;
-            self.way = None;
+            *position = slew.target;
+            self.slew = None;
         }
         if let FaultKind::LimitedTravel { limit } = self.kind {
             let [low, high] = self.limits(limit, now);
@@ -93,38 +93,38 @@ impl Acting {
         }
     }
 
-    /// What it does at `now`.
-    pub fn share(&self, now: SimTime) -> Share {
-        let healthy = Share::HEALTHY;
+    /// Its effect at `now`.
+    pub fn effect(&self, now: SimTime) -> FaultEffect {
+        let healthy = FaultEffect::HEALTHY;
         let size = self.size(now);
         match self.kind {
             FaultKind::StuckHere
             | FaultKind::StuckAt { .. }
             | FaultKind::HardOver { .. }
             | FaultKind::Float => {
-                let runaway = self.way.map_or(0.0, |way| way.rate);
-                Share { following: 0.0, runaway, ..healthy }
+                let runaway = self.slew.map_or(0.0, |slew| slew.rate);
+                FaultEffect { following: 0.0, runaway, ..healthy }
             }
             FaultKind::PartialLoss { remaining } => {
-                Share { remaining: grown(size, 1.0, remaining), ..healthy }
+                FaultEffect { remaining: ramped(size, 1.0, remaining), ..healthy }
             }
             FaultKind::Slow { rate } => {
-                Share { rate_limit: grown(size, self.fastest, rate), ..healthy }
+                FaultEffect { rate_limit: ramped(size, self.fastest, rate), ..healthy }
             }
             FaultKind::Delayed { .. } | FaultKind::FlameOut => healthy,
             FaultKind::Intermittent { period_s, present } => {
                 let [gap_end, _] = self.period(period_s, present, now);
-                Share { following: if now < gap_end { 0.0 } else { 1.0 }, ..healthy }
+                FaultEffect { following: if now < gap_end { 0.0 } else { 1.0 }, ..healthy }
             }
             FaultKind::Oscillating { .. }
             | FaultKind::Drifting { .. }
             | FaultKind::Biased { .. } => {
                 let [low, high] = self.ends;
-                Share { offset: self.deviation(now), low, high, ..healthy }
+                FaultEffect { offset: self.deviation(now), low, high, ..healthy }
             }
             FaultKind::LimitedTravel { limit } => {
                 let [low, high] = self.limits(limit, now);
-                Share { low, high, ..healthy }
+                FaultEffect { low, high, ..healthy }
             }
         }
     }
@@ -134,19 +134,19 @@ impl Acting {
         deviates(&self.kind)
     }
 
-    /// Whether the commands come late.
+    /// Whether it delays commands.
     pub fn is_delayed(&self) -> bool {
         matches!(self.kind, FaultKind::Delayed { .. })
     }
 
-    /// Whether the servo is told something else than it is commanded.
-    pub fn tells(&self) -> bool {
-        let tells = matches!(self.kind, FaultKind::FlameOut | FaultKind::LimitedTravel { .. });
-        tells || self.is_delayed()
+    /// Whether the servo receives something other than the command.
+    pub fn alters_commands(&self) -> bool {
+        let alters = matches!(self.kind, FaultKind::FlameOut | FaultKind::LimitedTravel { .. });
+        alters || self.is_delayed()
     }
 
-    /// What the servo is told instead of `command`, rad or N. The commands of a delayed effector wait
-    /// elsewhere.
+    /// What the servo receives instead of `command`, rad or N. [`super::delay`] keeps the commands of a delayed
+    /// effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {
             FaultKind::FlameOut => 0.0,
@@ -158,7 +158,7 @@ impl Acting {
         }
     }
 
-    /// When a command of `now` is due at a delayed effector; `None` if it is not delayed.
+    /// When a command of `now` reaches a delayed effector; `None` if the fault does not delay commands.
     pub fn due(&self, now: SimTime) -> Option<SimTime> {
         let FaultKind::Delayed { delay_s } = self.kind else { return None };
         let delay_us = micros(delay_s * self.size(now));
@@ -167,21 +167,21 @@ impl Acting {
 
     /// Whether it changes from step to step.
     pub fn varies(&self, now: SimTime) -> bool {
-        let grows = now.micros_since(self.since) < self.ramp_us;
+        let is_ramping = now.micros_since(self.since) < self.ramp_us;
         match self.kind {
             FaultKind::Oscillating { .. } => true,
             FaultKind::Drifting { .. } => self.deviation(now).abs() < self.span(),
             FaultKind::PartialLoss { .. }
             | FaultKind::Slow { .. }
             | FaultKind::Biased { .. }
-            | FaultKind::LimitedTravel { .. } => grows,
+            | FaultKind::LimitedTravel { .. } => is_ramping,
             _ => false,
         }
     }
 
-    /// The next instant after `now` that the integration must not step over.
+    /// The next event after `now`, which the integration must not step over.
     pub fn next_event(&self, now: SimTime) -> Option<SimTime> {
-        let arrival = self.way.map(|way| way.arrival);
+        let arrival = self.slew.map(|slew| slew.arrival);
         let whole = SimTime::from_micros(self.since.as_micros() + self.ramp_us);
         let switch = match self.kind {
             FaultKind::Intermittent { period_s, present } => {
@@ -192,24 +192,24 @@ impl Acting {
         [arrival, switch, Some(whole).filter(|at| *at > now)].into_iter().flatten().min()
     }
 
-    /// How much of the fault is there, 0 to 1.
+    /// Progress of the ramp, 0 to 1.
     fn size(&self, now: SimTime) -> f64 {
         let elapsed_us = now.micros_since(self.since);
         if elapsed_us >= self.ramp_us { 1.0 } else { ratio(elapsed_us, self.ramp_us) }
     }
 
-    /// Deviation from where the effector should be, rad or N.
+    /// Deviation of the effector from its servo, rad or N.
     fn deviation(&self, now: SimTime) -> f64 {
         let elapsed_s = seconds(now.micros_since(self.since));
         match self.kind {
             FaultKind::Biased { bias } => self.size(now) * bias,
             FaultKind::Oscillating { amplitude, frequency_hz } => {
-                // Whole turns are taken away first: the sine of a long flight stays exact.
+                // Removing whole periods first keeps the sine exact on a long flight.
                 let turn = libm::fmod(frequency_hz * elapsed_s, 1.0);
                 self.size(now) * amplitude * libm::sin(core::f64::consts::TAU * turn)
             }
             FaultKind::Drifting { rate } => {
-                // The integral of a speed that grows during the ramp.
+                // The integral of a rate that grows during the ramp.
                 let whole_s = 0.5 * self.size(now) * elapsed_s.min(seconds(self.ramp_us))
                     + (elapsed_s - seconds(self.ramp_us)).max(0.0);
                 (rate * whole_s).max(-self.span()).min(self.span())
@@ -223,13 +223,13 @@ impl Acting {
         self.ends[1] - self.ends[0]
     }
 
-    /// What a limited travel lets through, rad or N.
+    /// Ends of a limited travel, rad or N.
     fn limits(&self, limit: f64, now: SimTime) -> [f64; 2] {
         let size = self.size(now);
         let [low, high] = self.ends;
-        // An engine has no negative side; its idle stays.
+        // An engine has no negative thrust; its idle thrust stays.
         let least = if low < 0.0 { low.max(-limit) } else { low };
-        [grown(size, low, least), grown(size, high, high.min(limit))]
+        [ramped(size, low, least), ramped(size, high, high.min(limit))]
     }
 
     /// End of the gap and end of the period in which `now` lies.
@@ -243,7 +243,7 @@ impl Acting {
     }
 }
 
-/// Whether an effector with such a fault deviates from its servo.
+/// Whether a fault of this kind makes the effector deviate from its servo.
 pub(super) fn deviates(kind: &FaultKind) -> bool {
     matches!(
         kind,
@@ -251,20 +251,20 @@ pub(super) fn deviates(kind: &FaultKind) -> bool {
     )
 }
 
-/// From the healthy number to that of the whole fault, which is exact at size 1.
-fn grown(size: f64, healthy: f64, whole: f64) -> f64 {
+/// Interpolates from the healthy value to that of the full fault, which is exact at size 1.
+fn ramped(size: f64, healthy: f64, whole: f64) -> f64 {
     whole + (1.0 - size) * (healthy - whole)
 }
 
-/// The way of an effector to where it sticks: in the time of the ramp, but no faster than `rate_limit` (rad/s)
+/// The motion of an effector to where it sticks: within the ramp time, but no faster than `rate_limit` (rad/s)
 /// if there is one.
-fn way_to(
+fn slew_to(
     from: f64,
     target: f64,
     rate_limit: Option<f64>,
     ramp_us: u64,
     now: SimTime,
-) -> Option<Way> {
+) -> Option<Slew> {
     let length = target - from;
     let least_us = rate_limit.map_or(0, |rate| whole_micros(length.abs() / rate));
     let (rate, time_us) = match rate_limit {
@@ -272,10 +272,10 @@ fn way_to(
         _ if ramp_us > 0 => (length / seconds(ramp_us), ramp_us),
         _ => (0.0, 0),
     };
-    Some(Way { rate, arrival: SimTime::from_micros(now.as_micros() + time_us), target })
+    Some(Slew { rate, arrival: SimTime::from_micros(now.as_micros() + time_us), target })
 }
 
-/// First whole microsecond at which a time of `time_s` seconds is over.
+/// `time_s` seconds, rounded up to whole microseconds.
 fn whole_micros(time_s: f64) -> u64 {
     let micros = libm::ceil(time_s.min(SimTime::MAX_SECONDS) * 1.0e6);
     #[expect(
