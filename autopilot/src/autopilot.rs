@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{
-    Authority, AircraftModel, FlightControl, Gains, NavigationState, Navigator, StepLog,
+    AircraftModel, Authority, FlightControl, Gains, NavigationState, Navigator, StepLog,
 };
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;

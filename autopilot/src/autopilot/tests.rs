@@ -49,7 +49,11 @@ fn break_rudder(number: u32) -> Intent {
     let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        command: Command::Fault(FaultRequest::Inject { target: tvc_jet::RUDDER.into(), kind, timing }),
+        command: Command::Fault(FaultRequest::Inject {
+            target: tvc_jet::RUDDER.into(),
+            kind,
+            timing,
+        }),
     }
 }
 
@@ -159,7 +163,8 @@ fn a_full_queue_to_the_plant_is_said_and_does_not_grow() {
 #[test]
 fn outcomes_survive_a_flood_of_other_events() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 9, command: Command::Refer(Reference::Altitude(6_000.0)) });
+    autopilot
+        .handle_intent(Intent { number: 9, command: Command::Refer(Reference::Altitude(6_000.0)) });
     for _ in 0..1000 {
         autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     }
