@@ -8,6 +8,30 @@
 //!
 //! It starts no process, opens no socket and draws nothing on a terminal but lines of progress: a flight is a function
 //! of setup, seed and inputs. What starts and watches the two processes is the crate `sitl`.
+//!
+//! Start with [`closed_loop::fly`] and, for the flights of the paper, [`paper::cases::Case`]:
+//!
+//! ```
+//! use flight_analysis::closed_loop::fly;
+//! use flight_analysis::paper::cases::{Case, Conditions};
+//! use icd::{ControlPeriod, SimTime};
+//! use plant_sim::EarthModel;
+//!
+//! let conditions = Conditions {
+//!     earth: EarthModel::Wgs84,
+//!     period: ControlPeriod::DEFAULT,
+//!     step_us: 1_000,
+//!     gyro_noise_rad_s: 0.0,
+//!     turbulence_m_s: 0.0,
+//!     seed: 1,
+//! };
+//! let mut setup = Case::new(1, &conditions)?.setup;
+//! setup.duration = SimTime::from_micros(1_000_000);
+//! let mut altitude_m = 0.0;
+//! let end = fly(&setup, &mut |record| altitude_m = record.truth.altitude_m)?;
+//! assert!(!end.on_ground && altitude_m > 4_900.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod chart;
 pub mod closed_loop;

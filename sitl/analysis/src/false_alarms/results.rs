@@ -3,13 +3,14 @@
 use std::fmt::Write as _;
 
 use flight_control::Gains;
-use maud::{DOCTYPE, PreEscaped, html};
+use maud::{PreEscaped, html};
 
 use super::delays::{FAULTS, SEEDS, WAITED_S};
 use super::detectors::{KINDS, SCALES, scale};
 use super::flights::CONDITIONS;
 use super::{ALLOWED_PER_H, Options, Shipped, Study, bound_per_h, of_kind};
 use crate::chart::Figure;
+use crate::page;
 
 /// One row a detector: alarms at each flight condition and together, with the bound.
 pub fn alarms_csv(study: &Study) -> String {
@@ -147,17 +148,13 @@ fn lowest_levels(study: &Study) -> String {
 
 /// One page that opens without a network.
 pub fn page(options: &Options, study: &Study, figure: &Figure) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head { meta charset="utf-8"; title { "False alarms" } }
-            body {
-                h1 { "False alarms and detection delay" }
-                (PreEscaped(&figure.svg))
-                p { (figure.caption) }
-                pre { (summary(options, study)) }
-            }
+    let body = html! {
+        h1 { "False alarms and detection delay" }
+        figure {
+            (PreEscaped(&figure.svg))
+            figcaption { (figure.caption) }
         }
-    }
-    .into_string()
+        pre { (summary(options, study)) }
+    };
+    page::page("False alarms", "", &body)
 }

@@ -31,6 +31,7 @@ struct Signal {
     span_min: f64,
 }
 
+/// A body rate; what the others differ from.
 const P: Signal = Signal {
     title: "Roll rate p",
     y_label: "p, deg/s",
@@ -39,45 +40,32 @@ const P: Signal = Signal {
     ends_when_lost: true,
     span_min: 2.0,
 };
-const Q: Signal = Signal {
-    title: "Pitch rate q",
-    y_label: "q, deg/s",
-    value: |row| row.q_rad_s / DEG,
-    is_heading: false,
-    ends_when_lost: true,
-    span_min: 2.0,
-};
-const R: Signal = Signal {
-    title: "Yaw rate r",
-    y_label: "r, deg/s",
-    value: |row| row.r_rad_s / DEG,
-    is_heading: false,
-    ends_when_lost: true,
-    span_min: 2.0,
-};
+const Q: Signal =
+    Signal { title: "Pitch rate q", y_label: "q, deg/s", value: |row| row.q_rad_s / DEG, ..P };
+const R: Signal =
+    Signal { title: "Yaw rate r", y_label: "r, deg/s", value: |row| row.r_rad_s / DEG, ..P };
 const PSI: Signal = Signal {
     title: "Yaw angle",
     y_label: "psi, deg",
     value: |row| row.psi_rad / DEG,
     is_heading: true,
-    ends_when_lost: true,
     span_min: 10.0,
+    ..P
 };
 const PHI: Signal = Signal {
     title: "Roll angle",
     y_label: "phi, deg",
     value: |row| row.phi_rad / DEG,
-    is_heading: false,
-    ends_when_lost: true,
     span_min: 10.0,
+    ..P
 };
 const ALTITUDE: Signal = Signal {
     title: "Altitude",
     y_label: "altitude, m",
     value: |row| row.altitude_m,
-    is_heading: false,
     ends_when_lost: false,
     span_min: 40.0,
+    ..P
 };
 
 /// The fault, and the loss of the flight with the PID only.
