@@ -110,7 +110,8 @@ pub fn sheet(title: &str, legend: &[(&str, Ink)], columns: usize, panels: &[Pane
 pub fn single(panel: &Panel) -> String {
     let mut drawing = Drawing::default();
     panel.draw(&mut drawing, (0.0, 0.0), WIDTH);
-    let named: Vec<_> = panel.curves.iter().map(|curve| (curve.name, curve.ink)).collect();
+    let named = panel.curves.iter().filter(|curve| !curve.name.is_empty());
+    let named: Vec<_> = named.map(|curve| (curve.name, curve.ink)).collect();
     draw_legend(&mut drawing, &named, (LEFT, panel::LEGEND_Y));
     drawing.finish((WIDTH, panel.outer_height()))
 }
