@@ -7,7 +7,7 @@ use icd::{Effector, EffectorKind, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use crate::aircraft_model::{AircraftModel, EffectorModel, MassModel, Schedule};
-use crate::level_turn::{LevelTurn, level_turn};
+use crate::level_turn::{Elevators, LevelTurn, level_turn};
 use crate::navigation::NavigationState;
 
 pub mod atmosphere;
@@ -26,6 +26,7 @@ pub struct DesignModel {
     nozzle_yaw: Option<Effector>,
     thrust_range_n: [f64; 2],
     aileron_pair: (f64, f64),
+    elevators: Elevators,
     design_point: NavigationState,
     design_turn: LevelTurn,
 }
@@ -66,8 +67,9 @@ impl DesignModel {
         };
         let design_point = design_point(&aircraft);
         let condition = condition(&aircraft, &design_point);
+        let elevators = Elevators::of(effectors);
         Self {
-            design_turn: level_turn(&aircraft, &design_point, &condition),
+            design_turn: level_turn(&aircraft, &elevators, &design_point, &condition),
             design_point,
             inverse_inertia: inverse_inertia(&aircraft.mass),
             surfaces,
@@ -75,6 +77,7 @@ impl DesignModel {
             nozzle_yaw: list.only(EffectorKind::NozzleYaw),
             thrust_range_n: effectors.thrust_range_n(),
             aileron_pair: aileron_pair(effectors),
+            elevators,
             schedule: aircraft.schedule,
             aircraft,
         }
@@ -103,7 +106,7 @@ impl DesignModel {
     #[must_use]
     pub fn trim(&self, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
         let (trim, design) = (&self.aircraft.trim, &self.design_turn);
-        let here = level_turn(&self.aircraft, state, at);
+        let here = level_turn(&self.aircraft, &self.elevators, state, at);
         LevelTurn {
             theta_rad: trim.theta_rad + (here.theta_rad - design.theta_rad),
             elevator_rad: trim.elevator_rad + (here.elevator_rad - design.elevator_rad),
@@ -120,6 +123,7 @@ impl DesignModel {
         let pressure_pa = 0.5 * atmosphere::density(state.altitude_m) * v * v;
         self.schedule.put(pressure_pa, &mut self.aircraft);
         self.aileron_pair = aileron_pair(&self.aircraft.effectors);
+        self.elevators = Elevators::of(&self.aircraft.effectors);
         true
     }
 

@@ -4,7 +4,7 @@
 //! needs another pitch angle, elevator and pitch rate; what the law does not know of that ends as an altitude
 //! error that stays.
 
-use crate::aircraft_model::AircraftModel;
+use crate::aircraft_model::{AircraftModel, EffectorModel};
 use crate::design_model::FlightCondition;
 use crate::navigation::NavigationState;
 
@@ -23,6 +23,24 @@ pub struct LevelTurn {
     pub elevator_rad: f64,
     /// q: pitch rate of the turn, rad/s.
     pub pitch_rate_rad_s: f64,
+}
+
+/// Coefficients of all effectors that follow the elevator command, per rad of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elevators {
+    /// C_Lδ.
+    pub c_lift: f64,
+    /// C_mδ.
+    pub c_pitch: f64,
+}
+
+impl Elevators {
+    /// Of these effectors.
+    #[must_use]
+    pub fn of(effectors: &EffectorModel) -> Self {
+        let per_pitch = |coefficients| effectors.per_command(coefficients, |gains| gains.pitch);
+        Self { c_lift: per_pitch(&effectors.c_lift), c_pitch: per_pitch(&effectors.c_pitch) }
+    }
 }
 
 /// Lift in units of the weight at a bank of this cosine.
@@ -46,10 +64,11 @@ fn load_factor(cos_phi: f64) -> f64 {
 #[must_use]
 pub fn level_turn(
     aircraft: &AircraftModel,
+    elevators: &Elevators,
     state: &NavigationState,
     at: &FlightCondition,
 ) -> LevelTurn {
-    let AircraftModel { mass, geometry, airframe, lift, effectors, .. } = aircraft;
+    let AircraftModel { mass, geometry, airframe, lift, .. } = aircraft;
     let q_s = at.q_s_c / geometry.chord_m;
     let v = geometry.chord_m / (2.0 * at.chord_time);
     let n = load_factor(libm::cos(state.attitude.phi));
@@ -57,10 +76,9 @@ pub fn level_turn(
     let rate = pitch_rate_rad_s * at.chord_time;
 
     // δe = at_zero + per_alpha α balances the pitching moment.
-    let c_pitch = effectors.per_command(&effectors.c_pitch, |gains| gains.pitch);
+    let Elevators { c_lift, c_pitch } = *elevators;
     let at_zero = -(airframe.c_pitch_0 + airframe.c_pitch_q * rate) / c_pitch;
     let per_alpha = -airframe.c_pitch_alpha / c_pitch;
-    let c_lift = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     let needed = n * mass.mass_kg * GRAVITY_M_S2 / q_s
         - (lift.c_lift_0 + lift.c_lift_q * rate + c_lift * at_zero);
     let slope = lift.c_lift_alpha + c_lift * per_alpha + state.thrust_n.max(0.0) / q_s;
@@ -85,7 +103,12 @@ mod tests {
             NavigationState { airspeed_m_s, altitude_m, thrust_n, ..testing::level_state() };
         state.attitude.phi = bank_deg.to_radians();
         let model = DesignModel::new(testing::aircraft_model());
-        level_turn(model.aircraft(), &state, &model.condition(&state))
+        level_turn(
+            model.aircraft(),
+            &Elevators::of(&model.aircraft().effectors),
+            &state,
+            &model.condition(&state),
+        )
     }
 
     #[test]

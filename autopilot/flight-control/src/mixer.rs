@@ -215,6 +215,7 @@ impl Mixer {
     }
 
     /// The sum of the parts that each effector follows.
+    #[inline]
     fn sums(&self, parts: &[f64; PARTS]) -> PerEffector<f64> {
         let mut padded = [0.0; 8];
         padded[..PARTS].copy_from_slice(parts);
