@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 use clients::{Flooder, Station};
 use ground::Ground;
 use mavlink::dialects::common::{MavCmd, MavResult};
-use programs::{PATIENCE, Program, listening_autopilot};
+use programs::{Program, TIMEOUT, listening_autopilot};
 
 /// Simulation time of the flight, s.
 const FLIGHT_S: &str = "20";
@@ -111,7 +111,7 @@ fn behave(tcp: SocketAddr, stop: &AtomicBool) -> BTreeMap<u16, u32> {
         number += 1;
         station.read_for(Duration::from_millis(50));
     }
-    let until = Instant::now() + PATIENCE;
+    let until = Instant::now() + TIMEOUT;
     while station.acknowledged.values().sum::<u32>() < 2 * u32::from(number) {
         assert!(Instant::now() < until, "acknowledgements are missing: {:?}", station.acknowledged);
         station.read_for(Duration::from_millis(50));
@@ -149,7 +149,7 @@ fn a_flight_beside_a_flood_is_the_flight_alone_and_whoever_behaves_is_answered()
             let behaving = scope.spawn(|| behave(tcp, &stop));
             let stop_all = StopsAll(&stop);
             let mut asked = 0;
-            let until = Instant::now() + PATIENCE;
+            let until = Instant::now() + TIMEOUT;
             while !plant.has_ended() {
                 assert!(Instant::now() < until, "the flight does not end: {}", plant.said());
                 let version = [148.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];

@@ -19,7 +19,7 @@ use ground::Ground;
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavCmd, MavMessage, MavResult};
 use nix::pty::openpty;
 use nix::sys::termios::{LocalFlags, tcgetattr};
-use programs::{PATIENCE, Program, autopilot, autopilot_with, free_port, program};
+use programs::{Program, TIMEOUT, autopilot, autopilot_with, free_port, program};
 
 /// Longer than the second after which a plant is lost and the ten seconds after which a ground station is.
 const LONG_PAUSE_S: u32 = 12;
@@ -182,7 +182,7 @@ fn pauses_steps_and_speeds_write_the_same_bytes() {
 
 /// What a terminal shows, until `part` is there.
 fn read_until(screen: &mut File, part: &str, shown: &mut String) {
-    let (until, from) = (Instant::now() + PATIENCE, shown.len());
+    let (until, from) = (Instant::now() + TIMEOUT, shown.len());
     while !shown[from..].contains(part) {
         assert!(Instant::now() < until, "waited for {part:?}; so far:\n{shown}");
         let mut bytes = [0; 4096];

@@ -16,7 +16,7 @@ use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{self, PACKET_MAX, Packet, Phase, RefusalReason, Reports};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use programs::{PATIENCE, Program, autopilot, autopilot_with};
+use programs::{Program, TIMEOUT, autopilot, autopilot_with};
 
 /// Signal numbers.
 const KILL: u32 = 9;
@@ -119,7 +119,7 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
     let plant = Program::start("plant-sim", &["--autopilot", &link]);
     let mut flight = FlightSide::new(tvc_jet::aircraft());
     let mut buffer = [0; PACKET_MAX];
-    let until = Instant::now() + PATIENCE;
+    let until = Instant::now() + TIMEOUT;
     let mut ticks = 0;
     while ticks < 50 {
         assert!(Instant::now() < until, "{ticks} ticks; heard:\n{}", plant.said());

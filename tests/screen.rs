@@ -16,7 +16,7 @@ use nix::pty::{OpenptyResult, Winsize, openpty};
 use nix::sys::signal::{Signal, kill};
 use nix::sys::termios::{FlowArg, Termios, tcflow, tcgetattr};
 use nix::unistd::Pid;
-use programs::{PATIENCE, free_port, program};
+use programs::{TIMEOUT, free_port, program};
 use rustix::termios::tcsetwinsize;
 
 /// The terminal becomes the program's, and is given back.
@@ -57,7 +57,7 @@ impl OnTerminal {
 
     /// Reads until `part` has come anew.
     fn read_until(&mut self, part: &str) {
-        let (until, from) = (Instant::now() + PATIENCE, self.shown.len());
+        let (until, from) = (Instant::now() + TIMEOUT, self.shown.len());
         while !self.shown[from..].contains(part) {
             assert!(Instant::now() < until, "waited for {part:?}; so far:\n{}", self.latest());
             let mut bytes = [0; 4096];
@@ -175,7 +175,7 @@ fn a_terminal_whose_output_is_stopped_does_not_keep_a_signal_from_ending_the_fli
     std::thread::sleep(Duration::from_millis(500));
     kill(Pid::from_raw(it.sitl.id().try_into().expect("a number")), Signal::SIGTERM)
         .expect("it runs");
-    let until = Instant::now() + PATIENCE;
+    let until = Instant::now() + TIMEOUT;
     let status = loop {
         if let Some(status) = it.sitl.try_wait().expect("a child can be asked") {
             break status;

@@ -78,7 +78,7 @@ pub struct Autopilot {
     events: VecDeque<Event>,
     dropped_events: u64,
     /// Of these, the ones that somebody was told of.
-    told_dropped: u64,
+    reported_dropped: u64,
 }
 
 impl Autopilot {
@@ -108,7 +108,7 @@ impl Autopilot {
             scripts: Scripts::new(script.clone(), *fault_injection),
             events: VecDeque::with_capacity(EVENTS_MAX + 1),
             dropped_events: 0,
-            told_dropped: 0,
+            reported_dropped: 0,
         }
     }
 
@@ -125,7 +125,7 @@ impl Autopilot {
         self.transitions = Transitions::default();
         self.latest = None;
         self.abandon_requests();
-        self.tell(EventKind::FlightBegan { joined_in_flight });
+        self.publish(EventKind::FlightBegan { joined_in_flight });
         self.resolve_restarts(Outcome::Done);
         self.begin_script(joined_in_flight);
     }
@@ -143,8 +143,8 @@ impl Autopilot {
     fn fly(&mut self, state: &NavigationState) -> &StepLog {
         let time = state.time;
         let (events, dropped) = (&mut self.events, &mut self.dropped_events);
-        let mut tell = |kind| push(events, dropped, Event { time, kind });
-        let command = self.vehicle.track(state, &self.rules, &mut tell);
+        let mut publish = |kind| push(events, dropped, Event { time, kind });
+        let command = self.vehicle.track(state, &self.rules, &mut publish);
         let own = self.own_law.as_mut().map(Brought::law);
         let mut log = self.flight.step_with(state, &command, own);
         if self.vehicle.is_terminated() {
@@ -152,7 +152,7 @@ impl Autopilot {
             // The surfaces are at their stops for good.
             log.authority = Authority::NONE;
         } else {
-            self.transitions.step(&log, self.period, tell);
+            self.transitions.step(&log, self.period, publish);
         }
         let latest = Snapshot {
             time,
@@ -207,7 +207,7 @@ impl Autopilot {
             // The answers are reports like any other.
             PlantAction::ListFaults => {
                 let outcome = Outcome::Done;
-                self.tell(EventKind::Outcome { number: request.number, outcome });
+                self.publish(EventKind::Outcome { number: request.number, outcome });
             }
             PlantAction::Fault(_) | PlantAction::Pace(_) => self.unanswered.push(request.number),
         }
@@ -243,7 +243,7 @@ impl Autopilot {
             }
             PlantReport::Paced { request, pace, at } => {
                 if let Some(number) = request.filter(|number| self.was_asked(*number)) {
-                    self.tell(EventKind::Outcome { number, outcome: Outcome::Done });
+                    self.publish(EventKind::Outcome { number, outcome: Outcome::Done });
                 }
                 (at, EventKind::Paced(pace))
             }
@@ -295,7 +295,7 @@ impl Autopilot {
             command => self.ask_vehicle(command),
         };
         let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
-        self.tell(EventKind::Outcome { number, outcome });
+        self.publish(EventKind::Outcome { number, outcome });
     }
 
     /// Modes and references mean something only to an aircraft that flies and can be reached.
@@ -333,27 +333,27 @@ impl Autopilot {
         }
         let Self { vehicle, rules, events, dropped_events, time, .. } = self;
         let time = *time;
-        let tell = &mut |kind| push(events, dropped_events, Event { time, kind });
+        let publish = &mut |kind| push(events, dropped_events, Event { time, kind });
         match command {
-            Command::Mode(mode) => vehicle.change_mode(mode, rules, tell),
+            Command::Mode(mode) => vehicle.change_mode(mode, rules, publish),
             Command::Refer(reference) => vehicle.refer(reference, rules),
-            Command::Reposition(wanted) => vehicle.reposition(&wanted, rules, tell),
+            Command::Reposition(wanted) => vehicle.reposition(&wanted, rules, publish),
             Command::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
             Command::Sticks(sticks) => vehicle.take_sticks(sticks),
-            Command::Plan(plan) => vehicle.replace_plan(&plan, rules, tell),
-            Command::PlanItem(item) => vehicle.select_item(item, tell),
-            Command::Continue => vehicle.continue_plan(rules, tell),
-            Command::Home(place) => vehicle.set_home(place, tell),
+            Command::Plan(plan) => vehicle.replace_plan(&plan, rules, publish),
+            Command::PlanItem(item) => vehicle.select_item(item, publish),
+            Command::Continue => vehicle.continue_plan(rules, publish),
+            Command::Home(place) => vehicle.set_home(place, publish),
             Command::Terminate => {
-                vehicle.terminate(tell);
+                vehicle.terminate(publish);
                 Ok(())
             }
             Command::LinkLost(action) => {
-                vehicle.lose_link(action, rules, tell);
+                vehicle.lose_link(action, rules, publish);
                 Ok(())
             }
             Command::LinkBack => {
-                vehicle.regain_link(rules, tell);
+                vehicle.regain_link(rules, publish);
                 Ok(())
             }
             // The caller deals with these.
@@ -389,7 +389,7 @@ impl Autopilot {
             self.requests.push_back(PlantRequest { number, action });
             return;
         };
-        self.tell(EventKind::Outcome { number, outcome });
+        self.publish(EventKind::Outcome { number, outcome });
     }
 
     fn has_room_for_request(&self) -> bool {
@@ -401,13 +401,13 @@ impl Autopilot {
         self.in_flight = false;
         self.abandon_requests();
         self.resolve_restarts(Outcome::NoAnswer);
-        self.tell(EventKind::PlantLost);
+        self.publish(EventKind::PlantLost);
     }
 
     /// The plant has been silent and goes on with the same flight.
     pub fn plant_back(&mut self) {
         self.in_flight = true;
-        self.tell(EventKind::PlantBack);
+        self.publish(EventKind::PlantBack);
     }
 
     fn abandon_requests(&mut self) {
@@ -415,26 +415,26 @@ impl Autopilot {
         let numbers: Vec<u32> = waiting.chain(self.unanswered.drain(..)).collect();
         for number in numbers {
             if !self.restarts.contains(&number) && !self.answer_script(number, None) {
-                self.tell(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
+                self.publish(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
             }
         }
     }
 
     fn resolve_restarts(&mut self, outcome: Outcome) {
         for number in std::mem::take(&mut self.restarts) {
-            self.tell(EventKind::Outcome { number, outcome });
+            self.publish(EventKind::Outcome { number, outcome });
         }
     }
 
-    pub(crate) fn tell(&mut self, kind: EventKind) {
+    pub(crate) fn publish(&mut self, kind: EventKind) {
         push(&mut self.events, &mut self.dropped_events, Event { time: self.time, kind });
     }
 
     /// Oldest event not fetched yet. After the last one, whether any were lost.
     pub fn pop_event(&mut self) -> Option<Event> {
         self.events.pop_front().or_else(|| {
-            let lost = self.dropped_events - self.told_dropped;
-            self.told_dropped = self.dropped_events;
+            let lost = self.dropped_events - self.reported_dropped;
+            self.reported_dropped = self.dropped_events;
             (lost > 0).then_some(Event { time: self.time, kind: EventKind::EventsLost(lost) })
         })
     }

@@ -67,7 +67,7 @@ pub enum Command {
     LinkLost(LinkLossAction),
     /// It is back: what its silence led to is undone.
     LinkBack,
-    /// Have the plant tell its faults; done when it was asked.
+    /// Ask the plant for the list of its faults; done when the request is on its way.
     ListFaults,
     /// Let simulation time stand still, run, or run at another speed.
     Pace(Pace),
@@ -92,7 +92,7 @@ pub enum Outcome {
     NoAnswer,
 }
 
-/// Something that happened, told once.
+/// Something that happened; the autopilot publishes it once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Simulation time at which it took effect.
@@ -173,7 +173,7 @@ pub enum EventKind {
     LinkBack(Mode),
     /// Simulation time stands still, runs, or runs at another speed (the plant says).
     Paced(Pace),
-    /// So many events were dropped because nobody fetched them; what they told is not known here.
+    /// So many events were dropped because nobody fetched them; their contents are lost.
     EventsLost(u64),
     /// Something about the script with this [`Script::id`].
     Script {

@@ -15,7 +15,7 @@ use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening, Logs};
 use crate::io::key_store::{KeptKey, KeyFileError};
-use crate::io::plant_link::{PATIENCE, PlantLink, PlantLinkError};
+use crate::io::plant_link::{PlantLink, PlantLinkError, RECEIVE_TIMEOUT};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
 use crate::io::status::{self, StatusLine, StatusSource};
 use crate::io::store::{Kept, KeptPlan};
@@ -39,7 +39,7 @@ pub use signing::SigningArgs;
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExitReason {
-    /// It was told to.
+    /// Somebody asked it to end.
     Stopped,
 }
 
@@ -98,12 +98,12 @@ pub enum RunError {
     System(#[from] io::Error),
 }
 
-/// Flies until the process is told to end.
+/// Flies until somebody asks the process to end.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
 ///
 /// # Errors
-/// [`RunError`] tells the operator what to mend.
+/// [`RunError`] names what the operator has to correct.
 pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let stop = Stop::new();
     stop.on_signals()?;
@@ -135,7 +135,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         fault_injection: parameters.failure.enabled,
     };
     let address = args.plant_link;
-    let socket = LinkSocket::listen("autopilot", "plant link", address, args.wait, PATIENCE)?;
+    let socket =
+        LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;
     let listening = socket.local_address()?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
     let step_log = args.step_log.as_ref().map(create).transpose()?;
@@ -232,10 +233,10 @@ impl GroundStations {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let link = runtime.block_on(GcsLink::open(config))?.with_ground_feed(ground_feed);
         let listening = link.listening().clone();
-        let (shutdown, told) = watch::channel(false);
+        let (shutdown, shutdown_requested) = watch::channel(false);
         let stop = stop.clone();
         let serve = move || {
-            let result = runtime.block_on(link.run(channels, told));
+            let result = runtime.block_on(link.run(channels, shutdown_requested));
             stop.request();
             result
         };
@@ -248,7 +249,7 @@ impl GroundStations {
     }
 
     fn end(self) -> Result<(), RunError> {
-        // A thread that has ended already needs no telling.
+        // A thread that has ended already needs no request.
         let _ = self.shutdown.send(true);
         match self.thread.join() {
             // The control thread ends first when all is well.

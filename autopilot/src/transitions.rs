@@ -36,7 +36,7 @@ pub struct Transitions {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Compensator {
-    told: bool,
+    reported: bool,
     /// Since it was told to be active, us.
     active_us: u64,
     /// Asleep without a break, us.
@@ -46,22 +46,22 @@ struct Compensator {
 /// A state that is told when it has lasted.
 #[derive(Debug, Clone, Copy, Default)]
 struct Told {
-    told: bool,
+    reported: bool,
     since_us: u64,
 }
 
 impl Told {
     /// Takes whether the state is there now; true when that has to be told: when it has lasted `after_us`.
     fn step(&mut self, is_there: bool, after_us: u64, elapsed_us: u64) -> bool {
-        if is_there == self.told {
+        if is_there == self.reported {
             self.since_us = 0;
             return false;
         }
         self.since_us += elapsed_us;
-        if self.since_us < if self.told { INSIDE_AFTER_US } else { after_us } {
+        if self.since_us < if self.reported { INSIDE_AFTER_US } else { after_us } {
             return false;
         }
-        self.told = is_there;
+        self.reported = is_there;
         self.since_us = 0;
         true
     }
@@ -69,9 +69,9 @@ impl Told {
 
 impl Compensator {
     fn step(&mut self, log: &StepLog, elapsed_us: u64) -> Option<EventKind> {
-        if !self.told {
-            self.told = log.compensator_active;
-            return self.told.then(|| EventKind::CompensatorActive {
+        if !self.reported {
+            self.reported = log.compensator_active;
+            return self.reported.then(|| EventKind::CompensatorActive {
                 axis: loudest_axis(log),
                 at_limit: Limits::from_fn(|limit| is_saturated(&log.health, limit)),
             });
@@ -88,13 +88,18 @@ impl Compensator {
 }
 
 impl Transitions {
-    /// Looks at one step and passes what changed to `tell`.
-    pub fn step(&mut self, log: &StepLog, period: ControlPeriod, mut tell: impl FnMut(EventKind)) {
+    /// Looks at one step and passes what changed to `publish`.
+    pub fn step(
+        &mut self,
+        log: &StepLog,
+        period: ControlPeriod,
+        mut publish: impl FnMut(EventKind),
+    ) {
         let elapsed_us = u64::from(period.as_micros());
-        self.compensator.step(log, elapsed_us).into_iter().for_each(&mut tell);
+        self.compensator.step(log, elapsed_us).into_iter().for_each(&mut publish);
         for (limit, state) in TOLD_LIMITS.into_iter().zip(&mut self.limits) {
             if state.step(is_saturated(&log.health, limit), AT_LIMIT_AFTER_US, elapsed_us) {
-                tell(if state.told {
+                publish(if state.reported {
                     EventKind::Saturated(limit)
                 } else {
                     EventKind::SaturationEnded(limit)
@@ -102,15 +107,15 @@ impl Transitions {
             }
         }
         if self.not_held.step(log.altitude_limit.is_some(), AT_LIMIT_AFTER_US, elapsed_us) {
-            tell(log.altitude_limit.map_or(EventKind::AltitudeHeld, EventKind::AltitudeNotHeld));
+            publish(log.altitude_limit.map_or(EventKind::AltitudeHeld, EventKind::AltitudeNotHeld));
         }
         let after_us =
-            if self.compensator.told { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };
+            if self.compensator.reported { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };
         for (axis, state) in Axis::ALL.into_iter().zip(&mut self.exhausted) {
-            let threshold = if state.told { RESTORED_PCT } else { EXHAUSTED_PCT };
+            let threshold = if state.reported { RESTORED_PCT } else { EXHAUSTED_PCT };
             let is_exhausted = axis.authority_pct(&log.authority) < threshold;
             if state.step(is_exhausted, after_us, elapsed_us) {
-                tell(if state.told {
+                publish(if state.reported {
                     EventKind::AuthorityExhausted { axis, by: exhausted_by(axis, &log.health) }
                 } else {
                     EventKind::AuthorityRestored(axis)

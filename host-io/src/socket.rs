@@ -265,11 +265,11 @@ impl Trouble {
 mod tests {
     use super::*;
 
-    const PATIENCE: Duration = Duration::from_millis(200);
+    const TIMEOUT: Duration = Duration::from_millis(200);
 
     fn listen(wait: Wait) -> LinkSocket {
         let anywhere = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-        LinkSocket::listen("test", "link", anywhere, wait, PATIENCE).unwrap()
+        LinkSocket::listen("test", "link", anywhere, wait, TIMEOUT).unwrap()
     }
 
     #[test]
@@ -277,7 +277,7 @@ mod tests {
         for wait in [Wait::Block, Wait::Yield, Wait::Spin] {
             let mut server = listen(wait);
             let address = server.local_address().unwrap();
-            let mut client = LinkSocket::connect("test", "link", address, wait, PATIENCE).unwrap();
+            let mut client = LinkSocket::connect("test", "link", address, wait, TIMEOUT).unwrap();
             let mut buffer = [0; 16];
             client.send(b"there").unwrap();
             let (bytes, from) = server.receive_from(&mut buffer).unwrap().unwrap();
@@ -292,13 +292,13 @@ mod tests {
     fn patience_ends_also_when_nobody_listens_at_the_other_end() {
         for wait in [Wait::Block, Wait::Yield, Wait::Spin] {
             let gone = listen(wait).local_address().unwrap();
-            let mut client = LinkSocket::connect("test", "link", gone, wait, PATIENCE).unwrap();
+            let mut client = LinkSocket::connect("test", "link", gone, wait, TIMEOUT).unwrap();
             for _ in 0..2 {
                 client.send(b"anyone?").unwrap();
                 let asked = clock::now();
                 assert_eq!(client.receive(&mut [0; 16]).unwrap(), None, "{wait:?}");
                 let waited = clock::now() - asked;
-                assert!(waited >= PATIENCE.mul_f64(0.9), "{wait:?} gave up after {waited:?}");
+                assert!(waited >= TIMEOUT.mul_f64(0.9), "{wait:?} gave up after {waited:?}");
             }
         }
     }
@@ -307,7 +307,7 @@ mod tests {
     fn a_port_in_use_names_process_link_and_address() {
         let first = listen(Wait::Block);
         let address = first.local_address().unwrap();
-        let error = LinkSocket::listen("autopilot", "plant link", address, Wait::Block, PATIENCE)
+        let error = LinkSocket::listen("autopilot", "plant link", address, Wait::Block, TIMEOUT)
             .unwrap_err();
         let expected = format!(
             "autopilot: cannot bind the plant link to {address}: address in use; is another autopilot running?"

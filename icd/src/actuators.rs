@@ -1,4 +1,4 @@
-//! What the flight computer commands.
+//! The commands of the flight computer to the effectors.
 
 use serde::{Deserialize, Serialize};
 

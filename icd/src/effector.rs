@@ -1,17 +1,17 @@
-//! The things that move: by their place in the list of the aircraft ([`crate::EffectorList`]).
+//! Effectors, identified by their index in the aircraft's list ([`crate::EffectorList`]).
 
 use core::ops::{Index, IndexMut};
 
 use serde::{Deserialize, Serialize};
 
-/// An effector: its place in the aircraft's list, which is the order of packets, logs and MAVLink outputs.
+/// An effector: its index in the aircraft's list, which is the order of packets, logs and MAVLink outputs.
 ///
-/// What it is (name, kind, side) stands in the list. Signs are in the table at the top of this crate.
+/// The list has its name, kind and side. The table at the top of this crate has the signs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub struct Effector(u8);
 
-/// A place beyond the room that every list has.
+/// An index beyond the capacity of every list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoSuchEffector(u8);
 
@@ -41,30 +41,30 @@ impl Effector {
     /// Most effectors that an aircraft can have.
     pub const MAX: usize = 16;
 
-    /// The first of every list.
+    /// The first effector of every list.
     pub const FIRST: Self = Self(0);
 
-    /// The effector at this place, counted from 0; `None` from [`Effector::MAX`] on.
+    /// The effector with this index, from 0; `None` from [`Effector::MAX`] on.
     #[must_use]
     pub const fn from_index(index: usize) -> Option<Self> {
         #[expect(clippy::cast_possible_truncation, reason = "below 16")]
         if index < Self::MAX { Some(Self(index as u8)) } else { None }
     }
 
-    /// Place in the list, from 0.
+    /// Index in the list, from 0.
     #[inline]
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// Place in the list, from 0, for packets and logs.
+    /// Index in the list, from 0, for packets and logs.
     #[must_use]
     pub const fn code(self) -> u8 {
         self.0
     }
 
-    /// The first `count` places, at most [`Effector::MAX`].
+    /// The first `count` effectors, at most [`Effector::MAX`].
     #[inline]
     pub fn first(
         count: usize,
@@ -74,27 +74,27 @@ impl Effector {
     }
 }
 
-/// One value for each effector, indexed by [`Effector`]. There is room for [`Effector::MAX`]; what is beyond the
-/// effectors of the aircraft is zero, and is neither sent nor shown.
+/// One value for each effector, indexed by [`Effector`]. It has a fixed capacity of [`Effector::MAX`]; values beyond
+/// the aircraft's effectors are zero, and nothing sends or displays them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PerEffector<T>([T; Effector::MAX]);
 
 impl<T> PerEffector<T> {
-    /// From values in the order of the places.
+    /// From values in the order of the list.
     pub const fn new(values: [T; Effector::MAX]) -> Self {
         Self(values)
     }
 
-    /// One value for each place.
+    /// Computes one value for each effector.
     #[inline]
     pub fn from_fn(mut value: impl FnMut(Effector) -> T) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "below 16")]
         Self(core::array::from_fn(|index| value(Effector(index as u8))))
     }
 
-    /// One value for each of the first `count` places or a few more, default for the rest: by eights, so that the compiler
-    /// can compute them side by side.
+    /// Computes one value for each of the first `count` effectors, rounded up to a multiple of eight so that the compiler can
+    /// vectorise; the rest are default.
     #[inline]
     pub fn first_from_fn(count: usize, mut value: impl FnMut(Effector) -> T) -> Self
     where
@@ -111,13 +111,13 @@ impl<T> PerEffector<T> {
         all
     }
 
-    /// Each place with its value.
+    /// Each effector with its value.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (Effector, &T)> {
         Effector::first(Effector::MAX).zip(self.0.iter())
     }
 
-    /// The values in the order of the places.
+    /// The values in the order of the list.
     #[inline]
     pub const fn as_array(&self) -> &[T; Effector::MAX] {
         &self.0
@@ -132,7 +132,7 @@ impl<T> PerEffector<T> {
 }
 
 impl<T: Copy + Default> PerEffector<T> {
-    /// The first of these values in their order, as many as there is room for; default for the rest.
+    /// From these values in the order of the list; surplus values are ignored, missing ones are default.
     pub fn from_values(values: impl IntoIterator<Item = T>) -> Self {
         let mut all = Self::default();
         for (place, value) in all.0.iter_mut().zip(values) {
@@ -146,7 +146,7 @@ impl<T> Index<Effector> for PerEffector<T> {
     type Output = T;
     #[inline]
     fn index(&self, effector: Effector) -> &T {
-        // The mask changes nothing and saves the check of the bound.
+        // The mask does not change the index; it removes the bounds check.
         &self.0[effector.index() % Effector::MAX]
     }
 }

@@ -1,6 +1,6 @@
-//! What the effectors of an aircraft are: names, kinds, sides, pairs, numbers in MAVLink.
+//! The list of an aircraft's effectors: names, kinds, sides, pairs, MAVLink numbers.
 //!
-//! The plant reads its list from the airframe file, the controller its own from the model file.
+//! The plant reads its list from the airframe file, the controller reads its own from the model file.
 
 use arrayvec::{ArrayString, ArrayVec};
 use serde::{Deserialize, Serialize};
@@ -19,74 +19,73 @@ pub const NAME_MAX: usize = 32;
 /// Name of an effector or of an aircraft.
 pub type Name = ArrayString<NAME_MAX>;
 
-/// Where an effector is.
+/// The side of the aircraft on which an effector is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LateralSide {
-    /// On the left.
+    /// Left.
     Left,
-    /// On the right.
+    /// Right.
     Right,
     /// In the plane of symmetry.
     #[default]
     Centre,
 }
 
-/// How an effector follows the four parts of a main command, which sticks give as well.
+/// Gains of an effector for the four axes of a main command, which a pilot's sticks give as well.
 ///
-/// The command of the effector is the sum of each part times its gain. The signs of the parts are those of the
-/// laws: a positive aileron command δa rolls left, a positive elevator command δe pitches down, a positive rudder
-/// command δr yaws left.
+/// The command of the effector is the sum of each axis times its gain. The signs are those of the laws: a positive
+/// aileron command δa rolls left, a positive elevator command δe pitches down, a positive rudder command δr yaws left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisGains {
-    /// Of the aileron command δa.
+    /// Gain of the aileron command δa.
     #[serde(default)]
     pub roll: f64,
-    /// Of the elevator command δe.
+    /// Gain of the elevator command δe.
     #[serde(default)]
     pub pitch: f64,
-    /// Of the rudder command δr.
+    /// Gain of the rudder command δr.
     #[serde(default)]
     pub yaw: f64,
-    /// Of the thrust command.
+    /// Gain of the thrust command.
     #[serde(default)]
     pub thrust: f64,
 }
 
 impl AxisGains {
-    /// Each with its key.
+    /// Each gain with its key.
     #[must_use]
     pub const fn named(&self) -> [(&'static str, f64); 4] {
         let Self { roll, pitch, yaw, thrust } = *self;
         [("gains.roll", roll), ("gains.pitch", pitch), ("gains.yaw", yaw), ("gains.thrust", thrust)]
     }
 
-    /// What the effector is told of aileron, elevator, rudder (rad) and thrust (N).
+    /// Command of the effector for aileron, elevator, rudder (rad) and thrust (N).
     #[must_use]
     pub fn of(&self, [aileron, elevator, rudder, thrust]: [f64; 4]) -> f64 {
         let parts = [aileron, elevator, rudder, thrust];
         let followed = self.named().into_iter().zip(parts).filter(|((_, gain), _)| *gain != 0.0);
-        // The first part keeps its bits, the sign of a zero included; without any it is plus zero.
+        // The first term keeps its bits, including the sign of a zero; without any term the sum is plus zero.
         followed.map(|((_, gain), part)| gain * part).reduce(|a, b| a + b).unwrap_or(0.0)
     }
 }
 
-/// An effector as files have it.
+/// An effector as in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EffectorEntry {
-    /// Name for people: small letters and digits, words apart by single spaces, as in `left aileron`.
+    /// Name in texts: lower-case letters and digits, words separated by single spaces, as in `left aileron`.
     pub name: Name,
-    /// What it is.
+    /// Kind of effector.
     pub kind: EffectorKind,
     /// Where it is.
     #[serde(default)]
     pub side: LateralSide,
-    /// Name of the one on the other side that mirrors it; a surface without one stands alone.
+    /// Name of the mirrored effector on the other side; `None` for an effector without one.
     #[serde(default)]
     pub partner: Option<Name>,
-    /// Its number among the servos in MAVLink, of an engine among the motors; from 1.
+    /// MAVLink number, from 1: of an engine among the motors, else among the servos.
     pub instance: u8,
 }
 
@@ -94,13 +93,13 @@ pub struct EffectorEntry {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Member {
     entry: EffectorEntry,
-    /// The name with underscores for spaces.
+    /// The name with underscores instead of spaces.
     key: Name,
-    /// Place of the one on the other side, or its own.
+    /// Index of the partner, or its own.
     mirrored: Effector,
 }
 
-/// What stands behind the last effector.
+/// Filler beyond the last effector.
 const NOBODY: Member = Member {
     entry: EffectorEntry {
         name: Name::new_const(),
@@ -113,7 +112,7 @@ const NOBODY: Member = Member {
     mirrored: Effector::FIRST,
 };
 
-/// The effectors of one aircraft in their order.
+/// The effectors of one aircraft in order.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Entries", into = "Entries")]
 pub struct EffectorList {
@@ -121,10 +120,10 @@ pub struct EffectorList {
     count: usize,
 }
 
-/// The entries of a list.
+/// The entries of the list.
 type Entries = ArrayVec<EffectorEntry, { Effector::MAX }>;
 
-/// No effector.
+/// An empty list.
 impl Default for EffectorList {
     fn default() -> Self {
         Self { members: [NOBODY; Effector::MAX], count: 0 }
@@ -145,12 +144,12 @@ impl From<EffectorList> for Entries {
     }
 }
 
-/// How the effectors of a list stand to each other.
+/// Builds and queries a list.
 impl EffectorList {
-    /// From entries in their order.
+    /// From entries in order.
     ///
     /// # Errors
-    /// [`EffectorListError`] for the first that cannot be.
+    /// [`EffectorListError`] for the first invalid entry.
     pub fn new(
         entries: impl IntoIterator<Item = EffectorEntry>,
     ) -> Result<Self, EffectorListError> {
@@ -179,26 +178,26 @@ impl EffectorList {
         Ok(list)
     }
 
-    /// How many there are.
+    /// Number of effectors.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// There is none.
+    /// Whether the list is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// All of them, in order.
+    /// All effectors, in order.
     pub fn all(
         &self,
     ) -> impl DoubleEndedIterator<Item = Effector> + ExactSizeIterator + Clone + use<> {
         Effector::first(self.count)
     }
 
-    /// Whether the aircraft has it.
+    /// Whether the aircraft has this effector.
     #[must_use]
     pub fn contains(&self, effector: Effector) -> bool {
         effector.index() < self.count
@@ -212,13 +211,13 @@ impl EffectorList {
         &self.members[..self.count]
     }
 
-    /// As it stands in the file; `None` for one that the aircraft lacks.
+    /// The entry of an effector as in the file; `None` if the aircraft does not have it.
     #[must_use]
     pub fn entry(&self, effector: Effector) -> Option<&EffectorEntry> {
         self.get(effector).map(|member| &member.entry)
     }
 
-    /// Name for people, as in `left aileron`.
+    /// Name in texts, as in `left aileron`.
     #[must_use]
     pub fn name(&self, effector: Effector) -> &str {
         self.get(effector)
@@ -231,61 +230,61 @@ impl EffectorList {
         self.get(effector).map_or("no_effector", |member| &member.key)
     }
 
-    /// What it is; `None` for one that the aircraft lacks.
+    /// Kind of an effector; `None` if the aircraft does not have it.
     #[must_use]
     pub fn kind(&self, effector: Effector) -> Option<EffectorKind> {
         self.get(effector).map(|member| member.entry.kind)
     }
 
-    /// Whether the value is an angle in rad; of an engine it is a thrust in newton.
+    /// Whether the value is an angle in rad; for an engine it is a thrust in newton.
     #[must_use]
     pub fn is_angle(&self, effector: Effector) -> bool {
         self.kind(effector).is_none_or(EffectorKind::is_angle)
     }
 
-    /// Unit at the end of a column's name.
+    /// Unit at the end of a column name.
     #[must_use]
     pub fn unit(&self, effector: Effector) -> &'static str {
         if self.is_angle(effector) { "rad" } else { "n" }
     }
 
-    /// The one on the other side of the plane of symmetry; itself for one without partner.
+    /// The partner on the other side; the effector itself if it has none.
     #[must_use]
     pub fn mirrored(&self, effector: Effector) -> Effector {
         self.get(effector).map_or(effector, |member| member.mirrored)
     }
 
-    /// Number in MAVLink: of an engine among the motors, else among the servos. 0 for one that the aircraft lacks.
+    /// MAVLink number: of an engine among the motors, else among the servos. 0 if the aircraft does not have it.
     #[must_use]
     pub fn instance(&self, effector: Effector) -> u8 {
         self.get(effector).map_or(0, |member| member.entry.instance)
     }
 
-    /// Those of a kind, in order.
+    /// The effectors of a kind, in order.
     pub fn of_kind(&self, kind: EffectorKind) -> impl Iterator<Item = Effector> + '_ {
         self.all().filter(move |effector| self.kind(*effector) == Some(kind))
     }
 
-    /// The first of a kind on a side.
+    /// The first effector of a kind on a side.
     #[must_use]
     pub fn find(&self, kind: EffectorKind, side: LateralSide) -> Option<Effector> {
         let is_there = |effector: &Effector| self.entry(*effector).is_some_and(|e| e.side == side);
         self.of_kind(kind).find(is_there)
     }
 
-    /// The only one of a kind that can be there once.
+    /// The effector of a kind that an aircraft has at most once.
     #[must_use]
     pub fn only(&self, kind: EffectorKind) -> Option<Effector> {
         self.of_kind(kind).next()
     }
 
-    /// The one with this key or name.
+    /// The effector with this key or name.
     #[must_use]
     pub fn by_key(&self, key: &str) -> Option<Effector> {
         self.all().find(|effector| self.key(*effector) == key || self.name(*effector) == key)
     }
 
-    /// Servos (angles) or motors (engines) by their numbers in MAVLink.
+    /// The servos (angles) or motors (engines) in the order of their MAVLink numbers.
     #[must_use]
     pub fn by_unit(&self, is_angle: bool) -> ArrayVec<Effector, { Effector::MAX }> {
         let mut unit: ArrayVec<_, { Effector::MAX }> =
@@ -294,7 +293,7 @@ impl EffectorList {
         unit
     }
 
-    /// Each pair, left one first, in the order of the first of the two.
+    /// The pairs, left effector first, in the order of the first of the two.
     pub fn pairs(&self) -> impl Iterator<Item = [Effector; 2]> + '_ {
         self.all().filter_map(|effector| {
             let other = self.mirrored(effector);
@@ -307,12 +306,12 @@ impl EffectorList {
         })
     }
 
-    /// Those without partner, in order.
+    /// The effectors without a partner, in order.
     pub fn singles(&self) -> impl Iterator<Item = Effector> + '_ {
         self.all().filter(|effector| self.mirrored(*effector) == *effector)
     }
 
-    /// A number that differs between lists whose effectors differ in number, order, name or kind: CRC-32 of them.
+    /// CRC-32 of number, order, names and kinds of the effectors: it differs between different lists.
     #[must_use]
     pub fn identity(&self) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
@@ -326,7 +325,7 @@ impl EffectorList {
     }
 }
 
-/// The name with underscores; `None` for a name that cannot be.
+/// The name with underscores; `None` for an invalid name.
 fn key(name: &Name) -> Option<Name> {
     let mut words = name.split(' ');
     let is_word = |word: &str| {
@@ -360,7 +359,7 @@ fn check_instance(entry: &EffectorEntry, before: &[EffectorEntry]) -> Result<(),
     Ok(())
 }
 
-/// Place of the partner.
+/// Index of the partner.
 fn partner(entry: &EffectorEntry, all: &[EffectorEntry]) -> Result<Option<usize>, ListProblem> {
     let Some(partner) = entry.partner else { return Ok(None) };
     let place = all.iter().position(|other| other.name == partner);

@@ -1,7 +1,6 @@
-//! What can be broken on request, and the plant's truthful answer.
+//! Fault requests, and the plant's answers.
 //!
-//! Requests start at a ground station, a script or a scenario and end in the plant. The control laws never see
-//! them.
+//! A ground station, a script or a scenario sends a request to the plant. The control laws never see it.
 
 use core::fmt;
 
@@ -36,7 +35,7 @@ pub use timing::{Onset, Repeat, Timing};
 /// One change to the faults of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FaultRequest {
-    /// Break something. When it begins to act it replaces the fault that the target has.
+    /// Inject a fault. At its onset it replaces the present fault of the target.
     Inject {
         /// What.
         #[serde(alias = "effector")]
@@ -46,18 +45,18 @@ pub enum FaultRequest {
         /// When, how fast, for how long, how often.
         timing: Timing,
     },
-    /// Mend it and forget what is scheduled for it.
+    /// Clear the fault of a target, and cancel the faults scheduled for it.
     Clear {
         /// What.
         #[serde(alias = "effector")]
         target: Target,
     },
-    /// Mend everything and forget all that is scheduled.
+    /// Clear all faults, and cancel all scheduled ones.
     ClearAll,
 }
 
 impl FaultRequest {
-    /// What the request is about; `None` for everything.
+    /// The target of the request; `None` for all.
     #[must_use]
     pub const fn target(&self) -> Option<Target> {
         match self {
@@ -70,14 +69,14 @@ impl FaultRequest {
 /// The plant's answer to one [`FaultRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FaultReply {
-    /// The fault acts since this time.
+    /// The fault acts from this time on.
     Applied {
         /// Simulation time of the onset.
         at: SimTime,
     },
-    /// The same fault was there already, or is scheduled for that time already; nothing changed.
+    /// The same fault already acts, or is already scheduled for that time; nothing changed.
     Unchanged {
-        /// Simulation time since when it acts, or for which it is scheduled.
+        /// Simulation time since which it acts, or for which it is scheduled.
         at: SimTime,
     },
     /// The fault will act at this time.
@@ -85,66 +84,66 @@ pub enum FaultReply {
         /// Simulation time of the onset.
         at: SimTime,
     },
-    /// It is healthy since this time, and nothing is scheduled for it.
+    /// The target is healthy from this time on, and no fault is scheduled for it.
     Cleared {
         /// Simulation time of the repair.
         at: SimTime,
     },
-    /// Nothing was done.
+    /// The plant refuses the request and has changed nothing.
     Refused(Refusal),
 }
 
-/// One fault of the plant's list.
+/// An entry of the plant's list of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FaultEntry {
     /// Number of the fault in this flight, from 1; never used twice.
     pub id: u32,
-    /// What has it.
+    /// The target that has it.
     #[serde(alias = "effector")]
     pub target: Target,
     /// How it fails.
     pub kind: FaultKind,
     /// When, how fast, for how long, how often. The onset is a time, also where it was "at once".
     pub timing: Timing,
-    /// Where it stands.
+    /// Its state.
     pub state: FaultState,
 }
 
-/// Where a fault stands.
+/// State of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FaultState {
-    /// It will act from this time on.
+    /// It is scheduled: it will act from this time on.
     Scheduled {
         /// Simulation time of the onset.
         at: SimTime,
     },
-    /// It acts.
+    /// It acts. Recorded logs call this state `Acting`.
     #[serde(rename = "Acting")]
     Active {
-        /// Simulation time since when.
+        /// Simulation time since then.
         since: SimTime,
     },
-    /// Between two repetitions: it does not act, and will again.
+    /// It pauses between two repetitions.
     Resting {
-        /// Simulation time since when.
+        /// Simulation time since then.
         since: SimTime,
         /// Simulation time of the next onset.
         next: SimTime,
     },
-    /// It has acted and does not any more: its time is over, it was cleared, or another one took its place.
+    /// It has ended: its duration is over, a request cleared it, or another fault replaced it.
     Ended {
-        /// Simulation time since when.
+        /// Simulation time since then.
         at: SimTime,
     },
-    /// It never acted and never will: it was cleared before its onset.
+    /// A request cleared it before its onset; it never acted.
     Cancelled {
-        /// Simulation time of the order.
+        /// Simulation time of that request.
         at: SimTime,
     },
 }
 
 impl FaultState {
-    /// Simulation time since which the fault stands so; of a scheduled one the time at which it will act.
+    /// Simulation time since which the fault is in this state; for a scheduled fault the time of its onset.
     #[must_use]
     pub const fn time(&self) -> SimTime {
         match *self {
@@ -153,7 +152,7 @@ impl FaultState {
         }
     }
 
-    /// The fault is off the list.
+    /// Whether the plant has removed the fault from its list.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         matches!(self, Self::Ended { .. } | Self::Cancelled { .. })
@@ -172,13 +171,13 @@ impl fmt::Display for FaultState {
     }
 }
 
-/// Something that happened in the plant, told once.
+/// An event in the plant, which it reports once.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum PlantReport {
     /// The flight starts: the first report of the first packet, and of no other.
     Started {
-        /// Where the effectors of the healthy aircraft stand in the steady flight of the start, rad; engine N.
-        /// A fault that acts from time zero on is not in it.
+        /// Positions of the healthy effectors in the trimmed flight at the start, rad; engine N. Faults that act from
+        /// time zero on are not included.
         positions: PerEffector<f64>,
     },
     /// Answer to the request with this number.
@@ -188,7 +187,7 @@ pub enum PlantReport {
         /// What became of it.
         reply: FaultReply,
     },
-    /// A fault was put on the list, began to act, rests, or is over; or somebody asked for the list
+    /// A fault was scheduled, became active, pauses, or ended; or it is the answer to a request for the list
     /// ([`PlantAction::ListFaults`]).
     Fault(FaultEntry),
     /// The aircraft touched the ground; the plant has stopped.
@@ -196,23 +195,23 @@ pub enum PlantReport {
         /// When.
         at: SimTime,
     },
-    /// How simulation time passes from here on. [`Pace::Step`] says that so many periods have been flown and
-    /// time stands still again.
+    /// How simulation time passes from now on. [`Pace::Step`] reports that the plant has flown this many periods and
+    /// pauses again.
     Paced {
-        /// Number of the request that this answers; `None` if somebody at the plant wanted it, or if it was
-        /// answered before.
+        /// Number of the request that this answers; `None` if the change came from the plant's console, or if the plant
+        /// has answered the request before.
         request: Option<u32>,
-        /// What is in force now: what was asked for, or what came in between.
+        /// The pace in force now: the requested one, or one that came in between.
         pace: Pace,
         /// Since when.
         at: SimTime,
     },
 }
 
-/// What the flight computer can ask of the plant, beside the commands.
+/// A request of the flight computer to the plant, in addition to the commands.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PlantRequest {
-    /// Number that the answer repeats.
+    /// Number that identifies the answer.
     pub number: u32,
     /// What to do.
     pub action: PlantAction,
@@ -223,10 +222,10 @@ pub struct PlantRequest {
 pub enum PlantAction {
     /// Change the faults.
     Fault(FaultRequest),
-    /// Tell every fault that acts, rests or is scheduled; the answers are [`PlantReport::Fault`].
+    /// Report every active, pausing or scheduled fault; the answers are [`PlantReport::Fault`].
     ListFaults,
-    /// Start the flight anew; the new session is the answer.
+    /// Restart the flight; the new session is the answer.
     Restart,
-    /// Let simulation time pass in another way.
+    /// Change how simulation time passes.
     Pace(Pace),
 }

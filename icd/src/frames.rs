@@ -1,4 +1,4 @@
-//! Vectors that know their axes, and the attitude that turns one into the other.
+//! Vectors typed by their axes, and the attitude that transforms one into the other.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -95,7 +95,7 @@ impl Attitude {
         Self { q_ned_from_body: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)) }
     }
 
-    /// Scalar part first, as MAVLink and the wire have it.
+    /// Scalar part first, as in MAVLink and in the packets.
     #[must_use]
     pub fn wxyz(&self) -> [f64; 4] {
         let q = self.q_ned_from_body.quaternion();
@@ -132,13 +132,13 @@ impl Attitude {
         }
     }
 
-    /// A body vector seen in NED.
+    /// Transforms a body vector to NED.
     #[must_use]
     pub fn to_ned(&self, v: Body) -> Ned {
         Ned(self.matrix() * v.0)
     }
 
-    /// A NED vector seen in body axes.
+    /// Transforms a NED vector to body axes.
     #[must_use]
     pub fn to_body(&self, v: Ned) -> Body {
         Body(self.matrix().tr_mul(&v.0))

@@ -30,9 +30,9 @@
 //!
 //! # Signal path
 //!
-//! The plant senses ([`Sensors`]), the autopilot answers ([`Actuators`]); [`wire`] turns both into
-//! datagrams, [`lockstep`] says who waits for whom. Faults travel beside them ([`fault`]) and are never
-//! seen by the control laws.
+//! The plant sends [`Sensors`], the autopilot answers with [`Actuators`]; [`wire`] encodes both as datagrams, and
+//! [`lockstep`] defines who waits for whom. Fault requests and replies ([`fault`]) travel in the same packets; the
+//! control laws never see them.
 //!
 //! # Where to start
 //!

@@ -1,18 +1,18 @@
 //! Who waits for whom on the plant link.
 //!
-//! The plant asks (a sensor packet), the autopilot answers it exactly once, and only the answer lets the
-//! plant go on. What gets lost is asked again, byte for byte; what comes twice is answered again from
-//! memory, byte for byte; what comes late changes nothing. So the flight is the same on a bad link and on
-//! a good one, and only its wall-clock time differs.
+//! The plant sends a sensor packet and waits; the autopilot answers each packet exactly once, and only the answer lets
+//! the plant continue. The plant repeats a lost packet byte for byte; the autopilot answers a duplicate from memory,
+//! byte for byte; both ignore late packets. So a flight is the same on a lossy link as on a perfect one, and only its
+//! wall-clock time differs.
 //!
-//! Neither side has a socket or a clock here: datagrams come in as arguments and go out as return values,
-//! and the caller decides when a packet counts as lost.
+//! Neither side has a socket or a clock here: datagrams are arguments and return values, and the caller decides when a
+//! packet counts as lost.
 //!
-//! A flight has a session, a number that nobody can guess, and the address of its plant. While that plant is
-//! heard, a packet from another address is refused before anybody looks at its session, so the answer does not
-//! show whether the sender has guessed it. When the plant has fallen silent, the next plant that asks is flown,
-//! also one that was flown earlier and superseded. The plant listens only to the address of the autopilot that
-//! it asks; its socket sees to that.
+//! A flight is identified by a session, a random number that nobody can guess, and by the address of its plant. While
+//! that plant sends, the autopilot refuses packets from another address before it looks at their session, so its answer
+//! does not reveal whether the sender guessed the session. When the plant has fallen silent, the autopilot flies the
+//! next plant that sends, even one that it flew earlier. The plant's socket receives only from the address of its
+//! autopilot.
 
 use core::net::SocketAddr;
 
@@ -27,23 +27,23 @@ use crate::wire::{
     Reports, SensorPacket, WireError,
 };
 
-/// Earlier sessions of the plant in flight, which began new ones; their late packets start nothing.
+/// Number of earlier sessions of the same plant that the autopilot remembers, so that a late packet of one starts no flight.
 const RETIRED_MAX: usize = 8;
 
-/// Why a datagram changed nothing.
+/// Why a side ignored a datagram.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ignored {
-    /// Belongs to an exchange that is over, or to another flight.
+    /// It belongs to a finished exchange or to another flight.
     Late,
-    /// Comes from another address than the flight's.
+    /// It comes from another address than the flight's plant.
     Foreign,
-    /// Meant for the other side.
+    /// It is meant for the other side.
     WrongWay,
-    /// No packet of this link at all.
+    /// It is not a packet of this link.
     Unreadable(WireError),
 }
 
-/// The asking side.
+/// The plant's side: it sends sensor packets and waits for answers.
 #[derive(Debug, Clone)]
 pub struct PlantSide {
     aircraft: Aircraft,
@@ -54,20 +54,20 @@ pub struct PlantSide {
     waiting: bool,
 }
 
-/// What a datagram means to the plant.
+/// Result of a datagram on the plant's side.
 #[derive(Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
     reason = "short-lived and on the stack: the link may not allocate"
 )]
 pub enum PlantEvent<'a> {
-    /// The answer: the plant may go on.
+    /// The answer: the plant continues.
     Answer(ActuatorPacket),
-    /// The autopilot will not talk to this plant.
+    /// The autopilot refuses this plant.
     Refused(RefusalPacket),
-    /// The answer cannot be used: send these bytes back and tell the operator.
+    /// The answer is unusable: send these bytes back and report it to the operator.
     Refuse(&'a [u8], Refused),
-    /// Nothing changes.
+    /// The datagram changes nothing.
     Ignored(Ignored),
 }
 
@@ -85,13 +85,13 @@ impl PlantSide {
         }
     }
 
-    /// The flight's number.
+    /// The session of the flight.
     #[must_use]
     pub fn session(&self) -> u64 {
         self.session
     }
 
-    /// Begins the next exchange and returns the packet to send; `envelope` goes to the recorder.
+    /// Begins the next exchange and returns the packet to send; `envelope` is for the recorder.
     pub fn ask(
         &mut self,
         time: SimTime,
@@ -117,13 +117,13 @@ impl PlantSide {
         &self.question
     }
 
-    /// The packet to send again when no answer has come; `None` when nothing is open.
+    /// The packet to send again while no answer has arrived; `None` when no exchange is open.
     #[must_use]
     pub fn unanswered(&self) -> Option<&[u8]> {
         self.waiting.then_some(self.question.as_slice())
     }
 
-    /// Takes one datagram.
+    /// Handles one datagram.
     pub fn handle(&mut self, datagram: &[u8]) -> PlantEvent<'_> {
         match wire::decode(datagram) {
             Ok(Packet::Actuators(packet)) => {
@@ -160,7 +160,7 @@ impl PlantSide {
     }
 }
 
-/// The answering side.
+/// The autopilot's side: it answers sensor packets.
 #[derive(Debug, Clone)]
 pub struct FlightSide {
     aircraft: Aircraft,
@@ -179,33 +179,33 @@ struct Exchange {
     answered: bool,
 }
 
-/// What a datagram means to the autopilot.
+/// Result of a datagram on the autopilot's side.
 #[derive(Debug, PartialEq)]
 pub enum FlightEvent<'a> {
-    /// The first packet of a flight that this autopilot sees; call [`FlightSide::answer`].
+    /// The first packet of a flight that this autopilot receives; call [`FlightSide::answer`].
     ///
-    /// Its sequence number is 0 for a flight that begins, larger when the autopilot came in later.
+    /// Its sequence number is 0 for a flight that begins, larger when the autopilot joined later.
     NewFlight(SensorPacket),
     /// The next packet of the flight; call [`FlightSide::answer`].
     Next(SensorPacket),
-    /// A packet that was answered before: send these bytes again.
+    /// A packet that this side has answered before: send these bytes again.
     Repeat(&'a [u8]),
-    /// A packet that will not be answered: send these bytes back and tell the operator.
+    /// A packet that this side refuses: send these bytes back and report it to the operator.
     Refuse(&'a [u8], Refused),
     /// The plant refuses this autopilot.
     Refused(RefusalPacket),
-    /// Nothing changes.
+    /// The datagram changes nothing.
     Ignored(Ignored),
 }
 
 /// Why a side sends a refusal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refused {
-    /// The packet cannot be used.
+    /// The packet is unusable.
     Packet(WireError),
-    /// A packet from another address while the plant in flight is heard.
+    /// The packet comes from another address while the present plant still sends.
     Busy,
-    /// The packet is about this aircraft, and not about that of this side.
+    /// The packet is about this aircraft, which is not the one of this side.
     Aircraft(Aircraft),
 }
 
@@ -220,7 +220,7 @@ impl core::fmt::Display for Refused {
 }
 
 impl FlightSide {
-    /// Waits for any plant that flies this aircraft.
+    /// A side that waits for any plant of this aircraft.
     #[must_use]
     pub fn new(aircraft: Aircraft) -> Self {
         Self {
@@ -238,14 +238,14 @@ impl FlightSide {
         self.aircraft
     }
 
-    /// Address of the plant in flight, once there is one.
+    /// Address of the present plant; `None` before the first flight.
     #[must_use]
     pub fn plant(&self) -> Option<SocketAddr> {
         self.current.map(|exchange| exchange.plant)
     }
 
-    /// Takes one datagram that came from the address `from`. The caller knows whether the plant in flight has
-    /// fallen silent; for packets of that plant it does not matter.
+    /// Handles one datagram from the address `from`. The caller says whether the present plant has fallen silent; for
+    /// packets of that plant it does not matter.
     pub fn handle(
         &mut self,
         datagram: &[u8],
@@ -347,7 +347,7 @@ impl FlightSide {
     }
 }
 
-/// Writes a refusal for errors whose sender should be told; false for those that stay without answer.
+/// Writes a refusal for errors that the sender should know about; false for errors that get no answer.
 fn refuse(error: &WireError, out: &mut PacketBytes) -> bool {
     let (session, sequence, reason) = match *error {
         WireError::Version { session, sequence, .. } => (session, sequence, RefusalReason::Version),

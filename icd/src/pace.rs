@@ -1,31 +1,30 @@
-//! How simulation time passes: requested by an operator, done by the plant, of no account to the laws.
+//! How simulation time passes: an operator requests it, the plant does it, and the laws do not notice.
 //!
-//! Standing still and speed are two things: a speed that is asked for while time stands still is the one at
-//! which it will run.
+//! Pausing and speed are independent: a speed that an operator sets during a pause applies when time runs again.
 
 use serde::{Deserialize, Serialize};
 
 /// How simulation time passes against wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Pace {
-    /// It stands still; steps that were under way end here.
+    /// Simulation time pauses; steps in progress end here.
     Pause,
-    /// It runs, at the speed that was asked for last.
+    /// Simulation time runs, at the speed of the latest request.
     Run,
-    /// It runs for exactly this many control periods and stands still again. Steps that are asked for while
-    /// others are under way come after them.
+    /// Simulation time runs for exactly this many control periods and pauses again. Steps requested during other steps
+    /// follow them.
     Step(u32),
-    /// Where it runs, it runs this many times as fast as wall time.
+    /// Simulation time runs this many times as fast as wall time.
     Speed(f64),
 }
 
 impl Pace {
-    /// Slowest and fastest speed that can be asked for.
+    /// Slowest and fastest speed of a request.
     pub const SPEED: (f64, f64) = (0.01, 1000.0);
     /// Most periods of one step.
     pub const STEPS_MAX: u32 = 100_000;
 
-    /// Finite and in range.
+    /// Whether the speed or the number of periods is finite and in range.
     #[must_use]
     pub fn is_valid(self) -> bool {
         match self {

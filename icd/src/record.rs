@@ -1,7 +1,7 @@
-//! What the plant tells the recorder of a flight: the truth of a tick, and pieces of the run header.
+//! Data of the plant for the flight recorder: the truth of a tick, and pieces of the run header.
 //!
-//! It travels in an envelope at the end of sensor packets, when the autopilot's process records. The recorder
-//! opens it; the control laws and the vehicle never get it ([`crate::wire::SensorPacket`] does not have it).
+//! While the autopilot's process records, sensor packets carry this data in an envelope at their end. Only the recorder
+//! opens it; the control laws and the vehicle never receive it ([`crate::wire::SensorPacket`] does not contain it).
 //!
 //! ```text
 //! offset  size  field
@@ -20,8 +20,8 @@ use crate::effector::Effector;
 use crate::effector_list::EffectorList;
 use crate::wire::ENVELOPE_MAX;
 
-/// Names of the truth's first values: axis and unit. All angles rad, in NED and body axes. Behind them come those of
-/// the effectors, then [`TRUTH_TAIL`]; [`truth_fields`] has all of them.
+/// Names of the first values of the truth: axis and unit. All angles in rad, in NED and body axes. The values of the
+/// effectors follow, then [`TRUTH_TAIL`]; [`truth_fields`] has all names.
 pub const TRUTH_HEAD: [&str; 29] = [
     "p_rad_s",
     "q_rad_s",
@@ -54,13 +54,13 @@ pub const TRUTH_HEAD: [&str; 29] = [
     "density_kg_m3",
 ];
 
-/// Values of each effector in the truth: what acts of it after the faults, where it really is, and the code of the
-/// fault that acts (`FaultKind::code`), 0 for none. All effectors of one, then all of the next.
+/// Values of each effector in the truth: its effective deflection with faults, its true position, and the code of its
+/// active fault (`FaultKind::code`), 0 for none. The truth has the first value of all effectors, then the next.
 pub const TRUTH_PER_EFFECTOR: [&str; 3] = ["effect", "position", "fault"];
 
-/// Names of the truth's last values.
+/// Names of the last values of the truth.
 pub const TRUTH_TAIL: [&str; 6] = [
-    // Quaternion of the attitude, body to NED, w first: without the loss of the angles at +-90 deg of pitch.
+    // Quaternion of the attitude, body to NED, w first: free of the singularity of the angles at +-90 deg pitch.
     "q_w",
     "q_x",
     "q_y",
@@ -81,7 +81,7 @@ pub struct TruthRow {
     count: usize,
 }
 
-/// As many as there is room for.
+/// Appends as many values as fit.
 impl FromIterator<f64> for TruthRow {
     fn from_iter<I: IntoIterator<Item = f64>>(all: I) -> Self {
         let mut row = Self { values: [0.0; TRUTH_MAX], count: 0 };
@@ -101,25 +101,25 @@ impl Deref for TruthRow {
     }
 }
 
-/// Name of a column of an effector.
+/// Name of an effector's column.
 pub type FieldName = ArrayString<48>;
 
-/// Name of a column of an effector, with its unit: `position_left_aileron_rad`, or without anything before,
-/// `left_aileron_rad`; what is no length of the effector has no unit, `fault_left_aileron`.
+/// Name of an effector's column, with its unit: `position_left_aileron_rad`, or without a prefix
+/// `left_aileron_rad`; a column that is no deflection or thrust has no unit, `fault_left_aileron`.
 #[must_use]
 pub fn effector_field(before: &str, effectors: &EffectorList, effector: Effector) -> FieldName {
     let mut name = FieldName::new();
     let unit = if before == TRUTH_PER_EFFECTOR[2] { "" } else { effectors.unit(effector) };
     let parts = [before, effectors.key(effector), unit];
     for (place, part) in parts.into_iter().filter(|part| !part.is_empty()).enumerate() {
-        // Cannot fail: the longest name of an effector and the longest words around it fit.
+        // Cannot fail: the longest effector name with the longest prefix and suffix fits.
         let _fits = if place > 0 { name.try_push('_') } else { Ok(()) };
         let _fits = name.try_push_str(part);
     }
     name
 }
 
-/// Names of the truth's values: axis or effector and unit.
+/// Names of all values of the truth: axis or effector and unit.
 pub fn truth_fields(effectors: &EffectorList) -> impl Iterator<Item = FieldName> + '_ {
     let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
     let of_effectors = TRUTH_PER_EFFECTOR.into_iter().flat_map(move |before| {
@@ -128,34 +128,34 @@ pub fn truth_fields(effectors: &EffectorList) -> impl Iterator<Item = FieldName>
     TRUTH_HEAD.into_iter().map(fixed).chain(of_effectors).chain(TRUTH_TAIL.into_iter().map(fixed))
 }
 
-/// A piece of the run header: JSON text, cut where it happens to fall.
+/// A piece of the run header: JSON text, split at arbitrary bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece<'a> {
-    /// Its number, from 0.
+    /// Its index, from 0.
     pub index: u16,
-    /// Pieces in all.
+    /// Number of pieces.
     pub count: u16,
     /// The bytes.
     pub bytes: &'a [u8],
 }
 
-/// Longest piece of the run header beside a truth of so many values, bytes.
+/// Longest piece of the run header in an envelope whose truth has this many values, bytes.
 #[must_use]
 pub const fn piece_max(truth: usize) -> usize {
     ENVELOPE_MAX - 8 * truth - 6
 }
 
-/// The largest aircraft leaves room for a piece.
+/// Even the largest aircraft leaves room for a piece.
 const _: () = assert!(piece_max(TRUTH_MAX) > 50);
 
 /// An encoded envelope.
 pub type EnvelopeBytes = ArrayVec<u8, ENVELOPE_MAX>;
 
-/// Fills an envelope. Of a piece longer than [`piece_max`] only the beginning is written.
+/// Encodes an envelope. It truncates a piece longer than [`piece_max`].
 pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes) {
     out.clear();
     let mut put = |bytes: &[u8]| {
-        // Everything fits, by the lengths above.
+        // The constants above guarantee that everything fits.
         let _fits = out.try_extend_from_slice(bytes);
     };
     #[expect(clippy::cast_possible_truncation, reason = "at most TRUTH_MAX")]
@@ -169,7 +169,7 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
     put(&bytes[..bytes.len().min(piece_max(truth.len()))]);
 }
 
-/// Opens an envelope; `None` if it is empty or no envelope of this version.
+/// Decodes an envelope; `None` if it is empty or not an envelope of this version.
 #[must_use]
 pub fn open(envelope: &[u8]) -> Option<(TruthRow, Option<Piece<'_>>)> {
     let (count, rest) = envelope.split_first_chunk::<2>()?;

@@ -1,7 +1,7 @@
-//! What the aircraft reports to the flight computer, once a control period: a sample of each sensor.
+//! Sensor data from the aircraft to the flight computer: a sample of each sensor in every control period.
 //!
-//! All sensors are ideal so far, but for the noise of the gyros: each has a new, valid sample every control period. One
-//! with a rate of its own repeats its last sample, with the time at which it was taken, until it has a new one.
+//! Apart from gyro noise all sensors are ideal: each has a new, valid sample in every control period. A sensor with a
+//! lower rate repeats its last sample, with the time of measurement, until it has a new one.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +33,7 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// All of them, by their number.
+    /// All sensors, in the order of their numbers.
     pub const ALL: [Self; 9] = [
         Self::Gyro,
         Self::Accelerometer,
@@ -46,7 +46,7 @@ impl SensorKind {
         Self::Magnetometer,
     ];
 
-    /// Name for people and in scripts.
+    /// Name in texts and scripts.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl SensorKind {
         }
     }
 
-    /// Word in scenario files.
+    /// Name in scenario files.
     #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
@@ -71,25 +71,25 @@ impl SensorKind {
         }
     }
 
-    /// The one with this word of scenario files, or this name.
+    /// The sensor with this name, in scenario files or in texts.
     #[must_use]
     pub fn by_key(key: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|sensor| sensor.key() == key || sensor.name() == key)
     }
 }
 
-/// What a sensor said last.
+/// The latest sample of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sample<T> {
-    /// When the value was taken, not when it arrived.
+    /// Time of measurement, not of arrival.
     pub time: SimTime,
-    /// The sensor vouches for the value.
+    /// Whether the sensor declares the value valid.
     pub valid: bool,
-    /// The value; finite also where it is not valid.
+    /// The value; finite even if it is not valid.
     pub value: T,
 }
 
-/// When a sample was taken, and whether its sensor vouches for it.
+/// Time of measurement of a sample, and whether it is valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stamp {
     /// As [`Sample::time`].
@@ -98,7 +98,7 @@ pub struct Stamp {
     pub valid: bool,
 }
 
-/// What a satellite receiver says.
+/// Output of a satellite receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GnssFix {
     /// Velocity over the ground, m/s.
@@ -111,12 +111,12 @@ pub struct GnssFix {
     pub longitude_rad: f64,
 }
 
-/// Where the air comes from.
+/// Direction of the airflow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FlowAngles {
     /// Angle of attack, rad.
     pub angle_of_attack_rad: f64,
-    /// Sideslip, rad, positive with the wind from the right.
+    /// Sideslip, rad, positive with the airflow from the right.
     pub sideslip_rad: f64,
 }
 
@@ -142,7 +142,7 @@ pub struct Sensors {
 }
 
 impl<T> Sample<T> {
-    /// A valid one, taken at `time`.
+    /// A valid sample, measured at `time`.
     pub const fn at(time: SimTime, value: T) -> Self {
         Self { time, valid: true, value }
     }
@@ -157,13 +157,13 @@ impl<T> Sample<T> {
 }
 
 impl Sensors {
-    /// How many sensors have samples: all but the last of [`SensorKind::ALL`], since there is no magnetometer yet.
+    /// Number of sensors with samples: all but the last of [`SensorKind::ALL`], because there is no magnetometer yet.
     pub const SENSORS: usize = 8;
 
-    /// How many numbers their values have.
+    /// Number of scalar values of all samples together.
     pub const COUNT: usize = 23;
 
-    /// Names of the numbers in the order of [`Sensors::to_array`].
+    /// Names of the scalar values in the order of [`Sensors::to_array`].
     pub const NAMES: [&'static str; Self::COUNT] = [
         "body_rate_p_rad_s",
         "body_rate_q_rad_s",
@@ -214,7 +214,7 @@ impl Sensors {
         "engine_monitor_valid",
     ];
 
-    /// The numbers in wire order.
+    /// The scalar values in wire order.
     #[must_use]
     pub fn to_array(&self) -> [f64; Self::COUNT] {
         let (rates, force) = (&self.gyro.value.0, &self.accelerometer.value.0);
@@ -264,7 +264,7 @@ impl Sensors {
         ]
     }
 
-    /// From the numbers in wire order, bit for bit: the quaternion is not normalised again.
+    /// From the scalar values in wire order, bit for bit: this does not normalise the quaternion.
     #[must_use]
     pub fn new(stamps: &[Stamp; Self::SENSORS], v: &[f64; Self::COUNT]) -> Self {
         let fix = GnssFix {
@@ -287,7 +287,7 @@ impl Sensors {
         }
     }
 
-    /// The same where every sample is valid and was taken at `time`.
+    /// The same with every sample valid and measured at `time`.
     #[must_use]
     pub fn at(time: SimTime, values: &[f64; Self::COUNT]) -> Self {
         Self::new(&[Stamp { time, valid: true }; Self::SENSORS], values)

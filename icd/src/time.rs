@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time since the start of the flight, whole microseconds.
 ///
-/// Integer, so that a tick has one exact time however long the flight is.
+/// It is an integer, so that every tick has an exact time however long the flight is.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
@@ -18,7 +18,7 @@ impl SimTime {
     /// Start of the flight.
     pub const ZERO: Self = Self(0);
 
-    /// Longest time that can be asked for in seconds: 30 days.
+    /// Longest time that a caller can give in seconds: 30 days.
     pub const MAX_SECONDS: f64 = 30.0 * 86_400.0;
 
     /// From whole microseconds.

@@ -12,7 +12,7 @@ use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use plant_sim::io::{CORE_MAX, whole};
 
 /// Longest wait for a packet.
-const PATIENCE: Duration = Duration::from_millis(20);
+const RECEIVE_TIMEOUT: Duration = Duration::from_millis(20);
 /// Round trips between two looks at the clock.
 const ROUND_TRIPS_PER_LOOK: u64 = 64;
 /// Round trips before the measurement begins: caches, branch predictors, clock frequency.
@@ -63,7 +63,7 @@ pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
 
 fn serve(wait: Wait) -> Result<(), EchoError> {
     let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
-    let mut socket = LinkSocket::listen("echo", "echo link", anywhere, wait, PATIENCE)?;
+    let mut socket = LinkSocket::listen("echo", "echo link", anywhere, wait, RECEIVE_TIMEOUT)?;
     writeln!(io::stdout(), "{}", socket.local_address()?)?;
     let stop = Stop::new();
     stop.with_parent()?;
@@ -79,7 +79,7 @@ fn serve(wait: Wait) -> Result<(), EchoError> {
 }
 
 fn ask(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
-    let mut socket = LinkSocket::connect("echo", "echo link", to, args.wait, PATIENCE)?;
+    let mut socket = LinkSocket::connect("echo", "echo link", to, args.wait, RECEIVE_TIMEOUT)?;
     let (question, _) = packets();
     let mut buffer = [0; PACKET_MAX + 1];
     let mut round_trips = |count: u64| -> io::Result<()> {

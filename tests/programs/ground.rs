@@ -10,7 +10,7 @@ use mavlink::dialects::common::{
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message};
 
-use super::programs::PATIENCE;
+use super::programs::TIMEOUT;
 
 /// The ground station and what it has heard.
 pub struct Ground {
@@ -68,9 +68,9 @@ impl Ground {
         self.socket.local_addr().expect("a bound socket")
     }
 
-    /// Takes what comes until `done`, at most [`PATIENCE`].
+    /// Takes what comes until `done`, at most [`TIMEOUT`].
     pub fn listen_until(&mut self, what: &str, mut done: impl FnMut(&Self) -> bool) {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         let mut datagram = [0; 2048];
         while !done(self) {
             assert!(Instant::now() < until, "waited for {what}; texts so far: {:?}", self.texts);

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Wall-clock bound on anything that a program is waited for.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The built program with this name; all are built once, in the profile of the tests.
 pub fn program(name: &str) -> PathBuf {
@@ -109,7 +109,7 @@ impl Program {
 
     /// Waits for a line that contains `text`.
     pub fn wait_for(&self, text: &str) -> String {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         loop {
             let left = until.saturating_duration_since(Instant::now());
             match self.lines.recv_timeout(left) {
@@ -129,7 +129,7 @@ impl Program {
 
     /// Waits for its end and returns the exit code.
     pub fn end(&mut self) -> Option<i32> {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         loop {
             if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
                 return status.code();

@@ -84,9 +84,9 @@ impl Autopilot {
         let Some(script) = self.scripts.scenario.clone() else { return };
         let id = script.id();
         if joined_in_flight {
-            self.tell_script(id, ScriptEvent::NotBegun(NotBegun::JoinedInFlight));
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::JoinedInFlight));
         } else if self.start_script(script).is_err() {
-            self.tell_script(id, ScriptEvent::NotBegun(NotBegun::FaultInjectionOff));
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::FaultInjectionOff));
         }
     }
 
@@ -101,14 +101,14 @@ impl Autopilot {
         self.scripts.asked.clear();
         self.scripts.asker = id;
         self.scripts.running = Some(Run::new(script));
-        self.tell_script(id, ScriptEvent::Began);
+        self.publish_script_event(id, ScriptEvent::Began);
         Ok(())
     }
 
     /// Ends the script that runs, if there is one, and says whether there was.
     pub(super) fn stop_script(&mut self) -> bool {
         let Some(run) = self.scripts.running.take() else { return false };
-        self.tell_script(run.script().id(), ScriptEvent::Stopped);
+        self.publish_script_event(run.script().id(), ScriptEvent::Stopped);
         true
     }
 
@@ -120,16 +120,16 @@ impl Autopilot {
         for _ in 0..LINES_PER_STEP {
             let has_room = self.scripts.has_room() && self.has_room_for_request();
             let Some(due) = run.next(state, has_room) else { break };
-            self.tell_script(id, ScriptEvent::Line(due.line));
+            self.publish_script_event(id, ScriptEvent::Line(due.line));
             if let Err(refusal) = self.execute(due.line, due.action) {
                 let why = LineRefusal::Vehicle(refusal);
-                self.tell_script(id, ScriptEvent::LineRefused { line: due.line, why });
+                self.publish_script_event(id, ScriptEvent::LineRefused { line: due.line, why });
             }
         }
         // The line that is next now has seen this tick, whether or not there was a turn left for it.
         run.look(state);
         if run.is_over() {
-            self.tell_script(id, ScriptEvent::Done);
+            self.publish_script_event(id, ScriptEvent::Done);
         } else {
             self.scripts.running = Some(run);
         }
@@ -142,8 +142,8 @@ impl Autopilot {
             Action::Fault(request) => self.ask_for(line, request),
             Action::Refer(reference) => vehicle.refer(reference, rules),
             Action::Mode(mode) => {
-                let tell = &mut |kind| push(events, dropped_events, Event { time, kind });
-                vehicle.change_mode(mode, rules, tell)
+                let publish = &mut |kind| push(events, dropped_events, Event { time, kind });
+                vehicle.change_mode(mode, rules, publish)
             }
             Action::Say | Action::End => Ok(()),
         }
@@ -177,11 +177,11 @@ impl Autopilot {
                 | FaultReply::Cleared { .. },
             ) => return true,
         };
-        self.tell_script(self.scripts.asker, ScriptEvent::LineRefused { line, why });
+        self.publish_script_event(self.scripts.asker, ScriptEvent::LineRefused { line, why });
         true
     }
 
-    fn tell_script(&mut self, script: u32, event: ScriptEvent) {
-        self.tell(EventKind::Script { script, event });
+    fn publish_script_event(&mut self, script: u32, event: ScriptEvent) {
+        self.publish(EventKind::Script { script, event });
     }
 }

@@ -78,7 +78,7 @@ impl ControlChannels {
     ///
     /// # Errors
     /// The event, if there is no room.
-    pub fn tell(&self, event: Event) -> Result<(), Event> {
+    pub fn send_event(&self, event: Event) -> Result<(), Event> {
         match self.events.try_send(event) {
             Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
             Err(TrySendError::Full(event)) => Err(event),
@@ -110,12 +110,12 @@ mod tests {
         let (ground, control) = channels();
         let event = Event { time: SimTime::ZERO, kind: EventKind::PlantLost };
         for _ in 0..EVENTS_MAX {
-            assert_eq!(control.tell(event), Ok(()));
+            assert_eq!(control.send_event(event), Ok(()));
         }
         assert!(!control.has_room_for_event());
-        assert_eq!(control.tell(event), Err(event));
+        assert_eq!(control.send_event(event), Err(event));
         drop(ground);
         assert!(control.has_room_for_event());
-        assert_eq!(control.tell(event), Ok(()));
+        assert_eq!(control.send_event(event), Ok(()));
     }
 }

@@ -1,4 +1,4 @@
-//! What is wrong with packets, told to the operator without repeating it for every packet.
+//! Reports invalid packets to the operator, without a line for every packet.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -14,10 +14,10 @@ const INTERVAL: Duration = Duration::from_secs(5);
 /// Kinds of complaints.
 const KINDS: usize = 5;
 
-/// When each kind was told last.
+/// When each kind was last reported.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Complaints {
-    told: [Option<WallTime>; KINDS],
+    reported: [Option<WallTime>; KINDS],
 }
 
 impl Complaints {
@@ -60,9 +60,9 @@ impl Complaints {
     }
 
     fn is_due(&mut self, kind: usize, now: WallTime) -> bool {
-        let due = self.told[kind].is_none_or(|told| now.since(told) >= INTERVAL);
+        let due = self.reported[kind].is_none_or(|reported| now.since(reported) >= INTERVAL);
         if due {
-            self.told[kind] = Some(now);
+            self.reported[kind] = Some(now);
         }
         due
     }
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_kind_is_told_at_once_and_then_only_now_and_then() {
+    fn each_kind_is_reported_at_once_and_then_at_intervals() {
         let mut complaints = Complaints::default();
         let at = |s: u64| WallTime::from_micros(1_000_000 * s);
         assert!(complaints.is_due(0, at(1)));

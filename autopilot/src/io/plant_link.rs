@@ -25,8 +25,8 @@ use crate::clock;
 use crate::event::EventKind;
 use crate::mavlink::fault_list::FaultList;
 
-/// Longest wait for a packet: intents are looked after at least this often, also without a plant.
-pub const PATIENCE: Duration = Duration::from_millis(50);
+/// Longest wait for a packet: the control thread takes intents at least this often, also without a plant.
+pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);
 /// Intents taken in one tick; a flood waits in its channel.
 const INTENTS_PER_TICK: usize = 64;
 
@@ -102,7 +102,7 @@ impl PlantLink {
         while !self.stop.is_requested() {
             match self.socket.receive_from(&mut buffer)? {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
-                None => self.look_after_the_rest(),
+                None => self.housekeeping(),
             }
         }
         if let Some(recorder) = self.recorder.take() {
@@ -116,11 +116,11 @@ impl PlantLink {
     fn take(&mut self, datagram: &[u8], from: SocketAddr) {
         let foreign = self.side.plant().is_some_and(|plant| plant != from);
         if foreign {
-            self.look_at_clock();
+            self.check_silence();
         }
         match self.side.handle(datagram, from, foreign && self.presence.is_lost()) {
             FlightEvent::Next(packet) => {
-                self.hear_plant();
+                self.plant_heard();
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::NewFlight(packet) => {
@@ -138,24 +138,24 @@ impl PlantLink {
             FlightEvent::Repeat(answer) => {
                 // What does not leave is lost, and will be asked for again.
                 let _ = self.socket.send_to(answer, from);
-                self.hear_plant();
+                self.plant_heard();
             }
             FlightEvent::Refuse(refusal, why) => {
-                // Told once for each packet; if it gets lost, the next packet is refused as well.
+                // One refusal for each packet; if it gets lost, the next packet is refused as well.
                 let _ = self.socket.send_to(refusal, from);
                 self.complaints.refused(why, self.side.aircraft(), from, clock::now());
-                self.look_after_the_rest();
+                self.housekeeping();
             }
             FlightEvent::Refused(refusal) => {
                 self.complaints.refused_by_plant(refusal, from, clock::now());
             }
             // A flood of foreign packets may not keep the operator waiting.
-            FlightEvent::Ignored(_) => self.look_after_the_rest(),
+            FlightEvent::Ignored(_) => self.housekeeping(),
         }
     }
 
     /// The plant is heard; whether it is back after a silence.
-    fn hear_plant(&mut self) {
+    fn plant_heard(&mut self) {
         if self.presence.hear() {
             info!("the plant is back");
             self.autopilot.plant_back();
@@ -165,11 +165,11 @@ impl PlantLink {
         }
     }
 
-    /// What is done when there is nothing to answer.
-    fn look_after_the_rest(&mut self) {
-        self.look_at_clock();
+    /// Does what is due when there is no packet to answer.
+    fn housekeeping(&mut self) {
+        self.check_silence();
         self.take_intents();
-        self.tell();
+        self.publish();
     }
 
     /// Answers first; everything that can wait comes after the answer is on its way. `envelope` is what the plant
@@ -202,7 +202,7 @@ impl PlantLink {
         if let Some(recorder) = self.recorder.as_mut() {
             recorder.leave(packet, envelope, &actuators, request, &self.autopilot);
         }
-        self.tell();
+        self.publish();
     }
 
     fn take_intents(&mut self) {
@@ -215,8 +215,8 @@ impl PlantLink {
         }
     }
 
-    /// Passes on what the ground-station side wants to know, as far as there is room.
-    fn tell(&mut self) {
+    /// Sends events and snapshots to the ground-station side, as far as its channels have room.
+    fn publish(&mut self) {
         if let Some(health) = self.health.as_mut()
             && let Err(problem) = health.all_is_well(host_io::clock::now())
         {
@@ -230,12 +230,12 @@ impl PlantLink {
             }
             self.faults.handle_event(&event.kind);
             // There was room a moment ago, and nobody else sends.
-            let _ = self.channels.tell(event);
+            let _ = self.channels.send_event(event);
         }
         if let Some(recorder) = self.recorder.as_mut() {
-            recorder.look_after();
+            recorder.poll();
             if recorder.log_was_removed() {
-                self.autopilot.tell(EventKind::LogRemoved);
+                self.autopilot.publish(EventKind::LogRemoved);
             }
         }
         if self.channels.snapshot_wanted()
@@ -250,7 +250,7 @@ impl PlantLink {
         }
     }
 
-    fn look_at_clock(&mut self) {
+    fn check_silence(&mut self) {
         if self.side.plant().is_some() && self.presence.look(clock::now()) {
             warn!("the plant does not answer any more; waiting for it or for another one");
             self.autopilot.plant_lost();

@@ -89,7 +89,7 @@ pub enum RecorderError {
     },
 }
 
-/// The end on the ground-station side: tells the recorder of changed parameters and of texts.
+/// The end on the ground-station side: sends changed parameters and texts to the recorder.
 #[derive(Debug, Clone)]
 pub struct GroundFeed {
     sender: SyncSender<Parameters>,
@@ -103,14 +103,14 @@ pub struct GroundFeed {
 impl GroundFeed {
     /// Passes on what is new.
     pub fn follow(&mut self, ground: &mut Ground) {
-        self.tell(ground.parameters());
+        self.send_parameters(ground.parameters());
         while let Some(text) = ground.pop_text_for_log() {
             self.say(text);
         }
     }
 
     /// The parameters now. Never waits: where there is no room, a later call makes up for it.
-    fn tell(&mut self, now: &Parameters) {
+    fn send_parameters(&mut self, now: &Parameters) {
         if *now != self.last || self.late {
             self.late = self.sender.try_send(*now).is_err();
             self.last = *now;
@@ -253,7 +253,7 @@ impl Recorder {
     }
 
     /// The exchange is over and its answer has left: its step, what the plant was asked, what it said to the
-    /// recorder. The only place, beside [`Recorder::look_after`], that can wait for the disk.
+    /// recorder. The only place, beside [`Recorder::poll`], that can wait for the disk.
     pub fn leave(
         &mut self,
         packet: &SensorPacket,
@@ -300,7 +300,7 @@ impl Recorder {
     }
 
     /// Takes texts of the ground-station side, and hands a batch over when it is due.
-    pub fn look_after(&mut self) {
+    pub fn poll(&mut self) {
         for _ in 0..TEXTS_PER_TICK {
             let Ok((severity, text)) = self.texts.try_recv() else { break };
             self.push(Entry::Text { time: self.time, severity, text });

@@ -65,7 +65,7 @@ pub struct Aircraft {
     snapshot: Option<Snapshot>,
     home: Option<Home>,
     /// An event has moved home, and no snapshot has come since.
-    home_told: bool,
+    home_reported: bool,
 }
 
 impl Default for Aircraft {
@@ -80,7 +80,7 @@ impl Default for Aircraft {
             contradictions: 0,
             snapshot: None,
             home: None,
-            home_told: false,
+            home_reported: false,
         }
     }
 }
@@ -102,7 +102,7 @@ impl Aircraft {
                 // Before the first snapshot there are no axes: it will bring home too.
                 if let Some(snapshot) = &self.snapshot {
                     self.home = Some(Home::at(place, snapshot.motion()));
-                    self.home_told = true;
+                    self.home_reported = true;
                 }
             }
             EventKind::Terminated => self.terminated = true,
@@ -128,12 +128,12 @@ impl Aircraft {
         let first_seen = self.home.is_none().then(|| Place::of(snapshot.motion()));
         if let Some(place) = snapshot.navigation.home.or(first_seen)
             && !self.home.is_some_and(|home| home.is_at(place))
-            && !self.home_told
+            && !self.home_reported
         {
             self.home = Some(Home::at(place, snapshot.motion()));
         }
         // One that contradicts the event can be a leftover from before it; the mirror takes the next one.
-        self.home_told = false;
+        self.home_reported = false;
         self.snapshot = Some(*snapshot);
     }
 
@@ -154,7 +154,7 @@ impl Aircraft {
         self.terminated
     }
 
-    /// The faults as the plant has told them.
+    /// The faults as the plant has reported them.
     #[must_use]
     pub fn faults(&self) -> &FaultList {
         &self.faults

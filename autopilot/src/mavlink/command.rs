@@ -1,7 +1,7 @@
 //! COMMAND_LONG and COMMAND_INT: exactly one final COMMAND_ACK for each copy received.
 //!
 //! A command is answered at once, or, where the aircraft has to say something, when it has. SET_MODE takes
-//! the same way without an acknowledgement: the next heartbeat tells, and a text tells why not.
+//! the same way without an acknowledgement: the next heartbeat shows the mode, and a text says why it was refused.
 
 #![expect(deprecated, reason = "ground stations still send SET_MODE")]
 
@@ -13,7 +13,7 @@ use super::codec::{CommandMessage, Encoded};
 use super::context::{Context, From};
 use super::modes;
 use super::peers::Peers;
-use super::pending::{Aside, Part, Pending};
+use super::pending::{OnAcceptance, Part, Pending};
 use super::refused::Refused;
 use crate::clock::WallTime;
 use crate::event::{Command, Outcome};
@@ -111,7 +111,7 @@ impl CommandService {
         let result = match result {
             Ok(None) => return,
             Ok(Some(result)) => result,
-            Err(refused) => tell(refused, now, ctx),
+            Err(refused) => report_refusal(refused, now, ctx),
         };
         out.answer(from.peer, Encoded::command_ack(command.id, result, from.sender));
     }
@@ -145,7 +145,7 @@ impl CommandService {
             self.begin(from, None, Decision::ask(Command::Mode(mode)), now, ctx, out)
         });
         if let Err(refused) = begun {
-            tell(refused, now, ctx);
+            report_refusal(refused, now, ctx);
         }
     }
 
@@ -183,7 +183,7 @@ impl CommandService {
                 parts.push(Part { number, fault });
             }
         }
-        self.pending.open(from, command, parts, Aside { note, steers, mode }, now);
+        self.pending.open(from, command, parts, OnAcceptance { note, steers, mode }, now);
         Ok(None)
     }
 
@@ -211,12 +211,12 @@ impl CommandService {
         }
     }
 
-    /// Tells who waits that it takes time, and answers what nobody else did.
+    /// Reports progress to waiting ground stations, and answers the commands that got no outcome in time.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
         self.pending.poll(now, ctx, out);
     }
 
-    /// When there is something to tell.
+    /// When the next answer or progress report is due.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         self.pending.next_deadline()
@@ -224,7 +224,7 @@ impl CommandService {
 }
 
 /// The result for the acknowledgement; the reason goes to the operators.
-fn tell(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
+fn report_refusal(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
     if let Some(reason) = refused.reason {
         ctx.texts.refuse(now, reason);
     }

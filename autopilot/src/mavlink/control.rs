@@ -85,10 +85,10 @@ impl Control {
         self.stations.push(Station { system, heard: now });
     }
 
-    /// Looks who is silent for `patience`, and gives control on where nobody has steered.
-    pub fn look(&mut self, now: WallTime, patience: Duration) -> Silence {
+    /// Looks who is silent for `timeout`, and gives control on where nobody has steered.
+    pub fn look(&mut self, now: WallTime, timeout: Duration) -> Silence {
         let Some(latest) = self.latest() else { return Silence::NobodyYet };
-        let is_silent = |station: Station| now.since(station.heard) >= patience;
+        let is_silent = |station: Station| now.since(station.heard) >= timeout;
         let has_steered = self.holder.is_some_and(|holder| holder.has_steered);
         match self.holding().filter(|station| is_silent(*station)) {
             Some(_) if has_steered || is_silent(latest) => Silence::Lost,
@@ -102,10 +102,10 @@ impl Control {
     }
 
     /// When the holder, or the last of all stations if it was never heard, will have been silent for
-    /// `patience`.
+    /// `timeout`.
     #[must_use]
-    pub fn next_silence(&self, patience: Duration) -> Option<WallTime> {
-        self.holding().or(self.latest()).map(|station| station.heard + patience)
+    pub fn next_silence(&self, timeout: Duration) -> Option<WallTime> {
+        self.holding().or(self.latest()).map(|station| station.heard + timeout)
     }
 
     /// The holder, if it was ever heard.
@@ -122,7 +122,7 @@ impl Control {
 mod tests {
     use super::*;
 
-    const PATIENCE: Duration = Duration::from_secs(10);
+    const TIMEOUT: Duration = Duration::from_secs(10);
 
     fn seconds(s: u64) -> WallTime {
         WallTime::from_micros(s * 1_000_000)
@@ -135,10 +135,10 @@ mod tests {
     #[test]
     fn nobody_is_lost_before_anybody_was_heard() {
         let mut control = Control::default();
-        assert_eq!(control.look(seconds(1_000), PATIENCE), Silence::NobodyYet);
+        assert_eq!(control.look(seconds(1_000), TIMEOUT), Silence::NobodyYet);
         control.take(station(9));
-        assert_eq!(control.look(seconds(2_000), PATIENCE), Silence::NobodyYet, "no heartbeats");
-        assert_eq!(control.next_silence(PATIENCE), None);
+        assert_eq!(control.look(seconds(2_000), TIMEOUT), Silence::NobodyYet, "no heartbeats");
+        assert_eq!(control.next_silence(TIMEOUT), None);
     }
 
     #[test]
@@ -156,11 +156,11 @@ mod tests {
         let mut control = Control::default();
         control.hear(station(255), seconds(0));
         control.hear(station(245), seconds(5));
-        assert_eq!(control.look(seconds(9), PATIENCE), Silence::Heard);
-        assert_eq!(control.next_silence(PATIENCE), Some(seconds(10)));
-        assert_eq!(control.look(seconds(10), PATIENCE), Silence::TakenOver(255, 245));
-        assert_eq!(control.look(seconds(11), PATIENCE), Silence::Heard, "told once");
-        assert_eq!(control.look(seconds(15), PATIENCE), Silence::Lost);
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
+        assert_eq!(control.look(seconds(10), TIMEOUT), Silence::TakenOver(255, 245));
+        assert_eq!(control.look(seconds(11), TIMEOUT), Silence::Heard, "told once");
+        assert_eq!(control.look(seconds(15), TIMEOUT), Silence::Lost);
     }
 
     #[test]
@@ -169,16 +169,16 @@ mod tests {
         control.hear(station(255), seconds(0));
         control.take(station(255));
         control.hear(station(245), seconds(9));
-        assert_eq!(control.look(seconds(9), PATIENCE), Silence::Heard);
-        assert_eq!(control.next_silence(PATIENCE), Some(seconds(10)));
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
         for second in 10..200 {
             // More of them than the table has room for.
             control.hear(Identity { system: second, component: 1 }, seconds(u64::from(second)));
-            assert_eq!(control.look(seconds(u64::from(second)), PATIENCE), Silence::Lost);
+            assert_eq!(control.look(seconds(u64::from(second)), TIMEOUT), Silence::Lost);
         }
         assert_eq!(control.holder(), Some(255));
         control.take(station(199));
-        assert_eq!(control.look(seconds(200), PATIENCE), Silence::Heard, "the new holder");
+        assert_eq!(control.look(seconds(200), TIMEOUT), Silence::Heard, "the new holder");
     }
 
     #[test]
@@ -186,10 +186,10 @@ mod tests {
         let mut control = Control::default();
         control.hear(station(255), seconds(0));
         control.take(station(9));
-        assert_eq!(control.look(seconds(9), PATIENCE), Silence::Heard);
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
         control.hear(station(245), seconds(9));
-        assert_eq!(control.look(seconds(18), PATIENCE), Silence::Heard);
-        assert_eq!(control.look(seconds(19), PATIENCE), Silence::Lost);
+        assert_eq!(control.look(seconds(18), TIMEOUT), Silence::Heard);
+        assert_eq!(control.look(seconds(19), TIMEOUT), Silence::Lost);
         assert_eq!(control.holder(), Some(9));
     }
 

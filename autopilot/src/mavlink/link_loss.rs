@@ -20,8 +20,8 @@ use crate::parameters::Parameters;
 /// Listens to the heartbeats of ground stations.
 #[derive(Debug, Default)]
 pub struct LinkLoss {
-    /// The vehicle has been told that the link is lost.
-    told: bool,
+    /// The vehicle has received the loss of the link.
+    loss_reported: bool,
 }
 
 impl LinkLoss {
@@ -35,7 +35,7 @@ impl LinkLoss {
 
     /// A flight began: its vehicle knows nothing of a lost link.
     pub fn begin_flight(&mut self) {
-        self.told = false;
+        self.loss_reported = false;
     }
 
     /// Does what is due.
@@ -43,26 +43,26 @@ impl LinkLoss {
         if ctx.aircraft.phase() != Phase::Flying {
             return;
         }
-        match ctx.control.look(now, patience(ctx.parameters)) {
+        match ctx.control.look(now, loss_timeout(ctx.parameters)) {
             Silence::NobodyYet => {}
-            Silence::Lost if !self.told => {
+            Silence::Lost if !self.loss_reported => {
                 let command = Command::LinkLost(ctx.parameters.link.loss_action);
                 // Without room now there is room at the next poll.
-                self.told = ctx.intents.push(command).is_some();
+                self.loss_reported = ctx.intents.push(command).is_some();
             }
             Silence::Lost => {}
-            Silence::Heard => self.tell_back(ctx),
+            Silence::Heard => self.report_link_back(ctx),
             Silence::TakenOver(left, holder) => {
                 let text = format!("Ground station {left} is silent: {holder} takes over");
                 ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
-                self.tell_back(ctx);
+                self.report_link_back(ctx);
             }
         }
     }
 
-    fn tell_back(&mut self, ctx: &mut Context) {
-        if self.told && ctx.intents.push(Command::LinkBack).is_some() {
-            self.told = false;
+    fn report_link_back(&mut self, ctx: &mut Context) {
+        if self.loss_reported && ctx.intents.push(Command::LinkBack).is_some() {
+            self.loss_reported = false;
         }
     }
 
@@ -74,14 +74,14 @@ impl LinkLoss {
         parameters: &Parameters,
         aircraft: &Aircraft,
     ) -> Option<WallTime> {
-        if self.told || aircraft.phase() != Phase::Flying {
-            // The next heartbeat, or the next event, tells.
+        if self.loss_reported || aircraft.phase() != Phase::Flying {
+            // The next heartbeat or event decides.
             return None;
         }
-        control.next_silence(patience(parameters))
+        control.next_silence(loss_timeout(parameters))
     }
 }
 
-fn patience(parameters: &Parameters) -> Duration {
+fn loss_timeout(parameters: &Parameters) -> Duration {
     Duration::try_from_secs_f64(parameters.link.loss_s).unwrap_or(Duration::MAX)
 }

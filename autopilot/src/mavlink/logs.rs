@@ -143,7 +143,7 @@ impl LogService {
     pub fn handle_done(&mut self, done: LogDone, now: WallTime, ctx: &mut Context) {
         if self.erasing == Erasing::Job(done.number) {
             self.erasing = Erasing::No;
-            let (severity, text) = tell_erased(&done);
+            let (severity, text) = erased_text(&done);
             ctx.texts.reply(severity, now, text);
             return;
         }
@@ -217,7 +217,7 @@ fn answer_without_folder(
     }
 }
 
-fn tell_erased(done: &LogDone) -> (MavSeverity, String) {
+fn erased_text(done: &LogDone) -> (MavSeverity, String) {
     let erased = match &done.result {
         Ok(LogOutcome::Erased(erased)) => erased.clone(),
         Ok(_) => Erased::default(),

@@ -65,7 +65,7 @@ pub struct Manual {
     /// The vehicle follows sticks in Position and has not been given centred ones since.
     steers: bool,
     /// This system moves its sticks without having control, and that has been said.
-    told_uncontrolled: Option<u8>,
+    reported_uncontrolled: Option<u8>,
 }
 
 impl Manual {
@@ -123,8 +123,8 @@ impl Manual {
 
     /// Says once that sticks do not count.
     fn complain(&mut self, system: u8, now: WallTime, ctx: &mut Context) {
-        if flies_by_sticks(ctx.aircraft) && self.told_uncontrolled != Some(system) {
-            self.told_uncontrolled = Some(system);
+        if flies_by_sticks(ctx.aircraft) && self.reported_uncontrolled != Some(system) {
+            self.reported_uncontrolled = Some(system);
             ctx.texts.refuse(now, format!("Sticks of system {system} refused: it has no control"));
         }
     }
@@ -132,7 +132,7 @@ impl Manual {
     /// Stick positions of this system came a moment ago.
     #[must_use]
     pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
-        self.pilot(system).is_some_and(|pilot| now.since(pilot.heard) <= patience(parameters))
+        self.pilot(system).is_some_and(|pilot| now.since(pilot.heard) <= stick_timeout(parameters))
     }
 
     /// The sticks that count: those of the system that has control.
@@ -144,7 +144,7 @@ impl Manual {
     pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
         self.is_new = true;
         self.fall_back.forget();
-        self.told_uncontrolled = None;
+        self.reported_uncontrolled = None;
         self.pass_on(now, ctx);
     }
 
@@ -153,7 +153,7 @@ impl Manual {
         if !flies_by_sticks(ctx.aircraft) || !self.is_new || is_early {
             return;
         }
-        let fresh = |pilot: &&Pilot| now.since(pilot.heard) <= patience(ctx.parameters);
+        let fresh = |pilot: &&Pilot| now.since(pilot.heard) <= stick_timeout(ctx.parameters);
         let Some(sticks) = self.counting(ctx.control).filter(fresh).map(|pilot| pilot.sticks)
         else {
             return;
@@ -175,7 +175,7 @@ impl Manual {
         self.pass_on(now, ctx);
         let is_fresh = self
             .counting(ctx.control)
-            .is_some_and(|pilot| now.since(pilot.heard) <= patience(ctx.parameters));
+            .is_some_and(|pilot| now.since(pilot.heard) <= stick_timeout(ctx.parameters));
         if is_fresh {
             return;
         }
@@ -218,7 +218,7 @@ impl Manual {
         let Some(pilot) = self.counting(control) else { return Some(WallTime::ZERO) };
         let early = self.passed_on.filter(|_| self.is_new).map(|at| at + INTERVAL);
         // One microsecond beyond the last instant at which the sticks count.
-        let stale = pilot.heard + patience(parameters) + Duration::from_micros(1);
+        let stale = pilot.heard + stick_timeout(parameters) + Duration::from_micros(1);
         Some(early.map_or(stale, |early| early.min(stale)))
     }
 }
@@ -227,7 +227,7 @@ fn flies_by_sticks(aircraft: &Aircraft) -> bool {
     aircraft.phase() == Phase::Flying && matches!(aircraft.mode(), Mode::Position | Mode::Altitude)
 }
 
-fn patience(parameters: &Parameters) -> Duration {
+fn stick_timeout(parameters: &Parameters) -> Duration {
     Duration::try_from_secs_f64(parameters.link.sticks_loss_s).unwrap_or(Duration::ZERO)
 }
 

@@ -191,13 +191,13 @@ impl MissionService {
     pub fn handle_event(&mut self, kind: &EventKind, ctx: &mut Context, out: &mut Peers) {
         match *kind {
             EventKind::ItemReached(item) => out.announce(&wire::reached(item)),
-            EventKind::PlanItem(item) => self.tell_current(item, ctx, out),
+            EventKind::PlanItem(item) => self.publish_current(item, ctx, out),
             _ => {}
         }
     }
 
     /// MISSION_CURRENT to everybody. The latest state may still show the plan and the item before.
-    fn tell_current(&self, item: u16, ctx: &Context, out: &mut Peers) {
+    fn publish_current(&self, item: u16, ctx: &Context, out: &mut Peers) {
         let Some(mut state) = ctx.aircraft.snapshot().copied() else { return };
         let before = state.navigation;
         let progress = match before.progress {

@@ -402,7 +402,7 @@ impl Ground {
         services.link_loss.poll(now, &mut ctx);
         // The heartbeat tells a change at once, before the acknowledgement that waits for it.
         self.heartbeat.poll(now, &self.aircraft, &mut self.peers);
-        self.telemetry.tell_landed_state(&self.aircraft, &mut self.peers);
+        self.telemetry.publish_landed_state(&self.aircraft, &mut self.peers);
         self.texts.poll(&mut self.peers);
     }
 
@@ -450,7 +450,7 @@ impl Ground {
     /// The process ends: every station gets a text that says so, and whether the plant has ended before it.
     pub fn end(&mut self) {
         let (severity, text) = statustext::text_of_end(self.aircraft.phase());
-        self.texts.tell(severity, text);
+        self.texts.queue_text(severity, text);
         self.texts.poll(&mut self.peers);
     }
 

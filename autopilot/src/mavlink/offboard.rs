@@ -39,14 +39,14 @@ struct Stream {
     /// It has not been passed on yet.
     is_new: bool,
     /// It was unusable, and that has been said.
-    told_unusable: bool,
+    reported_unusable: bool,
     /// It comes without control, and that has been said.
-    told_uncontrolled: bool,
+    reported_uncontrolled: bool,
 }
 
 impl Stream {
     fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
-        self.latest.is_some_and(|(at, _)| now.since(at) <= patience(parameters))
+        self.latest.is_some_and(|(at, _)| now.since(at) <= setpoint_timeout(parameters))
     }
 }
 
@@ -59,13 +59,13 @@ pub struct Offboard {
     /// Number of the oldest intent with a setpoint whose outcome is open.
     number: Option<u32>,
     /// What has been said since Offboard began.
-    told: Told,
+    reported: Reported,
     /// Hold was requested.
     fall_back: FallBack,
 }
 
 #[derive(Debug, Default)]
-struct Told {
+struct Reported {
     refused: bool,
     limited: bool,
     unused: bool,
@@ -93,7 +93,7 @@ impl Offboard {
         let counts = ctx.control.holder() == Some(system);
         let is_stranger = ctx.aircraft.flies_offboard() && !counts;
         let stream = self.heard(system);
-        if is_stranger && !core::mem::replace(&mut stream.told_uncontrolled, true) {
+        if is_stranger && !core::mem::replace(&mut stream.reported_uncontrolled, true) {
             let text = format!("Setpoints of system {system} refused: it has no control");
             ctx.texts.refuse(now, text);
         }
@@ -101,11 +101,11 @@ impl Offboard {
             Ok(read) => {
                 stream.latest = Some((now, read));
                 stream.is_new = true;
-                stream.told_unusable = false;
+                stream.reported_unusable = false;
                 self.pass_on(now, ctx);
             }
-            Err(Unusable(reason)) if !is_stranger && !stream.told_unusable => {
-                stream.told_unusable = true;
+            Err(Unusable(reason)) if !is_stranger && !stream.reported_unusable => {
+                stream.reported_unusable = true;
                 ctx.texts.refuse(now, format!("Setpoint refused: {reason}"));
             }
             Err(_) => {}
@@ -140,16 +140,16 @@ impl Offboard {
     pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
         for stream in &mut self.streams {
             stream.is_new = true;
-            stream.told_unusable = false;
-            stream.told_uncontrolled = false;
+            stream.reported_unusable = false;
+            stream.reported_uncontrolled = false;
         }
         self.fall_back.forget();
-        self.told = Told::default();
+        self.reported = Reported::default();
         self.number = None;
         self.pass_on(now, ctx);
     }
 
-    /// Takes the outcome of an intent: a setpoint that the vehicle refuses is told of once.
+    /// Takes the outcome of an intent: reports a setpoint that the vehicle refuses once.
     pub fn handle_outcome(
         &mut self,
         number: u32,
@@ -165,11 +165,11 @@ impl Offboard {
             return;
         }
         match outcome {
-            Outcome::Refused(refusal) if !self.told.refused => {
-                self.told.refused = true;
+            Outcome::Refused(refusal) if !self.reported.refused => {
+                self.reported.refused = true;
                 ctx.texts.refuse(now, format!("Setpoint refused: {refusal}"));
             }
-            Outcome::Done => self.told.refused = false,
+            Outcome::Done => self.reported.refused = false,
             _ => {}
         }
     }
@@ -191,18 +191,18 @@ impl Offboard {
             // The outcome of an older one is not to be missed.
             self.number = self.number.or(number);
             self.passed_on = Some(now);
-            self.tell(&read, now, ctx);
+            self.report(&read, now, ctx);
         }
     }
 
     /// Says once what of a setpoint is not flown as it was asked for.
-    fn tell(&mut self, read: &Read, now: WallTime, ctx: &mut Context) {
-        if let Some(limit) = read.limited.filter(|_| !self.told.limited) {
-            self.told.limited = true;
+    fn report(&mut self, read: &Read, now: WallTime, ctx: &mut Context) {
+        if let Some(limit) = read.limited.filter(|_| !self.reported.limited) {
+            self.reported.limited = true;
             ctx.texts.refuse(now, format!("Setpoint limited: {limit}"));
         }
-        if matches!(read.setpoint, Setpoint::Roll(_)) && !self.told.unused {
-            self.told.unused = true;
+        if matches!(read.setpoint, Setpoint::Roll(_)) && !self.reported.unused {
+            self.reported.unused = true;
             let text = "Offboard attitude: roll is flown; pitch, yaw and thrust are not used";
             ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         }
@@ -240,11 +240,11 @@ impl Offboard {
         let Some((stream, (at, _))) = latest else { return Some(WallTime::ZERO) };
         let early = self.passed_on.filter(|_| stream.is_new).map(|at| at + INTERVAL);
         // One microsecond beyond the last instant at which the setpoint counts.
-        let stale = at + patience(parameters) + Duration::from_micros(1);
+        let stale = at + setpoint_timeout(parameters) + Duration::from_micros(1);
         Some(early.map_or(stale, |early| early.min(stale)))
     }
 }
 
-fn patience(parameters: &Parameters) -> Duration {
+fn setpoint_timeout(parameters: &Parameters) -> Duration {
     Duration::try_from_secs_f64(parameters.link.offboard_loss_s).unwrap_or(Duration::ZERO)
 }

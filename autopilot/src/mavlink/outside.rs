@@ -58,8 +58,8 @@ impl Ground {
     }
 
     /// A line about signing for the log; what was refused is told to the ground stations as well.
-    pub fn tell_signing(&mut self, now: WallTime) -> Option<LogLine> {
-        let line = self.signing.tell(now, &mut self.texts);
+    pub fn report_signing(&mut self, now: WallTime) -> Option<LogLine> {
+        let line = self.signing.report(now, &mut self.texts);
         self.texts.poll(&mut self.peers);
         line
     }

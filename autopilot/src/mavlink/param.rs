@@ -163,7 +163,7 @@ impl ParamService {
             .set(from, effector, value, now, ctx)
             .map_err(|reason| (MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, reason))?;
         if !ordered {
-            tell_fault(Answer { from, effector, refused: None }, now, ctx, out);
+            publish_fault(Answer { from, effector, refused: None }, now, ctx, out);
         }
         Ok(())
     }
@@ -178,7 +178,7 @@ impl ParamService {
         out: &mut Peers,
     ) {
         if let Some(answer) = self.faults.handle_outcome(number, outcome, ctx.effectors()) {
-            tell_fault(answer, now, ctx, out);
+            publish_fault(answer, now, ctx, out);
         }
     }
 
@@ -192,7 +192,7 @@ impl ParamService {
         for answer in answers {
             // A change has been told to everybody.
             if answer.refused.is_some() || !changed.contains(&answer.effector) {
-                tell_fault(answer, now, ctx, out);
+                publish_fault(answer, now, ctx, out);
             }
         }
     }
@@ -410,7 +410,7 @@ impl ParamService {
 }
 
 /// The value as it is, to who wanted another, and why it is so.
-fn tell_fault(answer: Answer, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+fn publish_fault(answer: Answer, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     let Answer { from, effector, refused } = answer;
     let Some(row) = row_of(effector, ctx) else { return };
     out.answer(from.peer, value_message(&row, ctx.effectors()));

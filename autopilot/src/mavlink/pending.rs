@@ -22,9 +22,9 @@ use crate::vehicle::Mode;
 const OPEN_MAX: usize = 32;
 /// Copies of one command that may wait for its outcome.
 const COPIES_MAX: u32 = 32;
-/// After this the answer is that there was none. Ground stations give up after two or three seconds.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// So often a ground station is told that the command is under way: MAVSDK asks again after 0.5 s.
+/// After this time a command without an outcome fails. Ground stations give up after two or three seconds.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+/// Interval of progress reports for a command under way: MAVSDK sends it again after 0.5 s.
 const PROGRESS: Duration = Duration::from_millis(400);
 /// Reason of a part without an answer.
 const NO_ANSWER: &str = "the aircraft does not answer";
@@ -46,7 +46,7 @@ impl Part {
 
 /// What follows when a command is accepted.
 #[derive(Debug, Default)]
-pub struct Aside {
+pub struct OnAcceptance {
     /// What the operator should know then.
     pub note: Option<String>,
     /// It steers the aircraft: its sender has control.
@@ -62,9 +62,9 @@ struct Open {
     command: Option<CommandMessage>,
     copies: u32,
     since: WallTime,
-    /// When it was last told that it is under way, or opened.
-    told: WallTime,
-    aside: Aside,
+    /// Time of the last progress report, or of the command.
+    reported: WallTime,
+    on_acceptance: OnAcceptance,
     parts: ArrayVec<Part, { Effector::MAX }>,
     verdict: Verdict,
 }
@@ -79,12 +79,12 @@ struct Verdict {
     refused: bool,
     /// Of these the plant did what was asked.
     done: Vec<Target>,
-    /// Taken off the list, and no event tells so: these faults were scheduled or rested.
-    quietly_cleared: Vec<Target>,
-    /// There was nothing on the list to mend.
+    /// Faults that were cleared while scheduled or pausing: no event reports them.
+    cleared_without_event: Vec<Target>,
+    /// Effectors that had no fault to clear.
     healthy: Vec<Target>,
-    /// Something was mended, and an event tells so.
-    mended: bool,
+    /// A fault was cleared, and an event reports it.
+    cleared_active: bool,
 }
 
 /// The table of open commands.
@@ -112,7 +112,7 @@ impl Pending {
     /// Who asked first, of those that wait for this mode.
     #[must_use]
     pub fn asker_of(&self, mode: Mode) -> Option<From> {
-        let asked = self.open.iter().filter(|open| open.aside.mode == Some(mode));
+        let asked = self.open.iter().filter(|open| open.on_acceptance.mode == Some(mode));
         asked.min_by_key(|open| open.since).map(|open| open.from)
     }
 
@@ -128,7 +128,7 @@ impl Pending {
         from: From,
         command: Option<&CommandMessage>,
         parts: ArrayVec<Part, { Effector::MAX }>,
-        aside: Aside,
+        on_acceptance: OnAcceptance,
         now: WallTime,
     ) {
         self.open.push(Open {
@@ -136,8 +136,8 @@ impl Pending {
             command: command.copied(),
             copies: 1,
             since: now,
-            told: now,
-            aside,
+            reported: now,
+            on_acceptance,
             parts,
             verdict: Verdict::default(),
         });
@@ -174,13 +174,13 @@ impl Pending {
 
     /// Tells who waits that it takes time, and gives up what has been open for too long.
     pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
-        let is_over = |open: &mut Open| now.since(open.since) >= PATIENCE;
+        let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
         for open in self.open.extract_if(.., is_over) {
             close(open, now, ctx, out);
         }
         for open in &mut self.open {
-            if let Some(command) = open.command.filter(|_| now.since(open.told) >= PROGRESS) {
-                open.told = now;
+            if let Some(command) = open.command.filter(|_| now.since(open.reported) >= PROGRESS) {
+                open.reported = now;
                 let result = MavResult::MAV_RESULT_IN_PROGRESS;
                 out.answer(
                     open.from.peer,
@@ -190,12 +190,12 @@ impl Pending {
         }
     }
 
-    /// When the next command will be told of or given up.
+    /// When the next command needs a progress report or times out.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let due = |open: &Open| {
-            let over = open.since + PATIENCE;
-            if open.command.is_some() { over.min(open.told + PROGRESS) } else { over }
+            let over = open.since + ANSWER_TIMEOUT;
+            if open.command.is_some() { over.min(open.reported + PROGRESS) } else { over }
         };
         self.open.iter().map(due).min()
     }
@@ -206,13 +206,13 @@ fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
     for part in &open.parts {
         open.verdict.not_now(part.target(), NO_ANSWER);
     }
-    open.verdict.tell(now, ctx.texts, ctx.effectors());
+    open.verdict.report(now, ctx.texts, ctx.effectors());
     let result = open.verdict.result;
     if result == MavResult::MAV_RESULT_ACCEPTED {
-        if open.aside.steers {
+        if open.on_acceptance.steers {
             ctx.control.take(open.from.sender);
         }
-        if let Some(note) = open.aside.note {
+        if let Some(note) = open.on_acceptance.note {
             ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, note);
         }
     }
@@ -230,9 +230,9 @@ impl Default for Verdict {
             reasons: Reasons::default(),
             refused: false,
             done: Vec::new(),
-            quietly_cleared: Vec::new(),
+            cleared_without_event: Vec::new(),
             healthy: Vec::new(),
-            mended: false,
+            cleared_active: false,
         }
     }
 }
@@ -256,7 +256,7 @@ impl Verdict {
         }
     }
 
-    /// Takes what the plant said; a text at once for what no event tells and no refusal is.
+    /// Takes what the plant said; sends a text at once for what neither an event nor a refusal reports.
     fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, ctx: &mut Context) {
         let target = part.target();
         match reply {
@@ -284,8 +284,8 @@ impl Verdict {
                 // The end of a fault that acts is an event, and comes behind this answer.
                 let faults = ctx.aircraft.faults();
                 match target {
-                    Some(target) if faults.acting(target).is_some() => self.mended = true,
-                    Some(target) if faults.names(target) => self.quietly_cleared.push(target),
+                    Some(target) if faults.acting(target).is_some() => self.cleared_active = true,
+                    Some(target) if faults.names(target) => self.cleared_without_event.push(target),
                     target => self.healthy.extend(target),
                 }
             }
@@ -306,13 +306,15 @@ impl Verdict {
         self.reasons.add(reason.to_string(), target);
     }
 
-    fn tell(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
-        if !self.quietly_cleared.is_empty() {
-            let text =
-                format!("Nothing scheduled: {}", failure::names(&self.quietly_cleared, effectors));
+    fn report(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
+        if !self.cleared_without_event.is_empty() {
+            let text = format!(
+                "Nothing scheduled: {}",
+                failure::names(&self.cleared_without_event, effectors)
+            );
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
-        } else if !self.healthy.is_empty() && !self.mended {
-            // Beside something that was mended, it is no news.
+        } else if !self.healthy.is_empty() && !self.cleared_active {
+            // Beside something that was cleared_active, it is no news.
             let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
             texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
         }

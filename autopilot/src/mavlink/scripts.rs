@@ -341,7 +341,7 @@ impl Scripts {
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
         let script = known.find(|script| script.id() == id).cloned();
         let (severity, text) = text_of(script.as_deref(), event);
-        texts.tell(severity, text);
+        texts.queue_text(severity, text);
         match event {
             ScriptEvent::Began => self.running = script.map(Running::new),
             ScriptEvent::Line(line) => {

@@ -153,7 +153,7 @@ impl ShellService {
                 return Some(WallTime::ZERO);
             }
             let output = session.has_output().then_some(self.next_burst);
-            [output, session.patience_ends()].into_iter().flatten().min()
+            [output, session.answer_deadline()].into_iter().flatten().min()
         };
         self.sessions.iter().filter_map(of_session).min()
     }

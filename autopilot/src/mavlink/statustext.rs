@@ -32,10 +32,10 @@ pub struct StatusTexts {
     queue: VecDeque<(MavSeverity, String)>,
     replies: u32,
     refilled: WallTime,
-    unsaid: u64,
+    suppressed: u64,
     dropped: u64,
-    /// Of these, the ones that nobody was told of.
-    unshown: u64,
+    /// Of these, the ones that no text has reported yet.
+    unreported: u64,
     next_id: u16,
     for_log: VecDeque<LogText>,
 }
@@ -49,9 +49,9 @@ impl Default for StatusTexts {
             queue: VecDeque::with_capacity(TEXTS_MAX + 1),
             replies: REPLIES_BURST,
             refilled: WallTime::ZERO,
-            unsaid: 0,
+            suppressed: 0,
             dropped: 0,
-            unshown: 0,
+            unreported: 0,
             next_id: 1,
             for_log: VecDeque::new(),
         }
@@ -59,14 +59,14 @@ impl Default for StatusTexts {
 }
 
 impl StatusTexts {
-    /// Something worth telling that only this side knows; the flight log gets it as well.
+    /// Queues a text of the ground-station side, for the peers and for the flight log.
     pub fn say(&mut self, severity: MavSeverity, text: impl Into<String>) {
         let text = text.into();
         self.note(severity, text.clone());
-        self.tell(severity, text);
+        self.queue_text(severity, text);
     }
 
-    /// Something for the flight log only: it is told in another way.
+    /// Queues a text for the flight log only: the peers get the information in another way.
     pub fn note(&mut self, severity: MavSeverity, text: impl Into<String>) {
         if self.for_log.len() >= TEXTS_MAX {
             self.for_log.pop_front();
@@ -79,8 +79,8 @@ impl StatusTexts {
         self.for_log.pop_front()
     }
 
-    /// What an event says; the flight log has the event, and its words from there.
-    pub fn tell(&mut self, severity: MavSeverity, text: impl Into<String>) {
+    /// Queues the text of an event, for the peers only: the recorder writes the event itself.
+    pub fn queue_text(&mut self, severity: MavSeverity, text: impl Into<String>) {
         self.queue.push_back((severity, text.into()));
         if self.queue.len() > TEXTS_MAX {
             let severities = self.queue.iter().map(|(severity, _)| *severity as u8).enumerate();
@@ -88,7 +88,7 @@ impl StatusTexts {
             let victim = severities.min_by_key(|(_, severity)| Reverse(*severity));
             self.queue.remove(victim.map_or(0, |(place, _)| place));
             self.dropped += 1;
-            self.unshown += 1;
+            self.unreported += 1;
         }
     }
 
@@ -106,19 +106,19 @@ impl StatusTexts {
             self.refilled = now;
         }
         if self.replies == 0 {
-            self.unsaid += 1;
+            self.suppressed += 1;
             return;
         }
         self.replies -= 1;
         let mut text = text.into();
-        if self.unsaid > 0 {
-            text = format!("{text} ({} more were not shown)", self.unsaid);
-            self.unsaid = 0;
+        if self.suppressed > 0 {
+            text = format!("{text} ({} more were not shown)", self.suppressed);
+            self.suppressed = 0;
         }
         self.say(severity, text);
     }
 
-    /// Tells an event.
+    /// Queues the text of an event.
     pub fn handle_event(
         &mut self,
         kind: &EventKind,
@@ -126,14 +126,15 @@ impl StatusTexts {
         effectors: &EffectorList,
     ) {
         if let Some((severity, text)) = words::text_of(kind, parameters, effectors) {
-            self.tell(severity, text);
+            self.queue_text(severity, text);
         }
     }
 
     /// Sends what waits, as far as any peer has room; then how many texts found no room.
     pub fn poll(&mut self, peers: &mut Peers) {
         while peers.can_announce(CHUNKS_MAX)
-            && let Some((severity, text)) = self.queue.pop_front().or_else(|| self.take_unshown())
+            && let Some((severity, text)) =
+                self.queue.pop_front().or_else(|| self.take_unreported())
         {
             for message in self.chunks(severity, &text) {
                 peers.announce(&message);
@@ -141,8 +142,8 @@ impl StatusTexts {
         }
     }
 
-    fn take_unshown(&mut self) -> Option<(MavSeverity, String)> {
-        let count = core::mem::take(&mut self.unshown);
+    fn take_unreported(&mut self) -> Option<(MavSeverity, String)> {
+        let count = core::mem::take(&mut self.unreported);
         let text = format!("{count} texts were not shown");
         (count > 0).then_some((MavSeverity::MAV_SEVERITY_WARNING, text))
     }
@@ -201,7 +202,10 @@ mod tests {
         let shown: Vec<&str> = texts.queue.iter().map(|(_, text)| text.as_str()).collect();
         assert_eq!(shown.len(), TEXTS_MAX);
         assert_eq!((shown[0], shown[1], shown[TEXTS_MAX - 1]), ("ground", "70", "fault"));
-        assert_eq!(texts.take_unshown().map(|(_, text)| text).unwrap(), "70 texts were not shown");
-        assert_eq!(texts.take_unshown(), None, "said once");
+        assert_eq!(
+            texts.take_unreported().map(|(_, text)| text).unwrap(),
+            "70 texts were not shown"
+        );
+        assert_eq!(texts.take_unreported(), None, "said once");
     }
 }

@@ -40,7 +40,7 @@ use rates::Rates;
 use registry::TABLE;
 
 /// How long the telemetry waits for a snapshot that it requested.
-const PATIENCE: Duration = Duration::from_millis(50);
+const SNAPSHOT_TIMEOUT: Duration = Duration::from_millis(50);
 
 /// What messages are made of.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +52,7 @@ struct View<'a> {
     now: WallTime,
 }
 
-/// What the process tells of itself.
+/// What the process reports about itself.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Host {
     /// The autopilot that the heartbeat names.
@@ -76,7 +76,7 @@ pub struct Telemetry {
     /// A state of this flight has been shown.
     shown: bool,
     landed: Option<MavLandedState>,
-    /// Home as it was told.
+    /// Home as published last.
     home: Option<Home>,
     faults: FaultStream,
 }
@@ -127,14 +127,14 @@ impl Telemetry {
     pub fn handle_snapshot(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
         self.still = false;
         self.show_a_new_flight(aircraft);
-        self.tell_home(now, aircraft, out);
+        self.publish_home(now, aircraft, out);
         if self.waiting.take().is_some() {
             self.send_due(now, aircraft, out);
         }
     }
 
     /// Tells at once when the aircraft has come down or a flight has begun.
-    pub fn tell_landed_state(&mut self, aircraft: &Aircraft, out: &mut Peers) {
+    pub fn publish_landed_state(&mut self, aircraft: &Aircraft, out: &mut Peers) {
         let landed = status::landed_state(aircraft);
         if self.landed.replace(landed) != Some(landed) {
             out.announce(&status::extended_sys_state(aircraft));
@@ -142,7 +142,7 @@ impl Telemetry {
     }
 
     /// Tells at once that home was moved.
-    fn tell_home(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
+    fn publish_home(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
         let home = aircraft.home().copied();
         if let (Some(before), Some(home)) = (self.home, home)
             && before != home
@@ -171,7 +171,7 @@ impl Telemetry {
     ) {
         self.follow(now, parameters, out);
         self.show_a_new_flight(aircraft);
-        self.tell_landed_state(aircraft, out);
+        self.publish_landed_state(aircraft, out);
         self.faults.poll(now, aircraft, &self.model.effectors.list, out);
         match self.waiting {
             None if self.next_due().is_some_and(|due| due <= now) => {
@@ -181,7 +181,7 @@ impl Telemetry {
                     self.waiting = Some(now);
                 }
             }
-            Some(since) if now.since(since) >= PATIENCE => {
+            Some(since) if now.since(since) >= SNAPSHOT_TIMEOUT => {
                 self.waiting = None;
                 self.still = true;
                 self.send_due(now, aircraft, out);
@@ -193,7 +193,8 @@ impl Telemetry {
     /// When there is something to do; `None` while nobody listens.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
-        let streams = self.waiting.map(|since| since + PATIENCE).or_else(|| self.next_due());
+        let streams =
+            self.waiting.map(|since| since + SNAPSHOT_TIMEOUT).or_else(|| self.next_due());
         streams.into_iter().chain(self.faults.next_deadline()).min()
     }
 

@@ -44,7 +44,7 @@ pub struct Encoder<W> {
     /// Simulation time of the last entry that has one.
     time: SimTime,
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
-    told: SimTime,
+    text_time: SimTime,
     /// Inputs in words by their number, the latest one last.
     commands: VecDeque<(u32, String, Option<Target>)>,
     /// Why the last input was refused.
@@ -57,7 +57,7 @@ pub struct Encoder<W> {
     /// Of the plant's header; empty when it is complete.
     pieces: Vec<Option<Box<[u8]>>>,
     plant_header_is_there: bool,
-    /// The faults as the plant has told them: what it repeats is no news.
+    /// The faults as the plant has reported them: a repeated report is not recorded again.
     faults: FaultList,
     /// The script that began last.
     running: Option<Arc<Script>>,
@@ -142,7 +142,7 @@ impl<W: Write> Encoder<W> {
             hash: RunHash::default(),
             hash_every: u64::from(HASH_EVERY_US / period_us.max(1)).max(1),
             time,
-            told: time,
+            text_time: time,
             commands: VecDeque::new(),
             refusal: None,
             fault_rows: FaultList::default(),
@@ -293,7 +293,7 @@ impl<W: Write> Encoder<W> {
     }
 
     fn event(&mut self, event: &Event) -> io::Result<()> {
-        // Nothing doubts what was told before a silence: the list is asked for again, and is told only where it differs.
+        // Reports from before a silence stay valid: the autopilot asks for the list again, and the recorder writes only differences.
         if event.kind != EventKind::PlantBack && !self.faults.handle_event(&event.kind) {
             return Ok(());
         }
@@ -380,8 +380,8 @@ impl<W: Write> Encoder<W> {
     }
 
     fn text_at(&mut self, time: SimTime, level: Level, text: &str) -> io::Result<()> {
-        self.told = self.told.max(time);
-        self.data.text(level, self.told.as_micros(), text)
+        self.text_time = self.text_time.max(time);
+        self.data.text(level, self.text_time.as_micros(), text)
     }
 
     /// A place from which a damaged file can be read on.

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::event::EventKind;
 
-type Tell<'a> = &'a mut dyn FnMut(EventKind);
+type Publish<'a> = &'a mut dyn FnMut(EventKind);
 
 impl Vehicle {
     /// Changes the mode. The same mode again changes nothing, but Position levels the wings and holds the
@@ -29,14 +29,14 @@ impl Vehicle {
         &mut self,
         mode: Mode,
         rules: &Rules,
-        tell: Tell,
+        publish: Publish,
     ) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         if mode == Mode::Mission && self.mission.is_empty() {
             return Err(VehicleRefusal::NoPlan);
         }
         self.link.forget();
-        self.enter(mode, rules, tell);
+        self.enter(mode, rules, publish);
         Ok(())
     }
 
@@ -44,10 +44,10 @@ impl Vehicle {
     ///
     /// # Errors
     /// The flight was terminated, or no plan is paused.
-    pub fn continue_plan(&mut self, rules: &Rules, tell: Tell) -> Result<(), VehicleRefusal> {
+    pub fn continue_plan(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         match self.mission.progress() {
-            Progress::Paused | Progress::Active => self.change_mode(Mode::Mission, rules, tell),
+            Progress::Paused | Progress::Active => self.change_mode(Mode::Mission, rules, publish),
             Progress::NoPlan | Progress::NotStarted | Progress::Complete => {
                 Err(VehicleRefusal::NoPausedPlan)
             }
@@ -60,7 +60,7 @@ impl Vehicle {
 
     /// Enters a mode that can be flown. Altitude and airspeed references go on in all modes, but Return has an
     /// altitude of its own. Offboard keeps the roll reference until the first setpoint.
-    fn enter(&mut self, mode: Mode, rules: &Rules, tell: Tell) {
+    fn enter(&mut self, mode: Mode, rules: &Rules, publish: Publish) {
         if mode == Mode::Position {
             self.position = Position::default();
         }
@@ -88,7 +88,7 @@ impl Vehicle {
             }
         }
         self.mode = mode;
-        tell(EventKind::Mode(mode));
+        publish(EventKind::Mode(mode));
     }
 
     fn level_wings(&mut self) {
@@ -137,7 +137,7 @@ impl Vehicle {
         &mut self,
         wanted: &Reposition,
         rules: &Rules,
-        tell: Tell,
+        publish: Publish,
     ) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         rules.check_some(wanted.place, wanted.altitude_m, wanted.airspeed_m_s)?;
@@ -149,7 +149,7 @@ impl Vehicle {
             return Err(VehicleRefusal::NoFlight);
         }
         self.link.forget();
-        self.enter(Mode::Hold, rules, tell);
+        self.enter(Mode::Hold, rules, publish);
         self.hold.reposition(wanted);
         if let Some(demand) = self.demand.as_mut() {
             demand.altitude_m = wanted.altitude_m.unwrap_or(demand.altitude_m);
@@ -197,14 +197,14 @@ impl Vehicle {
         &mut self,
         plan: &Arc<Plan>,
         rules: &Rules,
-        tell: Tell,
+        publish: Publish,
     ) -> Result<(), VehicleRefusal> {
         plan.check(rules)?;
         self.mission.replace(Arc::clone(plan));
         if self.mode == Mode::Mission {
             if self.mission.is_empty() {
                 self.link.forget();
-                self.enter(Mode::Hold, rules, tell);
+                self.enter(Mode::Hold, rules, publish);
             } else {
                 self.mission.start();
             }
@@ -216,12 +216,12 @@ impl Vehicle {
     ///
     /// # Errors
     /// There is no such item, or the flight was terminated.
-    pub fn select_item(&mut self, item: u16, tell: Tell) -> Result<(), VehicleRefusal> {
+    pub fn select_item(&mut self, item: u16, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         self.mission.select(item)?;
         // In Mission the next tick begins the item, and tells.
         if self.mode != Mode::Mission {
-            tell(EventKind::PlanItem(item));
+            publish(EventKind::PlanItem(item));
         }
         Ok(())
     }
@@ -230,36 +230,36 @@ impl Vehicle {
     ///
     /// # Errors
     /// No such place.
-    pub fn set_home(&mut self, place: Place, tell: Tell) -> Result<(), VehicleRefusal> {
+    pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {
         check_place(place)?;
         self.home = Some(Site::at(place));
-        tell(EventKind::Home(place));
+        publish(EventKind::Home(place));
         Ok(())
     }
 
     /// Ends the flight for good; what that means for the effectors is in [`crate::termination`].
-    pub fn terminate(&mut self, tell: Tell) {
+    pub fn terminate(&mut self, publish: Publish) {
         if !core::mem::replace(&mut self.terminated, true) {
-            tell(EventKind::Terminated);
+            publish(EventKind::Terminated);
         }
     }
 
     /// The controlling ground station is silent.
-    pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, tell: Tell) {
+    pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, publish: Publish) {
         let Some(chosen) = self.link.lose(action, self.mode) else { return };
-        tell(EventKind::LinkLost(action));
+        publish(EventKind::LinkLost(action));
         if let (Some(mode), false) = (chosen, self.terminated) {
-            self.enter(mode, rules, tell);
+            self.enter(mode, rules, publish);
         }
     }
 
     /// It is back: what its silence led to is undone, unless somebody has chosen another mode since.
-    pub fn regain_link(&mut self, rules: &Rules, tell: Tell) {
+    pub fn regain_link(&mut self, rules: &Rules, publish: Publish) {
         let Some(mode) = self.link.regain(self.mode) else { return };
         let can_fly = mode != Mode::Mission || !self.mission.is_empty();
         if can_fly && !self.terminated {
-            self.enter(mode, rules, tell);
+            self.enter(mode, rules, publish);
         }
-        tell(EventKind::LinkBack(self.mode));
+        publish(EventKind::LinkBack(self.mode));
     }
 }

@@ -78,7 +78,7 @@ pub struct Tick<'a> {
     /// Where home is.
     pub home: Option<Site>,
     /// Takes what happens.
-    pub tell: &'a mut dyn FnMut(EventKind),
+    pub publish: &'a mut dyn FnMut(EventKind),
 }
 
 impl Mission {
@@ -229,7 +229,7 @@ impl Mission {
         self.progress = Progress::Complete;
         self.current = self.plan.count().saturating_sub(1);
         self.task = None;
-        (tick.tell)(EventKind::PlanComplete);
+        (tick.publish)(EventKind::PlanComplete);
     }
 
     /// Around the point where the last item has ended.
@@ -267,7 +267,7 @@ impl Mission {
                 Circled::On(flown) => Some(flown),
                 Circled::Reached(flown) => {
                     if loiter.until == Until::ForGood {
-                        (tick.tell)(EventKind::ItemReached(self.current));
+                        (tick.publish)(EventKind::ItemReached(self.current));
                     }
                     Some(flown)
                 }
@@ -288,7 +288,7 @@ impl Mission {
 
     /// The current item is done: the next one, or circle around where this one has ended.
     fn finish(&mut self, item: &Item, task: Option<Task>, demand: &Demand, tick: &mut Tick) {
-        (tick.tell)(EventKind::ItemReached(self.current));
+        (tick.publish)(EventKind::ItemReached(self.current));
         let here = |rules| Orbit::here(tick.situation, None, true, demand, rules);
         let (previous, around) = match task {
             Some(Task::Leg(leg)) => {

@@ -170,7 +170,7 @@ impl Vehicle {
         &mut self,
         state: &NavigationState,
         rules: &Rules,
-        tell: &mut dyn FnMut(EventKind),
+        publish: &mut dyn FnMut(EventKind),
     ) -> Demand {
         let time = state.time;
         let before = self.time.replace(time).unwrap_or(time);
@@ -184,7 +184,7 @@ impl Vehicle {
         if self.is_guided() {
             self.wind.step(state, dt_s);
             let situation = Situation::new(state, &self.wind, dt_s);
-            flown = self.fly(&situation, &mut demand, rules, tell);
+            flown = self.fly(&situation, &mut demand, rules, publish);
             if let Some(Flown { steering, .. }) = flown {
                 let most = rules.roll_slew_rad_s() * dt_s;
                 demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
@@ -224,10 +224,10 @@ impl Vehicle {
         situation: &Situation,
         demand: &mut Demand,
         rules: &Rules,
-        tell: &mut dyn FnMut(EventKind),
+        publish: &mut dyn FnMut(EventKind),
     ) -> Option<Flown> {
         if self.mode == Mode::Mission
-            && let Some(flown) = self.fly_mission(situation, demand, rules, tell)
+            && let Some(flown) = self.fly_mission(situation, demand, rules, publish)
         {
             return Some(flown);
         }
@@ -254,9 +254,9 @@ impl Vehicle {
         situation: &Situation,
         demand: &mut Demand,
         rules: &Rules,
-        tell: &mut dyn FnMut(EventKind),
+        publish: &mut dyn FnMut(EventKind),
     ) -> Option<Flown> {
-        let mut tick = mission::Tick { situation, rules, home: self.home, tell };
+        let mut tick = mission::Tick { situation, rules, home: self.home, publish };
         match self.mission.fly(demand, &mut tick) {
             Flight::Fly(flown) => return Some(flown),
             Flight::Complete(around) => {
@@ -269,7 +269,7 @@ impl Vehicle {
             }
         }
         self.link.forget();
-        tell(EventKind::Mode(self.mode));
+        publish(EventKind::Mode(self.mode));
         None
     }
 

@@ -1,33 +1,33 @@
-//! What effectors there are.
+//! The kinds of effectors.
 
 use serde::{Deserialize, Serialize};
 
-/// What an effector is. A law that needs a role asks for it by kind and side.
+/// Kind of an effector. A law finds the effector of a role by kind and side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectorKind {
-    /// Surface at the wing's trailing edge that rolls.
+    /// Surface at the wing's trailing edge, for roll.
     Aileron,
-    /// Surface at the tail that pitches; on both sides it can roll too.
+    /// Surface at the tail, for pitch; left and right ones can also roll.
     Elevator,
     /// Surface of the fin.
     Rudder,
-    /// Surface at the wing's edge that lifts.
+    /// High-lift surface at the wing's edge.
     Flap,
-    /// Surface on the wing that takes lift away.
+    /// Surface on the wing that reduces lift.
     Spoiler,
-    /// Surface ahead of the wing that pitches.
+    /// Surface ahead of the wing, for pitch.
     Canard,
-    /// Angle of the jet that pitches.
+    /// Angle of the jet in pitch.
     NozzlePitch,
-    /// Angle of the jet that yaws.
+    /// Angle of the jet in yaw.
     NozzleYaw,
     /// Thrust, newton.
     Engine,
 }
 
 impl EffectorKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 9] = [
         Self::Aileron,
         Self::Elevator,
@@ -40,7 +40,7 @@ impl EffectorKind {
         Self::Engine,
     ];
 
-    /// Word in files.
+    /// Name in files.
     #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
@@ -62,7 +62,7 @@ impl EffectorKind {
         !matches!(self, Self::Engine)
     }
 
-    /// Whether it turns the jet.
+    /// Whether it is a nozzle angle.
     #[must_use]
     pub const fn is_nozzle(self) -> bool {
         matches!(self, Self::NozzlePitch | Self::NozzleYaw)

@@ -1,4 +1,4 @@
-//! Why a list of effectors cannot be.
+//! Errors of a list of effectors.
 
 use core::fmt;
 
@@ -17,20 +17,20 @@ pub struct EffectorListError {
 /// The kinds of [`EffectorListError`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ListProblem {
-    /// There is none.
+    /// The list is empty.
     Empty,
-    /// There are more than [`Effector::MAX`].
+    /// The list has more than [`Effector::MAX`] effectors.
     TooMany,
-    /// The name has other characters than small letters, digits and single spaces between them.
+    /// The name has characters other than lower-case letters, digits and single spaces between them.
     BadName,
-    /// Two have the same name.
+    /// Two effectors have the same name.
     DuplicateName,
-    /// Two of a unit have the same number in MAVLink.
+    /// Two servos or two motors have the same MAVLink number.
     DuplicateInstance {
         /// The number.
         instance: u8,
     },
-    /// The number in MAVLink is outside its range.
+    /// The MAVLink number is outside its range.
     BadInstance {
         /// The number.
         instance: u8,
@@ -40,19 +40,19 @@ pub enum ListProblem {
         /// The name.
         partner: Name,
     },
-    /// The partner does not name this one as its own.
+    /// The partner does not name this effector as its own partner.
     NotMutual {
         /// The partner's name.
         partner: Name,
     },
-    /// The two are not left and right of the same kind.
+    /// The two partners are not left and right of the same kind.
     NotMirrored {
         /// The partner's name.
         partner: Name,
     },
-    /// A second engine, or a second nozzle for the same axis: one of each can be.
+    /// A second engine, or a second nozzle for the same axis: an aircraft has at most one of each.
     OnlyOne {
-        /// Of what.
+        /// The kind.
         kind: EffectorKind,
     },
 }

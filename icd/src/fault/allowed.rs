@@ -1,7 +1,7 @@
-//! Whether an effector can have a fault: by the catalogue, with the reach of the effector, and by the times.
+//! Whether an effector can have a fault: the ranges of the catalogue with the reach of the effector, and the times.
 //!
-//! A number that is none is outside every range. The plant checks what it is asked with the servos that
-//! it has; who asks it can check before with those of its model.
+//! NaN is outside every range. The plant checks a request with its own servos; the autopilot can check it beforehand
+//! with those of its model.
 
 use super::{FaultKind, Quantity, Refusal, TargetClass, Timing};
 use crate::time::SimTime;
@@ -10,27 +10,27 @@ use crate::time::SimTime;
 pub const RAMP_MAX_S: f64 = 3_600.0;
 /// Shortest duration, s.
 const DURATION_MIN_S: f64 = 1.0e-4;
-/// Shortest time from onset to onset, s: each repetition is two reports to the ground stations.
+/// Shortest time from onset to onset, s: each repetition sends two reports to the ground stations.
 const EVERY_MIN_S: f64 = 0.1;
-/// Smallest difference of two times, s.
+/// Smallest difference between two times, s.
 const MICROSECOND_S: f64 = 1.0e-6;
-/// How often a fault can act in all, if the number is limited.
+/// Smallest and largest number of repetitions, if it is limited.
 const TIMES: [f64; 2] = [2.0, 1_000.0];
 
-/// How far and how fast a healthy effector goes.
+/// Travel and rate of a healthy effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Its values are angles, rad; those of an engine are thrusts, N.
+    /// Whether its values are angles, rad; those of an engine are thrusts, N.
     pub is_angle: bool,
     /// Lower end of its travel, rad or N.
     pub min: f64,
     /// Upper end of its travel, rad or N.
     pub max: f64,
-    /// Fastest speed, rad/s or N/s; `None` if it is not known, and then no speed is refused for it.
+    /// Largest rate, rad/s or N/s; `None` if unknown, and then the check accepts every rate.
     pub fastest: Option<f64>,
 }
 
-/// Checks that a fault can be.
+/// Checks kind and times of a fault for an effector.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
@@ -51,7 +51,7 @@ fn of_kind(kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
 /// Checks the times of a fault.
 ///
 /// # Errors
-/// [`Refusal::OutOfRange`] for the first one that cannot be.
+/// [`Refusal::OutOfRange`] for the first time outside its range.
 pub fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
     let longest_ramp = if kind.has_size() { RAMP_MAX_S } else { 0.0 };
     range(Quantity::Ramp, timing.ramp_s, [0.0, longest_ramp])?;
@@ -60,7 +60,7 @@ pub fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
         range(Quantity::Duration, duration_s, durations)?;
     }
     if let Some(repeat) = timing.repeat {
-        // A repetition needs a duration; none counts as zero, which is too short.
+        // A repetition needs a duration; a missing one counts as zero, which is too short.
         let duration_s = timing.duration_s.unwrap_or(0.0);
         range(Quantity::Duration, duration_s, durations)?;
         let shortest = EVERY_MIN_S.max(duration_s + MICROSECOND_S);

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
 /// What is over within this time needs no progress.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PROGRESS_DELAY: Duration = Duration::from_secs(2);
 
 /// Without a terminal, a line is printed each time this share of the runs is done, percent.
 const LINE_EVERY_PERCENT: usize = 20;
@@ -75,9 +75,9 @@ impl Progress {
         Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar, from: None }
     }
 
-    /// Nothing is shown of what is over within [`PATIENCE`].
+    /// Nothing is shown of what is over within [`PROGRESS_DELAY`].
     pub(crate) fn quiet_at_first(mut self) -> Self {
-        self.from = Some(clock::now() + PATIENCE);
+        self.from = Some(clock::now() + PROGRESS_DELAY);
         if let Some(bar) = &self.bar {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }

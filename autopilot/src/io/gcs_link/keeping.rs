@@ -29,7 +29,7 @@ impl Link {
 
     /// Hands a changed signing key or its time to the key file, and says what signing has refused.
     pub(super) fn keep_key(&mut self, now: WallTime) {
-        while let Some(line) = self.ground.tell_signing(now) {
+        while let Some(line) = self.ground.report_signing(now) {
             match line {
                 LogLine::Turned(line) => info!("{line}"),
                 LogLine::Refused(line) => warn!("{line}"),

@@ -12,7 +12,7 @@ use crate::io::channels::{ControlChannels, channels};
 use crate::mavlink::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 
-const PATIENCE: Duration = Duration::from_secs(10);
+const TIMEOUT: Duration = Duration::from_secs(10);
 
 fn loopback() -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], 0))
@@ -63,7 +63,7 @@ fn serve(clients: &[SocketAddr]) -> Served {
 impl Served {
     fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(self.listening.tcp_server.unwrap()).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
         stream.set_nodelay(true).unwrap();
         stream
     }
@@ -71,7 +71,7 @@ impl Served {
 
 fn station() -> UdpSocket {
     let station = UdpSocket::bind(loopback()).unwrap();
-    station.set_read_timeout(Some(PATIENCE)).unwrap();
+    station.set_read_timeout(Some(TIMEOUT)).unwrap();
     station
 }
 
@@ -226,7 +226,7 @@ fn a_connection_that_takes_nothing_for_a_minute_is_given_up_and_one_that_takes_a
     runtime().block_on(async {
         let mut server = TcpServer::open(loopback()).unwrap();
         let mut station = TcpStream::connect(server.local_address().unwrap()).unwrap();
-        station.set_read_timeout(Some(PATIENCE)).unwrap();
+        station.set_read_timeout(Some(TIMEOUT)).unwrap();
         let connection = Connection(0);
         let mut now = WallTime::ZERO;
         // Fills what the system keeps; true if it took anything.

@@ -67,7 +67,7 @@ impl LogThread {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.take_parameters();
-            self.look_after();
+            self.poll();
         }
         self.end(End::Stopped);
     }
@@ -127,7 +127,7 @@ impl LogThread {
         }
     }
 
-    fn look_after(&mut self) {
+    fn poll(&mut self) {
         let now = clock::now();
         if now - self.flushed >= FLUSH_EVERY {
             self.flushed = now;

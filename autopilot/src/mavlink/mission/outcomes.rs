@@ -83,7 +83,7 @@ impl MissionService {
             }
             What::Current(item) => {
                 if accepted {
-                    self.tell_current(*item, ctx, out);
+                    self.publish_current(*item, ctx, out);
                 }
                 0
             }

@@ -10,7 +10,7 @@ use crate::mavlink::context::From;
 
 /// An item that does not come is asked for again after this. Ground stations wait half a second to one and
 /// a half, and then send the item before once more.
-const PATIENCE: Duration = Duration::from_secs(1);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
 /// Requests for one item, the first one included, until the upload is given up.
 const TRIES_MAX: u32 = 5;
 /// An item that is not the next one leads to a new request, but not more often than this: every copy of an
@@ -70,7 +70,7 @@ impl Upload {
     /// When the request will be sent once more, or the upload given up.
     #[must_use]
     pub fn deadline(&self) -> WallTime {
-        self.asked + PATIENCE
+        self.asked + REQUEST_TIMEOUT
     }
 
     /// The next item was asked for often enough.

@@ -11,8 +11,8 @@ use crate::mavlink::context::From;
 
 /// Commands that may be open at the same time.
 const WAITING_MAX: usize = 32;
-/// After this the answer is that there was none. The outcome is still taken when it comes.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// After this time the service answers that there was no outcome. It still takes one that comes later.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// What was requested.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ impl WaitingList {
         let waiting = self
             .0
             .iter_mut()
-            .find(|waiting| !waiting.overdue && now.since(waiting.since) >= PATIENCE)?;
+            .find(|waiting| !waiting.overdue && now.since(waiting.since) >= ANSWER_TIMEOUT)?;
         waiting.overdue = true;
         Some((waiting.from, waiting.list.take()))
     }
@@ -102,6 +102,6 @@ impl WaitingList {
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let open = self.0.iter().filter(|waiting| !waiting.overdue);
-        open.map(|waiting| waiting.since + PATIENCE).min()
+        open.map(|waiting| waiting.since + ANSWER_TIMEOUT).min()
     }
 }

@@ -24,7 +24,7 @@ use icd::fault::{FaultEntry, FaultReply, TargetClass};
 /// Orders that may be open.
 const OPEN_MAX: usize = 32;
 /// Ground stations wait for an answer for about a second.
-const PATIENCE: Duration = Duration::from_millis(700);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(700);
 
 /// An order on its way.
 #[derive(Debug)]
@@ -49,11 +49,11 @@ pub(super) struct Answer {
     pub(super) refused: Option<String>,
 }
 
-/// The orders that wait for the plant, and the values as they were told.
+/// The orders that wait for the plant, and the values as they were published.
 #[derive(Debug, Default)]
 pub(super) struct FaultOrders {
     open: Vec<Open>,
-    told: PerEffector<u8>,
+    published: PerEffector<u8>,
 }
 
 /// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
@@ -150,7 +150,7 @@ impl FaultOrders {
     ) -> Vec<Answer> {
         let is_over = |open: &mut Open| {
             let is_there = open.is_done && value(open.effector, faults) == open.wanted;
-            is_there || now.since(open.since) >= PATIENCE
+            is_there || now.since(open.since) >= ANSWER_TIMEOUT
         };
         let over = self.open.extract_if(.., is_over);
         over.map(|Open { from, effector, is_done, wanted, .. }| {
@@ -166,24 +166,24 @@ impl FaultOrders {
         .collect()
     }
 
-    /// Effectors whose value is another than the one told last. One with an open order waits for its answer:
+    /// Effectors whose value is another than the published one. One with an open order waits for its answer:
     /// between the end of a fault and the one in its place there is no value that is worth telling.
     pub(super) fn changed(
         &mut self,
         faults: &FaultList,
         effectors: &EffectorList,
     ) -> Vec<Effector> {
-        let Self { open, told } = self;
+        let Self { open, published } = self;
         let is_free = |effector: &Effector| open.iter().all(|open| open.effector != *effector);
         let changed = effectors.all().filter(is_free).filter(|effector| {
             let value = value(*effector, faults);
-            std::mem::replace(&mut told[*effector], value) != value
+            std::mem::replace(&mut published[*effector], value) != value
         });
         changed.collect()
     }
 
     /// When somebody has waited for long enough.
     pub(super) fn next_deadline(&self) -> Option<WallTime> {
-        self.open.iter().map(|open| open.since + PATIENCE).min()
+        self.open.iter().map(|open| open.since + ANSWER_TIMEOUT).min()
     }
 }

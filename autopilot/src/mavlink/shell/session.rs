@@ -21,7 +21,7 @@ const LINES_MAX: usize = 32;
 /// Output that may wait before no further line is run, bytes.
 const OUTPUT_FULL: usize = 8 * 1024;
 /// After this the answer is that there was none.
-const PATIENCE: Duration = Duration::from_secs(3);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 const NO_ANSWER: &str = "the aircraft does not answer";
 /// What is printed when a line is done.
 pub(super) const PROMPT: &str = "two-step> ";
@@ -198,7 +198,7 @@ impl Session {
 
     /// Gives up a command that has had no answer for too long.
     pub(super) fn poll(&mut self, now: WallTime, ctx: &mut Context) {
-        let is_over = |running: &&mut Running| now.since(running.since) >= PATIENCE;
+        let is_over = |running: &&mut Running| now.since(running.since) >= ANSWER_TIMEOUT;
         let Some(running) = self.running.as_mut().filter(is_over) else { return };
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);
@@ -226,8 +226,8 @@ impl Session {
     }
 
     /// When the command that runs is given up.
-    pub(super) fn patience_ends(&self) -> Option<WallTime> {
-        self.running.as_ref().map(|running| running.since + PATIENCE)
+    pub(super) fn answer_deadline(&self) -> Option<WallTime> {
+        self.running.as_ref().map(|running| running.since + ANSWER_TIMEOUT)
     }
 
     /// The last words of a line, and the prompt.

@@ -1,4 +1,4 @@
-//! SETUP_SIGNING, and what the operators are told.
+//! SETUP_SIGNING, and the reports to the operators.
 
 use ::mavlink::dialects::common::MavSeverity;
 
@@ -56,7 +56,7 @@ impl Signing {
 
     /// One line for the log: signing was turned on or off, or refuses something. What it refuses is told
     /// to the stations as well, at most every ten seconds for each kind.
-    pub fn tell(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
+    pub fn report(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
         if let Some(news) = self.news.take() {
             return Some(LogLine::Turned(news));
         }

@@ -1,11 +1,11 @@
-//! What was refused while signing is on: counted, and told once in a while.
+//! What was refused while signing is on: counted, and reported once in a while.
 
 use core::time::Duration;
 
 use crate::clock::WallTime;
 
-/// A kind is told again after this, if there is more of it.
-const TELL_AGAIN: Duration = Duration::from_secs(10);
+/// A kind is reported again after this, if there is more of it.
+const REPORT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Why a frame is refused while signing is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,12 +61,12 @@ impl Refusal {
     }
 }
 
-/// One kind: how many, how many of them were told, and when.
+/// One kind: how many, how many of them were reported, and when.
 #[derive(Debug, Clone, Copy, Default)]
 struct Count {
     refused: u64,
-    told: u64,
-    told_at: WallTime,
+    reported: u64,
+    reported_at: WallTime,
 }
 
 /// How many of each kind were refused.
@@ -88,13 +88,13 @@ impl Refusals {
     /// One line for a kind of which there is more to tell, at most every ten seconds.
     pub(super) fn next_line(&mut self, now: WallTime) -> Option<String> {
         let is_due = |count: &Count| {
-            count.refused > count.told
-                && (count.told == 0 || now.since(count.told_at) >= TELL_AGAIN)
+            count.refused > count.reported
+                && (count.reported == 0 || now.since(count.reported_at) >= REPORT_INTERVAL)
         };
         let (kind, count) =
             Refusal::ALL.into_iter().zip(&mut self.0).find(|(_, count)| is_due(count))?;
-        count.told = count.refused;
-        count.told_at = now;
+        count.reported = count.refused;
+        count.reported_at = now;
         Some(format!("Signing refused {} ({} so far)", kind.described(), count.refused))
     }
 }

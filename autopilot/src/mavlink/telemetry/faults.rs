@@ -24,17 +24,17 @@ const SHORTEST: Duration = Duration::from_millis(100);
 /// Identity of the array, beside its name.
 pub const FAULTS_ID: u8 = 2;
 
-/// When the list is told next.
+/// When the list is sent next.
 #[derive(Debug, Default)]
 pub struct FaultStream {
-    told: WallTime,
+    sent: WallTime,
     due: Option<WallTime>,
 }
 
 impl FaultStream {
     /// The list has changed.
     pub fn hurry(&mut self, now: WallTime) {
-        let soon = now.max(self.told + SHORTEST);
+        let soon = now.max(self.sent + SHORTEST);
         self.due = Some(self.due.map_or(soon, |due| due.min(soon)));
     }
 
@@ -53,7 +53,7 @@ impl FaultStream {
         if self.due.is_some_and(|due| now < due) {
             return;
         }
-        (self.told, self.due) = (now, Some(now + INTERVAL));
+        (self.sent, self.due) = (now, Some(now + INTERVAL));
         let messages = messages(aircraft, effectors);
         let peers: Vec<_> = out.all().collect();
         for peer in peers {
@@ -80,12 +80,12 @@ pub fn messages(aircraft: &Aircraft, effectors: &EffectorList) -> Vec<Encoded> {
         return vec![message(state, &[])];
     }
     let count = number(entries.len());
-    let told = (1..).zip(entries).map(|(index, entry)| {
+    let messages = (1..).zip(entries).map(|(index, entry)| {
         let mut numbers = vec![count, f64::from(index)];
         numbers.extend(numbers_of(entry, effectors));
         message(state, &numbers)
     });
-    told.collect()
+    messages.collect()
 }
 
 fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {

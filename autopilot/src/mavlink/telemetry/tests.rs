@@ -13,7 +13,7 @@ use icd::fault::PlantReport;
 use icd::{Attitude, EulerAngles, Ned};
 
 use super::registry::TABLE;
-use super::{Host, PATIENCE};
+use super::{Host, SNAPSHOT_TIMEOUT};
 use crate::mavlink::Ground;
 use crate::mavlink::tests::world::{Got, World, address};
 use crate::parameters::Parameters;
@@ -110,7 +110,7 @@ fn the_clock_of_the_computer_is_told_if_it_is_known() {
     world.ground = Ground::new(&Parameters::default(), &model, &[address(14_550)]).with_host(host);
     for _ in 0..3 {
         world.settle();
-        world.now = world.now + PATIENCE;
+        world.now = world.now + SNAPSHOT_TIMEOUT;
     }
     let told = last::<SYSTEM_TIME_DATA>(&world);
     let since_start = told.time_unix_usec - 1_700_000_000_000_000;
@@ -136,7 +136,7 @@ fn a_plant_that_stands_still_is_shown_as_it_was_at_the_same_rates() {
     let told = last::<ATTITUDE_DATA>(&world).time_boot_ms;
     world.got.clear();
     for _ in 0..1_000 {
-        world.now = world.now + PATIENCE / 10;
+        world.now = world.now + SNAPSHOT_TIMEOUT / 10;
         world.settle();
     }
     // Five seconds; the first wait for a snapshot takes one of the 125 messages' time, and a bit.

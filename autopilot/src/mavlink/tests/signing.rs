@@ -139,7 +139,7 @@ fn while_on_only_a_signed_setup_counts_and_zeros_turn_it_off() {
     assert!(world.said("Signing is off"));
     assert_eq!(world.ground.pop_key_change(), Some(KeyChange::Forget));
     assert_eq!(world.ground.last_key_change(), None);
-    assert_eq!(world.ground.tell_signing(world.now), Some(LogLine::Turned("Signing is off")));
+    assert_eq!(world.ground.report_signing(world.now), Some(LogLine::Turned("Signing is off")));
     world.send_command(50_000, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(50_000, MavResult::MAV_RESULT_UNSUPPORTED)]);
 }
@@ -194,10 +194,10 @@ fn what_is_refused_is_told_once_in_ten_seconds() {
     let mut world = signing();
     let ask = read_parameter(&mut world);
     let mut lines = Vec::new();
-    world.ground.tell_signing(world.now);
+    world.ground.report_signing(world.now);
     for _ in 0..1_000 {
         world.send_bytes(address(14_550), &ask);
-        lines.extend(world.ground.tell_signing(world.now));
+        lines.extend(world.ground.report_signing(world.now));
         world.step();
     }
     assert_eq!(
@@ -291,9 +291,9 @@ fn our_own_signed_words_sent_back_are_no_replay() {
     world.run_ms(1_100);
     let own = world.got.iter().find(|got| got.id == 0).unwrap().bytes.clone();
     assert_eq!((own[5], own[6]), (OWN.system, OWN.component));
-    world.ground.tell_signing(world.now);
+    world.ground.report_signing(world.now);
     for _ in 0..3 {
         world.send_bytes(address(14_550), &own);
     }
-    assert_eq!(world.ground.tell_signing(world.now), None);
+    assert_eq!(world.ground.report_signing(world.now), None);
 }

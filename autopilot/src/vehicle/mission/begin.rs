@@ -2,7 +2,7 @@
 
 use flight_control::Demand;
 
-use super::leg::{Leg, Ramp, Way};
+use super::leg::{Leg, LegPhase, Ramp};
 use super::loiter::{Loiter, Until};
 use super::{LOOP_MIN_S, Mission, Task, Tick};
 use crate::event::EventKind;
@@ -31,7 +31,7 @@ impl Mission {
         tick: &mut Tick,
     ) -> Result<Task, Otherwise> {
         if !matches!(item.action, Action::Jump { .. }) {
-            (tick.tell)(EventKind::PlanItem(self.current));
+            (tick.publish)(EventKind::PlanItem(self.current));
         }
         let (circle, until) = match item.action {
             Action::Waypoint { point, acceptance_m } => {
@@ -70,8 +70,8 @@ impl Mission {
         let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
         let from = self.previous.unwrap_or(here);
         let jumped_back = core::mem::take(&mut self.jumped_back);
-        let way = if jumped_back { Way::Again } else { Way::On };
-        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp, way }
+        let phase = if jumped_back { LegPhase::Revisit } else { LegPhase::ToWaypoint };
+        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp, phase }
     }
 
     fn circle(&self, circle: &Circle, until: Until, demand: &mut Demand, tick: &Tick) -> Loiter {

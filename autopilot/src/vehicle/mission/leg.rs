@@ -35,21 +35,21 @@ pub struct Leg {
     /// Altitude along it.
     pub ramp: Option<Ramp>,
     /// Which part of it is flown.
-    pub way: Way,
+    pub phase: LegPhase,
 }
 
 /// Which part of a leg is flown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Way {
-    /// On to the waypoint.
-    On,
+pub enum LegPhase {
+    /// To the waypoint.
+    ToWaypoint,
     /// The same in the first tick after a jump back: a waypoint that is reached already is flown to again.
-    Again,
+    Revisit,
     /// First away from the waypoint, on a course in rad.
     Away(f64),
 }
 
-/// An altitude that changes linearly with the way, reached where the leg ends.
+/// An altitude that changes linearly with the distance, reached where the leg ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ramp {
     from_m: f64,
@@ -145,20 +145,20 @@ impl Leg {
             demand.altitude_m = rules.nearest_altitude_m(altitude_m);
         }
         let is_reached = distance_m <= acceptance_m || view.is_passed();
-        match self.way {
-            Way::Again if is_reached => self.way = Way::Away(situation.course_rad()),
-            Way::Again => self.way = Way::On,
-            Way::On | Way::Away(_) => {}
+        match self.phase {
+            LegPhase::Revisit if is_reached => self.phase = LegPhase::Away(situation.course_rad()),
+            LegPhase::Revisit => self.phase = LegPhase::ToWaypoint,
+            LegPhase::ToWaypoint | LegPhase::Away(_) => {}
         }
         let target = target(&self.to, &view.to, demand.altitude_m, None);
-        if let Way::Away(course_rad) = self.way {
+        if let LegPhase::Away(course_rad) = self.phase {
             let guidance = rules.guidance();
             let turn_m = AWAY_RADII * planned_radius_m(situation.speed_m_s, &guidance);
             if distance_m < acceptance_m + turn_m {
                 let steering = hold_course(course_rad, &situation.velocity, &guidance);
                 return Some(Flown { steering, target: Some(target) });
             }
-            self.way = Way::On;
+            self.phase = LegPhase::ToWaypoint;
             self.from = *situation.horizon.site();
             view = View::new(self, situation);
         } else if is_reached {

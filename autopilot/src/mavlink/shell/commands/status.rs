@@ -103,11 +103,14 @@ fn effectors(said: &mut String, state: &Snapshot, list: &EffectorList) {
     for effector in list.all() {
         let (scale, unit) =
             if list.is_angle(effector) { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
-        let told = fixed(2, log.commands[effector] * scale);
+        let commanded = fixed(2, log.commands[effector] * scale);
         let modelled = fixed(2, log.modelled[effector] * scale);
         let limit = if log.limited.contains(effector) { "  at its limit" } else { "" };
-        let _ =
-            writeln!(said, "{:<14} {told:>9}  {modelled:>9} {unit}{limit}", list.name(effector));
+        let _ = writeln!(
+            said,
+            "{:<14} {commanded:>9}  {modelled:>9} {unit}{limit}",
+            list.name(effector)
+        );
     }
 }
 

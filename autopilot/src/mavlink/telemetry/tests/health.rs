@@ -5,7 +5,7 @@ use ::mavlink::dialects::common::{
     MavLandedState, MavSysStatusSensor as Sensor, SYS_STATUS_DATA,
 };
 
-use super::{PATIENCE, last};
+use super::{SNAPSHOT_TIMEOUT, last};
 use crate::event::{Event, EventKind};
 use crate::mavlink::tests::world::{Got, World};
 
@@ -49,7 +49,7 @@ fn mavproxy_sees_a_breach(status: &SYS_STATUS_DATA) -> bool {
 
 fn wait(world: &mut World) {
     for _ in 0..50 {
-        world.now = world.now + PATIENCE;
+        world.now = world.now + SNAPSHOT_TIMEOUT;
         world.settle();
     }
 }
