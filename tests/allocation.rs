@@ -8,7 +8,7 @@ use std::cell::Cell;
 
 use autopilot::autopilot::Autopilot;
 use autopilot::event::{Command, EventKind, Intent};
-use autopilot::vehicle::Mode;
+use autopilot::vehicle::{Mode, VehicleEvent};
 use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
 use icd::tvc_jet;
@@ -129,7 +129,8 @@ fn a_control_step_of_a_mission_allocates_nothing() {
         let sensors = plant.sense();
         let log = *autopilot.step(plant.time(), &sensors);
         while let Some(event) = autopilot.pop_event() {
-            reached += u32::from(matches!(event.kind, EventKind::ItemReached(_)));
+            reached +=
+                u32::from(matches!(event.kind, EventKind::Vehicle(VehicleEvent::ItemReached(_))));
         }
         plant.advance(&log.actuators());
     }

@@ -6,8 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use autopilot::event::{Command, EventKind};
-use autopilot::vehicle::plan::{Action, Plan};
 use autopilot::vehicle::{LinkLossAction, Mode, Place, Reposition};
+use autopilot::vehicle::{
+    VehicleEvent,
+    plan::{Action, Plan},
+};
 use icd::SimTime;
 use nalgebra::Vector3;
 use plant_sim::EarthModel;
@@ -48,7 +51,7 @@ fn at(seconds: f64, command: Command) -> Spoken {
 
 fn begun(flown: &Flown) -> Vec<u16> {
     let item = |(_, kind): &(f64, EventKind)| match kind {
-        EventKind::PlanItem(item) => Some(*item),
+        EventKind::Vehicle(VehicleEvent::PlanItem(item)) => Some(*item),
         _ => None,
     };
     flown.events.iter().filter_map(item).collect()
@@ -135,7 +138,10 @@ fn demonstrate(earth: EarthModel, wind_m_s: f64, turbulence_m_s: f64) -> (Arc<Pl
     let plan = demo(&setup);
     let flown = fly(&setup, &mission::begin(&plan));
     assert_eq!(begun(&flown), BEGUN);
-    let ended = flown.events.iter().any(|(_, kind)| *kind == EventKind::PlanComplete);
+    let ended = flown
+        .events
+        .iter()
+        .any(|(_, kind)| *kind == EventKind::Vehicle(VehicleEvent::PlanComplete));
     assert!(ended, "the plan was completed");
     let last = flown.track.last().expect("a track");
     assert_eq!(last.mode, Mode::Return);
@@ -240,7 +246,11 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
     let spoken = [at(20.0, Command::Terminate), at(25.0, Command::Mode(Mode::Hold))];
     let (mut terminated_at, mut last, mut told) = (None, None, 0);
     let end = fly_spoken(&setup, &spoken, &mut |moment: &Moment| {
-        told += moment.events.iter().filter(|event| event.kind == EventKind::Terminated).count();
+        told += moment
+            .events
+            .iter()
+            .filter(|event| event.kind == EventKind::Vehicle(VehicleEvent::Terminated))
+            .count();
         if moment.snapshot.terminated {
             terminated_at.get_or_insert(moment.truth.position);
             assert_eq!(moment.snapshot.mode, Mode::Position, "nobody is obeyed");

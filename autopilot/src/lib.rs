@@ -1,4 +1,4 @@
-//! The flight software: everything between the plant link and the ground stations.
+//! The process of the flight software: plant link, ground-station links, files and threads.
 //!
 //! ```text
 //!  plant link thread                                    ground-station threads (tokio)
@@ -11,18 +11,25 @@
 //!
 //! Both directions are bounded channels, so nothing on the right can delay a control step. There is no
 //! I/O outside `io/`, and no clock outside `clock.rs`.
+//!
+//! Start with [`run::run`]. What needs no process stands in crates of its own, which this one shows under their names
+//! here: [`flight_management`] (modes, plans, parameters, scripts), [`mavlink`] (the services for ground stations) and
+//! [`recorder`] (what a flight log holds).
+//!
+//! ```
+//! let model = autopilot::configuration::model("tvc_jet.toml", autopilot::configuration::DEFAULT_MODEL)?;
+//! let ground = autopilot::mavlink::Ground::new(&model.defaults, &model.aircraft, &[]);
+//! assert!(!ground.wants_snapshot());
+//! # Ok::<(), autopilot::configuration::ConfigError>(())
+//! ```
 
-pub mod autopilot;
 pub mod clock;
 pub mod config;
-pub mod event;
 pub mod io;
-pub mod mavlink;
-pub mod own_law;
-pub mod parameters;
-pub mod recorder;
 pub mod run;
-pub mod script;
-pub mod termination;
-pub mod transitions;
-pub mod vehicle;
+
+pub use ::recorder;
+pub use flight_management::{
+    self, autopilot, configuration, event, fault_list, own_law, parameters, script, vehicle,
+};
+pub use mavlink_services as mavlink;

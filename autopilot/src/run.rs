@@ -10,17 +10,17 @@ use host_io::{BindError, LinkSocket, Stop, cpu};
 use tokio::sync::watch;
 use tracing::{info, warn};
 
-use crate::autopilot::{Autopilot, Settings};
 use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
-use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Listening, Logs};
+use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Logs};
 use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PlantLink, PlantLinkError, RECEIVE_TIMEOUT};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
-use crate::io::status::{self, StatusLine, StatusSource};
+use crate::io::status::{self, Listening, StatusLine, StatusSource};
 use crate::io::store::{Kept, KeptPlan};
-use crate::mavlink::mission::SavedPlanError;
-use crate::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
+use flight_management::autopilot::{Autopilot, Settings};
+use flight_management::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
+use mavlink_services::mission::SavedPlanError;
 
 mod args;
 mod ground_stations;

@@ -66,6 +66,29 @@ fn flight_control_needs_nothing_but_icd_and_numbers() {
 }
 
 #[test]
+fn flight_management_knows_no_system_and_no_protocol() {
+    let package = "flight-management";
+    let own = ["icd", "flight-control"];
+    let others = ["nalgebra", "libm", "arrayvec", "serde", "toml", "crc32fast", "thiserror"];
+    assert_only(package, &[&own[..], &others[..]].concat());
+    assert_without(package, &closure(package), &IMPURE);
+}
+
+#[test]
+fn the_mavlink_services_know_no_system() {
+    let used = closure("mavlink-services");
+    let forbidden = ["tokio", "mio", "socket2", "nix", "host-io", "recorder", "getrandom"];
+    assert_without("mavlink-services", &used, &forbidden);
+}
+
+#[test]
+fn the_recorder_knows_no_system_and_no_protocol() {
+    let used = closure("recorder");
+    let forbidden = ["tokio", "mio", "socket2", "nix", "host-io", "mavlink", "mavlink-services"];
+    assert_without("recorder", &used, &forbidden);
+}
+
+#[test]
 fn what_both_programs_need_of_the_system_knows_no_aircraft() {
     let forbidden = [
         "icd",
@@ -105,9 +128,10 @@ fn analysis_knows_neither_the_launcher_nor_the_system() {
 }
 
 #[test]
-fn only_the_autopilot_names_mavlink_as_a_dependency() {
-    assert!(direct("autopilot").contains("mavlink"), "the rule looks for the wrong name");
-    for package in ["icd", "host-io", "flight-control", "plant-sim", "flight-analysis", "sitl"] {
+fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
+    assert!(direct("mavlink-services").contains("mavlink"), "the rule looks for the wrong name");
+    let others = ["icd", "host-io", "flight-control", "flight-management", "recorder", "autopilot"];
+    for package in others.into_iter().chain(["plant-sim", "flight-analysis", "sitl"]) {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }
 }

@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 8] = [
+pub const CRATES: [(&str, &str); 11] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
     ("flight_control", "autopilot/flight-control/src"),
+    ("flight_management", "autopilot/flight-management/src"),
+    ("mavlink_services", "autopilot/mavlink-services/src"),
+    ("recorder", "autopilot/recorder/src"),
     ("autopilot", "autopilot/src"),
     ("plant_sim", "plant-sim/src"),
     ("flight_analysis", "sitl/analysis/src"),

@@ -5,7 +5,7 @@ use autopilot::mavlink::codec::{self, Skipped};
 use super::choices::Choices;
 use super::mavlink_world::{World, frame, station};
 
-/// Messages that the autopilot reads; see `autopilot/src/mavlink/codec`.
+/// Messages that the autopilot reads; see `autopilot/mavlink-services/src/codec`.
 const KNOWN: [u32; 36] = [
     0, 4, 11, 20, 21, 23, 37, 39, 40, 41, 43, 44, 45, 47, 51, 66, 69, 70, 73, 75, 76, 82, 84, 86,
     109, 110, 111, 117, 119, 121, 122, 126, 256, 148, 246, 300,

@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
-use crate::event::{Event, Intent, Snapshot};
+use flight_management::event::{Event, Intent, Snapshot};
 
 /// Intents on their way to the control thread, which takes all of them each tick.
 const INTENTS_MAX: usize = 64;
-/// Events on their way to the ground stations. What does not fit waits in [`crate::autopilot::Autopilot`].
+/// Events on their way to the ground stations. What does not fit waits in [`flight_management::autopilot::Autopilot`].
 const EVENTS_MAX: usize = 256;
 /// Snapshots on their way: a request for one is fulfilled once, so a second one would be stale.
 const SNAPSHOTS_MAX: usize = 1;
@@ -102,7 +102,7 @@ impl ControlChannels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::EventKind;
+    use flight_management::event::EventKind;
     use icd::SimTime;
 
     #[test]

@@ -1,5 +1,5 @@
 //! The ground-station link: its sockets, and the channels to the control thread, around
-//! [`crate::mavlink::Ground`].
+//! [`mavlink_services::Ground`].
 //!
 //! ```text
 //!  udp client ──┐                 ┌── Ground ──┐   intents   > control thread
@@ -7,7 +7,7 @@
 //!  tcp server ──┘  never waits    └────────────┘   snapshots <
 //! ```
 //!
-//! One task serves all: it asks what happened, hands it to [`crate::mavlink::Ground`], and offers each
+//! One task serves all: it asks what happened, hands it to [`mavlink_services::Ground`], and offers each
 //! socket what waits for it. A socket that takes nothing keeps its own queue waiting and no other.
 //!
 //! Ground stations remember the address that datagrams come from, so one socket calls all of them.
@@ -20,7 +20,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use flight_control::AircraftModel;
-use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
@@ -30,20 +29,21 @@ use super::channels::GroundChannels;
 use super::key_store::{KeptKey, KeyStore};
 use super::log_folder::LogFolder;
 use super::recorder::GroundFeed;
+use super::status::Listening;
 use super::store::{Kept, KeptPlan, Store};
 use super::tlog::Tlog;
 use crate::clock::{self, WallTime};
-use crate::event::{Event, Intent, Snapshot};
-use crate::mavlink::Ground;
-use crate::mavlink::heartbeat::HeartbeatIdentity;
-use crate::mavlink::logs::LogDone;
-use crate::mavlink::peers::{Address, CONFIGURED_MAX, Connection, is_this_computer};
-use crate::mavlink::signing::Signing;
-use crate::mavlink::telemetry::Host;
-use crate::parameters::Parameters;
-use crate::script::Script;
 use crowd::Crowd;
+use flight_management::event::{Event, Intent, Snapshot};
+use flight_management::parameters::Parameters;
+use flight_management::script::Script;
 use logs::{next_done, open_tlog};
+use mavlink_services::Ground;
+use mavlink_services::heartbeat::HeartbeatIdentity;
+use mavlink_services::logs::LogDone;
+use mavlink_services::peers::{Address, CONFIGURED_MAX, Connection, is_this_computer};
+use mavlink_services::signing::Signing;
+use mavlink_services::telemetry::Host;
 use sockets::{Arrival, READ_MAX, Sockets};
 
 mod crowd;
@@ -77,17 +77,6 @@ pub struct Links {
     /// Own address for ground stations that call by UDP.
     pub udp_server: Option<SocketAddr>,
     /// Own address for ground stations that connect by TCP.
-    pub tcp_server: Option<SocketAddr>,
-}
-
-/// Where ground stations can be: what [`Links`] has become.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Listening {
-    /// Ground stations that are called.
-    pub clients: Vec<SocketAddr>,
-    /// Where they can call by UDP.
-    pub udp_server: Option<SocketAddr>,
-    /// Where they can connect by TCP.
     pub tcp_server: Option<SocketAddr>,
 }
 

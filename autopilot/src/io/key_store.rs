@@ -15,7 +15,7 @@ use nix::unistd::geteuid;
 use tracing::warn;
 
 use super::store::{NoPath, path_or_none, user_data_folder};
-use crate::mavlink::signing::{KeyChange, KeyRecord, RecordError};
+use mavlink_services::signing::{KeyChange, KeyRecord, RecordError};
 
 /// The file inside the user's data folder.
 const FILE: &str = "two-step/signing.key";

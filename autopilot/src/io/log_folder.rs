@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 use tokio::sync::mpsc;
 use tracing::{debug, warn};
 
-use crate::mavlink::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
+use mavlink_services::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
 
 mod names;
 

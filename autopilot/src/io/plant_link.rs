@@ -20,10 +20,10 @@ use super::complaints::Complaints;
 use super::presence::Presence;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
-use crate::autopilot::Autopilot;
 use crate::clock;
-use crate::event::EventKind;
-use crate::mavlink::fault_list::FaultList;
+use flight_management::autopilot::Autopilot;
+use flight_management::event::EventKind;
+use flight_management::fault_list::FaultList;
 
 /// Longest wait for a packet: the control thread takes intents at least this often, also without a plant.
 pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);

@@ -11,7 +11,7 @@
 //! The control thread hands a batch over after its answer has left, and waits only where all batches are on their
 //! way, which means that the disk cannot keep up; simulation time waits with it. A log that cannot go on ends with a
 //! text, and the flight goes on. What was handed over reaches the system at least every [`FLUSH_EVERY`], but for the
-//! half second of simulation time that waits in the encoder for what follows ([`crate::recorder::Selection`]), so a
+//! half second of simulation time that waits in the encoder for what follows ([`::recorder::Selection`]), so a
 //! process that is killed leaves a log up to its last second.
 
 use std::io;
@@ -28,14 +28,14 @@ use icd::{Actuators, SimTime};
 use tracing::warn;
 
 use super::status::StatusSource;
-use crate::autopilot::Autopilot;
-use crate::event::{Command, Event, Intent};
-use crate::mavlink::Ground;
-use crate::mavlink::statustext::LogText;
-use crate::parameters::Parameters;
-use crate::recorder::{
+use ::recorder::{
     Begin, ControlHeader, End, Entry, FLIGHT_RULES, LogRate, Moment, Recorded, Step, open,
 };
+use flight_management::autopilot::Autopilot;
+use flight_management::event::{Command, Event, Intent};
+use flight_management::parameters::Parameters;
+use mavlink_services::Ground;
+use mavlink_services::statustext::LogText;
 
 mod file;
 pub(crate) mod folder;

@@ -1,6 +1,7 @@
 //! What the operator sees of a flight: one line of JSON ten times a second on the standard output.
 
 use std::io::Write;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +14,8 @@ use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use serde::{Deserialize, Serialize};
 
-use super::gcs_link::Listening;
-use crate::event::{Axis, Snapshot};
-use crate::mavlink::fault_list::FaultList;
+use flight_management::event::{Axis, Snapshot};
+use flight_management::fault_list::FaultList;
 
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -30,7 +30,7 @@ pub enum StatusLine {
     /// First of all: where plants and ground stations are awaited.
     Listening {
         /// Address of the plant link.
-        plant_link: std::net::SocketAddr,
+        plant_link: SocketAddr,
         /// Where ground stations can be; empty if there are to be none.
         #[serde(default)]
         ground_stations: Listening,
@@ -44,6 +44,17 @@ pub enum StatusLine {
         /// Its path.
         path: PathBuf,
     },
+}
+
+/// Where ground stations can be: what [`super::gcs_link::Links`] has become.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Listening {
+    /// Ground stations that are called.
+    pub clients: Vec<SocketAddr>,
+    /// Where they can call by UDP.
+    pub udp_server: Option<SocketAddr>,
+    /// Where they can connect by TCP.
+    pub tcp_server: Option<SocketAddr>,
 }
 
 /// The flight at one instant.
@@ -277,7 +288,7 @@ fn print(line: &StatusLine) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::EventKind;
+    use flight_management::event::EventKind;
     use icd::SimTime;
     use icd::fault::{FaultKind, Timing, Travel};
     use icd::tvc_jet;

@@ -15,9 +15,11 @@ use std::thread::{self, JoinHandle};
 use host_io::file::{self, FileProblem, OwnFile};
 use tracing::warn;
 
-use crate::mavlink::mission::{SavedPlan, SavedPlanError};
-use crate::mavlink::param::{Save, Saved};
-use crate::parameters::{Parameters, SavedError, SavedProblem, from_text, has_only_parameters};
+use flight_management::parameters::{
+    Parameters, SavedError, SavedProblem, from_text, has_only_parameters,
+};
+use mavlink_services::mission::{SavedPlan, SavedPlanError};
+use mavlink_services::param::{Save, Saved};
 
 /// Time for more changes to come before a change is written.
 const GATHER: Duration = Duration::from_millis(500);

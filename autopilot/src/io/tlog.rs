@@ -14,7 +14,7 @@ use tracing::warn;
 
 use super::recorder::folder::stamp;
 use crate::clock::WallTime;
-use crate::mavlink::traffic::is_bulk;
+use mavlink_services::traffic::is_bulk;
 
 /// Frames that may wait for the disk: more than half a second of a download.
 const FRAMES_MAX: usize = 8192;

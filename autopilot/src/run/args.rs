@@ -20,10 +20,10 @@ use crate::config::{self, ConfigError, Model};
 use crate::io::gcs_link::Links;
 use crate::io::key_store::KeptKey;
 use crate::io::store::{Kept, KeptPlan, ParameterFile};
-use crate::own_law::OwnLaw;
-use crate::parameters::{self, NavigationParameters, Parameters, ReferenceLimits};
-use crate::script::Script;
-use crate::vehicle::schedule::ReferenceSchedule;
+use flight_management::own_law::OwnLaw;
+use flight_management::parameters::{self, NavigationParameters, Parameters, ReferenceLimits};
+use flight_management::script::Script;
+use flight_management::vehicle::schedule::ReferenceSchedule;
 
 /// Name of the model that comes with the program, for messages.
 const DEFAULT_MODEL_NAME: &str = "tvc_jet.toml";
@@ -280,12 +280,14 @@ impl AutopilotArgs {
 }
 
 fn read_scenario(name: &str) -> Result<String, ConfigError> {
-    config::read(Path::new(name)).map_err(|error| match error {
-        ConfigError::Read { source, .. } if source.is_not_found() => ConfigError::NoScenario {
-            name: name.to_owned(),
-            known: SCENARIOS.map(|(name, _)| name).join(", "),
-        },
-        other => other,
+    let path = Path::new(name);
+    file::read_text(path, file::TEXT_MAX).map_err(|problem| {
+        if problem.is_not_found() {
+            let known = SCENARIOS.map(|(name, _)| name).join(", ");
+            ConfigError::NoScenario { name: name.to_owned(), known }
+        } else {
+            ConfigError::Read { path: path.to_path_buf(), source: problem.into() }
+        }
     })
 }
 

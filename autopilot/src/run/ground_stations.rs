@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::config::{self, ConfigError};
 use crate::io::gcs_link::Links;
-use crate::mavlink::heartbeat::HeartbeatIdentity;
+use mavlink_services::heartbeat::HeartbeatIdentity;
 
 /// Ground stations that are called: `QGroundControl`, and offboard scripts.
 const CLIENTS: [SocketAddr; 2] = [local(14_550), local(14_540)];

@@ -6,7 +6,7 @@ use flight_control::{AllocationMode, CompensatorLaw, MainLaw};
 
 use super::RunError;
 use crate::config;
-use crate::parameters::{self, Parameters};
+use flight_management::parameters::{self, Parameters};
 
 /// Which laws fly, and with which gains.
 #[derive(Debug, Clone, Default, clap::Args)]

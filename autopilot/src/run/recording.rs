@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::io::store::{NoPath, path_or_none, user_data_folder};
-use crate::recorder::LogRate;
+use ::recorder::LogRate;
 
 /// The folder inside the user's data folder.
 const FOLDER: &str = "two-step/logs";

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use icd::EffectorList;
 
 use crate::config::{self, ConfigError};
-use crate::script::Script;
+use flight_management::script::Script;
 
 /// What begins with the flight.
 #[derive(Debug, Clone, Default, clap::Args)]

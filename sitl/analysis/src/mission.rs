@@ -6,9 +6,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use autopilot::event::{Command, EventKind};
-use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
+use autopilot::vehicle::{
+    VehicleEvent,
+    geodesy::{Horizon, Site},
+};
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
@@ -180,7 +183,11 @@ pub fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Result<Flown, SetupError> 
     let mut sink = |moment: &Moment| {
         let t_s = moment.snapshot.time.as_seconds();
         flown.events.extend(moment.events.iter().map(|event| (t_s, event.kind)));
-        if moment.events.iter().any(|event| event.kind == EventKind::PlanComplete) {
+        if moment
+            .events
+            .iter()
+            .any(|event| event.kind == EventKind::Vehicle(VehicleEvent::PlanComplete))
+        {
             over_s = t_s + AFTER_S;
         }
         if tick % TRACK_EVERY == 0 {

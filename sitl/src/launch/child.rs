@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use autopilot::io::gcs_link::Listening;
+use autopilot::io::status::Listening;
 use autopilot::io::status::StatusLine;
 use host_io::clock;
 use plant_sim::io::PlantLine;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use autopilot::io::gcs_link::Listening;
+use autopilot::io::status::Listening;
 use autopilot::io::status::{PlantState, StatusLine};
 
 use super::keys;

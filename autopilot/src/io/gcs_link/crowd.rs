@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 
 use tracing::warn;
 
-use crate::mavlink::peers::{CONNECTIONS_MAX, Crowding, VISITORS_MAX};
+use mavlink_services::peers::{CONNECTIONS_MAX, Crowding, VISITORS_MAX};
 
 /// What was reported so far.
 #[derive(Debug, Default)]

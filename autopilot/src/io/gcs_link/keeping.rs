@@ -4,7 +4,7 @@ use tracing::{info, warn};
 
 use super::Link;
 use crate::clock::WallTime;
-use crate::mavlink::signing::LogLine;
+use mavlink_services::signing::LogLine;
 
 impl Link {
     /// Hands changed parameters and a changed plan to their files, and takes what became of it.

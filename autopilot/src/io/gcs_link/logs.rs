@@ -9,7 +9,7 @@ use crate::clock::WallTime;
 use crate::io::log_folder::LogFolder;
 use crate::io::recorder::folder::make_room;
 use crate::io::tlog::{Tlog, share};
-use crate::mavlink::logs::LogDone;
+use mavlink_services::logs::LogDone;
 
 /// Where logs are written, and offered to ground stations.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -6,9 +6,10 @@ use std::task::{Context, Poll};
 
 use super::tcp::{TcpNews, TcpServer};
 use super::udp::{Udp, UdpNews};
-use super::{GcsError, Links, Listening, TCP_SERVER, UDP_CLIENT, UDP_SERVER};
+use super::{GcsError, Links, TCP_SERVER, UDP_CLIENT, UDP_SERVER};
 use crate::clock::WallTime;
-use crate::mavlink::peers::{Address, Connection};
+use crate::io::status::Listening;
+use mavlink_services::peers::{Address, Connection};
 
 /// Longest piece that is read at once; the largest frame has 293 bytes, and a path 1500.
 pub(super) const READ_MAX: usize = 2048;

@@ -10,7 +10,7 @@ use tracing::{debug, warn};
 
 use super::GcsError;
 use crate::clock::WallTime;
-use crate::mavlink::peers::Connection;
+use mavlink_services::peers::Connection;
 
 /// Connections that may wait to be accepted.
 const BACKLOG: u32 = 16;

@@ -9,7 +9,7 @@ use super::tcp::TcpServer;
 use super::*;
 use crate::config::{self, DEFAULT_MODEL};
 use crate::io::channels::{ControlChannels, channels};
-use crate::mavlink::peers::CONNECTIONS_MAX;
+use mavlink_services::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 
 const TIMEOUT: Duration = Duration::from_secs(10);

@@ -2,7 +2,7 @@ use std::fs;
 use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _, symlink};
 
 use super::*;
-use crate::mavlink::signing::{Key, Timestamp};
+use mavlink_services::signing::{Key, Timestamp};
 
 fn record(units: u64) -> KeyRecord {
     let timestamp = Timestamp::new(units).unwrap();

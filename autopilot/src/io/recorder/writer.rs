@@ -14,8 +14,8 @@ use ulog::writer::Level;
 use super::file::LogFile;
 use super::{FLUSH_EVERY, RecorderConfig, SETTLE_AFTER, folder};
 use crate::io::tlog;
-use crate::parameters::Parameters;
-use crate::recorder::{Begin, Encoder, End, Entry};
+use ::recorder::{Begin, Encoder, End, Entry};
+use flight_management::parameters::Parameters;
 
 /// Old logs are looked after each time a log has grown by this part of the limit.
 const LOOKS: u64 = 16;

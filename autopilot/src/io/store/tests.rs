@@ -2,7 +2,7 @@ use std::fs;
 use std::process::{self, Command, Stdio};
 
 use super::*;
-use crate::parameters::to_text;
+use flight_management::parameters::to_text;
 
 fn text(bandwidth: f64) -> String {
     let mut parameters = Parameters::default();

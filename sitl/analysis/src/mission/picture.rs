@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use autopilot::event::EventKind;
+use autopilot::vehicle::VehicleEvent;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Plan};
 use autopilot::vehicle::{Mode, Place};
@@ -48,7 +49,7 @@ pub fn figure(plan: &Plan, start: Place, flown: &Flown) -> Figure {
         ("next item begins", ITEM),
     ];
     let begins = flown.events.iter().filter_map(|(t_s, kind)| match kind {
-        EventKind::PlanItem(item) => {
+        EventKind::Vehicle(VehicleEvent::PlanItem(item)) => {
             let label = format!("item {item} begins");
             Some(Mark { x: *t_s, number: None, ink: ITEM, label })
         }

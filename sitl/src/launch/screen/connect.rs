@@ -1,6 +1,6 @@
 //! Where to connect and how to break something, as lines that can be copied.
 
-use autopilot::io::gcs_link::Listening;
+use autopilot::io::status::Listening;
 
 use super::wrap::columns;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use autopilot::io::gcs_link::Listening;
+use autopilot::io::status::Listening;
 use autopilot::io::status::{FaultPhase, FaultStatus, FlightStatus, PlantState};
 
 use super::connect;

@@ -1,0 +1,189 @@
+//! The script of the flight: what it wants takes the ways of everybody else's commands, in the step and before the
+//! vehicle.
+
+use std::sync::Arc;
+
+use arrayvec::ArrayVec;
+use flight_control::NavigationState;
+use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest, Target};
+
+use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
+use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
+use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
+use crate::vehicle::VehicleRefusal;
+
+/// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
+const ASKED_MAX: usize = 8;
+const _: () = assert!(ASKED_MAX < REQUESTS_MAX);
+/// Lines that are executed in one control step; the rest of what is due follows in the next ones. A line is up to
+/// three events.
+const LINES_PER_STEP: usize = 32;
+const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
+
+/// The script of the flight.
+#[derive(Debug, Clone)]
+pub(super) struct Scripts {
+    /// Begins with each flight.
+    scenario: Option<Arc<Script>>,
+    /// Faults may be asked for (`SYS_FAILURE_EN`).
+    pub(super) may_fail: bool,
+    running: Option<Run>,
+    /// What the plant has not answered.
+    asked: ArrayVec<Asked, ASKED_MAX>,
+    last_number: u32,
+    /// The script that these requests belong to.
+    asker: u32,
+}
+
+/// A request on its way.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    number: u32,
+    line: u16,
+    /// `None` for all of them.
+    target: Option<Target>,
+}
+
+impl Scripts {
+    pub(super) fn new(scenario: Option<Arc<Script>>, may_fail: bool) -> Self {
+        let asked = ArrayVec::new();
+        Self {
+            scenario,
+            may_fail,
+            running: None,
+            asked,
+            last_number: FIRST_SCRIPT_REQUEST,
+            asker: 0,
+        }
+    }
+
+    /// What begins with each flight.
+    pub(super) fn of_scenario(&self) -> Option<&Arc<Script>> {
+        self.scenario.as_ref()
+    }
+
+    fn has_room(&self) -> bool {
+        !self.asked.is_full()
+    }
+
+    /// A number for a request of this line, about this target.
+    fn number(&mut self, line: u16, target: Option<Target>) -> u32 {
+        self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
+        self.asked.push(Asked { number: self.last_number, line, target });
+        self.last_number
+    }
+}
+
+impl Autopilot {
+    /// A flight begins: what ran is over, and the scenario's script begins.
+    pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
+        self.stop_script();
+        self.scripts.asked.clear();
+        // A flight does not depend on the flights before it.
+        self.scripts.last_number = FIRST_SCRIPT_REQUEST;
+        let Some(script) = self.scripts.scenario.clone() else { return };
+        let id = script.id();
+        if joined_in_flight {
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::JoinedInFlight));
+        } else if self.start_script(script).is_err() {
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::FaultInjectionOff));
+        }
+    }
+
+    /// Runs a script from the next control step on, in the place of the one that runs.
+    pub(super) fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
+        self.can_fly()?;
+        if script.has_faults() && !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        self.stop_script();
+        let id = script.id();
+        self.scripts.asked.clear();
+        self.scripts.asker = id;
+        self.scripts.running = Some(Run::new(script));
+        self.publish_script_event(id, ScriptEvent::Began);
+        Ok(())
+    }
+
+    /// Ends the script that runs, if there is one, and says whether there was.
+    pub(super) fn stop_script(&mut self) -> bool {
+        let Some(run) = self.scripts.running.take() else { return false };
+        self.publish_script_event(run.script().id(), ScriptEvent::Stopped);
+        true
+    }
+
+    /// Executes the lines that are due at this tick, up to [`LINES_PER_STEP`].
+    pub(super) fn step_script(&mut self, state: &NavigationState) {
+        let Some(mut run) = self.scripts.running.take() else { return };
+        let id = run.script().id();
+        self.vehicle.see(state);
+        for _ in 0..LINES_PER_STEP {
+            let has_room = self.scripts.has_room() && self.has_room_for_request();
+            let Some(due) = run.next(state, has_room) else { break };
+            self.publish_script_event(id, ScriptEvent::Line(due.line));
+            if let Err(refusal) = self.execute(due.line, due.action) {
+                let why = LineRefusal::Vehicle(refusal);
+                self.publish_script_event(id, ScriptEvent::LineRefused { line: due.line, why });
+            }
+        }
+        // The line that is next now has seen this tick, whether or not there was a turn left for it.
+        run.look(state);
+        if run.is_over() {
+            self.publish_script_event(id, ScriptEvent::Done);
+        } else {
+            self.scripts.running = Some(run);
+        }
+    }
+
+    fn execute(&mut self, line: u16, action: Action) -> Result<(), VehicleRefusal> {
+        let Self { vehicle, rules, events, dropped_events, time, .. } = self;
+        let time = *time;
+        match action {
+            Action::Fault(request) => self.ask_for(line, request),
+            Action::Refer(reference) => vehicle.refer(reference, rules),
+            Action::Mode(mode) => {
+                let publish = &mut |event| {
+                    push(events, dropped_events, Event { time, kind: EventKind::Vehicle(event) });
+                };
+                vehicle.change_mode(mode, rules, publish)
+            }
+            Action::Say | Action::End => Ok(()),
+        }
+    }
+
+    fn ask_for(&mut self, line: u16, request: FaultRequest) -> Result<(), VehicleRefusal> {
+        if !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        let number = self.scripts.number(line, request.target());
+        self.requests.push_back(PlantRequest { number, action: PlantAction::Fault(request) });
+        Ok(())
+    }
+
+    /// Takes the answer to a request of a script, or `None` if there will be none. False if it is none of these.
+    pub(super) fn answer_script(&mut self, number: u32, reply: Option<&FaultReply>) -> bool {
+        if number < FIRST_SCRIPT_REQUEST {
+            return false;
+        }
+        let asked = &mut self.scripts.asked;
+        let place = asked.iter().position(|asked| asked.number == number);
+        let Some(place) = place else { return true };
+        let Asked { line, target, .. } = asked.swap_remove(place);
+        let why = match reply {
+            None => LineRefusal::NoAnswer,
+            Some(FaultReply::Refused(refusal)) => LineRefusal::Plant { target, refusal: *refusal },
+            Some(
+                FaultReply::Applied { .. }
+                | FaultReply::Unchanged { .. }
+                | FaultReply::Scheduled { .. }
+                | FaultReply::Cleared { .. },
+            ) => return true,
+        };
+        self.publish_script_event(self.scripts.asker, ScriptEvent::LineRefused { line, why });
+        true
+    }
+
+    fn publish_script_event(&mut self, script: u32, event: ScriptEvent) {
+        self.publish(EventKind::Script { script, event });
+    }
+}

@@ -1,0 +1,192 @@
+//! What each event says, and how much it matters.
+//!
+//! CRITICAL is what a pilot must see at once: QGroundControl opens its banner for ERROR and worse, shows WARNING
+//! and NOTICE in orange, and the rest plainly. So good news and answers are INFO.
+
+use flight_control::CompensatorMode;
+use icd::EffectorList;
+use icd::fault::{FaultEntry, FaultState};
+use icd::pace::Pace;
+
+use crate::event::{EventKind, Limit, Limits};
+use crate::parameters::Parameters;
+use crate::script::{NotBegun, Script, ScriptEvent};
+use crate::vehicle::{LinkLossAction, VehicleEvent};
+
+/// How much a text matters, with the numbers of syslog.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The flight is over.
+    Emergency = 0,
+    /// A pilot must see it at once.
+    Critical = 2,
+    /// Something is worse than it was.
+    Warning = 4,
+    /// Good news and answers.
+    Info = 6,
+}
+
+/// Severity and text of an event; `None` where it has none here. The events of scripts need the script: [`of_script`].
+#[must_use]
+pub fn of_event(
+    kind: &EventKind,
+    parameters: &Parameters,
+    effectors: &EffectorList,
+) -> Option<(Severity, String)> {
+    use Severity as S;
+    let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
+    Some(match *kind {
+        EventKind::Outcome { .. } | EventKind::Script { .. } => return None,
+        EventKind::FlightBegan { joined_in_flight: false } => (S::Info, "Flight began".into()),
+        EventKind::FlightBegan { joined_in_flight: true } => {
+            (S::Info, "Joined a flight under way".into())
+        }
+        EventKind::Vehicle(event) => return vehicle_text(event),
+        EventKind::CompensatorActive { axis, .. } if compensator_off => {
+            (S::Critical, format!("Fault detected: {} (compensator off)", axis.name()))
+        }
+        EventKind::CompensatorActive { axis, at_limit } => {
+            let text = format!("Compensator active: {}{}", axis.name(), limits_text(at_limit));
+            (S::Critical, text)
+        }
+        EventKind::CompensatorReleased { .. } if compensator_off => {
+            (S::Info, "Fault no longer detected".into())
+        }
+        EventKind::CompensatorReleased { after } => {
+            let text = format!("Compensator released after {:.1} s", after.as_secs_f64());
+            (S::Info, text)
+        }
+        EventKind::AuthorityExhausted { axis, by } => {
+            let by = match by {
+                Limit::Thrust => "too little thrust".into(),
+                limit => format!("{} at limit", limit.name()),
+            };
+            (S::Critical, format!("No authority left: {}, {by}", axis.name()))
+        }
+        EventKind::AuthorityRestored(axis) => {
+            (S::Info, format!("Authority restored: {}", axis.name()))
+        }
+        EventKind::Saturated(limit) => {
+            // Full or idle thrust is normal in a climb, a descent or after a change of speed.
+            let is_normal = limit == Limit::Thrust;
+            let severity = if is_normal { S::Info } else { S::Warning };
+            (severity, format!("Saturated: {}", limit.name()))
+        }
+        EventKind::SaturationEnded(limit) => {
+            (S::Info, format!("No longer saturated: {}", limit.name()))
+        }
+        EventKind::AltitudeNotHeld(limit) => {
+            let text = format!("Altitude not held: {} at its limit", limit.name());
+            (S::Warning, text)
+        }
+        EventKind::AltitudeHeld => (S::Info, "Altitude held again".into()),
+        EventKind::Fault(ref entry) => return fault_text(entry, effectors),
+        EventKind::GroundContact => (S::Emergency, "Ground contact: the flight is over".into()),
+        EventKind::PlantLost => {
+            (S::Warning, "Plant link lost: simulation time stands still".into())
+        }
+        EventKind::LogRemoved => (S::Warning, "Flight log was removed: not recording".into()),
+        EventKind::PlantBack => (S::Info, "Plant link is back".into()),
+        EventKind::EventsLost(lost) => {
+            (S::Warning, format!("{lost} events were lost: the faults are listed anew"))
+        }
+        EventKind::Paced(pace) => match pace {
+            Pace::Pause => (S::Info, "Simulation paused".into()),
+            Pace::Run => (S::Info, "Simulation runs".into()),
+            Pace::Step(periods) => (S::Info, format!("Simulation steps: {periods}")),
+            Pace::Speed(speed) => (S::Info, format!("Simulation speed: x{speed}")),
+        },
+    })
+}
+
+/// What the vehicle reports.
+fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
+    use Severity as S;
+    Some(match event {
+        VehicleEvent::Mode(mode) => (S::Info, format!("Mode {mode}")),
+        VehicleEvent::PlanItem(_) | VehicleEvent::ItemReached(_) | VehicleEvent::Home(_) => {
+            return None;
+        }
+        VehicleEvent::PlanComplete => (S::Info, "Mission complete".into()),
+        VehicleEvent::Terminated => {
+            (S::Emergency, "Flight terminated: engine off, surfaces hard over".into())
+        }
+        VehicleEvent::LinkLost(action) => {
+            let action = match action {
+                LinkLossAction::Continue => "the flight goes on",
+                LinkLossAction::Hold => "Hold",
+                LinkLossAction::Return => "Return",
+            };
+            (S::Warning, format!("Ground station lost: {action}"))
+        }
+        VehicleEvent::LinkBack(mode) => (S::Info, format!("Ground station is back: {mode}")),
+    })
+}
+
+/// `, nozzle yaw at limit`; nothing where nothing is.
+fn limits_text(limits: Limits) -> String {
+    let names: Vec<&str> = limits.iter().map(Limit::name).collect();
+    match &names[..] {
+        [] => String::new(),
+        [name] => format!(", {name} at limit"),
+        [first @ .., last] => format!(", {} and {last} at limit", first.join(", ")),
+    }
+}
+
+/// A fault that begins or ends. What is scheduled or cancelled is told with the answer to the order.
+fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity, String)> {
+    let FaultEntry { target, kind, timing, state, .. } = *entry;
+    let kind = kind.described(target.class(effectors));
+    let target = target.name(effectors);
+    let cleared = format!("Cleared: {target} {kind}");
+    Some(match state {
+        FaultState::Active { since } => {
+            let since_s = since.as_seconds();
+            let text = format!("Injected: {target} {kind}, from {since_s} s{timing}");
+            (Severity::Warning, text)
+        }
+        FaultState::Ended { .. } => (Severity::Info, cleared),
+        FaultState::Resting { next, .. } => {
+            let next_s = next.as_seconds();
+            (Severity::Info, format!("{cleared}, again at {next_s} s"))
+        }
+        FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
+    })
+}
+
+/// Severity and text of what happened to a script; `script` is unknown where it came before this process.
+#[must_use]
+pub fn of_script(script: Option<&Script>, event: ScriptEvent) -> (Severity, String) {
+    use Severity as S;
+    let name = script.map_or("?", Script::name);
+    let words = |number: u16| {
+        let line = script.and_then(|script| script.line(number));
+        line.map_or("", |line| line.text.as_str())
+    };
+    match event {
+        ScriptEvent::Began => (S::Info, format!("Script began: {name}")),
+        ScriptEvent::NotBegun(NotBegun::JoinedInFlight) => {
+            let text = format!("Script not begun: {name}, the flight was under way");
+            (S::Warning, text)
+        }
+        ScriptEvent::NotBegun(NotBegun::FaultInjectionOff) => {
+            let why = "it has faults, and fault injection is off (SYS_FAILURE_EN 0)";
+            (S::Warning, format!("Script not begun: {name}, {why}"))
+        }
+        ScriptEvent::Line(line) => match script.and_then(|script| script.line(line)?.words()) {
+            Some(said) => (S::Info, format!("Script: {said}")),
+            None => (S::Info, format!("Script {line}: {}", words(line))),
+        },
+        ScriptEvent::LineRefused { line, why } => {
+            let none = EffectorList::default();
+            let why = why.described(script.map_or(&none, Script::effectors));
+            let text = format!("Script {line} refused: {why} ({})", words(line));
+            (S::Warning, text)
+        }
+        ScriptEvent::Done => (S::Info, format!("Script done: {name}")),
+        ScriptEvent::Stopped => (S::Info, format!("Script stopped: {name}")),
+    }
+}
+
+#[cfg(test)]
+mod tests;

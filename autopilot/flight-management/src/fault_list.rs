@@ -1,0 +1,153 @@
+//! The faults of the aircraft as the plant tells them: what acts, rests or is scheduled.
+//!
+//! The plant has the list; this is its mirror, made of [`EventKind::Fault`]. It is empty when a flight begins.
+
+use icd::Effector;
+use icd::fault::{FaultEntry, FaultState, Target};
+
+use crate::event::EventKind;
+
+/// Faults that the list can hold: all that the plant schedules, and one that acts on each effector.
+const FAULTS_MAX: usize = 64 + Effector::MAX;
+
+/// The list, by the number of the fault.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FaultList {
+    entries: Vec<FaultEntry>,
+    /// From before a silence of the plant or a loss of events: not confirmed since.
+    doubtful: Vec<FaultEntry>,
+}
+
+impl FaultList {
+    /// Takes what happened; false if the plant only repeats what was known.
+    pub fn handle_event(&mut self, kind: &EventKind) -> bool {
+        match kind {
+            EventKind::FlightBegan { .. } => *self = Self::default(),
+            EventKind::PlantBack | EventKind::EventsLost(_) => self.doubt(),
+            EventKind::Fault(entry) => return self.take(entry),
+            _ => {}
+        }
+        true
+    }
+
+    /// Nothing is known for sure until the plant has told it again.
+    fn doubt(&mut self) {
+        self.doubtful.append(&mut self.entries);
+        self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
+    }
+
+    fn take(&mut self, entry: &FaultEntry) -> bool {
+        let was_known = self.doubtful.extract_if(.., |known| known.id == entry.id).last();
+        let place = self.entries.iter().position(|known| known.id >= entry.id);
+        let place = place.unwrap_or(self.entries.len());
+        let is_full = self.entries.len() >= FAULTS_MAX;
+        let known = self.entries.get_mut(place).filter(|known| known.id == entry.id);
+        let before = known.as_deref().copied().or(was_known);
+        match (known, entry.state.is_over()) {
+            (Some(_), true) => drop(self.entries.remove(place)),
+            (Some(known), false) => *known = *entry,
+            // The plant has no more than fit.
+            (None, false) if is_full => {}
+            (None, false) => self.entries.insert(place, *entry),
+            (None, true) => {}
+        }
+        before != Some(*entry)
+    }
+
+    /// What acts, rests or is scheduled, oldest first.
+    #[must_use]
+    pub fn entries(&self) -> &[FaultEntry] {
+        &self.entries
+    }
+
+    /// The fault that acts on something now.
+    #[must_use]
+    pub fn acting(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
+        let target = target.into();
+        self.entries.iter().find(|entry| {
+            entry.target == target && matches!(entry.state, FaultState::Active { .. })
+        })
+    }
+
+    /// The first of its faults: the one that acts, else the one that does so next.
+    #[must_use]
+    pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
+        let target = target.into();
+        let its = self.entries.iter().filter(|entry| entry.target == target);
+        its.min_by_key(|entry| match entry.state {
+            FaultState::Resting { next, .. } => (true, next),
+            FaultState::Scheduled { at } => (true, at),
+            state => (false, state.time()),
+        })
+    }
+
+    /// Something acts, rests or is scheduled for it.
+    #[must_use]
+    pub fn names(&self, target: impl Into<Target>) -> bool {
+        let target = target.into();
+        self.entries.iter().any(|entry| entry.target == target)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::SimTime;
+    use icd::fault::{FaultKind, Timing};
+    use icd::tvc_jet;
+
+    fn entry(id: u32, state: FaultState) -> EventKind {
+        EventKind::Fault(FaultEntry {
+            id,
+            target: tvc_jet::RUDDER.into(),
+            kind: FaultKind::StuckHere,
+            timing: Timing::at(SimTime::from_micros(1_000_000)),
+            state,
+        })
+    }
+
+    fn at(seconds: u64) -> SimTime {
+        SimTime::from_micros(seconds * 1_000_000)
+    }
+
+    #[test]
+    fn the_list_follows_the_reports_and_begins_empty_with_each_flight() {
+        let mut list = FaultList::default();
+        assert!(list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) })));
+        assert!(list.handle_event(&entry(1, FaultState::Active { since: at(1) })));
+        assert_eq!(list.entries().iter().map(|entry| entry.id).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(1));
+        list.handle_event(&entry(1, FaultState::Ended { at: at(5) }));
+        assert_eq!(list.acting(tvc_jet::RUDDER), None);
+        list.handle_event(&entry(2, FaultState::Active { since: at(5) }));
+        assert_eq!(list.acting(tvc_jet::RUDDER).map(|entry| entry.id), Some(2));
+        let resting = FaultState::Resting { since: at(6), next: at(9) };
+        list.handle_event(&entry(2, resting));
+        assert_eq!((list.acting(tvc_jet::RUDDER), list.entries().len()), (None, 1));
+        list.handle_event(&EventKind::FlightBegan { joined_in_flight: false });
+        assert!(list.entries().is_empty());
+    }
+
+    #[test]
+    fn what_the_plant_repeats_is_no_news_also_after_a_silence() {
+        let mut list = FaultList::default();
+        let acting = entry(1, FaultState::Active { since: at(1) });
+        assert!(list.handle_event(&acting));
+        assert!(!list.handle_event(&acting));
+        list.handle_event(&entry(2, FaultState::Scheduled { at: at(5) }));
+        list.handle_event(&EventKind::PlantBack);
+        assert!(list.entries().is_empty(), "not confirmed");
+        assert!(!list.handle_event(&acting));
+        assert!(list.handle_event(&entry(2, FaultState::Active { since: at(5) })));
+        assert_eq!(list.entries().len(), 2);
+    }
+
+    #[test]
+    fn a_plant_that_tells_too_much_fills_the_list_and_no_more() {
+        let mut list = FaultList::default();
+        for id in 1..1_000 {
+            list.handle_event(&entry(id, FaultState::Scheduled { at: at(5) }));
+        }
+        assert_eq!(list.entries().len(), FAULTS_MAX);
+    }
+}

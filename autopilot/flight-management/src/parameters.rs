@@ -1,0 +1,371 @@
+//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
+
+use flight_control::compensator::neso::Lemma1Warning;
+use flight_control::gains::GainError;
+use flight_control::{
+    AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode,
+};
+
+use crate::vehicle::LinkLossAction;
+use crate::vehicle::limits::roll_slew_deg_s;
+pub use crate::vehicle::limits::{NavigationParameters, ReferenceLimits};
+
+mod compatibility;
+mod document;
+mod failure;
+mod faults;
+mod groups;
+mod nearest;
+mod saved;
+mod table;
+
+pub use compatibility::{
+    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, compatibility,
+};
+pub use document::document;
+pub use failure::FailureParameters;
+pub use faults::{
+    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
+};
+pub use groups::{
+    LinkParameters, MODE_SLOTS, ModeSwitchParameters, SticksLossAction, StreamParameters,
+    SwitchChannel, SwitchMode,
+};
+pub use nearest::{changes, nearest};
+pub use saved::{
+    SavedError, SavedProblem, from_text, has_only_parameters, set_from_table, set_from_text,
+    to_text,
+};
+pub use table::table;
+
+/// All parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// What the laws read.
+    pub gains: Gains,
+    /// References that are accepted.
+    pub limits: ReferenceLimits,
+    /// Fault injection.
+    pub failure: FailureParameters,
+    /// Guidance.
+    pub navigation: NavigationParameters,
+    /// Silence of ground stations.
+    pub link: LinkParameters,
+    /// The switch that selects flight modes.
+    pub mode_switch: ModeSwitchParameters,
+    /// Rates of the streams.
+    pub streams: StreamParameters,
+    /// The program brings a law of its own. Not a parameter; without it `CTL_LAW` 9 is refused.
+    pub brings_law: bool,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            gains: Gains::REFERENCE,
+            limits: ReferenceLimits {
+                altitude_min_m: 500.0,
+                altitude_max_m: 12_000.0,
+                airspeed_min_m_s: 180.0,
+                airspeed_max_m_s: 320.0,
+                roll_max_deg: 45.0,
+            },
+            failure: FailureParameters::reference(),
+            navigation: NavigationParameters {
+                l1_period_s: 25.0,
+                l1_damping: 0.75,
+                bank_max_deg: 45.0,
+                loiter_radius_m: 10_000.0,
+                acceptance_m: 500.0,
+                climb_max_m_s: 30.0,
+                return_altitude_m: 5_000.0,
+                roll_slew_deg_s: roll_slew_deg_s(),
+            },
+            link: LinkParameters {
+                loss_action: LinkLossAction::Continue,
+                loss_s: 10.0,
+                offboard_loss_s: 0.5,
+                sticks_loss_s: 0.5,
+                sticks_loss_action: SticksLossAction::Hold,
+                system_id: 1,
+            },
+            mode_switch: ModeSwitchParameters {
+                channel: SwitchChannel::None,
+                slots: [
+                    SwitchMode::Position,
+                    SwitchMode::Altitude,
+                    SwitchMode::Hold,
+                    SwitchMode::Mission,
+                    SwitchMode::Return,
+                    SwitchMode::Unassigned,
+                ],
+            },
+            streams: StreamParameters {
+                attitude_hz: 25.0,
+                position_hz: 10.0,
+                actuators_hz: 10.0,
+                compensator_hz: 10.0,
+            },
+            brings_law: false,
+        }
+    }
+}
+
+/// How a parameter travels over MAVLink.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// MAV_PARAM_TYPE_INT32.
+    Int,
+    /// MAV_PARAM_TYPE_REAL32.
+    Real,
+}
+
+/// One value of a parameter that is a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// The number.
+    pub value: i32,
+    /// What it means.
+    pub label: &'static str,
+}
+
+/// One row of the parameter table.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Name, at most 16 characters.
+    pub name: &'static str,
+    /// What it is about.
+    pub group: &'static str,
+    /// Wire type.
+    pub kind: Kind,
+    /// Unit; `-` for none.
+    pub unit: &'static str,
+    /// Smallest allowed value.
+    pub min: f64,
+    /// Largest allowed value.
+    pub max: f64,
+    /// What it does.
+    pub meaning: &'static str,
+    /// What each value means; empty for a number.
+    pub choices: &'static [Choice],
+    /// A change acts when the program starts again, not at once.
+    pub at_restart: bool,
+    get: Get,
+    set: Set,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Get {
+    Gain(fn(&Gains) -> f64),
+    Own(fn(&Parameters) -> f64),
+    /// Place of a setting of a kind of fault.
+    Fault(usize),
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Set {
+    Gain(fn(&mut Gains, f64)),
+    Own(fn(&mut Parameters, f64)),
+    /// Place of a setting of a kind of fault.
+    Fault(usize),
+}
+
+/// Why a parameter was not set.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ParameterError {
+    /// No such name.
+    #[error("there is no parameter {name}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+    },
+    /// A compatibility parameter.
+    #[error("{name} is read-only: it is there for ground stations and has no effect here")]
+    ReadOnly {
+        /// Parameter.
+        name: &'static str,
+    },
+    /// A parameter that breaks an effector.
+    #[error(
+        "{name} breaks an effector: a ground station sets it, only in flight, and nothing keeps it"
+    )]
+    OnlyInFlight {
+        /// Parameter.
+        name: String,
+    },
+    /// Not finite or outside the range.
+    #[error("{name} = {value} is outside {min} to {max} {unit}")]
+    OutOfRange {
+        /// Parameter.
+        name: &'static str,
+        /// Refused value.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+        /// Unit of the numbers.
+        unit: &'static str,
+    },
+    /// Inside the range, and none of the values of a choice.
+    #[error("{name} = {value} is none of {}", values(choices))]
+    NotAChoice {
+        /// Parameter.
+        name: &'static str,
+        /// Refused value.
+        value: f64,
+        /// The values that there are.
+        choices: &'static [Choice],
+    },
+    /// A lower limit above its upper limit.
+    #[error("{lower} = {low} {unit} is above {upper} = {high} {unit}")]
+    Order {
+        /// The lower limit.
+        lower: &'static str,
+        /// Its value.
+        low: f64,
+        /// The upper limit.
+        upper: &'static str,
+        /// Its value.
+        high: f64,
+        /// Unit of both.
+        unit: &'static str,
+    },
+    /// There is no such law in this program.
+    #[error(
+        "CTL_LAW = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
+    )]
+    NoOwnLaw,
+    /// The set as a whole cannot be flown.
+    #[error("{0}")]
+    Gains(#[from] GainError),
+}
+
+/// The numbers of choices, for people.
+fn values(choices: &[Choice]) -> String {
+    let values: Vec<String> = choices.iter().map(|choice| choice.value.to_string()).collect();
+    values.join(", ")
+}
+
+impl Parameter {
+    /// Value now.
+    #[must_use]
+    pub fn value(&self, parameters: &Parameters) -> f64 {
+        match self.get {
+            Get::Gain(get) => get(&parameters.gains),
+            Get::Own(get) => get(parameters),
+            Get::Fault(place) => parameters.failure.settings[place],
+        }
+    }
+
+    /// Value where nothing was set.
+    #[must_use]
+    pub fn default_value(&self) -> f64 {
+        self.value(&Parameters::default())
+    }
+}
+
+impl Parameters {
+    /// Sets one parameter and checks the whole set. Integers are rounded.
+    ///
+    /// # Errors
+    /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
+    pub fn set(&mut self, name: &str, value: f64) -> Result<Option<Lemma1Warning>, ParameterError> {
+        self.set_all([(name, value)])
+    }
+
+    /// Sets several parameters and checks the whole set, so that their order does not matter.
+    ///
+    /// # Errors
+    /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
+    pub fn set_all<'a>(
+        &mut self,
+        settings: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<Option<Lemma1Warning>, ParameterError> {
+        let mut changed = *self;
+        for (name, value) in settings {
+            changed.assign(name, value)?;
+        }
+        check_order(&changed.limits)?;
+        let warning = changed.gains.validate()?;
+        *self = changed;
+        Ok(warning)
+    }
+
+    /// Checks that the selected law is there. Saved parameters may name a law that only another program brings,
+    /// so this is asked where they are to be flown.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoOwnLaw`].
+    pub fn check_law(&self) -> Result<(), ParameterError> {
+        if self.gains.selection.main == MainLaw::Own && !self.brings_law {
+            return Err(ParameterError::NoOwnLaw);
+        }
+        Ok(())
+    }
+
+    /// Checks every value and the whole set, where they do not come from [`Parameters::set_all`].
+    ///
+    /// # Errors
+    /// [`ParameterError`] names the first that cannot be flown.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        /// Angles are kept in another unit, so a value at its limit comes back with this relative error at most.
+        const ROUNDING: f64 = 1.0e-9;
+        for row in table() {
+            let Parameter { name, unit, min, max, .. } = *row;
+            let value = row.value(self);
+            let room = ROUNDING * min.abs().max(max.abs());
+            if !(min - room..=max + room).contains(&value) {
+                return Err(ParameterError::OutOfRange { name, value, min, max, unit });
+            }
+        }
+        check_order(&self.limits)?;
+        self.gains.validate()?;
+        self.check_law()
+    }
+
+    /// Sets one parameter that is inside its range; says nothing about the whole set.
+    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let Some(row) = table().iter().find(|row| row.name == name) else {
+            return Err(match (compatibility(name), is_fault(name)) {
+                (Some(row), _) => ParameterError::ReadOnly { name: row.name },
+                (None, true) => ParameterError::OnlyInFlight { name: name.to_owned() },
+                (None, false) => ParameterError::Unknown { name: name.to_owned() },
+            });
+        };
+        let value = match row.kind {
+            Kind::Int => libm::round(value),
+            Kind::Real => value,
+        };
+        let Parameter { name, unit, min, max, .. } = *row;
+        if !(min..=max).contains(&value) {
+            return Err(ParameterError::OutOfRange { name, value, min, max, unit });
+        }
+        let is_it = |choice: &Choice| f64::from(choice.value) == value;
+        if !row.choices.is_empty() && !row.choices.iter().any(is_it) {
+            return Err(ParameterError::NotAChoice { name, value, choices: row.choices });
+        }
+        match row.set {
+            Set::Gain(set) => set(&mut self.gains, value),
+            Set::Own(set) => set(self, value),
+            Set::Fault(place) => self.failure.settings[place] = value,
+        }
+        Ok(())
+    }
+}
+
+/// The lower ends of the ranges are not above the upper ones.
+fn check_order(limits: &ReferenceLimits) -> Result<(), ParameterError> {
+    for (lower, low, upper, high, unit) in [
+        ("REF_ALT_MIN", limits.altitude_min_m, "REF_ALT_MAX", limits.altitude_max_m, "m"),
+        ("FW_AIRSPD_MIN", limits.airspeed_min_m_s, "FW_AIRSPD_MAX", limits.airspeed_max_m_s, "m/s"),
+    ] {
+        if low > high {
+            return Err(ParameterError::Order { lower, low, upper, high, unit });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

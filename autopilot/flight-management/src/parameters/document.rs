@@ -1,0 +1,126 @@
+//! The tables as a page for people: `docs/parameters.md`.
+
+use core::fmt::Write as _;
+
+use icd::EffectorList;
+
+use super::{COMPATIBILITY, FAULT_CHOICES, Kind, Parameter, fault_parameters, table};
+
+const OPENING: &str = "\
+# Parameters
+
+<!-- Written by `sitl parameters`; do not edit. -->
+
+Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets
+one for a flight. A change acts at once, without a restart, but for `MAV_SYS_ID`. A value outside its range is refused; the answer
+says why and repeats the value that stays.
+
+What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
+user's data folder) and used again by the next `sitl` or `autopilot`, which says so when it starts. What the
+command line sets wins and is not kept. The plan is kept beside that file. `sitl paper`, `sitl bench` and flights inside one
+process never look at either.
+
+Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
+";
+
+const FAULTS_OPENING: &str = "
+## Break an effector
+
+A ground station that sets one of these orders a fault as MAV_CMD_INJECT_FAILURE does, with the sizes and times of
+`FLT_*` above, and 0 mends. The value is what acts, else what acts next (a fault that rests or is scheduled),
+whoever ordered it, and every change is announced. They are
+INT32, begin each flight with 0, are kept in no file and cannot be set on the command line. With `SYS_FAILURE_EN` 0 they
+are refused.
+
+| name | what it breaks |
+|---|---|
+";
+
+const COMPATIBILITY_OPENING: &str = "
+## Ground station compatibility
+
+The values are there for the station and have no effect: the heartbeat says PX4, so QGroundControl (4.3 to 5.0, by its source
+text) and MAVSDK look for these parameters of PX4 and warn where one is missing or zero. They are read-only.
+
+| name | type | value | who asks for it, and what the value says |
+|---|---|---|---|
+";
+
+/// The page.
+#[must_use]
+pub fn document(effectors: &EffectorList) -> String {
+    let mut page = OPENING.to_owned();
+    let mut group = "";
+    for row in table() {
+        if row.group != group {
+            group = row.group;
+            page += &format!(
+                "\n## {group}\n\n| name | type | unit | range | default | what it does |\n"
+            );
+            page += "|---|---|---|---|---|---|\n";
+        }
+        page += &line(row);
+    }
+    page += FAULTS_OPENING;
+    for row in fault_parameters(effectors) {
+        page += &format!("| `{}` | {} |\n", row.name, effectors.name(row.effector));
+    }
+    page += "\n| value | meaning |\n|---|---|\n";
+    for choice in &FAULT_CHOICES {
+        page += &format!("| {} | {} |\n", choice.value, choice.label);
+    }
+    page += COMPATIBILITY_OPENING;
+    for row in COMPATIBILITY {
+        let kind = type_name(row.kind);
+        let label = if row.label.is_empty() { String::new() } else { format!(" {}", row.label) };
+        page += &format!("| `{}` | {kind} | {}{label} | {} |\n", row.name, row.value, row.reason);
+    }
+    page
+}
+
+fn line(row: &Parameter) -> String {
+    let Parameter { name, unit, min, max, meaning, .. } = row;
+    let mut line = format!("| `{name}` | {} | {unit} | ", type_name(row.kind));
+    // Writing to a string cannot fail.
+    let _ = write!(line, "{min} to {max} | {} | {meaning}", row.default_value());
+    for (index, choice) in row.choices.iter().enumerate() {
+        let before = if index == 0 { ':' } else { ';' };
+        let _ = write!(line, "{before} {} {}", choice.value, choice.label);
+    }
+    line + " |\n"
+}
+
+fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Int => "INT32",
+        Kind::Real => "FLOAT",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::tvc_jet;
+
+    #[test]
+    fn the_page_in_the_documents_is_the_one_of_the_table() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/parameters.md");
+        let page = std::fs::read_to_string(path).unwrap_or_default();
+        assert!(
+            page == document(&tvc_jet::effectors()),
+            "write it anew: sitl parameters > docs/parameters.md"
+        );
+    }
+
+    #[test]
+    fn every_parameter_stands_on_the_page_once() {
+        let page = document(&tvc_jet::effectors());
+        let list = tvc_jet::effectors();
+        let own = table().iter().map(|row| row.name.to_owned());
+        let faults = fault_parameters(&list).map(|row| row.name.to_string());
+        let others = COMPATIBILITY.iter().map(|row| row.name.to_owned());
+        for name in own.chain(faults).chain(others) {
+            assert_eq!(page.matches(&format!("| `{name}` |")).count(), 1, "{name}");
+        }
+    }
+}

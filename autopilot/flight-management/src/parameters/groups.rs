@@ -1,0 +1,96 @@
+//! The parameters by what they are about. Defaults are in [`super::Parameters::default`], ranges in the
+//! table.
+
+use crate::vehicle::LinkLossAction;
+use serde::{Deserialize, Serialize};
+
+/// What silence of ground stations leads to, and when.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LinkParameters {
+    /// What happens when the controlling ground station falls silent.
+    pub loss_action: LinkLossAction,
+    /// Silence after which it happens, wall time, s.
+    pub loss_s: f64,
+    /// Silence of an offboard stream after which Offboard ends, wall time, s.
+    pub offboard_loss_s: f64,
+    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
+    pub sticks_loss_s: f64,
+    /// The mode that follows then.
+    pub sticks_loss_action: SticksLossAction,
+    /// MAVLink system id of the vehicle, 1 to 250; what it is at the start of the program counts.
+    pub system_id: u8,
+}
+
+/// What the aircraft does when a pilot's sticks fall silent, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SticksLossAction {
+    /// Circles where it is.
+    Hold,
+    /// Flies home.
+    Return,
+}
+
+/// Slots of a mode switch, as PX4 has them.
+pub const MODE_SLOTS: usize = 6;
+
+/// A switch of a pilot's transmitter that selects flight modes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ModeSwitchParameters {
+    /// Channel of RC_CHANNELS_OVERRIDE.
+    pub channel: SwitchChannel,
+    /// The mode of each slot, from 1000 us to 2000 us.
+    pub slots: [SwitchMode; MODE_SLOTS],
+}
+
+/// A channel that a mode switch can have: 1 to 4 are the sticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SwitchChannel {
+    /// There is no switch.
+    None,
+    /// Channel 5.
+    Five,
+    /// Channel 6.
+    Six,
+    /// Channel 7.
+    Seven,
+    /// Channel 8.
+    Eight,
+}
+
+/// What a slot of the mode switch selects, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SwitchMode {
+    /// Nothing: the mode stays.
+    Unassigned,
+    /// Manual.
+    Manual,
+    /// Altitude.
+    Altitude,
+    /// Position.
+    Position,
+    /// Mission.
+    Mission,
+    /// Hold.
+    Hold,
+    /// Return.
+    Return,
+    /// Acro.
+    Acro,
+    /// Offboard.
+    Offboard,
+    /// Stabilized.
+    Stabilized,
+}
+
+/// Default rates of the streams, Hz of wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StreamParameters {
+    /// Attitude.
+    pub attitude_hz: f64,
+    /// Position and speed.
+    pub position_hz: f64,
+    /// Commands of the effectors.
+    pub actuators_hz: f64,
+    /// What the compensator does.
+    pub compensator_hz: f64,
+}

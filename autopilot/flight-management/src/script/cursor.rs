@@ -1,0 +1,209 @@
+//! A place in the words of a line: takes the next word, or says what was wanted there.
+
+use super::error::{Problem, ScriptError};
+use super::words::{Kind, Word, quoted, unit};
+
+/// Units of a time, with their factors to seconds.
+pub(super) const SECONDS: [(&str, f64); 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
+
+/// A place in the words of a line.
+#[derive(Clone)]
+pub(super) struct Cursor<'a> {
+    words: &'a [Word],
+    line: usize,
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(words: &'a [Word], line: usize) -> Self {
+        Self { words, line, at: 0 }
+    }
+
+    /// Column of the next word, or the one behind the last.
+    pub(super) fn column(&self) -> usize {
+        match (self.words.get(self.at), self.words.last()) {
+            (Some(next), _) => next.column,
+            (None, Some(last)) => last.column + last.kind.to_string().chars().count(),
+            (None, None) => 1,
+        }
+    }
+
+    pub(super) fn is_at_end(&self) -> bool {
+        self.at >= self.words.len()
+    }
+
+    /// A problem with the next word.
+    pub(super) fn problem(&self, problem: Problem) -> ScriptError {
+        problem.at(self.line, self.column())
+    }
+
+    /// Something else was wanted here.
+    pub(super) fn wanted(&self, wanted: impl Into<String>) -> ScriptError {
+        let found = self.words.get(self.at);
+        let found =
+            found.map_or_else(|| "end of the line".to_owned(), |w| quoted(&w.kind.to_string()));
+        self.problem(Problem::Unexpected { found, wanted: wanted.into() })
+    }
+
+    /// Takes these words (`a b c`) if they come next.
+    pub(super) fn take(&mut self, words: &str) -> bool {
+        let mut at = self.at;
+        for word in words.split(' ') {
+            let is_next = match self.words.get(at).map(|word| &word.kind) {
+                Some(Kind::Name(name)) => name == word,
+                Some(Kind::Sign(sign)) => word.chars().eq([*sign]),
+                Some(Kind::Number(_) | Kind::Text(_)) | None => false,
+            };
+            if !is_next {
+                return false;
+            }
+            at += 1;
+        }
+        self.at = at;
+        true
+    }
+
+    /// Takes these words or says that they are wanted.
+    pub(super) fn need(&mut self, words: &str) -> Result<(), ScriptError> {
+        if self.take(words) { Ok(()) } else { Err(self.wanted(quoted(words))) }
+    }
+
+    /// Takes the first of these that comes next.
+    pub(super) fn choose<T: Copy>(&mut self, choices: &[(&str, T)]) -> Option<T> {
+        choices.iter().find(|(words, _)| self.take(words)).map(|(_, choice)| *choice)
+    }
+
+    /// The same, where one of them is wanted.
+    pub(super) fn need_one<T: Copy>(
+        &mut self,
+        what: &str,
+        choices: &[(&str, T)],
+    ) -> Result<T, ScriptError> {
+        self.choose(choices).ok_or_else(|| {
+            let names: Vec<&str> = choices.iter().map(|(words, _)| *words).collect();
+            self.wanted(format!("{what}: {}", names.join(", ")))
+        })
+    }
+
+    /// A number and its unit, one of these with its factor to SI; the number is returned in SI.
+    pub(super) fn amount(
+        &mut self,
+        what: &'static str,
+        units: &[(&str, f64)],
+    ) -> Result<Amount, ScriptError> {
+        let column = self.column();
+        let value = self.number(what)?;
+        let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
+        let scale = self.choose(units);
+        let scale = scale.ok_or_else(|| self.wanted(format!("the unit {}", names.join(" or "))))?;
+        Ok(Amount { what, line: self.line, column, value, scale })
+    }
+
+    pub(super) fn number(&mut self, what: &str) -> Result<f64, ScriptError> {
+        match self.words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Number(value)) => {
+                self.at += 1;
+                Ok(*value)
+            }
+            _ => Err(self.wanted(format!("a number ({what})"))),
+        }
+    }
+
+    /// A whole number from 1 on.
+    pub(super) fn whole(&mut self, what: &'static str, max: u32) -> Result<u32, ScriptError> {
+        self.whole_from(1, what, max)
+    }
+
+    /// A whole number.
+    pub(super) fn whole_from(
+        &mut self,
+        min: u32,
+        what: &'static str,
+        max: u32,
+    ) -> Result<u32, ScriptError> {
+        let (line, column) = (self.line, self.column());
+        let value = self.number(what)?;
+        if value.fract() == 0.0 && (f64::from(min)..=f64::from(max)).contains(&value) {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole and in range, as just checked"
+            )]
+            return Ok(value as u32);
+        }
+        let (value, min, max) = (value.to_string(), min.to_string(), max.to_string());
+        Err(Problem::OutOfRange { what, value, min, max, unit: "" }.at(line, column))
+    }
+
+    /// Whether a number comes next.
+    pub(super) fn is_number(&self) -> bool {
+        matches!(self.words.get(self.at).map(|word| &word.kind), Some(Kind::Number(_)))
+    }
+
+    /// A name that the author of the script chooses.
+    pub(super) fn name(&mut self, what: &str) -> Result<&'a str, ScriptError> {
+        let words = self.words;
+        match words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Name(name)) => {
+                self.at += 1;
+                Ok(name)
+            }
+            _ => Err(self.wanted(what)),
+        }
+    }
+
+    /// Free text.
+    pub(super) fn text(&mut self, what: &str) -> Result<(), ScriptError> {
+        match self.words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Text(_)) => {
+                self.at += 1;
+                Ok(())
+            }
+            _ => Err(self.wanted(what)),
+        }
+    }
+
+    /// Nothing may follow.
+    pub(super) fn end(&self) -> Result<(), ScriptError> {
+        if self.is_at_end() { Ok(()) } else { Err(self.wanted("the end of the line")) }
+    }
+}
+
+/// A number with its unit, not yet checked.
+pub(super) struct Amount {
+    what: &'static str,
+    line: usize,
+    column: usize,
+    value: f64,
+    scale: f64,
+}
+
+impl Amount {
+    /// In SI units, if it is inside a range in SI units; `unit` and its factor are those of the message.
+    pub(super) fn within(
+        self,
+        (min, max): (f64, f64),
+        unit: (&'static str, f64),
+    ) -> Result<f64, ScriptError> {
+        let value = self.si();
+        if (min..=max).contains(&value) {
+            return Ok(value);
+        }
+        let (unit, scale) = unit;
+        let shown = |si: f64| format!("{}", round(si / scale));
+        let (value, min, max) = (shown(value), shown(min), shown(max));
+        let problem = Problem::OutOfRange { what: self.what, value, min, max, unit };
+        Err(problem.at(self.line, self.column))
+    }
+
+    /// In SI units.
+    pub(super) fn si(&self) -> f64 {
+        self.value * self.scale
+    }
+}
+
+/// For people: without the noise of the last digits.
+fn round(value: f64) -> f64 {
+    let rounded = (value * 1.0e6).round() / 1.0e6;
+    if rounded.is_finite() { rounded } else { value }
+}

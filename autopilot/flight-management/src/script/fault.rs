@@ -1,0 +1,239 @@
+//! `fail` and `clear`: targets, kinds of faults and their timing in words. The words of the kinds are those of the
+//! catalogue.
+
+use core::cmp::Reverse;
+
+use icd::fault::kind::Measure::{Milliseconds, Seconds};
+use icd::fault::kind::{Choice, NUMBERS_MAX, NumberInfo, Piece};
+use icd::fault::{CATALOGUE, FaultKind, KindInfo, Onset, Refusal, Repeat, SensorKind, Target};
+use icd::fault::{TargetClass, Timing};
+use icd::{Effector, EffectorList, FaultRequest, SimTime};
+
+use super::cursor::{Cursor, SECONDS};
+use super::error::{Problem, ScriptError};
+
+/// How often a fault can come again.
+const TIMES_MAX: u32 = 1_000_000;
+
+/// What follows `fail`.
+pub(super) fn fail(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
+    let before = cursor.clone();
+    let target = target(cursor, effectors, &names(effectors))?;
+    let class = target.class(effectors);
+    if class == TargetClass::Sensor {
+        let why = Refusal::NoSensorFaults.described(class).to_string();
+        return Err(before.problem(Problem::NotForThisTarget(why)));
+    }
+    let kind = kind(cursor, class)?;
+    let timing = timing(cursor)?;
+    Ok(FaultRequest::Inject { target, kind, timing })
+}
+
+/// What follows `clear`.
+pub(super) fn clear(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
+    if cursor.take("all") {
+        return Ok(FaultRequest::ClearAll);
+    }
+    let wanted = format!("`all` or {}", names(effectors));
+    Ok(FaultRequest::Clear { target: target(cursor, effectors, &wanted)? })
+}
+
+/// Words of ground stations for servos and motors.
+const UNITS: [(&str, bool); 2] = [("servo", true), ("motor", false)];
+
+/// The effectors in messages.
+fn names(effectors: &EffectorList) -> String {
+    let mut names: Vec<String> =
+        effectors.all().map(|effector| effectors.name(effector).to_owned()).collect();
+    for (unit, is_angle) in UNITS {
+        match effectors.by_unit(is_angle).last().map(|last| effectors.instance(*last)) {
+            Some(1) => names.push(format!("{unit} 1")),
+            Some(last) => names.push(format!("{unit} 1 to {last}")),
+            None => {}
+        }
+    }
+    format!("an effector: {}", names.join(", "))
+}
+
+/// A target: an effector, or a sensor by its name.
+fn target(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+    wanted: &str,
+) -> Result<Target, ScriptError> {
+    let named = |sensor: &SensorKind| cursor.take(sensor.name()) || cursor.take(sensor.key());
+    if let Some(sensor) = SensorKind::ALL.into_iter().find(named) {
+        return Ok(sensor.into());
+    }
+    effector(cursor, effectors, wanted).map(Target::from)
+}
+
+/// An effector by its name for people, for files, or for ground stations. The longest name that fits counts.
+fn effector(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+    wanted: &str,
+) -> Result<Effector, ScriptError> {
+    let mut all: Vec<Effector> = effectors.all().collect();
+    all.sort_by_key(|effector| Reverse(effectors.name(*effector).len()));
+    let named = |cursor: &mut Cursor, effector: &Effector| {
+        cursor.take(effectors.name(*effector)) || cursor.take(effectors.key(*effector))
+    };
+    if let Some(effector) = all.iter().find(|effector| named(cursor, effector)) {
+        return Ok(*effector);
+    }
+    for (unit, is_angle) in UNITS {
+        let members = effectors.by_unit(is_angle);
+        let in_one_word = |cursor: &mut Cursor, effector: &Effector| {
+            cursor.take(&format!("{unit}{}", effectors.instance(*effector)))
+        };
+        if let Some(effector) = members.iter().find(|effector| in_one_word(cursor, effector)) {
+            return Ok(*effector);
+        }
+        let Some(last) = members.last() else { continue };
+        let before = cursor.clone();
+        if cursor.take(unit) {
+            let instance = cursor.whole(unit, effectors.instance(*last).into())?;
+            let mut members = members.iter();
+            let found =
+                members.find(|effector| u32::from(effectors.instance(**effector)) == instance);
+            return found.copied().ok_or_else(|| before.wanted(wanted));
+        }
+    }
+    Err(cursor.wanted(wanted))
+}
+
+/// A kind by its words; the longest that fit count.
+fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptError> {
+    let mut all: Vec<&KindInfo> = CATALOGUE.iter().collect();
+    all.sort_by_key(|info| Reverse(first_words(info).first().map_or(0, |words| words.len())));
+    let before = cursor.clone();
+    let begins = |info: &&&KindInfo| match first_words(info) {
+        [] => cursor.is_number(),
+        words => words.iter().any(|words| cursor.take(words)),
+    };
+    let info = all.iter().find(begins).ok_or_else(|| before.wanted(kinds()))?;
+    if !info.targets.allow(class) {
+        let only = if info.targets.thrust { "only" } else { "not" };
+        let why = format!("`{}` is {only} for the engine", words(info));
+        return Err(before.problem(Problem::NotForThisTarget(why)));
+    }
+    let (mut values, mut alternative) = ([0.0; NUMBERS_MAX], 0);
+    for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
+        match *piece {
+            Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
+            Piece::Maybe(word) => drop(cursor.take(word)),
+            Piece::Number(quantity) => {
+                let mut numbers = values.iter_mut().zip(info.numbers);
+                let place = numbers.find(|(_, number)| number.quantity == quantity);
+                if let Some((value, number)) = place {
+                    *value = self::number(cursor, number, class)?;
+                }
+            }
+            Piece::Choice => {
+                if let Some(choice) = &info.choice {
+                    alternative = self::choice(cursor, choice)?;
+                }
+            }
+        }
+    }
+    info.with(alternative, values).ok_or_else(|| before.wanted(kinds()))
+}
+
+/// The words by which a kind is known; none: it begins with a number.
+fn first_words(info: &KindInfo) -> &'static [&'static str] {
+    match info.phrase.first() {
+        Some(Piece::Words(words)) => words,
+        _ => &[],
+    }
+}
+
+/// How a kind is called in messages.
+fn words(info: &KindInfo) -> String {
+    if let Some(words) = first_words(info).first() {
+        return (*words).to_owned();
+    }
+    let words = info.phrase.iter().filter_map(|piece| match piece {
+        Piece::Words(words) => words.first().copied(),
+        Piece::Number(quantity) => Some(quantity.measure().unit(TargetClass::Angle).name),
+        Piece::Maybe(_) | Piece::Choice => None,
+    });
+    format!("a number {}", words.collect::<Vec<_>>().join(" "))
+}
+
+/// All of them in messages.
+fn kinds() -> String {
+    let all: Vec<String> = CATALOGUE.iter().map(words).collect();
+    format!("a kind of fault: {}", all.join(", "))
+}
+
+/// A number with its unit, in SI units; times come in any unit of time.
+fn number(
+    cursor: &mut Cursor,
+    number: &NumberInfo,
+    class: TargetClass,
+) -> Result<f64, ScriptError> {
+    let (what, measure) = (number.quantity.name(), number.quantity.measure());
+    let unit = measure.unit(class);
+    let [min, max] = number.range.anywhere(measure, class);
+    if matches!(measure, Seconds | Milliseconds) {
+        let range = (unit.to_si(min), unit.to_si(max));
+        return cursor.amount(what, &SECONDS)?.within(range, ("s", 1.0));
+    }
+    let amount = cursor.amount(what, &[(&unit.name.to_ascii_lowercase(), 1.0)])?;
+    amount.within((min, max), (unit.name, 1.0)).map(|value| unit.to_si(value))
+}
+
+/// An alternative by its words, from 0.
+fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<u8, ScriptError> {
+    let all = (0..).zip(choice.alternatives);
+    let all: Vec<(&str, u8)> =
+        all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
+    match choice.default {
+        Some(default) => Ok(cursor.choose(&all).unwrap_or(default)),
+        None => cursor.need_one(choice.title, &all),
+    }
+}
+
+/// A time longer than nothing, s.
+fn duration(cursor: &mut Cursor, what: &'static str) -> Result<f64, ScriptError> {
+    let duration = cursor.amount(what, &SECONDS)?;
+    duration.within((1.0e-6, SimTime::MAX_SECONDS), ("s", 1.0))
+}
+
+/// `, ramp 1 s, for 5 s, every 10 s, 3 times`, in this order, each part once or not at all.
+fn timing(cursor: &mut Cursor) -> Result<Timing, ScriptError> {
+    let mut timing = Timing::from_onset(Onset::AtOnce);
+    if cursor.take(", ramp") {
+        timing.ramp_s = duration(cursor, "the ramp")?;
+    }
+    if cursor.take(", for") {
+        timing.duration_s = Some(duration(cursor, "the duration")?);
+    }
+    if cursor.take(", every") {
+        let problem = cursor.problem(Problem::EveryWithoutFor);
+        let every_s = duration(cursor, "the repetition")?;
+        if timing.duration_s.is_none_or(|duration_s| duration_s >= every_s) {
+            return Err(problem);
+        }
+        let times = if cursor.take(",") {
+            let times = cursor.whole_from(2, "how often", TIMES_MAX)?;
+            cursor.need("times")?;
+            Some(times)
+        } else {
+            None
+        };
+        timing.repeat = Some(Repeat { every_s, times });
+    }
+    if cursor.is_at_end() {
+        Ok(timing)
+    } else {
+        Err(cursor.wanted("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
+    }
+}

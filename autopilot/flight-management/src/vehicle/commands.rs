@@ -1,0 +1,265 @@
+//! What the operator wants of the vehicle.
+//!
+//! The caller has made sure that there is an aircraft in the air ([`crate::autopilot::Autopilot`]). A refused
+//! command changes nothing.
+
+use std::sync::Arc;
+
+use super::hold::Hold;
+use super::offboard::Offboard;
+use super::plan::{Plan, Progress};
+use super::position::Position;
+use super::rules::{check_place, radius};
+use super::sticks::Pilot;
+use super::{
+    LinkLossAction, Mode, Place, Reference, Reposition, Rules, Setpoint, Site, Sticks, Vehicle,
+    VehicleRefusal, WindEstimate,
+};
+use crate::vehicle::VehicleEvent;
+
+type Publish<'a> = &'a mut dyn FnMut(VehicleEvent);
+
+impl Vehicle {
+    /// Changes the mode. The same mode again changes nothing, but Position levels the wings and holds the
+    /// course of that moment.
+    ///
+    /// # Errors
+    /// The flight was terminated, or there is no plan for Mission.
+    pub fn change_mode(
+        &mut self,
+        mode: Mode,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if mode == Mode::Mission && self.mission.is_empty() {
+            return Err(VehicleRefusal::NoPlan);
+        }
+        self.link.forget();
+        self.enter(mode, rules, publish);
+        Ok(())
+    }
+
+    /// Goes on with a paused plan; one that is being flown just goes on.
+    ///
+    /// # Errors
+    /// The flight was terminated, or no plan is paused.
+    pub fn continue_plan(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        match self.mission.progress() {
+            Progress::Paused | Progress::Active => self.change_mode(Mode::Mission, rules, publish),
+            Progress::NoPlan | Progress::NotStarted | Progress::Complete => {
+                Err(VehicleRefusal::NoPausedPlan)
+            }
+        }
+    }
+
+    fn can_obey(&self) -> Result<(), VehicleRefusal> {
+        if self.terminated { Err(VehicleRefusal::Terminated) } else { Ok(()) }
+    }
+
+    /// Enters a mode that can be flown. Altitude and airspeed references go on in all modes, but Return has an
+    /// altitude of its own. Offboard keeps the roll reference until the first setpoint.
+    fn enter(&mut self, mode: Mode, rules: &Rules, publish: Publish) {
+        if mode == Mode::Position {
+            self.position = Position::default();
+        }
+        if mode == self.mode {
+            return;
+        }
+        if !self.is_guided() {
+            self.wind = WindEstimate::default();
+        }
+        self.mission.pause();
+        match mode {
+            Mode::Position => {}
+            Mode::Hold => self.hold = Hold::default(),
+            Mode::Mission => self.mission.start(),
+            Mode::Return => {
+                if let Some(demand) = self.demand.as_mut() {
+                    demand.altitude_m =
+                        rules.nearest_altitude_m(rules.navigation.return_altitude_m);
+                }
+            }
+            Mode::Offboard => self.offboard = Offboard::default(),
+            Mode::Altitude => {
+                self.pilot = Pilot::default();
+                self.level_wings();
+            }
+        }
+        self.mode = mode;
+        publish(VehicleEvent::Mode(mode));
+    }
+
+    fn level_wings(&mut self) {
+        if let Some(demand) = self.demand.as_mut() {
+            demand.roll_rad = 0.0;
+        }
+    }
+
+    /// Changes a reference. An altitude or airspeed in Mission holds until the next item that sets one.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.limits.check(reference)?;
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        match (reference, self.mode) {
+            (Reference::Altitude(_), Mode::Return | Mode::Altitude) => {
+                return Err(VehicleRefusal::AltitudeIsTaken(self.mode));
+            }
+            (Reference::Altitude(altitude_m), _) => {
+                demand.altitude_m = altitude_m;
+                self.mission.release_altitude();
+            }
+            (Reference::Airspeed(airspeed_m_s), _) => demand.airspeed_m_s = airspeed_m_s,
+            (Reference::Roll(roll_rad), Mode::Offboard) => {
+                let setpoint = Setpoint::Roll(roll_rad);
+                return self.offboard.take(setpoint, None, demand, rules);
+            }
+            (Reference::Roll(roll_rad), Mode::Position) => {
+                demand.roll_rad = roll_rad;
+                self.position.release_roll();
+            }
+            (Reference::Course(course_rad), Mode::Position) => self.position.hold(course_rad),
+            (Reference::Roll(_), _) => return Err(VehicleRefusal::NoRollHere),
+            (Reference::Course(_), _) => return Err(VehicleRefusal::NoCourseHere),
+        }
+        Ok(())
+    }
+
+    /// Circles somewhere.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn reposition(
+        &mut self,
+        wanted: &Reposition,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.check_some(wanted.place, wanted.altitude_m, wanted.airspeed_m_s)?;
+        wanted.radius_m.map_or(Ok(()), |radius_m| radius(radius_m).check())?;
+        if self.mode != Mode::Hold && !wanted.change_mode {
+            return Err(VehicleRefusal::NotHold);
+        }
+        if self.demand.is_none() {
+            return Err(VehicleRefusal::NoFlight);
+        }
+        self.link.forget();
+        self.enter(Mode::Hold, rules, publish);
+        self.hold.reposition(wanted);
+        if let Some(demand) = self.demand.as_mut() {
+            demand.altitude_m = wanted.altitude_m.unwrap_or(demand.altitude_m);
+            demand.airspeed_m_s = wanted.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
+        }
+        Ok(())
+    }
+
+    /// Takes a setpoint of an offboard stream.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn take_setpoint(
+        &mut self,
+        setpoint: Setpoint,
+        rules: &Rules,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if self.mode != Mode::Offboard {
+            return Err(VehicleRefusal::NotOffboard);
+        }
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        self.offboard.take(setpoint, self.axes.as_ref(), demand, rules)
+    }
+
+    /// Takes stick positions.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] says why not; nothing changes then.
+    pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        match self.mode {
+            Mode::Position => self.position.take(sticks),
+            Mode::Altitude => self.pilot.take(sticks),
+            _ => Err(VehicleRefusal::NotPiloted),
+        }
+    }
+
+    /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first
+    /// item at once, and without a plan the aircraft holds.
+    ///
+    /// # Errors
+    /// [`VehicleRefusal`] names the item; the plan before stays then.
+    pub fn replace_plan(
+        &mut self,
+        plan: &Arc<Plan>,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        plan.check(rules)?;
+        self.mission.replace(Arc::clone(plan));
+        if self.mode == Mode::Mission {
+            if self.mission.is_empty() {
+                self.link.forget();
+                self.enter(Mode::Hold, rules, publish);
+            } else {
+                self.mission.start();
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes an item the current one; Mission goes on with it at once.
+    ///
+    /// # Errors
+    /// There is no such item, or the flight was terminated.
+    pub fn select_item(&mut self, item: u16, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        self.mission.select(item)?;
+        // In Mission the next tick begins the item, and tells.
+        if self.mode != Mode::Mission {
+            publish(VehicleEvent::PlanItem(item));
+        }
+        Ok(())
+    }
+
+    /// Moves home.
+    ///
+    /// # Errors
+    /// No such place.
+    pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {
+        check_place(place)?;
+        self.home = Some(Site::at(place));
+        publish(VehicleEvent::Home(place));
+        Ok(())
+    }
+
+    /// Ends the flight for good; what that means for the effectors is in [`crate::termination`].
+    pub fn terminate(&mut self, publish: Publish) {
+        if !core::mem::replace(&mut self.terminated, true) {
+            publish(VehicleEvent::Terminated);
+        }
+    }
+
+    /// The controlling ground station is silent.
+    pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, publish: Publish) {
+        let Some(chosen) = self.link.lose(action, self.mode) else { return };
+        publish(VehicleEvent::LinkLost(action));
+        if let (Some(mode), false) = (chosen, self.terminated) {
+            self.enter(mode, rules, publish);
+        }
+    }
+
+    /// It is back: what its silence led to is undone, unless somebody has chosen another mode since.
+    pub fn regain_link(&mut self, rules: &Rules, publish: Publish) {
+        let Some(mode) = self.link.regain(self.mode) else { return };
+        let can_fly = mode != Mode::Mission || !self.mission.is_empty();
+        if can_fly && !self.terminated {
+            self.enter(mode, rules, publish);
+        }
+        publish(VehicleEvent::LinkBack(self.mode));
+    }
+}

@@ -1,0 +1,294 @@
+use super::plane::{Plane, at, circle, item, plan, point, start, waypoint};
+use super::*;
+use crate::vehicle::VehicleEvent;
+use crate::vehicle::navigation::Target;
+use crate::vehicle::plan::{Action, Circle, Item, Point, Progress};
+
+const COMPLETE: VehicleEvent = VehicleEvent::PlanComplete;
+
+fn jump(to: u16, times: Option<u16>) -> Item {
+    item(Action::Jump { to, times })
+}
+
+fn target(plane: &Plane) -> Target {
+    plane.vehicle.navigation().target.unwrap()
+}
+
+#[test]
+fn items_are_flown_in_their_order_and_after_the_last_the_aircraft_circles_around_its_point() {
+    let mut plane = Plane::begin(vec![
+        waypoint(30.0, 0.0, 5_500.0),
+        item(Action::ChangeSpeed { airspeed_m_s: 240.0 }),
+        waypoint(30.0, 30.0, 6_000.0),
+    ]);
+    plane.fly_until(400.0, COMPLETE);
+    assert_eq!(plane.begun(), [0, 1, 2]);
+    assert_eq!(plane.reached(), [0, 1, 2]);
+    assert_eq!(plane.vehicle.mode(), Mode::Hold);
+    assert_eq!(plane.events.last(), Some(&VehicleEvent::Mode(Mode::Hold)));
+    assert_eq!(plane.vehicle.navigation().progress, Progress::Complete);
+    assert_eq!(plane.demand().airspeed_m_s, 240.0);
+    plane.fly(600.0);
+    assert!((plane.distance_m(at(30.0, 30.0)) - 10_000.0).abs() < 20.0);
+    assert!((plane.altitude_m - 6_000.0).abs() < 10.0, "{} m", plane.altitude_m);
+}
+
+#[test]
+fn the_altitude_changes_linearly_along_a_leg() {
+    let mut plane = Plane::begin(vec![waypoint(30.0, 0.0, 6_000.0), waypoint(60.0, 0.0, 6_000.0)]);
+    while plane.distance_m(at(30.0, 0.0)) > 15_000.0 {
+        plane.tick();
+    }
+    // Half-way, and complete at the acceptance radius of 500 m.
+    assert!((plane.demand().altitude_m - 5_508.0).abs() < 5.0, "{:?}", plane.demand());
+}
+
+#[test]
+fn a_turn_begins_before_the_point_and_ends_on_the_next_leg() {
+    let mut plane = Plane::begin(vec![waypoint(30.0, 0.0, 5_000.0), waypoint(30.0, 60.0, 5_000.0)]);
+    plane.fly_until(200.0, VehicleEvent::PlanItem(1));
+    let early_m = plane.distance_m(at(30.0, 0.0));
+    assert!((9_000.0..11_000.0).contains(&early_m), "{early_m} m before the point");
+    plane.fly(90.0);
+    let cross_track_m = plane.vehicle.navigation().cross_track_m;
+    assert!(cross_track_m.abs() < 20.0, "{cross_track_m} m");
+}
+
+#[test]
+fn an_acceptance_radius_of_its_own_is_flown_into() {
+    let acceptance_m = Some(100.0);
+    let through = Action::Waypoint { point: point(30.0, 0.0, 5_000.0), acceptance_m };
+    let mut plane = Plane::begin(vec![item(through), waypoint(30.0, 60.0, 5_000.0)]);
+    plane.fly_until(200.0, VehicleEvent::PlanItem(1));
+    assert!(plane.distance_m(at(30.0, 0.0)) < 120.0);
+}
+
+#[test]
+fn a_jump_is_done_as_often_as_it_says() {
+    let items = vec![waypoint(20.0, 0.0, 5_000.0), waypoint(20.0, 40.0, 5_000.0), jump(0, Some(2))];
+    let mut plane = Plane::begin(items);
+    plane.fly_until(3_000.0, COMPLETE);
+    assert_eq!(plane.begun(), [0, 1, 0, 1, 0, 1]);
+    // Started again after the end: all over.
+    plane.events.clear();
+    plane.change(Mode::Mission).unwrap();
+    plane.fly_until(3_000.0, COMPLETE);
+    assert_eq!(plane.begun(), [0, 1, 0, 1, 0, 1]);
+}
+
+#[test]
+fn jumps_without_an_end_and_without_anything_to_fly_are_refused() {
+    let mut plane = Plane::flying();
+    let speed = item(Action::ChangeSpeed { airspeed_m_s: 240.0 });
+    for items in [
+        vec![jump(0, None)],
+        vec![speed, jump(0, None)],
+        vec![jump(1, None), jump(0, None)],
+        // Used up, the first jump leads to the second and that back.
+        vec![jump(2, Some(1)), jump(0, None), waypoint(5.0, 0.0, 5_000.0)],
+    ] {
+        let refused = plane.load(&plan(items)).unwrap_err();
+        assert!(matches!(refused, VehicleRefusal::EndlessJump { .. }), "{refused}");
+    }
+}
+
+#[test]
+fn turns_and_time_are_counted_on_the_circle() {
+    let turns = Action::LoiterTurns { circle: circle(30.0, 0.0, 5_000.0), turns: 1.5 };
+    let mut plane = Plane::begin(vec![item(turns)]);
+    plane.fly_until(1_000.0, COMPLETE);
+    // To the tangent 28 km, and one and a half times 2 pi 10 km, at 264 m/s.
+    let took_s = plane.now.as_seconds();
+    assert!((took_s - 464.0).abs() < 15.0, "{took_s} s");
+
+    let time = Action::LoiterTime { circle: circle(30.0, 0.0, 5_000.0), seconds: 100.0 };
+    let mut plane = Plane::begin(vec![item(time)]);
+    plane.fly_until(1_000.0, COMPLETE);
+    let took_s = plane.now.as_seconds();
+    assert!((took_s - 207.0).abs() < 15.0, "{took_s} s");
+}
+
+#[test]
+fn a_circle_is_left_towards_the_next_point() {
+    let time = Action::LoiterTime { circle: circle(30.0, 0.0, 5_000.0), seconds: 10.0 };
+    let mut plane = Plane::begin(vec![item(time), waypoint(30.0, 60.0, 5_000.0)]);
+    plane.fly_until(1_000.0, VehicleEvent::PlanItem(1));
+    let to_next = target(&plane).bearing_rad;
+    let off = libm::remainder(plane.heading - to_next, core::f64::consts::TAU);
+    assert!(off.abs() < 0.08, "{off} rad beside the next point");
+}
+
+#[test]
+fn a_circle_to_an_altitude_is_left_at_it() {
+    let climb = Action::LoiterToAltitude(circle(20.0, 0.0, 7_000.0));
+    let mut plane = Plane::begin(vec![item(climb)]);
+    plane.fly_until(1_000.0, COMPLETE);
+    assert!((plane.altitude_m - 7_000.0).abs() < 30.0, "{} m", plane.altitude_m);
+}
+
+#[test]
+fn a_change_of_altitude_is_flown_straight_ahead() {
+    let mut plane = Plane::begin(vec![item(Action::ChangeAltitude { altitude_m: 6_000.0 })]);
+    plane.fly_until(200.0, COMPLETE);
+    assert!((plane.altitude_m - 6_000.0).abs() < 31.0);
+    assert!(plane.heading.abs() < 1.0e-3, "{} rad", plane.heading);
+}
+
+#[test]
+fn after_a_pause_the_current_item_goes_on_from_where_the_aircraft_is() {
+    let mut plane = Plane::begin(vec![waypoint(30.0, 0.0, 5_000.0), waypoint(30.0, 60.0, 5_000.0)]);
+    plane.fly_until(200.0, VehicleEvent::PlanItem(1));
+    plane.fly(60.0);
+    plane.change(Mode::Hold).unwrap();
+    plane.fly(200.0);
+    assert_eq!(plane.vehicle.navigation().progress, Progress::Paused);
+    plane.change(Mode::Mission).unwrap();
+    plane.fly(1.0);
+    assert_eq!(plane.vehicle.navigation().item, 1);
+    plane.fly_until(1_000.0, COMPLETE);
+    assert_eq!(plane.reached(), [0, 1]);
+}
+
+#[test]
+fn time_on_a_circle_counts_on_after_a_pause() {
+    let time = Action::LoiterTime { circle: circle(12.0, 10.0, 5_000.0), seconds: 200.0 };
+    let mut plane = Plane::begin(vec![item(time)]);
+    plane.fly(120.0);
+    plane.change(Mode::Hold).unwrap();
+    plane.fly(400.0);
+    assert!(plane.reached().is_empty());
+    plane.change(Mode::Mission).unwrap();
+    let resumed_s = plane.now.as_seconds();
+    plane.fly_until(600.0, COMPLETE);
+    let rest_s = plane.now.as_seconds() - resumed_s;
+    assert!(rest_s < 200.0, "{rest_s} s: the first part counts");
+}
+
+#[test]
+fn an_item_that_does_not_go_on_by_itself_is_circled_until_another_is_chosen() {
+    let stop = Item { autocontinue: false, ..waypoint(20.0, 0.0, 5_000.0) };
+    let mut plane = Plane::begin(vec![stop, waypoint(60.0, 0.0, 5_000.0)]);
+    plane.fly(700.0);
+    assert_eq!((plane.vehicle.mode(), plane.reached()), (Mode::Mission, vec![0]));
+    assert!((plane.distance_m(at(20.0, 0.0)) - 10_000.0).abs() < 20.0);
+    plane.select(1).unwrap();
+    plane.fly_until(600.0, COMPLETE);
+    assert_eq!(plane.reached(), [0, 1]);
+}
+
+#[test]
+fn an_item_can_be_chosen_before_and_during_the_mission_and_must_exist() {
+    let items = vec![waypoint(30.0, 0.0, 5_000.0), waypoint(60.0, 0.0, 5_000.0)];
+    let mut plane = Plane::flying();
+    let none = VehicleRefusal::NoSuchItem { item: 0, items: 0 };
+    assert_eq!(plane.select(0), Err(none));
+    plane.load(&plan(items)).unwrap();
+    assert_eq!(plane.select(2), Err(VehicleRefusal::NoSuchItem { item: 2, items: 2 }));
+    plane.select(1).unwrap();
+    plane.change(Mode::Mission).unwrap();
+    plane.fly(1.0);
+    assert_eq!(plane.vehicle.navigation().item, 1);
+    plane.select(0).unwrap();
+    plane.fly(1.0);
+    assert_eq!(plane.vehicle.navigation().item, 0);
+    assert_eq!(plane.begun(), [1, 1, 0], "chosen, begun, chosen in flight");
+}
+
+#[test]
+fn mission_without_a_plan_is_refused_and_a_cleared_plan_ends_in_hold() {
+    let mut plane = Plane::flying();
+    assert_eq!(plane.change(Mode::Mission), Err(VehicleRefusal::NoPlan));
+    assert_eq!(plane.vehicle.mode(), Mode::Position);
+    plane.load(&plan(vec![waypoint(30.0, 0.0, 5_000.0)])).unwrap();
+    plane.change(Mode::Mission).unwrap();
+    plane.fly(5.0);
+    plane.load(&plan(Vec::new())).unwrap();
+    assert_eq!(plane.vehicle.mode(), Mode::Hold);
+    plane.fly(1.0);
+    assert_eq!(plane.vehicle.navigation().progress, Progress::NoPlan);
+}
+
+#[test]
+fn a_new_plan_in_flight_begins_with_its_first_item() {
+    let mut plane = Plane::begin(vec![waypoint(10.0, 0.0, 5_000.0), waypoint(60.0, 0.0, 5_000.0)]);
+    plane.fly_until(100.0, VehicleEvent::PlanItem(1));
+    plane.load(&plan(vec![waypoint(40.0, 40.0, 5_000.0)])).unwrap();
+    plane.fly(0.1);
+    let navigation = plane.vehicle.navigation();
+    assert_eq!((navigation.item, navigation.items), (0, 1));
+    assert_eq!(target(&plane).place, at(40.0, 40.0));
+}
+
+#[test]
+fn what_cannot_be_flown_is_refused_with_its_item_and_the_plan_before_stays() {
+    let mut plane = Plane::flying();
+    plane.load(&plan(vec![waypoint(30.0, 0.0, 5_000.0)])).unwrap();
+    let good = waypoint(10.0, 0.0, 5_000.0);
+    let north_of_the_pole = Place { latitude_rad: 2.0, longitude_rad: 0.0 };
+    let nowhere = Point { place: Some(north_of_the_pole), altitude_m: None };
+    let around = circle(0.0, 0.0, 5_000.0);
+    for bad in [
+        Action::Waypoint { point: point(0.0, 0.0, 20_000.0), acceptance_m: None },
+        Action::Waypoint { point: point(0.0, 0.0, f64::NAN), acceptance_m: None },
+        Action::Waypoint { point: nowhere, acceptance_m: None },
+        Action::Waypoint { point: point(0.0, 0.0, 5_000.0), acceptance_m: Some(-1.0) },
+        Action::ChangeSpeed { airspeed_m_s: 100.0 },
+        Action::ChangeAltitude { altitude_m: f64::INFINITY },
+        Action::LoiterTurns { circle: around, turns: f64::NAN },
+        Action::LoiterTime { circle: around, seconds: -1.0 },
+        Action::LoiterUnlimited(Circle { radius_m: Some(0.0), ..around }),
+    ] {
+        let refused = plane.load(&plan(vec![good, item(bad)])).unwrap_err();
+        assert!(matches!(refused, VehicleRefusal::ItemOutOfRange { item: 1, .. }), "{refused}");
+        assert!(refused.to_string().starts_with("item 1: "), "{refused}");
+    }
+    let lost = plane.load(&plan(vec![good, jump(2, None)])).unwrap_err();
+    assert_eq!(lost, VehicleRefusal::NoSuchItem { item: 2, items: 2 });
+    let long = plane.load(&plan(vec![good; 1_001])).unwrap_err();
+    assert!(matches!(long, VehicleRefusal::PlanTooLong { items: 1_001, max: 1_000 }));
+    plane.fly(0.1);
+    assert_eq!(plane.vehicle.navigation().items, 1, "the plan before");
+}
+
+#[test]
+fn return_as_an_item_flies_home_and_completes_the_plan() {
+    let mut plane = Plane::begin(vec![waypoint(20.0, 0.0, 6_000.0), item(Action::Return)]);
+    plane.fly_until(300.0, COMPLETE);
+    assert_eq!(plane.vehicle.mode(), Mode::Return);
+    assert_eq!(plane.demand().altitude_m, plane.rules.navigation.return_altitude_m);
+    plane.fly(600.0);
+    assert!((plane.distance_m(start()) - 10_000.0).abs() < 20.0);
+}
+
+#[test]
+fn an_altitude_of_the_operator_holds_until_the_next_item_that_sets_one() {
+    let mut plane = Plane::begin(vec![waypoint(30.0, 0.0, 6_000.0), waypoint(60.0, 0.0, 6_500.0)]);
+    plane.fly(20.0);
+    plane.vehicle.refer(Reference::Altitude(4_500.0), &rules()).unwrap();
+    plane.fly(50.0);
+    assert_eq!(plane.demand().altitude_m, 4_500.0);
+    plane.fly_until(200.0, COMPLETE);
+    assert_eq!(plane.demand().altitude_m, 6_500.0);
+}
+
+#[test]
+fn points_at_the_same_place_and_items_without_a_place_do_not_hold_the_plan_up() {
+    let here =
+        Action::Waypoint { point: Point { place: None, altitude_m: None }, acceptance_m: None };
+    let twice = waypoint(20.0, 0.0, 5_000.0);
+    let mut plane = Plane::begin(vec![item(here), twice, twice, twice]);
+    plane.fly_until(300.0, COMPLETE);
+    assert_eq!(plane.reached(), [0, 1, 2, 3]);
+}
+
+#[test]
+fn a_new_flight_keeps_the_plan_and_begins_it_anew() {
+    let mut plane = Plane::begin(vec![waypoint(5.0, 0.0, 5_000.0), waypoint(60.0, 0.0, 5_000.0)]);
+    plane.fly_until(100.0, VehicleEvent::PlanItem(1));
+    plane.vehicle.begin_flight();
+    plane.fly(0.1);
+    let navigation = plane.vehicle.navigation();
+    assert_eq!(plane.vehicle.mode(), Mode::Position);
+    assert_eq!((navigation.item, navigation.items), (0, 2));
+    assert_eq!(navigation.progress, Progress::NotStarted);
+}

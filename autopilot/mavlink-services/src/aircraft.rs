@@ -1,0 +1,189 @@
+//! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
+
+use flight_control::NavigationState;
+use icd::Ned;
+
+use flight_management::event::{EventKind, Snapshot};
+use flight_management::fault_list::FaultList;
+use flight_management::vehicle::{Mode, Place};
+use flight_management::vehicle::{
+    VehicleEvent,
+    geodesy::{Horizon, Site},
+};
+
+/// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
+/// leftover from before the last event.
+const CONTRADICTIONS: u32 = 2;
+
+/// Where the flight is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// No plant so far.
+    NoFlight,
+    /// In the air.
+    Flying,
+    /// On the ground; the flight is over.
+    OnGround,
+    /// The plant has gone silent.
+    Lost,
+}
+
+/// A point on the ground, altitude zero: under the place where the flight was first seen, until it is moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Home {
+    /// Geodetic latitude, rad.
+    pub latitude_rad: f64,
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+    /// In the local axes of the flight, m.
+    pub position: Ned,
+}
+
+impl Home {
+    fn at(place: Place, motion: &NavigationState) -> Self {
+        let offset = Horizon::at(Place::of(motion)).offset(&Site::at(place));
+        let at = motion.position.0;
+        Self {
+            latitude_rad: place.latitude_rad,
+            longitude_rad: place.longitude_rad,
+            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + motion.altitude_m),
+        }
+    }
+
+    fn is_at(&self, place: Place) -> bool {
+        place == Place { latitude_rad: self.latitude_rad, longitude_rad: self.longitude_rad }
+    }
+}
+
+/// The aircraft as the ground stations may know it.
+#[derive(Debug, Clone)]
+pub struct Aircraft {
+    in_flight: bool,
+    connected: bool,
+    on_ground: bool,
+    terminated: bool,
+    mode: Mode,
+    faults: FaultList,
+    contradictions: u32,
+    snapshot: Option<Snapshot>,
+    home: Option<Home>,
+    /// An event has moved home, and no snapshot has come since.
+    home_reported: bool,
+}
+
+impl Default for Aircraft {
+    fn default() -> Self {
+        Self {
+            in_flight: false,
+            connected: false,
+            on_ground: false,
+            terminated: false,
+            mode: Mode::Position,
+            faults: FaultList::default(),
+            contradictions: 0,
+            snapshot: None,
+            home: None,
+            home_reported: false,
+        }
+    }
+}
+
+impl Aircraft {
+    /// Takes what happened; false if it is no news.
+    pub fn handle_event(&mut self, kind: &EventKind) -> bool {
+        let is_news = self.faults.handle_event(kind);
+        match *kind {
+            EventKind::FlightBegan { .. } => {
+                *self = Self { in_flight: true, connected: true, ..Self::default() };
+            }
+            EventKind::Vehicle(VehicleEvent::Mode(mode)) => {
+                self.mode = mode;
+                self.contradictions = 0;
+            }
+            EventKind::GroundContact => self.on_ground = true,
+            EventKind::Vehicle(VehicleEvent::Home(place)) => {
+                // Before the first snapshot there are no axes: it will bring home too.
+                if let Some(snapshot) = &self.snapshot {
+                    self.home = Some(Home::at(place, snapshot.motion()));
+                    self.home_reported = true;
+                }
+            }
+            EventKind::Vehicle(VehicleEvent::Terminated) => self.terminated = true,
+            EventKind::PlantLost => self.connected = false,
+            EventKind::PlantBack => self.connected = true,
+            _ => {}
+        }
+        is_news
+    }
+
+    /// Takes the state at one tick.
+    pub fn handle_snapshot(&mut self, snapshot: &Snapshot) {
+        let shown = (snapshot.mode, snapshot.on_ground, snapshot.terminated);
+        if shown == (self.mode, self.on_ground, self.terminated) {
+            self.contradictions = 0;
+        } else {
+            self.contradictions += 1;
+            if self.contradictions >= CONTRADICTIONS {
+                (self.mode, self.on_ground, self.terminated) = shown;
+                self.contradictions = 0;
+            }
+        }
+        let first_seen = self.home.is_none().then(|| Place::of(snapshot.motion()));
+        if let Some(place) = snapshot.navigation.home.or(first_seen)
+            && !self.home.is_some_and(|home| home.is_at(place))
+            && !self.home_reported
+        {
+            self.home = Some(Home::at(place, snapshot.motion()));
+        }
+        // One that contradicts the event can be a leftover from before it; the mirror takes the next one.
+        self.home_reported = false;
+        self.snapshot = Some(*snapshot);
+    }
+
+    /// Where the flight is.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        match (self.in_flight, self.connected, self.on_ground) {
+            (false, _, _) => Phase::NoFlight,
+            (true, false, _) => Phase::Lost,
+            (true, true, false) => Phase::Flying,
+            (true, true, true) => Phase::OnGround,
+        }
+    }
+
+    /// The flight was terminated: engine off, surfaces at their stops.
+    #[must_use]
+    pub fn is_terminated(&self) -> bool {
+        self.terminated
+    }
+
+    /// The faults as the plant has reported them.
+    #[must_use]
+    pub fn faults(&self) -> &FaultList {
+        &self.faults
+    }
+
+    /// A roll reference would be flown just now.
+    #[must_use]
+    pub fn flies_offboard(&self) -> bool {
+        self.phase() == Phase::Flying && self.mode == Mode::Offboard
+    }
+
+    /// Mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Latest state of this flight.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<&Snapshot> {
+        self.snapshot.as_ref()
+    }
+
+    /// Home of this flight, once there was a state.
+    #[must_use]
+    pub fn home(&self) -> Option<&Home> {
+        self.home.as_ref()
+    }
+}

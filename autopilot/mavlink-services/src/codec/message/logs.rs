@@ -1,0 +1,52 @@
+//! The messages of the log service.
+
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common::{
+    LOG_ERASE_DATA, LOG_REQUEST_DATA_DATA, LOG_REQUEST_END_DATA, LOG_REQUEST_LIST_DATA,
+};
+
+use super::{Fields, Message};
+use crate::codec::Identity;
+
+/// What a ground station wants of the logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LogRequest {
+    /// The entries with these numbers.
+    List {
+        /// The first.
+        first: u16,
+        /// The last; may be beyond the end.
+        last: u16,
+    },
+    /// A part of one log.
+    Data {
+        /// Its number.
+        id: u16,
+        /// First byte.
+        offset: u32,
+        /// Bytes; may be beyond the end.
+        count: u32,
+    },
+    /// Nothing any more.
+    End,
+    /// All logs removed.
+    Erase,
+}
+
+/// The request in a payload and its target; `None` if it is another message.
+pub(super) fn decode(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
+    let f = Fields::<12>::new(payload);
+    let (target, request) = match id {
+        LOG_REQUEST_LIST_DATA::ID => {
+            (f.identity(4), LogRequest::List { first: f.u16(0), last: f.u16(2) })
+        }
+        LOG_REQUEST_DATA_DATA::ID => {
+            let request = LogRequest::Data { id: f.u16(8), offset: f.u32(0), count: f.u32(4) };
+            (f.identity(10), request)
+        }
+        LOG_REQUEST_END_DATA::ID => (f.identity(0), LogRequest::End),
+        LOG_ERASE_DATA::ID => (f.identity(0), LogRequest::Erase),
+        _ => return None,
+    };
+    Some((target, Message::Log(request)))
+}

@@ -1,0 +1,193 @@
+//! Parameters of commands: numbers that are finite and in range, or a reason.
+
+use crate::codec::CommandMessage;
+use crate::context::Context;
+use crate::convert;
+use crate::refused::Refused;
+use flight_management::vehicle::{Place, Reference};
+
+/// MAV_FRAME of altitudes above mean sea level (the ellipsoid here).
+const FRAMES_SEA_LEVEL: [u8; 2] = [0, 5];
+/// MAV_FRAME of altitudes above home. Home is on the ground, and the ground is at altitude zero.
+const FRAMES_ABOVE_HOME: [u8; 2] = [3, 6];
+/// MAV_FRAME_GLOBAL, the frame of a COMMAND_LONG.
+const FRAME_GLOBAL: u8 = 0;
+/// "Not given" in x and y of a COMMAND_INT.
+const NOT_GIVEN: i32 = i32::MAX;
+
+/// A parameter that stands for a small whole number.
+pub fn byte(what: &str, value: f32) -> Result<u8, Refused> {
+    if value.fract() == 0.0 && (0.0..=255.0).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(value as u8);
+    }
+    Err(Refused::denied(format!("Refused: {what} {value} is no whole number of 0 to 255")))
+}
+
+/// A parameter that stands for a whole number of up to 16 bits; NaN is "not given".
+pub fn word(what: &str, value: f32) -> Result<Option<u16>, Refused> {
+    if value.is_nan() {
+        return Ok(None);
+    }
+    if value.fract() == 0.0 && (0.0..=65_535.0).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(Some(value as u16));
+    }
+    Err(Refused::denied(format!("Refused: {what} {value} is no whole number of 0 to 65535")))
+}
+
+/// A parameter that is 0 or 1.
+pub fn flag(what: &str, value: f32) -> Result<bool, Refused> {
+    if value == 0.0 {
+        Ok(false)
+    } else if value == 1.0 {
+        Ok(true)
+    } else {
+        Err(Refused::denied(format!("Refused: {what} = {value} is not 0 or 1")))
+    }
+}
+
+/// A number, with NaN for "not given".
+pub fn number(what: &str, value: f32) -> Result<Option<f64>, Refused> {
+    if value.is_infinite() {
+        return Err(Refused::denied(format!("Refused: {what} is not finite")));
+    }
+    Ok((!value.is_nan()).then(|| convert::decimal(value)))
+}
+
+/// A rate of change that the aircraft does not follow: whether one was asked for.
+pub fn unused_rate(what: &str, value: f32) -> Result<bool, Refused> {
+    if value.is_infinite() || value < 0.0 {
+        return Err(Refused::denied(format!("Refused: {what} {value} is no rate")));
+    }
+    Ok(value > 0.0)
+}
+
+/// Where a command points to; NaN, or the largest integer in a COMMAND_INT, leaves a value as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Location {
+    /// Both coordinates or none.
+    pub place: Option<Place>,
+    /// Altitude above the ellipsoid, m, within the limits.
+    pub altitude_m: Option<f64>,
+}
+
+/// The location in parameters 5 to 7.
+///
+/// # Errors
+/// A frame without altitudes above sea level or home, one coordinate without the other, values outside
+/// the Earth or the limits of the references.
+pub fn location(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
+    let [_, _, _, _, _, _, z] = command.params;
+    let place = place(command)?;
+    let altitude_m = number("altitude p7", z)?
+        .map(|altitude| above_ellipsoid(altitude, command.frame.unwrap_or(FRAME_GLOBAL), ctx))
+        .transpose()?;
+    Ok(Location { place, altitude_m })
+}
+
+/// As [`location`], with latitude and longitude zero for "here"; an altitude of zero then stays as it is.
+pub fn location_or_here(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
+    let [_, _, _, _, x, y, z] = command.params;
+    let is_here = match command.xy {
+        Some(xy) => xy == [0, 0],
+        None => x == 0.0 && y == 0.0,
+    };
+    if !is_here {
+        return location(command, ctx);
+    }
+    let mut elsewhere = *command;
+    elsewhere.xy = command.xy.map(|_| [NOT_GIVEN; 2]);
+    elsewhere.params[4] = f32::NAN;
+    elsewhere.params[5] = f32::NAN;
+    if z == 0.0 {
+        elsewhere.params[6] = f32::NAN;
+    }
+    location(&elsewhere, ctx)
+}
+
+/// The place in parameters 5 and 6.
+///
+/// # Errors
+/// A frame that is not global, one coordinate without the other, or none on the Earth.
+pub fn place(command: &CommandMessage) -> Result<Option<Place>, Refused> {
+    check_frame(command.frame.unwrap_or(FRAME_GLOBAL))?;
+    let (latitude, longitude) = match command.xy {
+        Some([x, y]) => (degrees(x), degrees(y)),
+        None => {
+            let [_, _, _, _, x, y, _] = command.params;
+            (number("latitude p5", x)?, number("longitude p6", y)?)
+        }
+    };
+    match (latitude, longitude) {
+        (None, None) => Ok(None),
+        (Some(latitude), Some(longitude)) => on_earth(latitude, longitude).map(Some),
+        _ => Err(Refused::denied("Refused: latitude and longitude only together")),
+    }
+}
+
+/// A place by degrees.
+///
+/// # Errors
+/// Outside +-90 and +-180 degrees.
+pub fn on_earth(latitude_deg: f64, longitude_deg: f64) -> Result<Place, Refused> {
+    if !(-90.0..=90.0).contains(&latitude_deg) || !(-180.0..=180.0).contains(&longitude_deg) {
+        return Err(Refused::denied(format!(
+            "Refused: {latitude_deg:.7} {longitude_deg:.7} deg is no place on the Earth"
+        )));
+    }
+    Ok(Place {
+        latitude_rad: convert::radians(latitude_deg),
+        longitude_rad: convert::radians(longitude_deg),
+    })
+}
+
+fn degrees(e7: i32) -> Option<f64> {
+    (e7 != NOT_GIVEN).then(|| convert::degrees_of_e7(e7))
+}
+
+fn check_frame(frame: u8) -> Result<(), Refused> {
+    if FRAMES_SEA_LEVEL.contains(&frame) || FRAMES_ABOVE_HOME.contains(&frame) {
+        return Ok(());
+    }
+    Err(Refused::denied(format!("Refused: frame {frame} is not 0, 3, 5 or 6")))
+}
+
+/// An altitude of some frame as altitude above the ellipsoid, m, within the limits.
+///
+/// # Errors
+/// Another frame than those above sea level and above home, or an altitude outside the limits.
+pub fn above_ellipsoid(altitude_m: f64, frame: u8, ctx: &Context) -> Result<f64, Refused> {
+    check_frame(frame)?;
+    within(Reference::Altitude(altitude_m), ctx)?;
+    Ok(altitude_m)
+}
+
+/// A true airspeed within the limits, m/s.
+///
+/// # Errors
+/// Outside the limits.
+pub fn airspeed(airspeed_m_s: f64, ctx: &Context) -> Result<f64, Refused> {
+    within(Reference::Airspeed(airspeed_m_s), ctx)?;
+    Ok(airspeed_m_s)
+}
+
+/// The vehicle checks again; here the text comes at once.
+pub fn within(reference: Reference, ctx: &Context) -> Result<(), Refused> {
+    let checked = ctx.parameters.limits.check(reference);
+    checked.map_err(|refusal| Refused::denied(format!("Refused: {refusal}")))
+}
+
+/// Radius of a circle, m, and whether it is flown clockwise; 0 and NaN leave both as they are.
+pub fn signed_radius(what: &str, value: f32) -> Result<(Option<f64>, Option<bool>), Refused> {
+    let radius = number(what, value)?.filter(|radius| *radius != 0.0);
+    Ok((radius.map(f64::abs), radius.map(|radius| radius > 0.0)))
+}

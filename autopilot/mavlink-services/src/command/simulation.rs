@@ -1,0 +1,88 @@
+//! Faults, a new flight, and how simulation time passes.
+
+use ::mavlink::dialects::common::MavResult;
+use icd::pace::Pace;
+
+use super::fields::{byte, number};
+use super::{Asked, Asking, Decision};
+use crate::codec::CommandMessage;
+use crate::failure;
+use crate::refused::Refused;
+use flight_management::event::Command;
+
+/// p1 of USER_2 for a step.
+const STEP: u8 = 2;
+
+/// INJECT_FAILURE and USER_1.
+pub fn fault(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+    if command.id == failure::USER_1 && command.frame.is_some() {
+        // Its values would be scaled integers in a COMMAND_INT.
+        return Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
+    }
+    let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.model)?;
+    let asked = requests
+        .into_iter()
+        .map(|request| Asked { command: Command::Fault(request), fault: Some(request) });
+    Ok(Decision { asked: asked.collect(), ..Decision::default() })
+}
+
+/// PREFLIGHT_REBOOT_SHUTDOWN: p1 1 starts the flight anew.
+pub fn restart(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    match byte("p1", command.params[0])? {
+        0 => Ok(Decision::accept()),
+        1 => Ok(Decision::ask(Command::Restart)),
+        _ => Err(Refused::denied("Refused: only p1 = 1, start the flight anew")),
+    }
+}
+
+/// MAV_CMD_USER_2.
+pub const USER_2: u16 = 31_011;
+
+/// A step that its sender has numbered (p3), so that a copy of it is known.
+pub fn is_numbered_step(command: &CommandMessage) -> bool {
+    let [action, _, number, ..] = command.params;
+    command.id == USER_2 && action == f32::from(STEP) && !number.is_nan() && number != 0.0
+}
+
+/// USER_2: p1 0 pause, 1 run, 2 step by p2 control periods (1 without p2), 3 p2 times as fast as wall
+/// time, which does not end a pause. p3 may number a step: with the number of the step before it is not
+/// taken again.
+pub fn pace(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    let [action, value, ..] = command.params;
+    let value = number("p2", value)?;
+    let pace = match byte("p1", action)? {
+        0 => Pace::Pause,
+        1 => Pace::Run,
+        STEP => Pace::Step(periods(value)?),
+        3 => Pace::Speed(value.unwrap_or(0.0)),
+        other => {
+            return Err(Refused::denied(format!(
+                "Pace refused: p1 = {other} is not 0 pause, 1 run, 2 step or 3 speed"
+            )));
+        }
+    };
+    if !pace.is_valid() {
+        let (slowest, fastest) = Pace::SPEED;
+        return Err(Refused::denied(format!(
+            "Pace refused: p2 is outside {slowest} to {fastest} times wall time"
+        )));
+    }
+    Ok(Decision::ask(Command::Pace(pace)))
+}
+
+/// Whole periods; without any it is one.
+fn periods(value: Option<f64>) -> Result<u32, Refused> {
+    let periods = value.filter(|periods| *periods != 0.0).unwrap_or(1.0);
+    if periods.fract() == 0.0 && (1.0..=f64::from(Pace::STEPS_MAX)).contains(&periods) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(periods as u32);
+    }
+    Err(Refused::denied(format!(
+        "Pace refused: p2 = {periods} is no whole number of 1 to {} periods",
+        Pace::STEPS_MAX
+    )))
+}

@@ -1,0 +1,123 @@
+//! Modes, arming, the end of a flight, and what a jet in the air does not do.
+
+use ::mavlink::dialects::common::{MavResult, MavSeverity};
+
+use super::fields::{byte, flag};
+use super::{Asking, Decision};
+use crate::aircraft::{Aircraft, Phase};
+use crate::codec::CommandMessage;
+use crate::modes;
+use crate::refused::Refused;
+use flight_management::event::Command;
+use flight_management::vehicle::Mode;
+
+/// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
+const FORCE: f32 = 21_196.0;
+
+/// QGroundControl has this command as *Reboot Vehicle*.
+const RESTART: &str = "reboot the vehicle";
+
+/// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
+pub fn set_mode(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [base, main, sub, ..] = command.params;
+    let has_custom_flag = byte("base mode p1", base)? & 1 != 0;
+    let main = byte("main mode p2", main)?;
+    // A main mode without sub modes needs none.
+    let sub = if sub.is_nan() { 0 } else { byte("sub mode p3", sub)? };
+    let mode = modes::requested(has_custom_flag, main, sub, asking.ctx.streams())?;
+    Ok(Decision::ask(Command::Mode(mode)))
+}
+
+/// DO_SET_STANDARD_MODE: p1 MAV_STANDARD_MODE.
+pub fn set_standard_mode(
+    command: &CommandMessage,
+    asking: &mut Asking,
+) -> Result<Decision, Refused> {
+    let standard_mode = byte("standard mode p1", command.params[0])?;
+    let mode = modes::requested_standard(standard_mode, asking.ctx.streams())?;
+    Ok(Decision::ask(Command::Mode(mode)))
+}
+
+/// NAV_RETURN_TO_LAUNCH.
+pub fn return_home(_: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    Ok(Decision::ask(Command::Mode(Mode::Return)))
+}
+
+/// COMPONENT_ARM_DISARM: p1 1 arms, 0 disarms, p2 21196 also in the air.
+pub fn arm_or_disarm(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+    let [arm, force, ..] = command.params;
+    let aircraft = asking.ctx.aircraft;
+    if flag("p1", arm)? {
+        return match not_ready(aircraft) {
+            None => Ok(Decision::accept()),
+            Some(reason) => Err(Refused::for_now(format!("PreArm: {reason}"))),
+        };
+    }
+    match aircraft.phase() {
+        Phase::OnGround | Phase::NoFlight => Ok(Decision::accept()),
+        Phase::Flying | Phase::Lost if force == FORCE => Ok(Decision::ask(Command::Terminate)
+            .noting("Disarmed by force in the air: the flight is terminated".to_owned())),
+        Phase::Flying | Phase::Lost => Err(Refused::for_now(
+            "Disarming refused: the aircraft is in the air (p2 = 21196 terminates the flight)",
+        )),
+    }
+}
+
+/// What keeps the aircraft from being armed and flown.
+fn not_ready(aircraft: &Aircraft) -> Option<String> {
+    match aircraft.phase() {
+        Phase::Flying if aircraft.is_terminated() => Some(format!("flight terminated, {RESTART}")),
+        Phase::Flying => None,
+        Phase::OnGround => Some(format!("flight over, {RESTART}")),
+        Phase::NoFlight => Some("no aircraft is connected".into()),
+        Phase::Lost => Some("the plant link is lost".into()),
+    }
+}
+
+/// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
+/// QGroundControl asks at each connect, so this is no warning.
+pub fn prearm_checks(_: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+    match not_ready(asking.ctx.aircraft) {
+        None => {
+            let text = "No check: the aircraft is armed and in the air";
+            asking.ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, asking.now, text);
+            Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
+        }
+        Some(reason) => Ok(Decision::accept().noting(format!("PreArm: {reason}"))),
+    }
+}
+
+/// PREFLIGHT_CALIBRATION: all zero stops a calibration, as QGroundControl does when its page of the radio opens; none
+/// ever runs, so that is done. Nothing here can be calibrated.
+pub fn calibrate(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    if command.params.iter().all(|param| *param == 0.0) {
+        return Ok(Decision::accept());
+    }
+    Err(Refused::unsupported("Calibration refused: the sensors need none"))
+}
+
+/// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol wants FAILED for anything less.
+pub fn terminate(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    let [terminate, ..] = command.params;
+    if !terminate.is_finite() {
+        return Err(Refused::denied("Termination refused: p1 is not finite"));
+    }
+    if terminate > 0.5 {
+        return Ok(Decision::ask(Command::Terminate));
+    }
+    Err(Refused::failed("Not terminated: p1 is not above 0.5"))
+}
+
+/// NAV_TAKEOFF: a flight begins in the air.
+pub fn take_off(_: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+    let reason = match not_ready(asking.ctx.aircraft) {
+        None => "the aircraft is in the air already".to_owned(),
+        Some(reason) => reason,
+    };
+    Err(Refused::for_now(format!("Takeoff refused: {reason}")))
+}
+
+/// NAV_LAND, DO_LAND_START.
+pub fn land(_: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+    Err(Refused::unsupported("Landing refused: this aircraft has no landing gear and no runway"))
+}

@@ -1,0 +1,205 @@
+//! Which ground station has control: the one whose command was last accepted, or else the first that was
+//! heard.
+//!
+//! A holder whose order was accepted keeps control when it falls silent, whoever else is heard: its silence is
+//! the lost link. A holder that was only heard first gives control on to another station that is heard.
+//!
+//! A station is a system: its components, a map and a joystick, share control. A program that commands
+//! without heartbeats has control too, but its silence means nothing, since it was never heard: then the link
+//! is lost when all stations that were heard are silent.
+
+use core::time::Duration;
+
+use arrayvec::ArrayVec;
+
+use super::codec::Identity;
+use crate::wall_time::WallTime;
+
+/// Ground stations whose heartbeats are followed; the one that was silent for the longest makes room, but
+/// not the holder.
+const STATIONS_MAX: usize = 16;
+
+#[derive(Debug, Clone, Copy)]
+struct Station {
+    system: u8,
+    heard: WallTime,
+}
+
+/// What a look at the silence of ground stations came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Silence {
+    /// None was ever heard: nobody can be lost.
+    NobodyYet,
+    /// The station that counts is heard.
+    Heard,
+    /// The first of these systems fell silent and the second has taken over.
+    TakenOver(u8, u8),
+    /// The station that steered, or where none did every station, is silent.
+    Lost,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Holder {
+    system: u8,
+    /// It has control by an accepted order, not only because it was heard.
+    has_steered: bool,
+}
+
+/// Who has control, and who was heard when.
+#[derive(Debug, Default)]
+pub struct Control {
+    stations: ArrayVec<Station, STATIONS_MAX>,
+    holder: Option<Holder>,
+}
+
+impl Control {
+    /// The system that has control.
+    #[must_use]
+    pub fn holder(&self) -> Option<u8> {
+        self.holder.map(|holder| holder.system)
+    }
+
+    /// A command or a reference of `sender` was accepted.
+    pub fn take(&mut self, sender: Identity) {
+        self.holder = Some(Holder { system: sender.system, has_steered: true });
+    }
+
+    /// A heartbeat of a ground station.
+    pub fn hear(&mut self, sender: Identity, now: WallTime) {
+        let system = sender.system;
+        if self.holder.is_none() {
+            self.holder = Some(Holder { system, has_steered: false });
+        }
+        if let Some(station) = self.stations.iter_mut().find(|station| station.system == system) {
+            station.heard = now;
+            return;
+        }
+        if self.stations.is_full() {
+            let holder = self.holder();
+            let others = self.stations.iter().enumerate();
+            let others = others.filter(|(_, station)| Some(station.system) != holder);
+            if let Some((place, _)) = others.min_by_key(|(_, station)| station.heard) {
+                self.stations.swap_remove(place);
+            }
+        }
+        self.stations.push(Station { system, heard: now });
+    }
+
+    /// Looks who is silent for `timeout`, and gives control on where nobody has steered.
+    pub fn look(&mut self, now: WallTime, timeout: Duration) -> Silence {
+        let Some(latest) = self.latest() else { return Silence::NobodyYet };
+        let is_silent = |station: Station| now.since(station.heard) >= timeout;
+        let has_steered = self.holder.is_some_and(|holder| holder.has_steered);
+        match self.holding().filter(|station| is_silent(*station)) {
+            Some(_) if has_steered || is_silent(latest) => Silence::Lost,
+            Some(silent) => {
+                self.holder = Some(Holder { system: latest.system, has_steered: false });
+                Silence::TakenOver(silent.system, latest.system)
+            }
+            None if is_silent(latest) => Silence::Lost,
+            None => Silence::Heard,
+        }
+    }
+
+    /// When the holder, or the last of all stations if it was never heard, will have been silent for
+    /// `timeout`.
+    #[must_use]
+    pub fn next_silence(&self, timeout: Duration) -> Option<WallTime> {
+        self.holding().or(self.latest()).map(|station| station.heard + timeout)
+    }
+
+    /// The holder, if it was ever heard.
+    fn holding(&self) -> Option<Station> {
+        self.stations.iter().find(|station| Some(station.system) == self.holder()).copied()
+    }
+
+    fn latest(&self) -> Option<Station> {
+        self.stations.iter().max_by_key(|station| station.heard).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TIMEOUT: Duration = Duration::from_secs(10);
+
+    fn seconds(s: u64) -> WallTime {
+        WallTime::from_micros(s * 1_000_000)
+    }
+
+    fn station(system: u8) -> Identity {
+        Identity { system, component: 190 }
+    }
+
+    #[test]
+    fn nobody_is_lost_before_anybody_was_heard() {
+        let mut control = Control::default();
+        assert_eq!(control.look(seconds(1_000), TIMEOUT), Silence::NobodyYet);
+        control.take(station(9));
+        assert_eq!(control.look(seconds(2_000), TIMEOUT), Silence::NobodyYet, "no heartbeats");
+        assert_eq!(control.next_silence(TIMEOUT), None);
+    }
+
+    #[test]
+    fn the_first_station_has_control_until_another_commands() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.hear(station(245), seconds(0));
+        assert_eq!(control.holder(), Some(255));
+        control.take(station(245));
+        assert_eq!(control.holder(), Some(245));
+    }
+
+    #[test]
+    fn control_passes_on_when_a_holder_that_never_steered_is_silent_and_another_is_heard() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.hear(station(245), seconds(5));
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
+        assert_eq!(control.look(seconds(10), TIMEOUT), Silence::TakenOver(255, 245));
+        assert_eq!(control.look(seconds(11), TIMEOUT), Silence::Heard, "told once");
+        assert_eq!(control.look(seconds(15), TIMEOUT), Silence::Lost);
+    }
+
+    #[test]
+    fn a_holder_that_has_steered_is_lost_although_others_are_heard() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.take(station(255));
+        control.hear(station(245), seconds(9));
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
+        for second in 10..200 {
+            // More of them than the table has room for.
+            control.hear(Identity { system: second, component: 1 }, seconds(u64::from(second)));
+            assert_eq!(control.look(seconds(u64::from(second)), TIMEOUT), Silence::Lost);
+        }
+        assert_eq!(control.holder(), Some(255));
+        control.take(station(199));
+        assert_eq!(control.look(seconds(200), TIMEOUT), Silence::Heard, "the new holder");
+    }
+
+    #[test]
+    fn while_a_program_without_heartbeats_has_control_the_last_station_stands_in() {
+        let mut control = Control::default();
+        control.hear(station(255), seconds(0));
+        control.take(station(9));
+        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        control.hear(station(245), seconds(9));
+        assert_eq!(control.look(seconds(18), TIMEOUT), Silence::Heard);
+        assert_eq!(control.look(seconds(19), TIMEOUT), Silence::Lost);
+        assert_eq!(control.holder(), Some(9));
+    }
+
+    #[test]
+    fn the_table_of_stations_is_bounded_and_keeps_who_was_heard_last() {
+        let mut control = Control::default();
+        for system in 1..=200 {
+            control.hear(station(system), seconds(u64::from(system)));
+        }
+        assert_eq!(control.stations.len(), STATIONS_MAX);
+        assert_eq!(control.latest().map(|station| station.system), Some(200));
+    }
+}

@@ -1,0 +1,338 @@
+//! An order to break or mend something, whoever gives it: a command, the shell or a parameter. From here on
+//! they are the same.
+//!
+//! What the order leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
+//! checked without the plant is checked for all effectors before any request is made, in the same ranges as in the
+//! plant: of the values of an order the plant refuses none that passes here, if the model fits the aircraft.
+
+use arrayvec::ArrayVec;
+use flight_control::AircraftModel;
+use flight_control::aircraft_model::{EffectorModel, ServoModel};
+use icd::fault::kind::{NUMBERS_MAX, NumberInfo, SIZE_OPTION};
+use icd::fault::{
+    FaultKind, KindInfo, Onset, Quantity, Reach, Refusal, Repeat, TargetClass, Timing,
+};
+use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
+
+pub use super::value::{Size, Value, ValueError};
+pub use super::words::{Effectors, Failure, Unit};
+
+use super::value;
+use crate::convert;
+use crate::reasons::Reasons;
+use crate::refused::Refused;
+use flight_management::parameters::{FailureParameters, Parameters};
+
+/// Models come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
+/// as a fraction of it, is left to the plant.
+const ROUNDING: f64 = 1.0e-6;
+
+/// One request for each effector that an order names.
+pub type Requests = ArrayVec<FaultRequest, { Effector::MAX }>;
+
+/// An order. `None` leaves a value to its parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaultOrder {
+    /// What.
+    pub unit: Unit,
+    /// How.
+    pub failure: Failure,
+    /// Which of the unit.
+    pub instances: Instances,
+    /// How much.
+    pub value: Option<Value>,
+    /// Numbers of the kind beside its size, in the unit for people.
+    pub numbers: [Option<(Quantity, f64)>; NUMBERS_MAX],
+    /// When it acts first.
+    pub onset: Onset,
+    /// Time from nothing to the whole fault, s. The parameter's is not used for kinds without a size.
+    pub ramp_s: Option<f64>,
+    /// How long it acts, s; 0 for ever.
+    pub duration_s: Option<f64>,
+    /// From one onset to the next, s; 0 once only.
+    pub every_s: Option<f64>,
+    /// How often it acts in all; 0 without end.
+    pub times: Option<u32>,
+}
+
+/// Which of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instances {
+    /// All.
+    All,
+    /// This one, from 1.
+    One(u32),
+    /// As bits, bit 0 for the first.
+    Mask(u32),
+}
+
+impl FaultOrder {
+    /// At once, everything else by the parameters.
+    #[must_use]
+    pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
+        Self {
+            unit,
+            failure,
+            instances,
+            value: None,
+            numbers: [None; NUMBERS_MAX],
+            onset: Onset::AtOnce,
+            ramp_s: None,
+            duration_s: None,
+            every_s: None,
+            times: None,
+        }
+    }
+
+    /// It says nothing about size or time.
+    fn is_bare(&self) -> bool {
+        *self == Self::new(self.unit, self.failure, self.instances)
+    }
+}
+
+/// The requests in an order; `model` says how far the effectors travel.
+///
+/// # Errors
+/// Why nothing is asked of the plant.
+pub fn requests(
+    order: &FaultOrder,
+    parameters: &Parameters,
+    model: &AircraftModel,
+) -> Result<Requests, Refused> {
+    let parameters = &parameters.failure;
+    if !parameters.enabled {
+        return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
+    }
+    let list = &model.effectors.list;
+    let effectors = chosen(order, list)?;
+    if order.failure == Failure::OK {
+        if !order.is_bare() {
+            return Err(denied("a fault is mended at once, without value, ramp or time"));
+        }
+        let clear =
+            effectors.into_iter().map(|effector| FaultRequest::Clear { target: effector.into() });
+        return Ok(clear.collect());
+    }
+    check_numbers(order)?;
+    let mut requests = Requests::new();
+    let mut reasons = Reasons::default();
+    for effector in effectors {
+        match kind(order, effector, parameters, model)? {
+            Some(kind) => {
+                let timing = timing(order, &kind, parameters)?;
+                if let Err(refusal) = check(effector, &kind, &timing, model) {
+                    reasons.refuse(&refusal, Some(effector.into()), list);
+                }
+                requests.push(FaultRequest::Inject { target: effector.into(), kind, timing });
+            }
+            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector.into()), list),
+        }
+    }
+    if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
+}
+
+fn denied(reason: impl ToString) -> Refused {
+    Refused::denied(format!("Fault refused: {}", reason.to_string()))
+}
+
+/// The effectors that an order names.
+fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, Refused> {
+    let effectors = order.unit.check(list)?;
+    // Everything has no instances of its own: they are counted.
+    let instance = |place: usize, effector: Effector| {
+        if order.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
+    };
+    let bit = |place: usize, effector: Effector| 1_u32 << (instance(place, effector) - 1);
+    let bits = || effectors.iter().enumerate().map(|(place, effector)| bit(place, *effector));
+    let (all, last) = (bits().sum::<u32>(), bits().max().map_or(0, |bit| bit.ilog2() + 1));
+    let bits = match order.instances {
+        Instances::All => all,
+        Instances::One(number) => {
+            let bit = number.checked_sub(1).and_then(|shift| 1_u32.checked_shl(shift));
+            match bit.filter(|bit| bit & all != 0) {
+                Some(bit) => bit,
+                None => {
+                    return Err(denied(format!("no instance {number}, there are 1 to {last}")));
+                }
+            }
+        }
+        Instances::Mask(bits) if bits != 0 && bits & !all == 0 => bits,
+        Instances::Mask(bits) => {
+            return Err(denied(format!("mask {bits} names no instances of 1 to {last}")));
+        }
+    };
+    let named = |(place, effector): &(usize, &Effector)| bits & bit(*place, **effector) != 0;
+    Ok(effectors.iter().enumerate().filter(named).map(|(_, effector)| *effector).collect())
+}
+
+/// Numbers that mean nothing for any effector.
+fn check_numbers(order: &FaultOrder) -> Result<(), Refused> {
+    let numbers = [
+        ("ramp", order.ramp_s, fault::RAMP_MAX_S),
+        ("duration", order.duration_s, SimTime::MAX_SECONDS),
+        ("repetition", order.every_s, SimTime::MAX_SECONDS),
+    ];
+    for (what, value, max) in numbers {
+        if let Some(value) = value.filter(|value| !(0.0..=max).contains(value)) {
+            return Err(denied(format!("{what} {value} is outside 0 to {max} s")));
+        }
+    }
+    Ok(())
+}
+
+/// The kind of fault for one effector; `None` if it has no such fault.
+fn kind(
+    order: &FaultOrder,
+    effector: Effector,
+    parameters: &FailureParameters,
+    model: &AircraftModel,
+) -> Result<Option<FaultKind>, Refused> {
+    let class = TargetClass::of(model.effectors.list.is_angle(effector));
+    let Some((info, alternative)) = entry(order, class, parameters)? else { return Ok(None) };
+    let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
+    if let Some((quantity, _)) =
+        order.numbers.iter().flatten().find(|(quantity, _)| !takes(*quantity))
+    {
+        let (name, what) = (order.failure.name(), quantity.name());
+        return Err(denied(format!("type {name} takes no {what} here")));
+    }
+    let mut values = [0.0; NUMBERS_MAX];
+    for (value, number) in values.iter_mut().zip(info.numbers) {
+        *value = self::number(order, number, class, parameters, model)?;
+    }
+    Ok(info.with(alternative, values))
+}
+
+/// The entry of the catalogue that an order means for such an effector, and the alternative of it; `None` if there is
+/// none for it.
+fn entry(
+    order: &FaultOrder,
+    class: TargetClass,
+    parameters: &FailureParameters,
+) -> Result<Option<(&'static KindInfo, u8)>, Refused> {
+    let is_for = |kind: &&KindInfo| kind.targets.allow(class);
+    let usual = |kind: &'static KindInfo| {
+        let by_parameter = kind.choice.and_then(|choice| choice.parameter);
+        let by_parameter = by_parameter.map(|parameter| parameters.choice(parameter.name));
+        let default = kind.choice.and_then(|choice| choice.default);
+        (kind, by_parameter.or(default).unwrap_or(0))
+    };
+    if let Some(value) = order.value {
+        if order.failure.kinds().all(|kind| kind.code != value.kind.code) {
+            let (name, what) = (order.failure.name(), value.name());
+            return Err(denied(format!("type {name} takes no value of this kind ({what})")));
+        }
+        return Ok(Some(value.kind).filter(is_for).map(|kind| match value.size {
+            Size::Alternative(alternative) => (kind, alternative),
+            _ => usual(kind),
+        }));
+    }
+    let mode = match order.failure {
+        Failure::Type(failure_type) => failure_type.mode(),
+        Failure::Kind(_) => None,
+    };
+    let Some(mode) = mode.map(|mode| parameters.choice(mode.name)) else {
+        return Ok(order.failure.kinds().find(is_for).map(usual));
+    };
+    let by_mode = order.failure.kinds().filter(is_for).find_map(|kind| {
+        let alternative = mode.checked_sub(kind.mavlink.first_mode)?;
+        let is_it = usize::from(alternative) < kind.mavlink.mode.len();
+        let (kind, usual) = usual(kind);
+        is_it.then_some((kind, if kind.mavlink.mode.len() > 1 { alternative } else { usual }))
+    });
+    // An angle means nothing for an engine: it sticks where it is.
+    let bare = |kind: &&KindInfo| kind.numbers.is_empty() && kind.choice.is_none();
+    let instead = || order.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
+    Ok(by_mode.or_else(instead))
+}
+
+/// A number of a kind, SI units: from the order, else from its parameter.
+fn number(
+    order: &FaultOrder,
+    number: &NumberInfo,
+    class: TargetClass,
+    parameters: &FailureParameters,
+    model: &AircraftModel,
+) -> Result<f64, Refused> {
+    let measure = number.quantity.measure();
+    let engine_n = (class == TargetClass::Thrust).then(|| model.effectors.thrust_range_n()[1]);
+    if number.option == SIZE_OPTION {
+        match order.value.map(|value| value.size) {
+            Some(Size::Number(value)) => return Ok(value::to_si(value, measure, engine_n)),
+            Some(Size::Si(value)) => return Ok(value),
+            Some(Size::None | Size::Alternative(_)) | None => {}
+        }
+    }
+    let said = order.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
+    if let Some((_, value)) = said {
+        return Ok(value::to_si(*value, measure, engine_n));
+    }
+    if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
+        let is_signed = number.range.anywhere(measure, class)[0] < 0.0;
+        if !is_signed && parameters.engine_pct <= 0.0 {
+            return Err(denied("engine: FLT_ENG_PCT must be above 0 for this fault"));
+        }
+        return Ok(convert::fraction(parameters.engine_pct) * largest_n);
+    }
+    let unit = measure.unit(TargetClass::Angle);
+    Ok(unit.to_si(parameters.number(number.parameter.name)))
+}
+
+/// Checks a fault as the plant does, with the model's effectors. Models are rounded: what is only a hair out of
+/// reach is left to the plant.
+fn check(
+    effector: Effector,
+    kind: &FaultKind,
+    timing: &Timing,
+    model: &AircraftModel,
+) -> Result<(), Refusal> {
+    let check = |factor| fault::check(kind, timing, &reach(effector, model, factor));
+    check(1.0).or_else(|refusal| {
+        check(1.0 + ROUNDING).or_else(|_| check(1.0 - ROUNDING)).map_err(|_| refusal)
+    })
+}
+
+/// How far and how fast an effector goes, as the model has it, times a factor. How fast thrust changes is not in
+/// the model.
+fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
+    let EffectorModel { list, servos, .. } = &model.effectors;
+    let ServoModel { lag_s, rate_limit, min, max } = servos[effector];
+    let is_angle = list.is_angle(effector);
+    let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
+    Reach { is_angle, min: factor * min, max: factor * max, fastest }
+}
+
+/// When a kind of fault acts.
+fn timing(
+    order: &FaultOrder,
+    kind: &FaultKind,
+    parameters: &FailureParameters,
+) -> Result<Timing, Refused> {
+    let by_parameter = if kind.has_size() { parameters.ramp_s } else { 0.0 };
+    let ramp_s = order.ramp_s.unwrap_or(by_parameter);
+    if ramp_s > 0.0 && !kind.has_size() {
+        return Err(denied("this fault has no size that a ramp could change"));
+    }
+    let given = |time_s: f64| (time_s > 0.0).then_some(time_s);
+    let duration_s = given(order.duration_s.unwrap_or(parameters.duration_s));
+    let every_s = given(order.every_s.unwrap_or(parameters.every_s));
+    let times = order.times.unwrap_or(parameters.times);
+    let repeat = match (duration_s, every_s, times) {
+        (_, None, _) | (_, _, 1) => None,
+        (None, Some(_), _) => {
+            return Err(denied("a repetition (FLT_RPT_S) needs a duration (FLT_DUR_S)"));
+        }
+        (Some(duration_s), Some(every_s), _) if every_s <= duration_s => {
+            return Err(denied(format!(
+                "a repetition each {every_s} s must be longer than the duration of {duration_s} s"
+            )));
+        }
+        (Some(_), Some(every_s), times) => {
+            Some(Repeat { every_s, times: (times > 0).then_some(times) })
+        }
+    };
+    Ok(Timing { onset: order.onset, ramp_s, duration_s, repeat })
+}
+
+#[cfg(test)]
+mod tests;

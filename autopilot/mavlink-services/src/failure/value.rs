@@ -1,0 +1,280 @@
+//! How large a fault is, in the units of people: degrees, percent, seconds. Of the engine, where there are no degrees,
+//! percent of its largest thrust.
+
+use icd::fault::kind::Measure;
+use icd::fault::{KindInfo, TargetClass};
+
+use super::words::Failure;
+use crate::convert;
+
+/// How large a fault is, and with that which of the kinds of its type it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// The kind.
+    pub kind: &'static KindInfo,
+    /// How large.
+    pub size: Size,
+}
+
+/// How large a fault of a kind is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// It has no size: stuck where it is, whatever FLT_STUCK_MODE says.
+    None,
+    /// In the unit for what turns; "deg" is percent of the largest thrust for an engine.
+    Number(f64),
+    /// In SI units.
+    Si(f64),
+    /// One of its alternatives, from 0.
+    Alternative(u8),
+}
+
+/// Why a text or a number is no value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ValueError {
+    /// A type without a size, or with another one.
+    #[error("type {failure} takes no value \"{text}\"")]
+    NoValue {
+        /// The type.
+        failure: &'static str,
+        /// What was given.
+        text: String,
+    },
+    /// A type without a size whose kinds are named by signs.
+    #[error("type {failure} takes {allowed}, not \"{text}\"")]
+    NoSign {
+        /// The type.
+        failure: &'static str,
+        /// What there is.
+        allowed: String,
+        /// What was given.
+        text: String,
+    },
+    /// No number.
+    #[error(
+        "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
+    )]
+    NotANumber {
+        /// What was given.
+        text: String,
+    },
+    /// No kind of value has this number.
+    #[error("no value of kind {code}, p4 is 1 to {last}")]
+    NoKind {
+        /// The number.
+        code: i32,
+        /// The last one that there is.
+        last: u8,
+    },
+    /// No alternative has this number.
+    #[error("p5 of {kind} is {allowed}")]
+    NoAlternative {
+        /// The kind.
+        kind: &'static str,
+        /// What there is.
+        allowed: String,
+    },
+}
+
+impl Value {
+    /// Reads a value as people write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `20kN`, `here`; `+` and `-` are the ends
+    /// of the travel. The first kind of the type that takes it is meant: of WRONG, percent are an effect left, degrees a
+    /// bias and a sign a hard over.
+    ///
+    /// # Errors
+    /// [`ValueError`].
+    pub fn parse(failure: Failure, text: &str) -> Result<Self, ValueError> {
+        let kinds = || failure.kinds();
+        let has_size = kinds().any(|kind| kind.size().is_some());
+        let no_value = || {
+            let (failure, text) = (failure.name(), text.to_owned());
+            let signs = kinds().flat_map(signs).filter(|_| !has_size);
+            let (words, numbers): (Vec<_>, Vec<_>) =
+                signs.map(|(word, number)| (word, number.to_string())).unzip();
+            if words.is_empty() {
+                return ValueError::NoValue { failure, text };
+            }
+            let allowed = format!("{}, {}", words.join(", "), numbers.join(" or "));
+            ValueError::NoSign { failure, allowed, text }
+        };
+        if let Some(value) = kinds().find_map(|kind| alternative(kind, |(word, _)| word == text)) {
+            return Ok(value);
+        }
+        if text == "here" {
+            let bare = kinds().find(|kind| kind.numbers.is_empty() && kind.choice.is_none());
+            let bare = bare.filter(|_| has_size).ok_or_else(no_value)?;
+            return Ok(Self { kind: bare, size: Size::None });
+        }
+        let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c)));
+        let (number, suffix) = text.split_at(end.unwrap_or(text.len()));
+        let number: f64 =
+            number.parse().map_err(|_| ValueError::NotANumber { text: text.to_owned() })?;
+        let sized = kinds().find_map(|kind| {
+            let size = size(kind, number, suffix)?;
+            Some(Self { kind, size })
+        });
+        let named = || {
+            let is_it = |(_, one): (&str, f64)| suffix.is_empty() && one == number;
+            kinds().filter(|_| !has_size).find_map(|kind| alternative(kind, is_it))
+        };
+        sized.or_else(named).ok_or_else(no_value)
+    }
+
+    /// The value with this number (p4) in USER_1.
+    ///
+    /// # Errors
+    /// [`ValueError`].
+    pub fn of_user_1(code: i32, number: f64) -> Result<Self, ValueError> {
+        let kinds = icd::fault::CATALOGUE.iter();
+        let mut known = kinds.filter_map(|kind| Some((kind, kind.mavlink.user_1?)));
+        let last = known.clone().map(|(_, known)| known).max().unwrap_or(0);
+        let (kind, _) = known
+            .find(|(_, known)| i32::from(*known) == code)
+            .ok_or(ValueError::NoKind { code, last })?;
+        if kind.size().is_some() {
+            return Ok(Self { kind, size: Size::Number(number) });
+        }
+        alternative(kind, |(_, one)| one == number).ok_or_else(|| {
+            let numbers: Vec<_> = signs(kind).map(|(_, number)| number.to_string()).collect();
+            let allowed = numbers.join(" or ");
+            ValueError::NoAlternative { kind: kind.key, allowed }
+        })
+    }
+
+    /// What it is, for refusals.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        let choice = self.kind.choice.map(|choice| choice.key);
+        let size = self.kind.size().map(|(_, number)| number.quantity.name());
+        size.or(choice).unwrap_or("place")
+    }
+}
+
+/// Words and numbers that stand for the alternatives of a kind.
+fn signs(kind: &'static KindInfo) -> impl Iterator<Item = (&'static str, f64)> {
+    let alternatives = kind.choice.map_or(&[][..], |choice| choice.alternatives);
+    alternatives.iter().filter_map(|one| one.value)
+}
+
+fn alternative(
+    kind: &'static KindInfo,
+    is_it: impl Fn((&'static str, f64)) -> bool,
+) -> Option<Value> {
+    let alternatives = kind.choice?.alternatives;
+    let place = alternatives.iter().position(|one| one.value.is_some_and(&is_it))?;
+    Some(Value { kind, size: Size::Alternative(u8::try_from(place).ok()?) })
+}
+
+/// A number with this suffix as the size of a kind; `None` if that is none of its units. A bare number is always one.
+fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
+    let (_, info) = kind.size()?;
+    let measure = info.quantity.measure();
+    // Percent and thrust are for engines.
+    let of_engine = kind.targets.thrust && measure.is_own();
+    let per_second = if measure == Measure::Speed { "/s" } else { "" };
+    let is = |unit: &str| suffix.strip_suffix(per_second) == Some(unit);
+    match measure {
+        _ if suffix.is_empty() => Some(Size::Number(number)),
+        _ if of_engine && is("%") => Some(Size::Number(number)),
+        _ if of_engine && is("kN") => Some(Size::Si(1.0e3 * number)),
+        Measure::Angle | Measure::Position | Measure::Speed => {
+            is("deg").then_some(Size::Number(number))
+        }
+        Measure::Milliseconds | Measure::Seconds if suffix == "ms" => {
+            Some(Size::Number(convert::seconds(number)))
+        }
+        Measure::Milliseconds => (suffix == "s").then_some(Size::Number(number)),
+        other => (suffix == other.unit(TargetClass::Angle).name).then_some(Size::Number(number)),
+    }
+}
+
+/// A number of a command or of the shell in SI units; of an engine with this largest thrust, N, percent of it.
+pub(super) fn to_si(number: f64, measure: Measure, engine_n: Option<f64>) -> f64 {
+    match (measure, engine_n) {
+        (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
+        // Parameters and texts have milliseconds, orders seconds.
+        (Measure::Milliseconds, _) => number,
+        (measure, _) => measure.unit(TargetClass::Angle).to_si(number),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::fault::CATALOGUE;
+
+    fn failure(name: &str) -> Failure {
+        Failure::parse(name).unwrap()
+    }
+
+    #[test]
+    fn values_are_read_as_people_write_them() {
+        use Size::{Alternative, None, Number, Si};
+        for (name, text, kind, size) in [
+            ("stuck", "5deg", "stuck_at", Number(5.0)),
+            ("stuck", "-5.5", "stuck_at", Number(-5.5)),
+            ("stuck", "here", "stuck_here", None),
+            ("wrong", "40%", "partial_loss", Number(40.0)),
+            ("wrong", "40", "partial_loss", Number(40.0)),
+            ("wrong", "3deg", "biased", Number(3.0)),
+            ("wrong", "-", "hard_over", Alternative(1)),
+            ("hardover", "+", "hard_over", Alternative(0)),
+            ("hardover", "-1", "hard_over", Alternative(1)),
+            ("hardover", "1", "hard_over", Alternative(0)),
+            ("slow", "10deg/s", "slow", Number(10.0)),
+            ("slow", "10%/s", "slow", Number(10.0)),
+            ("slow", "2kN/s", "slow", Si(2_000.0)),
+            ("delayed", "200ms", "delayed", Number(0.2)),
+            ("delayed", "0.2s", "delayed", Number(0.2)),
+            ("intermittent", "30%", "intermittent", Number(30.0)),
+            ("garbage", "2deg", "oscillating", Number(2.0)),
+            ("drift", "-1", "drifting", Number(-1.0)),
+            ("bias", "+4deg", "biased", Number(4.0)),
+            ("bias", "-4%", "biased", Number(-4.0)),
+            ("limit", "6deg", "limited_travel", Number(6.0)),
+            ("limit", "20kN", "limited_travel", Si(20_000.0)),
+        ] {
+            let kind = KindInfo::by_key(kind).unwrap();
+            assert_eq!(
+                Value::parse(failure(name), text),
+                Ok(Value { kind, size }),
+                "{name} {text}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_value_of_the_type_is_refused() {
+        for (name, text) in [
+            ("stuck", "5%"),
+            ("stuck", "5kN"),
+            ("slow", "5deg"),
+            ("slow", "5kN"),
+            ("delayed", "5deg"),
+            ("ok", "1"),
+            ("off", "5deg"),
+            ("off", "here"),
+            ("stuck", ""),
+            ("stuck", "deg"),
+            ("stuck", "1.2.3"),
+            ("stuck", "nan"),
+            ("hardover", "3deg"),
+            ("hardover", "5"),
+            ("hardover", "-0"),
+            ("hardover", "0"),
+            ("hardover", "-1deg"),
+        ] {
+            assert!(Value::parse(failure(name), text).is_err(), "{name} {text}");
+        }
+    }
+
+    #[test]
+    fn each_kind_with_a_size_has_a_number_in_user_1() {
+        for kind in &CATALOGUE {
+            let has_value = kind.size().is_some() || kind.choice.is_some();
+            assert_eq!(kind.mavlink.user_1.is_some(), has_value, "{}", kind.key);
+            let Some(code) = kind.mavlink.user_1 else { continue };
+            assert_eq!(Value::of_user_1(code.into(), 1.0).map(|value| value.kind), Ok(kind));
+        }
+    }
+}

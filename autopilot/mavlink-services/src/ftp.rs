@@ -1,0 +1,369 @@
+//! MAVLink FTP: files that describe the autopilot, for reading only, and a folder of scripts that can be written.
+//!
+//! A script is written in place: an upload that is cut short leaves a part of it, which does not start. When two write the same file, who
+//! began later goes on and the other one has no session any more.
+//!
+//! Each ground station has its own sessions. A session has the number that the client asks for, if it is
+//! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
+//! that comes again soon is answered as it was the first time, unless it asks what is there now.
+
+use core::time::Duration;
+
+use ::mavlink::dialects::common::FILE_TRANSFER_PROTOCOL_DATA;
+use arrayvec::ArrayVec;
+
+use super::codec::Encoded;
+use super::component_metadata::crc32;
+use super::context::{Context, From};
+use super::peers::Peers;
+use super::scripts::Upload;
+use crate::wall_time::WallTime;
+use files::Content;
+use payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
+
+mod files;
+mod payload;
+
+/// Open files of one client.
+const SESSIONS_MAX: usize = 4;
+/// Clients behind one peer; one more takes the place of the one that has been silent for longest.
+const CLIENTS_OF_A_PEER_MAX: usize = 4;
+/// A client that has been silent for this long is forgotten with its sessions.
+const SILENCE: Duration = Duration::from_secs(60);
+/// A request that comes again within this time is the same one, whose answer was lost.
+const REPEATED_WITHIN: Duration = Duration::from_secs(2);
+/// Messages of a burst that are sent together.
+const BURST: usize = 4;
+/// Time between them: 200 kB/s.
+const BURST_INTERVAL: Duration = Duration::from_millis(5);
+/// Messages of a burst before the client must ask for more, so that nothing goes on for ever.
+const BURST_MAX: usize = 256;
+/// A burst waits while a peer has less room than this for answers.
+const ROOM_MIN: usize = 96;
+
+/// An open file.
+#[derive(Debug, Clone)]
+struct Session {
+    number: u8,
+    file: File,
+}
+
+/// What a session is for.
+#[derive(Debug, Clone)]
+enum File {
+    Read(Content),
+    Write(Upload),
+}
+
+/// A file on its way.
+#[derive(Debug)]
+struct Burst {
+    session: u8,
+    content: Content,
+    opcode: u8,
+    /// Bytes in each message.
+    size: usize,
+    offset: u32,
+    sequence: u16,
+    left: usize,
+}
+
+/// One ground station.
+#[derive(Debug)]
+struct Client {
+    from: From,
+    heard: WallTime,
+    sessions: ArrayVec<Session, SESSIONS_MAX>,
+    burst: Option<Burst>,
+    /// The latest request that may come again, its answer, and when it came first.
+    latest: Option<([u8; LENGTH], Reply, WallTime)>,
+}
+
+/// Gives files.
+#[derive(Debug, Default)]
+pub struct FtpService {
+    clients: Vec<Client>,
+    next_burst: WallTime,
+}
+
+impl FtpService {
+    /// Takes one request: the 251 bytes of FILE_TRANSFER_PROTOCOL.
+    pub fn handle(
+        &mut self,
+        from: From,
+        bytes: &[u8; LENGTH],
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) {
+        let Some(request) = Request::parse(bytes) else { return };
+        let client = self.client(from, now);
+        if let Some((asked, reply, at)) = &client.latest
+            && asked == bytes
+            && now.since(*at) < REPEATED_WITHIN
+        {
+            return send(out, from, reply.clone());
+        }
+        match client.answer(&request, ctx) {
+            Some(reply) => {
+                let is_question = matches!(
+                    request.operation(),
+                    Operation::ListDirectory | Operation::CalculateCrc32
+                );
+                client.latest = (!is_question).then(|| (*bytes, reply.clone(), now));
+                send(out, from, reply);
+            }
+            // A burst, which begins with the next poll; asked for again, it begins again.
+            None => client.latest = None,
+        }
+    }
+
+    fn client(&mut self, from: From, now: WallTime) -> &mut Client {
+        let known = self.clients.iter().position(|client| client.from == from);
+        let place = known.unwrap_or_else(|| {
+            let same_peer = |client: &&Client| client.from.peer == from.peer;
+            if self.clients.iter().filter(same_peer).count() >= CLIENTS_OF_A_PEER_MAX {
+                let oldest =
+                    self.clients.iter().filter(same_peer).min_by_key(|client| client.heard);
+                let oldest = oldest.map(|client| client.from);
+                self.clients.retain(|client| Some(client.from) != oldest);
+            }
+            self.clients.push(Client::new(from));
+            self.clients.len() - 1
+        });
+        let client = &mut self.clients[place];
+        client.heard = now;
+        client
+    }
+
+    /// Sends what is due of each burst, and forgets who is gone.
+    pub fn poll(&mut self, now: WallTime, _ctx: &mut Context, out: &mut Peers) {
+        self.clients
+            .retain(|client| out.knows(client.from.peer) && now.since(client.heard) < SILENCE);
+        if now < self.next_burst {
+            return;
+        }
+        for client in self.clients.iter_mut().filter(|client| client.burst.is_some()) {
+            self.next_burst = now + BURST_INTERVAL;
+            for _ in 0..BURST {
+                if out.room(client.from.peer) < ROOM_MIN {
+                    break;
+                }
+                let Some(reply) = client.continue_burst() else { break };
+                send(out, client.from, reply);
+            }
+        }
+    }
+
+    /// When there is something to do.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        let is_sending = self.clients.iter().any(|client| client.burst.is_some());
+        is_sending.then_some(self.next_burst)
+    }
+}
+
+impl Client {
+    fn new(from: From) -> Self {
+        let heard = WallTime::ZERO;
+        Self { from, heard, sessions: ArrayVec::new(), burst: None, latest: None }
+    }
+
+    /// `None`: a burst begins.
+    fn answer(&mut self, request: &Request<'_>, ctx: &mut Context) -> Option<Reply> {
+        let answer = match request.operation() {
+            Operation::Nothing => Ok(request.ack(&[])),
+            Operation::TerminateSession => self.terminate(request, ctx),
+            Operation::ResetSessions => {
+                for session in core::mem::take(&mut self.sessions) {
+                    session.end(ctx);
+                }
+                self.burst = None;
+                Ok(request.ack(&[]))
+            }
+            Operation::ListDirectory => list(request, ctx),
+            Operation::OpenFileReadOnly => self.open(request, ctx),
+            Operation::ReadFile => self.read(request),
+            Operation::CalculateCrc32 => {
+                find(request, ctx).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
+            }
+            Operation::BurstReadFile => match self.begin_burst(request) {
+                Ok(()) => return None,
+                Err(problem) => Err(problem),
+            },
+            Operation::CreateFile => self.create(request, true, ctx),
+            Operation::OpenFileWriteOnly => self.create(request, false, ctx),
+            Operation::WriteFile => self.write(request, ctx),
+            Operation::TruncateFile => files::writable(request).and_then(|name| {
+                let done = ctx.scripts.truncate(name, request.offset);
+                done.map(|()| request.ack(&[])).map_err(files::problem)
+            }),
+            Operation::RemoveFile => files::writable(request).and_then(|name| {
+                let done = ctx.scripts.remove(name);
+                done.map(|()| request.ack(&[])).map_err(files::problem)
+            }),
+            Operation::Change => Err(Problem::FileProtected),
+            Operation::Unknown => Err(Problem::UnknownCommand),
+        };
+        Some(answer.unwrap_or_else(|problem| request.nak(problem)))
+    }
+
+    fn session(&self, number: u8) -> Result<&Session, Problem> {
+        self.sessions.iter().find(|session| session.number == number).ok_or(Problem::InvalidSession)
+    }
+
+    /// The file that a session reads.
+    fn content(&self, number: u8) -> Result<&Content, Problem> {
+        match &self.session(number)?.file {
+            File::Read(content) => Ok(content),
+            File::Write(_) => Err(Problem::InvalidSession),
+        }
+    }
+
+    fn open(&mut self, request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
+        let content = find(request, ctx)?;
+        let size = u32::try_from(content.bytes().len()).unwrap_or(u32::MAX);
+        let number = self.begin(request, File::Read(content))?;
+        Ok(request.ack(&size.to_le_bytes()).of_session(number))
+    }
+
+    /// Begins to write a script.
+    fn create(
+        &mut self,
+        request: &Request<'_>,
+        truncate: bool,
+        ctx: &mut Context,
+    ) -> Result<Reply, Problem> {
+        let name = files::writable(request)?;
+        // One that this client has begun before goes on no more.
+        self.sessions.retain(
+            |session| !matches!(&session.file, File::Write(upload) if upload.name() == name),
+        );
+        if self.sessions.is_full() {
+            return Err(Problem::NoSessionsAvailable);
+        }
+        let upload = ctx.scripts.open(name, truncate).map_err(files::problem)?;
+        let number = self.begin(request, File::Write(upload))?;
+        Ok(request.ack(&[]).of_session(number))
+    }
+
+    fn begin(&mut self, request: &Request<'_>, file: File) -> Result<u8, Problem> {
+        let is_free = |number: &u8| self.session(*number).is_err();
+        let mut numbers = core::iter::once(request.session).chain(0..=u8::MAX);
+        let number = numbers.find(is_free).ok_or(Problem::NoSessionsAvailable)?;
+        let opened = self.sessions.try_push(Session { number, file });
+        opened.map_err(|_| Problem::NoSessionsAvailable)?;
+        Ok(number)
+    }
+
+    fn write(&self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+        let File::Write(upload) = &self.session(request.session)?.file else {
+            return Err(Problem::InvalidSession);
+        };
+        if request.size == 0 {
+            return Err(Problem::InvalidDataSize);
+        }
+        let done = ctx.scripts.write(upload, request.offset, request.data);
+        done.map(|()| request.ack(&[])).map_err(files::problem)
+    }
+
+    fn terminate(&mut self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+        let is_it = |session: &Session| session.number == request.session;
+        let place = self.sessions.iter().position(is_it).ok_or(Problem::InvalidSession)?;
+        self.sessions.remove(place).end(ctx);
+        self.burst.take_if(|burst| burst.session == request.session);
+        Ok(request.ack(&[]))
+    }
+
+    fn read(&self, request: &Request<'_>) -> Result<Reply, Problem> {
+        let content = self.content(request.session)?;
+        if request.size == 0 {
+            return Err(Problem::InvalidDataSize);
+        }
+        part(content, request.offset, request.size).map(|data| request.ack(data))
+    }
+
+    fn begin_burst(&mut self, request: &Request<'_>) -> Result<(), Problem> {
+        let content = self.content(request.session)?.clone();
+        self.burst = Some(Burst {
+            session: request.session,
+            content,
+            opcode: request.opcode,
+            size: if request.size == 0 { DATA_MAX } else { request.size },
+            offset: request.offset,
+            sequence: request.sequence,
+            left: BURST_MAX,
+        });
+        Ok(())
+    }
+
+    /// The next message of the burst. A file ends with a message that says so, as with PX4.
+    fn continue_burst(&mut self) -> Option<Reply> {
+        let burst = self.burst.as_mut()?;
+        let request = Request {
+            sequence: burst.sequence,
+            session: burst.session,
+            opcode: burst.opcode,
+            size: burst.size,
+            offset: burst.offset,
+            data: &[],
+        };
+        match part(&burst.content, burst.offset, burst.size) {
+            Ok(data) => {
+                burst.left -= 1;
+                burst.sequence = burst.sequence.wrapping_add(1);
+                burst.offset += u32::try_from(data.len()).unwrap_or_default();
+                let ends = burst.left == 0;
+                let reply = request.ack(data).ending_burst(ends);
+                if ends {
+                    self.burst = None;
+                }
+                Some(reply)
+            }
+            Err(problem) => {
+                self.burst = None;
+                Some(request.nak(problem))
+            }
+        }
+    }
+}
+
+impl Session {
+    /// A script that was written is read, and the operator told what it is.
+    fn end(self, ctx: &mut Context) {
+        if let File::Write(upload) = self.file {
+            ctx.scripts.finish(&upload, ctx.texts);
+        }
+    }
+}
+
+fn find(request: &Request<'_>, ctx: &Context) -> Result<Content, Problem> {
+    let found = request.path().and_then(|path| files::find(path, ctx));
+    found.ok_or(Problem::FileNotFound)
+}
+
+/// Entries from number `offset` on.
+fn list(request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
+    let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
+    let entries = request.path().and_then(|path| files::entries(path, first, DATA_MAX, ctx));
+    let entries = entries.ok_or(Problem::FileNotFound)?;
+    if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
+}
+
+/// Up to `size` bytes from `offset` on; at least one.
+fn part(content: &Content, offset: u32, size: usize) -> Result<&[u8], Problem> {
+    let offset = usize::try_from(offset).unwrap_or(usize::MAX);
+    let rest = content.bytes().get(offset..).filter(|rest| !rest.is_empty());
+    let rest = rest.ok_or(Problem::EndOfFile)?;
+    Ok(&rest[..rest.len().min(size)])
+}
+
+fn send(out: &mut Peers, from: From, reply: Reply) {
+    let message = FILE_TRANSFER_PROTOCOL_DATA {
+        target_network: 0,
+        target_system: from.sender.system,
+        target_component: from.sender.component,
+        payload: reply.bytes(),
+    };
+    out.answer(from.peer, Encoded::new(&message));
+}

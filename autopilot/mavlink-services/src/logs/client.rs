@@ -1,0 +1,259 @@
+//! One ground station that lists or fetches logs.
+
+use tracing::debug;
+
+use ::mavlink::dialects::common::{LOG_DATA_DATA, LOG_ENTRY_DATA};
+
+use super::job::{LogDone, LogFile, LogJob, LogOutcome, LogTask};
+use super::ranges::{Part, Ranges};
+use crate::codec::Encoded;
+use crate::peers::Peer;
+use crate::statustext::StatusTexts;
+use crate::wall_time::WallTime;
+
+/// Bytes of a log in one message.
+pub(super) const DATA: usize = 90;
+/// Bytes that are read from the disk at once, a whole number of messages.
+pub(super) const BLOCK: usize = 728 * DATA;
+
+/// Bytes that were read.
+#[derive(Debug)]
+struct Block {
+    name: String,
+    offset: u32,
+    bytes: Vec<u8>,
+}
+
+impl Block {
+    /// What it has of this file from `offset` on; nothing if that is not in it.
+    fn rest(&self, name: &str, offset: u32) -> &[u8] {
+        let at = offset.checked_sub(self.offset).filter(|_| self.name == name);
+        let at = at.and_then(|at| usize::try_from(at).ok());
+        at.and_then(|at| self.bytes.get(at..)).unwrap_or(&[])
+    }
+}
+
+/// What a ground station wants, and how far it has got.
+#[derive(Debug)]
+pub(super) struct Client {
+    pub peer: Peer,
+    pub heard: WallTime,
+    /// The job whose outcome it waits for.
+    pub waiting: Option<LogJob>,
+    /// The logs with their numbers: place in the list.
+    listing: Option<Vec<LogFile>>,
+    wants_listing: bool,
+    /// Numbers of the entries that are still to be told.
+    entries: Option<(u16, u16)>,
+    ranges: Ranges,
+    block: Option<Block>,
+}
+
+impl Client {
+    pub fn new(peer: Peer, heard: WallTime) -> Self {
+        Self {
+            peer,
+            heard,
+            waiting: None,
+            listing: None,
+            wants_listing: false,
+            entries: None,
+            ranges: Ranges::default(),
+            block: None,
+        }
+    }
+
+    /// Wants the entries `first` to `last`. Asked from the beginning, the folder is looked at again;
+    /// otherwise numbers keep their logs.
+    pub fn ask_entries(&mut self, first: u16, last: u16) {
+        self.entries = Some((first, last));
+        if first == 0 || self.listing.is_none() {
+            self.want_listing();
+        }
+    }
+
+    /// Wants a part of a log.
+    pub fn ask_part(&mut self, mut part: Part) {
+        match &self.listing {
+            Some(listing) => part.log = listing.get(usize::from(part.id)).cloned(),
+            None => self.want_listing(),
+        }
+        self.ranges.ask(part);
+    }
+
+    fn want_listing(&mut self) {
+        if !self.wants_listing {
+            self.wants_listing = true;
+            // What it waits for now is asked for again behind the listing.
+            self.waiting = None;
+        }
+    }
+
+    /// Wants nothing any more; the numbers of the logs stay.
+    pub fn end(&mut self) {
+        self.ranges.clear();
+        self.entries = None;
+        self.wants_listing = false;
+        self.waiting = None;
+        self.block = None;
+    }
+
+    /// Wants the numbers forgotten too: the logs are gone.
+    pub fn forget(&mut self) {
+        self.end();
+        self.listing = None;
+    }
+
+    /// It asks piece by piece, and so sets its own pace.
+    pub fn asks_in_pieces(&self) -> bool {
+        self.ranges.first().is_some_and(|part| part.is_piece)
+    }
+
+    /// A part of a log is wanted.
+    pub fn is_fetching(&self) -> bool {
+        !self.ranges.is_empty()
+    }
+
+    /// What the disk has to do for it.
+    pub fn task(&self) -> Option<LogTask> {
+        if self.waiting.is_some() {
+            return None;
+        }
+        if self.wants_listing {
+            return Some(LogTask::List);
+        }
+        let part = self.ranges.first()?;
+        let log = part.log.as_ref().filter(|log| part.offset < log.size && !part.is_gone)?;
+        let is_there = self.block.as_ref();
+        if part.is_over() || is_there.is_some_and(|b| !b.rest(&log.name, part.offset).is_empty()) {
+            return None;
+        }
+        let end = part.end.min(u64::from(log.size));
+        let length = usize::try_from(end - u64::from(part.offset)).unwrap_or(BLOCK).min(BLOCK);
+        Some(LogTask::Read { name: log.name.clone(), offset: part.offset, length })
+    }
+
+    /// Takes what became of the job it waits for. `Err`: why it is not what was wanted.
+    pub fn take_done(&mut self, done: LogDone) -> Result<(), String> {
+        let Some(LogJob { task, .. }) = self.waiting.take() else { return Ok(()) };
+        let problem = match (task, done.result) {
+            (LogTask::List, Ok(LogOutcome::Listed(logs))) => {
+                self.take_listing(logs);
+                return Ok(());
+            }
+            (LogTask::Read { name, offset, length }, Ok(LogOutcome::Read(bytes))) => {
+                if bytes.len() >= length {
+                    self.block = Some(Block { name, offset, bytes });
+                    return Ok(());
+                }
+                self.lose(&name, "has become shorter")
+            }
+            (LogTask::List, result) => {
+                // Whoever asked is told that there are none.
+                self.take_listing(Vec::new());
+                format!("Logs: {}", result.err().unwrap_or_default())
+            }
+            (LogTask::Read { name, .. }, result) => {
+                // The reason of the system is for the log: as a text it would come in pieces.
+                let problem = result.err().unwrap_or_default();
+                debug!(log = name, problem, "cannot be read");
+                self.lose(&name, "is gone")
+            }
+            (LogTask::Erase, _) => return Ok(()),
+        };
+        Err(problem)
+    }
+
+    fn take_listing(&mut self, logs: Vec<LogFile>) {
+        self.wants_listing = false;
+        self.ranges.resolve(&logs);
+        self.listing = Some(logs);
+    }
+
+    /// Nothing more can be had of a log: whoever waits for it is told its end. Says what has become of it.
+    fn lose(&mut self, name: &str, what: &str) -> String {
+        match self.ranges.lose(name) {
+            Some(id) => format!("Log {id} {what}"),
+            None => format!("Log {name} {what}"),
+        }
+    }
+
+    /// Something can be sent at once.
+    pub fn is_ready(&self) -> bool {
+        let wants_anything = self.entries.is_some() || self.is_fetching();
+        wants_anything && !self.wants_listing && self.waiting.is_none() && self.task().is_none()
+    }
+
+    /// The next message; `None` if there is none, or if the disk has to do something first.
+    pub fn next(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<Encoded> {
+        if self.wants_listing {
+            return None;
+        }
+        self.next_entry(now, texts).or_else(|| self.next_data(now, texts))
+    }
+
+    fn next_entry(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<Encoded> {
+        let (first, last) = self.entries?;
+        let listing = self.listing.as_deref().unwrap_or_default();
+        let count = u16::try_from(listing.len()).unwrap_or(u16::MAX);
+        let Some(highest) = count.checked_sub(1) else {
+            self.entries = None;
+            return Some(no_logs());
+        };
+        let log = listing.get(usize::from(first)).filter(|_| first <= last);
+        let Some(log) = log else {
+            self.entries = None;
+            texts.refuse(now, format!("Logs {first} to {last}: there are 0 to {highest}"));
+            return None;
+        };
+        self.entries = (first < last.min(highest)).then_some((first + 1, last));
+        Some(Encoded::new(&LOG_ENTRY_DATA {
+            time_utc: log.utc_s,
+            size: log.size,
+            id: first,
+            num_logs: count,
+            last_log_num: highest,
+        }))
+    }
+
+    fn next_data(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<Encoded> {
+        let part = self.ranges.first_mut()?;
+        let (id, offset) = (part.id, part.offset);
+        let Some(log) = &part.log else {
+            texts.refuse(now, format!("Log {id}: there is no such log"));
+            self.ranges.drop_first();
+            return Some(data(id, offset, &[]));
+        };
+        if offset >= log.size || part.is_over() || part.is_gone {
+            // Nothing, which says where the log ends.
+            self.ranges.drop_first();
+            return Some(data(id, offset, &[]));
+        }
+        let rest = self.block.as_ref()?.rest(&log.name, offset);
+        let wanted = usize::try_from(part.end - u64::from(offset)).unwrap_or(DATA);
+        let bytes = rest.get(..wanted.min(DATA)).unwrap_or(rest);
+        if bytes.is_empty() {
+            return None;
+        }
+        let message = data(id, offset, bytes);
+        part.offset += u32::try_from(bytes.len()).unwrap_or_default();
+        let is_last = bytes.len() < DATA && part.offset >= log.size;
+        if part.is_over() || is_last {
+            self.ranges.drop_first();
+        }
+        Some(message)
+    }
+}
+
+/// There are no logs: one LOG_ENTRY says so, or the asking program waits for more.
+pub(super) fn no_logs() -> Encoded {
+    Encoded::new(&LOG_ENTRY_DATA::DEFAULT)
+}
+
+/// One LOG_DATA, at most 90 bytes.
+pub(super) fn data(id: u16, ofs: u32, bytes: &[u8]) -> Encoded {
+    let mut data = [0; DATA];
+    let count = bytes.len().min(DATA);
+    data[..count].copy_from_slice(&bytes[..count]);
+    Encoded::new(&LOG_DATA_DATA { ofs, id, count: u8::try_from(count).unwrap_or_default(), data })
+}

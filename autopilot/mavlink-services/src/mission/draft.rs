@@ -1,0 +1,159 @@
+//! A plan on its way in: every item is checked when it comes, the plan as a whole takes force at the end.
+
+use ::mavlink::dialects::common::MavMissionResult;
+
+use super::action;
+use super::notes::{Note, Notes};
+use super::rejected::{Param, Rejected};
+use super::wire::Stored;
+use crate::codec::MissionItem;
+use flight_management::vehicle::Place;
+use flight_management::vehicle::geodesy::{Horizon, Site};
+use flight_management::vehicle::plan::{Action, Circle, ITEMS_MAX, Item, Plan};
+use flight_management::vehicle::rules::Rules;
+
+/// Longest way to the next point, m. Longer ones are on another continent: coordinates exchanged, or a plan
+/// for another aircraft.
+const LEG_MAX_M: f64 = 5.0e6;
+
+/// Items that have come, in their order.
+#[derive(Debug)]
+pub struct Draft {
+    count: u16,
+    wire: Vec<MissionItem<i32>>,
+    items: Vec<Item>,
+    /// The last point so far.
+    place: Option<Place>,
+    /// Airspeed reference so far, m/s.
+    airspeed_m_s: Option<f64>,
+    notes: Notes,
+}
+
+/// A plan whose items have all come.
+#[derive(Debug)]
+pub struct Finished {
+    /// As it was sent.
+    pub stored: Stored,
+    /// As it is flown.
+    pub plan: Plan,
+    /// What is flown in another way than it is written.
+    pub notes: Notes,
+}
+
+impl Draft {
+    /// Waits for so many items. `place` and `airspeed_m_s` are those of the aircraft now.
+    ///
+    /// # Errors
+    /// More than a plan may have.
+    pub fn new(
+        count: u16,
+        place: Option<Place>,
+        airspeed_m_s: Option<f64>,
+    ) -> Result<Self, Rejected> {
+        if usize::from(count) > ITEMS_MAX {
+            return Err(Rejected {
+                result: MavMissionResult::MAV_MISSION_NO_SPACE,
+                reason: format!("{count} items are more than {ITEMS_MAX}"),
+            });
+        }
+        let (wire, items) = (Vec::new(), Vec::new());
+        Ok(Self { count, wire, items, place, airspeed_m_s, notes: Notes::default() })
+    }
+
+    /// How many items there will be.
+    #[must_use]
+    pub fn count(&self) -> u16 {
+        self.count
+    }
+
+    /// The item that is wanted next.
+    #[must_use]
+    pub fn next(&self) -> u16 {
+        u16::try_from(self.items.len()).unwrap_or(u16::MAX)
+    }
+
+    /// They are all here.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.next() >= self.count
+    }
+
+    /// Takes the next item. A delay is flown at the point before it.
+    ///
+    /// # Errors
+    /// [`Rejected`] says what of it cannot be flown.
+    pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
+        let seq = self.next();
+        let mut taken = action::of(item, rules, &mut |note| self.notes.add(note, seq));
+        if let (action::DELAY, Ok(Action::LoiterTime { circle, .. })) =
+            (item.words.command, &mut taken)
+        {
+            circle.centre.place = self.place;
+        }
+        let action = taken
+            .and_then(|action| self.follow(&action, rules).map(|()| action))
+            .map_err(|rejected| rejected.of_item(seq))?;
+        self.items.push(Item { action, autocontinue: item.words.autocontinue });
+        self.wire.push(*item);
+        Ok(())
+    }
+
+    /// Checks an action against those before it, and what it changes for those after it.
+    fn follow(&mut self, action: &Action, rules: &Rules) -> Result<(), Rejected> {
+        match action {
+            Action::Waypoint { point, .. } => self.go_to(point.place)?,
+            Action::LoiterUnlimited(circle)
+            | Action::LoiterToAltitude(circle)
+            | Action::LoiterTurns { circle, .. }
+            | Action::LoiterTime { circle, .. } => {
+                self.go_to(circle.centre.place)?;
+                self.circle(circle, rules);
+            }
+            Action::ChangeSpeed { airspeed_m_s } => self.airspeed_m_s = Some(*airspeed_m_s),
+            Action::Jump { to, .. } if *to >= self.count => {
+                let last = self.count.saturating_sub(1);
+                let reason = format!("jump to item {to} is outside 0 to {last}");
+                return Err(Rejected::param(Param::P1, reason));
+            }
+            Action::ChangeAltitude { .. } | Action::Jump { .. } | Action::Return => {}
+        }
+        Ok(())
+    }
+
+    fn go_to(&mut self, place: Option<Place>) -> Result<(), Rejected> {
+        let (Some(from), Some(to)) = (self.place, place) else {
+            self.place = place.or(self.place);
+            return Ok(());
+        };
+        let distance_m = Horizon::at(from).offset(&Site::at(to)).norm();
+        if distance_m > LEG_MAX_M {
+            let reason = format!(
+                "the way there, {:.0} km, is longer than {:.0} km",
+                distance_m / 1.0e3,
+                LEG_MAX_M / 1.0e3
+            );
+            return Err(Rejected::param(Param::X, reason));
+        }
+        self.place = Some(to);
+        Ok(())
+    }
+
+    /// A circle that is too small at the airspeed by then is widened.
+    fn circle(&mut self, circle: &Circle, rules: &Rules) {
+        let (Some(radius_m), Some(airspeed_m_s)) = (circle.radius_m, self.airspeed_m_s) else {
+            return;
+        };
+        let needed_m = rules.smallest_circle_m(airspeed_m_s);
+        if radius_m < needed_m {
+            self.notes.add(Note::Widened { airspeed_m_s, radius_m: needed_m }, self.next());
+        }
+    }
+
+    /// The plan, once it is complete.
+    #[must_use]
+    pub fn finish(self) -> Finished {
+        let stored = Stored::new(self.wire);
+        let plan = Plan { id: stored.id, items: self.items };
+        Finished { stored, plan, notes: self.notes }
+    }
+}

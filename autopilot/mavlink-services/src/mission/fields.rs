@@ -1,0 +1,152 @@
+//! Fields of an item: numbers that are finite and in range, or a reason.
+
+use super::rejected::{Param, Rejected};
+use crate::codec::MissionItem;
+use crate::convert;
+use flight_management::parameters::ReferenceLimits;
+use flight_management::vehicle::plan::Point;
+use flight_management::vehicle::{Place, Reference};
+
+/// MAV_FRAME of altitudes above mean sea level (the ellipsoid here) and above home. Home is on the ground,
+/// and the ground is at altitude zero, so that they are the same.
+const FRAMES_WITH_ALTITUDE: [u8; 4] = [0, 5, 3, 6];
+/// "Not given" in x and y.
+const NOT_GIVEN: i32 = i32::MAX;
+
+/// Whether latitude and longitude zero mean the place of the aircraft, as the definitions say of circles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zeros {
+    /// They do.
+    AreHere,
+    /// They are a place in the Atlantic.
+    AreThere,
+}
+
+/// A number; `None` for NaN, which means "not given".
+///
+/// # Errors
+/// Infinite.
+pub fn number(param: Param, what: &str, value: f32) -> Result<Option<f64>, Rejected> {
+    if value.is_infinite() {
+        return Err(Rejected::param(param, format!("{what} is not finite")));
+    }
+    Ok((!value.is_nan()).then(|| convert::decimal(value)))
+}
+
+/// A number that is not below zero; zero if it is not given.
+///
+/// # Errors
+/// Infinite or below zero.
+pub fn positive(param: Param, what: &str, value: f32) -> Result<f64, Rejected> {
+    let number = number(param, what, value)?.unwrap_or(0.0);
+    if number < 0.0 {
+        return Err(Rejected::param(param, format!("{what} {number} is below 0")));
+    }
+    Ok(number)
+}
+
+/// A number that must be zero or not given.
+///
+/// # Errors
+/// Anything else, for this reason.
+pub fn none(param: Param, value: f32, reason: &str) -> Result<(), Rejected> {
+    if value.is_nan() || value == 0.0 {
+        Ok(())
+    } else {
+        Err(Rejected::param(param, format!("{reason} ({value})")))
+    }
+}
+
+/// A number that must be 0, 1 or not given.
+///
+/// # Errors
+/// Anything else.
+pub fn flag(param: Param, what: &str, value: f32) -> Result<bool, Rejected> {
+    if value.is_nan() || value == 0.0 {
+        Ok(false)
+    } else if value == 1.0 {
+        Ok(true)
+    } else {
+        Err(Rejected::param(param, format!("{what} {value} is not 0 or 1")))
+    }
+}
+
+/// A whole number of up to 16 bits.
+///
+/// # Errors
+/// Anything else.
+pub fn word(param: Param, what: &str, value: f32) -> Result<u16, Rejected> {
+    if value.fract() == 0.0 && (0.0..=65_535.0).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(value as u16);
+    }
+    Err(Rejected::param(param, format!("{what} {value} is no whole number of 0 to 65535")))
+}
+
+/// The place and the altitude of an item; what is not given stays as it is.
+///
+/// # Errors
+/// A frame without altitudes, one coordinate without the other, no place on the Earth, an altitude outside
+/// the limits.
+pub fn point(
+    item: &MissionItem<i32>,
+    zeros: Zeros,
+    limits: &ReferenceLimits,
+) -> Result<Point, Rejected> {
+    Ok(Point { place: place(item, zeros)?, altitude_m: altitude(item, limits)? })
+}
+
+/// The altitude of an item above the ellipsoid, m.
+///
+/// # Errors
+/// A frame without altitudes, an altitude outside the limits.
+pub fn altitude(
+    item: &MissionItem<i32>,
+    limits: &ReferenceLimits,
+) -> Result<Option<f64>, Rejected> {
+    check_frame(item)?;
+    let altitude_m = number(Param::Z, "altitude", item.z)?;
+    let checked = altitude_m.map_or(Ok(()), |value| limits.check(Reference::Altitude(value)));
+    checked.map_err(|refusal| Rejected::param(Param::Z, refusal.to_string()))?;
+    Ok(altitude_m)
+}
+
+/// The altitude of an item that is nothing without one.
+///
+/// # Errors
+/// As [`altitude`], or none is given.
+pub fn needed_altitude(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<f64, Rejected> {
+    altitude(item, limits)?.ok_or_else(|| Rejected::param(Param::Z, "it needs an altitude"))
+}
+
+fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejected> {
+    check_frame(item)?;
+    match (item.x, item.y) {
+        (NOT_GIVEN, NOT_GIVEN) => return Ok(None),
+        (0, 0) if zeros == Zeros::AreHere => return Ok(None),
+        (NOT_GIVEN, _) => return Err(Rejected::param(Param::X, "a longitude without latitude")),
+        (_, NOT_GIVEN) => return Err(Rejected::param(Param::Y, "a latitude without longitude")),
+        _ => {}
+    }
+    let angle = |param, what, e7, max: f64| {
+        let degrees = convert::degrees_of_e7(e7);
+        if degrees.abs() > max {
+            let reason = format!("{what} {degrees:.7} deg is outside -{max} to {max} deg");
+            return Err(Rejected::param(param, reason));
+        }
+        Ok(convert::radians(degrees))
+    };
+    Ok(Some(Place {
+        latitude_rad: angle(Param::X, "latitude", item.x, 90.0)?,
+        longitude_rad: angle(Param::Y, "longitude", item.y, 180.0)?,
+    }))
+}
+
+fn check_frame(item: &MissionItem<i32>) -> Result<(), Rejected> {
+    let frame = item.words.frame;
+    if FRAMES_WITH_ALTITUDE.contains(&frame) { Ok(()) } else { Err(Rejected::frame(frame)) }
+}

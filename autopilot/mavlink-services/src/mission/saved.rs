@@ -1,0 +1,189 @@
+//! The plan as a text that is kept for the next start: its items as they were sent, as TOML. Which file, and writing
+//! it, is the business of `autopilot::io::store`.
+
+use serde::{Deserialize, Serialize};
+
+use super::wire::Stored;
+use crate::codec::{ItemWords, ListKind, MissionItem};
+use crate::param::{Save, Saved};
+use flight_management::vehicle::plan::ITEMS_MAX;
+
+/// What stands above the items.
+const HEADER: &str = "\
+# The plan that a ground station has uploaded: its items as MISSION_ITEM_INT has them.
+# Written anew, comments and all, whenever the plan changes.
+";
+
+/// Why a saved plan cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: {problem}; mend or delete the file, or start with --parameter-file none")]
+pub struct SavedPlanError {
+    /// The file.
+    pub file: String,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+/// The file: how many items there are, and the items. The number shows a file that lost its end.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    count: usize,
+    #[serde(default)]
+    item: Vec<SavedItem>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SavedItem {
+    command: u16,
+    frame: u8,
+    autocontinue: bool,
+    params: [f32; 4],
+    x: i32,
+    y: i32,
+    z: f32,
+}
+
+/// A plan that was uploaded in an earlier run of the program. Whether it can be flown is not known yet.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SavedPlan(pub(super) Vec<MissionItem<i32>>);
+
+impl SavedPlan {
+    /// How many items there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The plan in `text`, which comes from `file`.
+    ///
+    /// # Errors
+    /// [`SavedPlanError`] names the file, the line and what is wrong with it.
+    pub fn from_text(file: &str, text: &str) -> Result<Self, SavedPlanError> {
+        let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
+        let File { count, item } = toml::from_str(text)
+            .map_err(|error| refuse(error.to_string().trim_end().replace('\n', " ")))?;
+        if item.len() != count {
+            return Err(refuse(format!("count = {count}, but there are {} items", item.len())));
+        }
+        if count > ITEMS_MAX {
+            return Err(refuse(format!("count = {count} is outside 0 to {ITEMS_MAX}")));
+        }
+        Ok(Self((0..).zip(item).map(|(seq, item)| item.restored(seq)).collect()))
+    }
+}
+
+impl SavedItem {
+    fn restored(self, seq: u16) -> MissionItem<i32> {
+        let Self { command, frame, autocontinue, params, x, y, z } = self;
+        let list = ListKind::MISSION;
+        let words = ItemWords { seq, command, frame, current: 0, autocontinue, list };
+        MissionItem { params, x, y, z, words }
+    }
+}
+
+/// The text for a plan.
+fn to_text(plan: &Stored) -> String {
+    let item = plan.items.iter().map(|item| SavedItem {
+        command: item.words.command,
+        frame: item.words.frame,
+        autocontinue: item.words.autocontinue,
+        params: item.params,
+        x: item.x,
+        y: item.y,
+        z: item.z,
+    });
+    let file = File { count: plan.items.len(), item: item.collect() };
+    let items = toml::to_string(&file).expect("numbers and booleans are TOML");
+    format!("{HEADER}{items}")
+}
+
+/// What is to be written.
+#[derive(Debug, Default)]
+pub(super) struct PlanKeeper {
+    is_on: bool,
+    last_number: u64,
+    next: Option<Save>,
+}
+
+impl PlanKeeper {
+    /// From now on every plan in force is kept.
+    pub(super) fn begin(&mut self) {
+        self.is_on = true;
+    }
+
+    pub(super) fn keep(&mut self, plan: &Stored) {
+        if self.is_on {
+            self.last_number += 1;
+            let text = to_text(plan);
+            self.next = Some(Save { number: self.last_number, text, at_once: true });
+        }
+    }
+
+    pub(super) fn pop(&mut self) -> Option<Save> {
+        self.next.take()
+    }
+
+    /// Why the plan in force is not kept.
+    pub(super) fn failure(&self, saved: &Saved) -> Option<String> {
+        let reason = saved.result.as_ref().err()?;
+        Some(format!("The plan is not saved: {reason}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan() -> Stored {
+        let item = |seq, params, x, y, z| MissionItem {
+            params,
+            x,
+            y,
+            z,
+            words: ItemWords {
+                seq,
+                command: 16 + seq,
+                frame: 3,
+                current: 0,
+                autocontinue: seq == 0,
+                list: ListKind::MISSION,
+            },
+        };
+        Stored::new(vec![
+            item(0, [0.1, -0.0, f32::NAN, f32::MAX], i32::MIN, i32::MAX, 5_000.3),
+            item(1, [1.0e-40, f32::INFINITY, 264.7, 3.0], 351_704_001, -1_179_000_003, f32::NAN),
+        ])
+    }
+
+    #[test]
+    fn a_plan_comes_back_to_the_bit_with_the_same_id() {
+        let stored = plan();
+        let back = SavedPlan::from_text("f", &to_text(&stored)).unwrap();
+        assert_eq!(Stored::new(back.0).id, stored.id, "the id is a hash of every byte");
+        let none = SavedPlan::from_text("f", &to_text(&Stored::default())).unwrap();
+        assert_eq!(none, SavedPlan::default());
+    }
+
+    #[test]
+    fn a_damaged_text_is_refused_with_file_and_reason() {
+        let whole = to_text(&plan());
+        let second = whole.rfind("[[item]]").unwrap();
+        for (text, words) in [
+            (whole[..second].to_owned(), "count = 2, but there are 1 items"),
+            (whole[..whole.len() - 2].to_owned(), "line"),
+            (whole.replace("frame = 3", "frame = 300"), "u8"),
+            (whole.replace("frame = 3\n", ""), "missing field `frame`"),
+            (whole.replace("frame", "fraem"), "unknown field `fraem`"),
+            (whole.replace("command = 16", "command = \"16\""), "u16"),
+            (String::new(), "missing field `count`"),
+            ("count = 1000000".to_owned(), "but there are 0 items"),
+        ] {
+            let message = SavedPlan::from_text("p.toml", &text).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+            assert!(message.starts_with("p.toml: ") && message.contains("delete the file"));
+            assert!(!message.contains('\n'), "{message}");
+        }
+    }
+}

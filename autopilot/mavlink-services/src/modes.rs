@@ -1,0 +1,302 @@
+//! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and what ground
+//! stations are told about the modes there are.
+
+use ::mavlink::dialects::common::{
+    AVAILABLE_MODES_DATA, AVAILABLE_MODES_MONITOR_DATA, CURRENT_MODE_DATA, MavModeProperty,
+    MavStandardMode,
+};
+
+use super::aircraft::Aircraft;
+use super::codec::Encoded;
+use super::refused::Refused;
+use flight_management::vehicle::Mode;
+
+pub(super) const MAIN_MANUAL: u8 = 1;
+pub(super) const MAIN_ALTCTL: u8 = 2;
+pub(super) const MAIN_POSCTL: u8 = 3;
+pub(super) const MAIN_AUTO: u8 = 4;
+pub(super) const MAIN_ACRO: u8 = 5;
+pub(super) const MAIN_OFFBOARD: u8 = 6;
+pub(super) const MAIN_STABILIZED: u8 = 7;
+pub(super) const SUB_LOITER: u8 = 3;
+pub(super) const SUB_MISSION: u8 = 4;
+pub(super) const SUB_RTL: u8 = 5;
+
+/// Main and sub mode.
+const fn main_and_sub(mode: Mode) -> (u8, u8) {
+    match mode {
+        Mode::Position => (MAIN_POSCTL, 0),
+        Mode::Hold => (MAIN_AUTO, SUB_LOITER),
+        Mode::Mission => (MAIN_AUTO, SUB_MISSION),
+        Mode::Return => (MAIN_AUTO, SUB_RTL),
+        Mode::Offboard => (MAIN_OFFBOARD, 0),
+        Mode::Altitude => (MAIN_ALTCTL, 0),
+    }
+}
+
+/// PX4's modes that are not flown: main mode, sub mode, name, and what to use instead. Numbers and names are
+/// PX4's (`px4_custom_mode.h`).
+const NOT_FLOWN: [(u8, u8, &str, &str); 14] = [
+    (MAIN_MANUAL, 0, "Manual", USE_POSITION),
+    (MAIN_POSCTL, 1, "Orbit", USE_HOLD),
+    (MAIN_POSCTL, 2, "Position Slow", USE_POSITION),
+    (MAIN_AUTO, 1, "Ready", USE_HOLD),
+    (MAIN_AUTO, 2, "Takeoff", USE_HOLD),
+    (MAIN_AUTO, 6, "Land", USE_RETURN),
+    (MAIN_AUTO, 7, "Return to Groundstation", USE_RETURN),
+    (MAIN_AUTO, 8, "Follow Me", USE_HOLD),
+    (MAIN_AUTO, 9, "Precision Land", USE_RETURN),
+    (MAIN_AUTO, 10, "VTOL Takeoff", USE_HOLD),
+    (MAIN_ACRO, 0, "Acro", USE_POSITION),
+    (MAIN_STABILIZED, 0, "Stabilized", USE_POSITION),
+    (8, 0, "Rattitude", USE_POSITION),
+    (9, 0, "Simple", USE_POSITION),
+];
+const USE_POSITION: &str = "use Position";
+const USE_HOLD: &str = "use Hold";
+const USE_RETURN: &str = "use Return";
+
+/// custom_mode of HEARTBEAT.
+#[must_use]
+pub const fn custom_mode(mode: Mode) -> u32 {
+    let (main, sub) = main_and_sub(mode);
+    u32::from_le_bytes([0, 0, main, sub])
+}
+
+/// A sub mode counts where PX4 has sub modes; elsewhere stations leave in it what they like.
+const fn counted(main: u8, sub: u8) -> (u8, u8) {
+    if matches!(main, MAIN_AUTO | MAIN_POSCTL) { (main, sub) } else { (main, 0) }
+}
+
+/// The mode with this main and sub mode.
+#[must_use]
+pub fn mode_of(main: u8, sub: u8) -> Option<Mode> {
+    Mode::ALL.into_iter().find(|mode| main_and_sub(*mode) == counted(main, sub))
+}
+
+/// Why a mode that is none of the vehicle's is refused, and what to use instead.
+fn not_flown(main: u8, sub: u8) -> Refused {
+    let is_it = |(a, b, _, _): &&(u8, u8, &str, &str)| (*a, *b) == counted(main, sub);
+    let reason = match NOT_FLOWN.iter().find(is_it) {
+        Some((_, _, name, instead)) => format!("{name} is not flown here: {instead}"),
+        None => {
+            let listed = Mode::ALL.map(|mode| {
+                let (main, sub) = main_and_sub(mode);
+                format!("{mode} {main}/{sub}")
+            });
+            format!("Mode {main}/{sub} refused: there are {}", listed.join(", "))
+        }
+    };
+    Refused::denied(reason)
+}
+
+/// What streams of a ground station are heard just now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Streams {
+    /// Usable offboard setpoints.
+    pub setpoints: bool,
+    /// A pilot's sticks.
+    pub sticks: bool,
+}
+
+/// The mode that is asked for, if it can be entered now as far as the ground-station side knows.
+///
+/// # Errors
+/// Why not.
+pub fn requested(
+    has_custom_flag: bool,
+    main: u8,
+    sub: u8,
+    streams: Streams,
+) -> Result<Mode, Refused> {
+    if !has_custom_flag {
+        return Err(Refused::denied("Mode refused: only custom modes (base mode bit 0)"));
+    }
+    let mode = mode_of(main, sub).ok_or_else(|| not_flown(main, sub))?;
+    enterable(mode, streams)
+}
+
+/// The standard mode (MAV_STANDARD_MODE) that is asked for.
+///
+/// # Errors
+/// The protocol wants FAILED for a standard mode that the vehicle does not have.
+pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, Refused> {
+    let has_it = |mode: &Mode| standard(*mode).is_some_and(|own| own as u8 == standard_mode);
+    let Some(mode) = Mode::ALL.into_iter().find(has_it) else {
+        return Err(Refused::failed(format!(
+            "Standard mode {standard_mode} refused: there are 3 Position, 4 Altitude, 5 Return, 6 Mission"
+        )));
+    };
+    enterable(mode, streams)
+}
+
+/// Whether a mode can be entered now as far as the ground-station side knows.
+///
+/// # Errors
+/// Why not.
+pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
+    match mode {
+        Mode::Offboard if !streams.setpoints => {
+            Err(Refused::for_now("Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)"))
+        }
+        Mode::Altitude if !streams.sticks => {
+            Err(Refused::for_now("Altitude refused: no sticks, use Position"))
+        }
+        _ => Ok(mode),
+    }
+}
+
+/// The standard mode that means the same; `None` where there is none. Position is the definition's Cruise: of a
+/// fixed wing, its "Position hold" would be to hover. PX4's Hold is none either: MAV_STANDARD_MODE_ORBIT is a
+/// mode that a pilot steers.
+const fn standard(mode: Mode) -> Option<MavStandardMode> {
+    match mode {
+        Mode::Hold | Mode::Offboard => None,
+        Mode::Position => Some(MavStandardMode::MAV_STANDARD_MODE_CRUISE),
+        Mode::Mission => Some(MavStandardMode::MAV_STANDARD_MODE_MISSION),
+        Mode::Return => Some(MavStandardMode::MAV_STANDARD_MODE_SAFE_RECOVERY),
+        Mode::Altitude => Some(MavStandardMode::MAV_STANDARD_MODE_ALTITUDE_HOLD),
+    }
+}
+
+/// The standard mode as it is sent: only the one whose number and name mean the same to every station. Until
+/// December 2024 MAV_STANDARD_MODE had 5 as Return home, 6 as Safe recovery and 7 as Mission; since then 5 is
+/// Safe recovery and 6 is Mission. A station that reads the other enumeration would show Mission as "Safe
+/// Recovery"; and every station that knows the name Cruise shows Position by it.
+const fn sent_standard(mode: Mode) -> MavStandardMode {
+    match mode {
+        Mode::Altitude => MavStandardMode::MAV_STANDARD_MODE_ALTITUDE_HOLD,
+        _ => MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
+    }
+}
+
+/// Position needs no pilot: without sticks it holds what it has.
+fn properties(mode: Mode) -> MavModeProperty {
+    match mode {
+        Mode::Altitude => MavModeProperty::empty(),
+        Mode::Offboard => {
+            MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE
+                | MavModeProperty::MAV_MODE_PROPERTY_ADVANCED
+        }
+        _ => MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE,
+    }
+}
+
+/// Modes in the list that AVAILABLE_MODES enumerates.
+#[expect(clippy::cast_possible_truncation, reason = "a handful of modes")]
+pub const COUNT: u8 = Mode::ALL.len() as u8;
+
+/// AVAILABLE_MODES of the mode with this index, from 1; `None` if there is no such mode.
+#[must_use]
+pub fn available_modes(index: u8) -> Option<Encoded> {
+    let mode = *Mode::ALL.get(usize::from(index.checked_sub(1)?))?;
+    let standard_mode = sent_standard(mode);
+    // The definition leaves the name out where a standard mode says it.
+    let is_own = standard_mode == MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD;
+    let name = if is_own { mode.name() } else { "" };
+    Some(Encoded::new(&AVAILABLE_MODES_DATA {
+        number_modes: COUNT,
+        mode_index: index,
+        standard_mode,
+        custom_mode: custom_mode(mode),
+        properties: properties(mode),
+        mode_name: name.into(),
+    }))
+}
+
+/// CURRENT_MODE. The mode that the operator wanted is not told apart from the mode that is flown.
+#[must_use]
+pub fn current_mode(aircraft: &Aircraft) -> Encoded {
+    let mode = aircraft.mode();
+    Encoded::new(&CURRENT_MODE_DATA {
+        standard_mode: sent_standard(mode),
+        custom_mode: custom_mode(mode),
+        intended_custom_mode: 0,
+    })
+}
+
+/// AVAILABLE_MODES_MONITOR: the set of modes never changes.
+#[must_use]
+pub fn monitor() -> Encoded {
+    Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::mavlink::dialects::common::MavResult;
+
+    const ALL_HEARD: Streams = Streams { setpoints: true, sticks: true };
+    const NOTHING_HEARD: Streams = Streams { setpoints: false, sticks: false };
+
+    #[test]
+    fn the_encoding_is_that_of_px4() {
+        for (mode, expected) in [
+            (Mode::Position, 196_608),
+            (Mode::Hold, 50_593_792),
+            (Mode::Mission, 67_371_008),
+            (Mode::Return, 84_148_224),
+            (Mode::Offboard, 393_216),
+            (Mode::Altitude, 131_072),
+        ] {
+            assert_eq!(custom_mode(mode), expected, "{mode}");
+        }
+    }
+
+    #[test]
+    fn every_mode_is_found_by_its_own_encoding() {
+        for mode in Mode::ALL {
+            let [_, _, main, sub] = custom_mode(mode).to_le_bytes();
+            assert_eq!(requested(true, main, sub, ALL_HEARD), Ok(mode));
+        }
+    }
+
+    #[test]
+    fn unknown_modes_and_modes_without_the_custom_flag_are_denied_with_the_reason() {
+        for (main, sub) in
+            [(0, 0), (1, 0), (3, 1), (4, 2), (4, 6), (4, 11), (4, 12), (7, 0), (255, 255)]
+        {
+            let refused = requested(true, main, sub, ALL_HEARD).unwrap_err();
+            assert_eq!(refused.result, MavResult::MAV_RESULT_DENIED, "{main}/{sub}");
+            assert!(refused.reason.is_some());
+        }
+        assert!(requested(false, 4, 3, ALL_HEARD).is_err());
+    }
+
+    #[test]
+    fn modes_that_follow_a_stream_wait_for_it_and_the_others_do_not() {
+        for mode in Mode::ALL {
+            let [_, _, main, sub] = custom_mode(mode).to_le_bytes();
+            let result =
+                requested(true, main, sub, NOTHING_HEARD).map_err(|refused| refused.result);
+            let needs_stream = matches!(mode, Mode::Offboard | Mode::Altitude);
+            let expected = if needs_stream {
+                Err(MavResult::MAV_RESULT_TEMPORARILY_REJECTED)
+            } else {
+                Ok(mode)
+            };
+            assert_eq!(result, expected, "{mode}");
+        }
+    }
+
+    #[test]
+    fn a_standard_mode_is_found_by_its_number_and_any_other_has_failed() {
+        for (number, mode) in
+            [(3, Mode::Position), (4, Mode::Altitude), (5, Mode::Return), (6, Mode::Mission)]
+        {
+            assert_eq!(requested_standard(number, ALL_HEARD), Ok(mode));
+        }
+        for number in [0, 1, 2, 7, 8, 255] {
+            let refused = requested_standard(number, ALL_HEARD).unwrap_err();
+            assert_eq!(refused.result, MavResult::MAV_RESULT_FAILED, "{number}");
+        }
+    }
+
+    #[test]
+    fn the_modes_are_numbered_from_one_without_a_gap() {
+        assert_eq!(available_modes(0), None);
+        assert!((1..=COUNT).all(|index| available_modes(index).is_some()));
+        assert_eq!(available_modes(COUNT + 1), None);
+        assert_eq!(available_modes(255), None);
+    }
+}

@@ -1,0 +1,201 @@
+//! What waits to be sent to one peer. Answers and telemetry wait apart, so that a peer that reads slowly
+//! loses telemetry first, then what everybody is told, and never an acknowledgement. Bulk data (logs) goes
+//! behind the answers and takes turns with telemetry; whoever sends it waits for room.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::codec::Encoded;
+
+/// Answers that may wait: more than the frames of one datagram can ask for, a burst of the parameter list
+/// and the texts of a moment.
+pub const ANSWERS_MAX: usize = 256;
+/// Places kept for answers to what was read already. While a peer has fewer, nothing more is read from it.
+/// Twice the commands that may wait for their outcome, and far more than one message asks for.
+pub const ANSWERS_RESERVED: usize = 64;
+/// Telemetry that may wait: about a quarter of a second of it.
+const TELEMETRY_MAX: usize = 96;
+
+/// Bulk data that may wait.
+pub const BULK_MAX: usize = 48;
+
+/// Three bounded queues and the sequence numbers of the link.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    answers: VecDeque<Encoded>,
+    telemetry: VecDeque<Encoded>,
+    bulk: VecDeque<Encoded>,
+    /// Bulk data has its turn.
+    bulk_next: bool,
+    /// One for each component that sends, since receivers count losses by component.
+    sequences: BTreeMap<Option<u8>, u8>,
+    dropped_telemetry: u64,
+    dropped_announcements: u64,
+    dropped_answers: u64,
+}
+
+impl Outbox {
+    /// Queues what everybody is told. Dropped and counted if only the places of answers are left.
+    pub fn announce(&mut self, message: Encoded) {
+        if self.room() > ANSWERS_RESERVED {
+            self.answers.push_back(message);
+        } else {
+            self.dropped_announcements += 1;
+        }
+    }
+
+    /// Queues an answer. Dropped and counted if there is no room at all, which [`ANSWERS_RESERVED`] prevents.
+    pub fn answer(&mut self, message: Encoded) {
+        if self.answers.len() < ANSWERS_MAX {
+            self.answers.push_back(message);
+        } else {
+            self.dropped_answers += 1;
+        }
+    }
+
+    /// Queues telemetry; the oldest makes room.
+    pub fn stream(&mut self, message: Encoded) {
+        if self.telemetry.len() >= TELEMETRY_MAX {
+            self.telemetry.pop_front();
+            self.dropped_telemetry += 1;
+        }
+        self.telemetry.push_back(message);
+    }
+
+    /// Queues bulk data, for which there must be room; more than that is not sent.
+    pub fn bulk(&mut self, message: Encoded) {
+        if self.bulk_room() > 0 {
+            self.bulk.push_back(message);
+        }
+    }
+
+    /// Bulk data that still fits.
+    #[must_use]
+    pub fn bulk_room(&self) -> usize {
+        BULK_MAX - self.bulk.len()
+    }
+
+    /// Answers that still fit.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        ANSWERS_MAX - self.answers.len()
+    }
+
+    /// An answer waits.
+    #[must_use]
+    pub fn has_answer(&self) -> bool {
+        !self.answers.is_empty()
+    }
+
+    /// Anything waits.
+    #[must_use]
+    pub fn has_any(&self) -> bool {
+        self.has_answer() || !self.telemetry.is_empty() || !self.bulk.is_empty()
+    }
+
+    /// Next message to send and its sequence number, answers first. The number counts what is sent, so
+    /// that a ground station sees no loss where telemetry was dropped.
+    pub fn pop(&mut self) -> Option<(Encoded, u8)> {
+        let message = self.answers.pop_front().or_else(|| self.pop_stream())?;
+        let next = self.sequences.entry(message.component()).or_default();
+        let sequence = *next;
+        *next = sequence.wrapping_add(1);
+        Some((message, sequence))
+    }
+
+    /// Telemetry and bulk data by turns.
+    fn pop_stream(&mut self) -> Option<Encoded> {
+        self.bulk_next = !self.bulk_next;
+        let [first, second] = match self.bulk_next {
+            true => [&mut self.telemetry, &mut self.bulk],
+            false => [&mut self.bulk, &mut self.telemetry],
+        };
+        first.pop_front().or_else(|| second.pop_front())
+    }
+
+    /// Telemetry messages dropped so far.
+    #[must_use]
+    pub fn dropped_telemetry(&self) -> u64 {
+        self.dropped_telemetry
+    }
+
+    /// Heartbeats, texts and changed parameters dropped so far.
+    #[must_use]
+    pub fn dropped_announcements(&self) -> u64 {
+        self.dropped_announcements
+    }
+
+    /// Answers dropped so far.
+    #[must_use]
+    pub fn dropped_answers(&self) -> u64 {
+        self.dropped_answers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::OWN;
+    use ::mavlink::dialects::common::{MavResult, NAMED_VALUE_FLOAT_DATA};
+
+    fn value(time_boot_ms: u32) -> Encoded {
+        Encoded::new(&NAMED_VALUE_FLOAT_DATA { time_boot_ms, value: 0.0, name: "x".into() })
+    }
+
+    #[test]
+    fn a_slow_peer_loses_old_telemetry_and_no_acknowledgement() {
+        let mut outbox = Outbox::default();
+        for ms in 0..1000 {
+            outbox.stream(value(ms));
+        }
+        let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
+        outbox.answer(ack.clone());
+        assert_eq!(outbox.pop(), Some((ack, 0)), "the answer goes first");
+        assert_eq!(outbox.pop(), Some((value(1000 - 96), 1)));
+        assert_eq!(outbox.dropped_telemetry(), 1000 - 96);
+    }
+
+    #[test]
+    fn announcements_leave_places_for_answers() {
+        let mut outbox = Outbox::default();
+        for ms in 0..10_000 {
+            outbox.announce(value(ms));
+        }
+        assert_eq!(outbox.room(), ANSWERS_RESERVED);
+        assert_eq!(
+            outbox.dropped_announcements(),
+            10_000 - (ANSWERS_MAX - ANSWERS_RESERVED) as u64
+        );
+        for ms in 0..ANSWERS_RESERVED {
+            outbox.answer(value(u32::try_from(ms).unwrap()));
+        }
+        assert_eq!((outbox.room(), outbox.dropped_answers()), (0, 0));
+    }
+
+    #[test]
+    fn bulk_data_goes_behind_answers_and_takes_turns_with_telemetry() {
+        let mut outbox = Outbox::default();
+        for ms in 0..100 {
+            outbox.bulk(value(1000 + ms));
+            outbox.stream(value(ms));
+        }
+        assert_eq!(outbox.bulk_room(), 0);
+        let ack = Encoded::command_ack(420, MavResult::MAV_RESULT_ACCEPTED, OWN);
+        outbox.answer(ack.clone());
+        let oldest = 100 - u32::try_from(TELEMETRY_MAX).unwrap();
+        let first = [(ack, 0), (value(oldest), 1), (value(1000), 2), (value(oldest + 1), 3)];
+        assert_eq!([(); 4].map(|()| outbox.pop().unwrap()), first);
+        let rest = std::iter::from_fn(|| outbox.pop()).count();
+        assert_eq!(rest, TELEMETRY_MAX + BULK_MAX - 3);
+    }
+
+    #[test]
+    fn both_queues_are_bounded() {
+        let mut outbox = Outbox::default();
+        for ms in 0..10_000 {
+            outbox.answer(value(ms));
+            outbox.stream(value(ms));
+        }
+        assert_eq!(std::iter::from_fn(|| outbox.pop()).count(), ANSWERS_MAX + TELEMETRY_MAX);
+        assert_eq!(outbox.dropped_answers(), 10_000 - ANSWERS_MAX as u64);
+    }
+}

@@ -1,0 +1,189 @@
+//! The parameters FLT_SERVO1 to FLT_SERVO7 and FLT_MOTOR1: setting one is an order to break an effector.
+//!
+//! ```text
+//!  PARAM_SET ─> order ─> plant ─> outcome ─> its fault on the list ─> PARAM_VALUE, to everybody
+//!                 └refused─────────┴refused, silent──> PARAM_VALUE as it is, and a text that says why
+//! ```
+//!
+//! The value is what is on the list, whoever ordered it: what acts, else what acts next. So 0 always mends it. It
+//! is announced whenever it changes.
+
+use core::time::Duration;
+
+use icd::{Effector, EffectorList, PerEffector};
+
+use crate::context::{Context, From};
+use crate::failure;
+use crate::failure::order::{self, Failure, FaultOrder, Instances, Unit};
+use crate::wall_time::WallTime;
+use flight_management::event::{Command, Outcome};
+use flight_management::fault_list::FaultList;
+use icd::fault::mavlink::FailureType;
+use icd::fault::{FaultEntry, FaultReply, TargetClass};
+
+/// Orders that may be open.
+const OPEN_MAX: usize = 32;
+/// Ground stations wait for an answer for about a second.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(700);
+
+/// An order on its way.
+#[derive(Debug)]
+struct Open {
+    from: From,
+    /// Number of the intent.
+    number: u32,
+    effector: Effector,
+    /// The value that was ordered.
+    wanted: u8,
+    since: WallTime,
+    /// The plant has done it, but its report is not there yet.
+    is_done: bool,
+}
+
+/// What a fault parameter owes an answer.
+#[derive(Debug)]
+pub(super) struct Answer {
+    pub(super) from: From,
+    pub(super) effector: Effector,
+    /// Why it was not set; `None` if it was.
+    pub(super) refused: Option<String>,
+}
+
+/// The orders that wait for the plant, and the values as they were published.
+#[derive(Debug, Default)]
+pub(super) struct FaultOrders {
+    open: Vec<Open>,
+    published: PerEffector<u8>,
+}
+
+/// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
+pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
+    faults.foremost(effector).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
+}
+
+/// The plant has done what was ordered, and all the same another fault is there, or none.
+fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
+    let name = effectors.name(effector);
+    match faults.foremost(effector) {
+        Some(FaultEntry { kind, state, .. }) => {
+            let kind = kind.described(TargetClass::of(effectors.is_angle(effector)));
+            format!("Not as set: {name}: there is another fault, {kind}, {state}")
+        }
+        None => format!("Not as set: {name}: the fault is over already"),
+    }
+}
+
+impl FaultOrders {
+    /// Orders what a PARAM_SET wants; false if it is so already.
+    ///
+    /// # Errors
+    /// Why nothing is asked of the plant.
+    pub(super) fn set(
+        &mut self,
+        from: From,
+        effector: Effector,
+        value: f64,
+        now: WallTime,
+        ctx: &mut Context,
+    ) -> Result<bool, String> {
+        let (unit, instance) = failure::unit_and_instance(effector, ctx.effectors());
+        let is_it = |known: &FailureType| f64::from(known.code()) == libm::round(value);
+        let Some(failure_type) = FailureType::ALL.into_iter().find(is_it) else {
+            let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
+            return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to {last}"));
+        };
+        let wanted = failure_type.code();
+        if wanted == 0 && !ctx.aircraft.faults().names(effector) {
+            // Nothing to mend: a table of parameters that is sent back asks for nothing.
+            return Ok(false);
+        }
+        let instances = Instances::One(instance.into());
+        let order = FaultOrder::new(
+            Unit::of(effector.into(), ctx.effectors()),
+            Failure::Type(failure_type),
+            instances,
+        );
+        let requests = order::requests(&order, ctx.parameters, ctx.model)
+            .map_err(|refused| refused.reason.unwrap_or_default())?;
+        if self.open.len() >= OPEN_MAX {
+            return Err("Not set: too many faults are waiting".to_owned());
+        }
+        for request in requests {
+            let number = ctx.intents.push(Command::Fault(request));
+            let number = number.ok_or("Not set: too many commands are waiting")?;
+            self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
+        }
+        Ok(true)
+    }
+
+    /// Takes the outcome of an intent; what can be answered now.
+    pub(super) fn handle_outcome(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        effectors: &EffectorList,
+    ) -> Option<Answer> {
+        let place = self.open.iter().position(|open| open.number == number)?;
+        let open = self.open.get_mut(place)?;
+        let refused = match outcome {
+            Outcome::Plant(FaultReply::Refused(refusal)) => {
+                failure::refused(refusal, Some(open.effector.into()), effectors)
+            }
+            Outcome::Refused(refusal) => refusal.to_string(),
+            Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
+            Outcome::Done | Outcome::Plant(_) => {
+                open.is_done = true;
+                return None;
+            }
+        };
+        let Open { from, effector, .. } = self.open.remove(place);
+        let refused = Some(format!("Fault refused: {}: {refused}", effectors.name(effector)));
+        Some(Answer { from, effector, refused })
+    }
+
+    /// What can be answered now: what is on the list as it was ordered, and what waits for too long.
+    pub(super) fn answers(
+        &mut self,
+        now: WallTime,
+        faults: &FaultList,
+        effectors: &EffectorList,
+    ) -> Vec<Answer> {
+        let is_over = |open: &mut Open| {
+            let is_there = open.is_done && value(open.effector, faults) == open.wanted;
+            is_there || now.since(open.since) >= ANSWER_TIMEOUT
+        };
+        let over = self.open.extract_if(.., is_over);
+        over.map(|Open { from, effector, is_done, wanted, .. }| {
+            let refused = if is_done {
+                (value(effector, faults) != wanted)
+                    .then(|| not_as_wanted(effector, faults, effectors))
+            } else {
+                let name = effectors.name(effector);
+                Some(format!("Not confirmed: {name}: the aircraft does not answer"))
+            };
+            Answer { from, effector, refused }
+        })
+        .collect()
+    }
+
+    /// Effectors whose value is another than the published one. One with an open order waits for its answer:
+    /// between the end of a fault and the one in its place there is no value that is worth telling.
+    pub(super) fn changed(
+        &mut self,
+        faults: &FaultList,
+        effectors: &EffectorList,
+    ) -> Vec<Effector> {
+        let Self { open, published } = self;
+        let is_free = |effector: &Effector| open.iter().all(|open| open.effector != *effector);
+        let changed = effectors.all().filter(is_free).filter(|effector| {
+            let value = value(*effector, faults);
+            std::mem::replace(&mut published[*effector], value) != value
+        });
+        changed.collect()
+    }
+
+    /// When somebody has waited for long enough.
+    pub(super) fn next_deadline(&self) -> Option<WallTime> {
+        self.open.iter().map(|open| open.since + ANSWER_TIMEOUT).min()
+    }
+}

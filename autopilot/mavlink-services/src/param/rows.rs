@@ -1,0 +1,170 @@
+//! The parameter tables as one list, and its messages.
+
+use ::mavlink::dialects::common::{
+    MavParamError, MavParamType, PARAM_ERROR_DATA, PARAM_VALUE_DATA,
+};
+
+use crate::codec::{Encoded, ParamSet};
+use crate::context::{Context, From};
+use crate::convert;
+use flight_management::fault_list::FaultList;
+use flight_management::parameters::{
+    COMPATIBILITY, FaultParameter, Kind, ParameterName, Parameters, fault_of, fault_parameters,
+    table,
+};
+use icd::{Effector, EffectorList};
+
+use super::faults;
+
+/// One row of the list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Row {
+    /// Place in the list.
+    pub index: usize,
+    pub name: ParameterName,
+    pub kind: Kind,
+    pub value: f64,
+    pub source: Source,
+}
+
+/// Which table a row comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// It means something.
+    Own,
+    /// It is there for ground stations.
+    Compatibility,
+    /// It breaks this effector.
+    Fault(Effector),
+}
+
+/// Rows of all tables.
+pub(super) fn count(effectors: &EffectorList) -> usize {
+    table().len() + COMPATIBILITY.len() + effectors.len()
+}
+
+/// A name of a table; the tables have none that is longer.
+fn name_of(name: &str) -> ParameterName {
+    ParameterName::from(name).unwrap_or_default()
+}
+
+/// The row at `index`: first the tunables, then those for ground stations, then those that break something.
+pub(super) fn row(
+    index: usize,
+    parameters: &Parameters,
+    faults: &FaultList,
+    effectors: &EffectorList,
+) -> Option<Row> {
+    let rows = table();
+    if let Some(row) = rows.get(index) {
+        let (name, kind, value) = (name_of(row.name), row.kind, row.value(parameters));
+        return Some(Row { index, name, kind, value, source: Source::Own });
+    }
+    let place = index.checked_sub(rows.len())?;
+    if let Some(row) = COMPATIBILITY.get(place) {
+        let source = Source::Compatibility;
+        let name = name_of(row.name);
+        return Some(Row { index, name, kind: row.kind, value: row.value, source });
+    }
+    let effector = effectors.all().nth(place.checked_sub(COMPATIBILITY.len())?)?;
+    let FaultParameter { name, effector } = fault_of(effector, effectors);
+    let value = faults::value(effector, faults).into();
+    Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(effector) })
+}
+
+/// All rows.
+pub(crate) fn rows(ctx: &Context) -> impl Iterator<Item = Row> {
+    (0..count(ctx.effectors()))
+        .filter_map(|index| row(index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()))
+}
+
+/// The row with this name, which has 16 characters or ends with NUL.
+pub(super) fn find(
+    id: &[u8; 16],
+    parameters: &Parameters,
+    faults: &FaultList,
+    effectors: &EffectorList,
+) -> Option<Row> {
+    let name = id.split(|byte| *byte == 0).next().unwrap_or(id);
+    let own = table().iter().map(|row| name_of(row.name));
+    let others = COMPATIBILITY.iter().map(|row| name_of(row.name));
+    let mut all = own.chain(others).chain(fault_parameters(effectors).map(|row| row.name));
+    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters, faults, effectors)
+}
+
+/// The row that breaks an effector.
+pub(super) fn row_of(effector: Effector, ctx: &Context) -> Option<Row> {
+    let effectors = ctx.effectors();
+    effectors.contains(effector).then_some(())?;
+    row(
+        count(effectors) - effectors.len() + effector.index(),
+        ctx.parameters,
+        ctx.aircraft.faults(),
+        effectors,
+    )
+}
+
+/// PARAM_VALUE.
+pub(super) fn value_message(row: &Row, effectors: &EffectorList) -> Encoded {
+    let (param_value, param_type) = match row.kind {
+        Kind::Int => {
+            #[expect(clippy::cast_possible_truncation, reason = "whole and small, by the table")]
+            let bits = (row.value as i32).to_le_bytes();
+            (f32::from_le_bytes(bits), MavParamType::MAV_PARAM_TYPE_INT32)
+        }
+        Kind::Real => (convert::float(row.value), MavParamType::MAV_PARAM_TYPE_REAL32),
+    };
+    Encoded::new(&PARAM_VALUE_DATA {
+        param_value,
+        param_count: u16::try_from(count(effectors)).unwrap_or(u16::MAX),
+        param_index: u16::try_from(row.index).unwrap_or(u16::MAX),
+        param_id: row.name.as_str().into(),
+        param_type,
+    })
+}
+
+/// PARAM_ERROR; `index` -1 means that the name counts.
+pub(super) fn error_message(from: From, id: [u8; 16], index: i16, error: MavParamError) -> Encoded {
+    Encoded::new(&PARAM_ERROR_DATA {
+        param_index: index,
+        target_system: from.sender.system,
+        target_component: from.sender.component,
+        param_id: id.into(),
+        error,
+    })
+}
+
+/// The number that a PARAM_SET carries; `None` for a type that does not fit four bytes.
+pub(super) fn number(set: &ParamSet) -> Option<f64> {
+    let [a, b, ..] = set.value;
+    Some(match set.kind {
+        1 => f64::from(a),
+        2 => f64::from(i8::from_le_bytes([a])),
+        3 => f64::from(u16::from_le_bytes([a, b])),
+        4 => f64::from(i16::from_le_bytes([a, b])),
+        5 => f64::from(u32::from_le_bytes(set.value)),
+        6 => f64::from(i32::from_le_bytes(set.value)),
+        9 => convert::decimal(f32::from_le_bytes(set.value)),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure;
+    use flight_management::parameters::{compatibility, is_fault};
+    use icd::tvc_jet;
+
+    #[test]
+    fn each_parameter_of_a_fault_has_the_name_of_its_effector_and_hides_no_other_parameter() {
+        let list = tvc_jet::effectors();
+        for row in fault_parameters(&list) {
+            let (unit, instance) = failure::unit_and_instance(row.effector, &list);
+            assert_eq!(&row.name, format!("FLT_{}{instance}", unit.to_uppercase()).as_str());
+            assert!(table().iter().all(|other| *other.name != *row.name), "{}", row.name);
+            assert!(compatibility(&row.name).is_none() && is_fault(&row.name), "{}", row.name);
+        }
+        assert!(!is_fault("FLT_SERVO0") && !is_fault("FLT_SERVO17") && !is_fault("FLT_STUCK_DEG"));
+    }
+}

@@ -1,0 +1,394 @@
+//! Who listens: the configured addresses, always; whoever sends a datagram, until it falls silent; whoever
+//! opens a connection, until it is closed.
+//!
+//! The places of those who send datagrams by themselves are limited. Where all are taken, a newcomer gets the
+//! place of a quiet one, and otherwise the newest place: a crowd that arrives later displaces none of those
+//! who were there before it and still talk.
+
+use core::time::Duration;
+use std::net::SocketAddr;
+
+use super::codec::{Encoded, Identity};
+use super::inbox::Inbox;
+use super::outbox::{ANSWERS_RESERVED, Outbox};
+use super::signing::Signing;
+use crate::wall_time::WallTime;
+
+/// Configured addresses.
+pub const CONFIGURED_MAX: usize = 8;
+/// Peers at the same time that came by themselves over UDP.
+pub const VISITORS_MAX: usize = 24;
+/// Connections at the same time.
+pub const CONNECTIONS_MAX: usize = 16;
+/// A peer that came by itself over UDP and has been silent for this long is forgotten.
+const SILENCE: Duration = Duration::from_secs(10);
+/// Where all places are taken, a visitor that was not heard for this long gives its place to a newcomer: five
+/// heartbeats of a ground station, at 1 Hz.
+const QUIET: Duration = Duration::from_secs(5);
+/// The newest visitor has its place at least this long, so that two who compete for it each get through a
+/// parameter list.
+const STAY_MIN: Duration = Duration::from_secs(10);
+
+/// Number of a connection, never used twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Connection(pub u32);
+
+/// Where a peer is, and by which of our sockets it is reached. The same place by two sockets is two peers,
+/// each with its own sequence numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Address {
+    /// By the UDP socket that calls ground stations.
+    UdpClient(SocketAddr),
+    /// By the UDP port for ground stations that call.
+    UdpServer(SocketAddr),
+    /// By a TCP connection that a ground station has opened.
+    Tcp(Connection),
+}
+
+impl Address {
+    /// Bytes come as a stream, and silence means nothing: the connection says when it ends.
+    #[must_use]
+    pub const fn is_connection(self) -> bool {
+        matches!(self, Self::Tcp(_))
+    }
+
+    /// A UDP address of this computer. Of a connection the number says nothing.
+    #[must_use]
+    pub fn is_loopback(self) -> bool {
+        match self {
+            Self::UdpClient(at) | Self::UdpServer(at) => is_this_computer(at),
+            Self::Tcp(_) => false,
+        }
+    }
+}
+
+/// Whether an address is one of this computer alone. The system lets nothing with such an address in from
+/// a network.
+#[must_use]
+pub fn is_this_computer(at: SocketAddr) -> bool {
+    at.ip().to_canonical().is_loopback()
+}
+
+/// A peer, for as long as it is known. Never used twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Peer(u32);
+
+/// Who sent a message, and over which link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct From {
+    /// The link.
+    pub peer: Peer,
+    /// System and component of the sender.
+    pub sender: Identity,
+}
+
+#[derive(Debug)]
+struct Entry {
+    peer: Peer,
+    address: Address,
+    /// Number of the link in signatures: the lowest that nobody has, and its own for as long as the peer is
+    /// known.
+    link: u8,
+    /// On this computer.
+    is_local: bool,
+    configured: bool,
+    since: WallTime,
+    heard: WallTime,
+    /// Used by connections only.
+    inbox: Inbox,
+    outbox: Outbox,
+}
+
+impl Entry {
+    fn can_fall_silent(&self) -> bool {
+        !self.configured && !self.address.is_connection()
+    }
+}
+
+/// The peers and what waits to be sent to each.
+#[derive(Debug)]
+pub struct Peers {
+    entries: Vec<Entry>,
+    next: u32,
+    crowding: Crowding,
+}
+
+/// What came of more visitors than there are places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Crowding {
+    /// Visitors that lost their place to a newcomer.
+    pub displaced: u64,
+    /// Messages of newcomers that got no place.
+    pub turned_away: u64,
+}
+
+impl Peers {
+    /// The configured addresses, at most [`CONFIGURED_MAX`]; those beyond are left out.
+    #[must_use]
+    pub fn new(configured: &[Address]) -> Self {
+        let mut peers = Self { entries: Vec::new(), next: 0, crowding: Crowding::default() };
+        for &address in configured.iter().take(CONFIGURED_MAX) {
+            peers.add(address, address.is_loopback(), true, WallTime::ZERO);
+        }
+        peers
+    }
+
+    fn add(&mut self, address: Address, is_local: bool, configured: bool, heard: WallTime) -> Peer {
+        let peer = Peer(self.next);
+        self.next = self.next.wrapping_add(1);
+        let is_free = |link: &u8| self.entries.iter().all(|entry| entry.link != *link);
+        // There are far fewer peers than numbers.
+        let link = (0..=u8::MAX).find(is_free).unwrap_or(u8::MAX);
+        self.entries.push(Entry {
+            peer,
+            address,
+            link,
+            is_local,
+            configured,
+            since: heard,
+            heard,
+            inbox: Inbox::default(),
+            outbox: Outbox::default(),
+        });
+        peer
+    }
+
+    /// A good frame came from `address`. `None` if no other peer gives its place to it, or if it is a
+    /// connection that is not open.
+    pub fn hear(&mut self, address: Address, now: WallTime) -> Option<Peer> {
+        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
+            entry.heard = now;
+            return Some(entry.peer);
+        }
+        if address.is_connection() {
+            return None;
+        }
+        let is_local = address.is_loopback();
+        let peer = self.admit(address, is_local, VISITORS_MAX, now).or_else(|| {
+            self.displace(now)?;
+            self.admit(address, is_local, VISITORS_MAX, now)
+        });
+        self.crowding.turned_away += u64::from(peer.is_none());
+        peer
+    }
+
+    /// Takes the place of one visitor away: of the one that has been quiet for the longest, or else of the
+    /// newest. `None` if all talk and the newest has not had its place for long.
+    fn displace(&mut self, now: WallTime) -> Option<()> {
+        let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
+        let quietest = visitors().min_by_key(|entry| entry.heard);
+        let quiet = quietest.filter(|entry| now.since(entry.heard) >= QUIET);
+        let newest = || visitors().max_by_key(|entry| entry.since);
+        let stayed = || newest().filter(|entry| now.since(entry.since) >= STAY_MIN);
+        let leaves = quiet.or_else(stayed)?.peer;
+        self.entries.retain(|entry| entry.peer != leaves);
+        self.crowding.displaced += 1;
+        Some(())
+    }
+
+    /// A connection was opened, from this computer or another one. `None` if there are too many.
+    pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> Option<Peer> {
+        self.admit(Address::Tcp(connection), is_local, CONNECTIONS_MAX, now)
+    }
+
+    /// Adds a peer that came by itself, if fewer than `most` of its kind are known.
+    fn admit(
+        &mut self,
+        address: Address,
+        is_local: bool,
+        most: usize,
+        now: WallTime,
+    ) -> Option<Peer> {
+        let is_connection = address.is_connection();
+        let alike =
+            |entry: &&Entry| !entry.configured && entry.address.is_connection() == is_connection;
+        let has_room = self.entries.iter().filter(alike).count() < most;
+        has_room.then(|| self.add(address, is_local, false, now))
+    }
+
+    /// A connection was closed: its peer is gone, with all that waits for it.
+    pub fn close(&mut self, connection: Connection) {
+        self.entries.retain(|entry| entry.address != Address::Tcp(connection));
+    }
+
+    /// Forgets who has been silent for too long.
+    pub fn poll(&mut self, now: WallTime) {
+        self.entries.retain(|entry| !entry.can_fall_silent() || now.since(entry.heard) < SILENCE);
+    }
+
+    /// When the next silent peer will be forgotten.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
+        visitors.map(|entry| entry.heard + SILENCE).min()
+    }
+
+    /// Whether `peer` is still known.
+    #[must_use]
+    pub fn knows(&self, peer: Peer) -> bool {
+        self.entries.iter().any(|entry| entry.peer == peer)
+    }
+
+    /// Whether `peer` is on this computer.
+    #[must_use]
+    pub fn is_local(&self, peer: Peer) -> bool {
+        self.entries.iter().any(|entry| entry.peer == peer && entry.is_local)
+    }
+
+    /// Whether there is room for the answers to one more message of `peer`.
+    pub fn can_answer(&mut self, peer: Peer) -> bool {
+        self.room(peer) >= ANSWERS_RESERVED
+    }
+
+    /// The peer at the other end of `connection`, and what has come from it.
+    pub fn inbox(&mut self, connection: Connection) -> Option<(Peer, &mut Inbox)> {
+        let address = Address::Tcp(connection);
+        let mut entries = self.entries.iter_mut();
+        let entry = entries.find(|entry| entry.address == address)?;
+        Some((entry.peer, &mut entry.inbox))
+    }
+
+    /// Whether to read from `connection`: what came before was understood, and can be answered.
+    #[must_use]
+    pub fn accepts_input(&self, connection: Connection) -> bool {
+        let address = Address::Tcp(connection);
+        self.entries.iter().any(|entry| {
+            entry.address == address
+                && !entry.inbox.is_held()
+                && entry.outbox.room() >= ANSWERS_RESERVED
+        })
+    }
+
+    /// A connection whose input waited for room, and now has it.
+    #[must_use]
+    pub fn next_resumable(&self) -> Option<Connection> {
+        self.entries.iter().find_map(|entry| match entry.address {
+            Address::Tcp(connection)
+                if entry.inbox.is_held() && entry.outbox.room() >= ANSWERS_RESERVED =>
+            {
+                Some(connection)
+            }
+            _ => None,
+        })
+    }
+
+    fn outbox(&mut self, peer: Peer) -> Option<&mut Outbox> {
+        self.entries.iter_mut().find(|entry| entry.peer == peer).map(|entry| &mut entry.outbox)
+    }
+
+    /// Answers that still fit into the queue of `peer`; none if it is gone.
+    pub fn room(&mut self, peer: Peer) -> usize {
+        self.outbox(peer).map_or(0, |outbox| outbox.room())
+    }
+
+    /// An answer to one peer; nobody gets it if the peer is gone.
+    pub fn answer(&mut self, peer: Peer, message: Encoded) {
+        if let Some(outbox) = self.outbox(peer) {
+            outbox.answer(message);
+        }
+    }
+
+    /// Bulk data that still fits into the queue of `peer`; none if it is gone.
+    pub fn bulk_room(&mut self, peer: Peer) -> usize {
+        self.outbox(peer).map_or(0, |outbox| outbox.bulk_room())
+    }
+
+    /// Bulk data to one peer, for which there must be room.
+    pub fn bulk(&mut self, peer: Peer, message: Encoded) {
+        if let Some(outbox) = self.outbox(peer) {
+            outbox.bulk(message);
+        }
+    }
+
+    /// Whether `peer` is at the other end of a connection: what is sent arrives, or waits.
+    #[must_use]
+    pub fn is_connection(&self, peer: Peer) -> bool {
+        self.entries.iter().any(|entry| entry.peer == peer && entry.address.is_connection())
+    }
+
+    /// Whether `peer` has an open connection or was heard less than `silence` ago.
+    #[must_use]
+    pub fn was_heard(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
+        self.entries.iter().any(|entry| {
+            let is_present = entry.address.is_connection() || now.since(entry.heard) < silence;
+            entry.peer == peer && is_present
+        })
+    }
+
+    /// Something that every peer must get: heartbeats, texts, changed parameters.
+    pub fn announce(&mut self, message: &Encoded) {
+        for entry in &mut self.entries {
+            entry.outbox.announce(message.clone());
+        }
+    }
+
+    /// Whether somebody has room for so many announcements, or nobody is there.
+    #[must_use]
+    pub fn can_announce(&self, count: usize) -> bool {
+        let has_room = |entry: &Entry| entry.outbox.room() >= ANSWERS_RESERVED + count;
+        self.entries.is_empty() || self.entries.iter().any(has_room)
+    }
+
+    /// The peers now.
+    pub fn all(&self) -> impl Iterator<Item = Peer> + '_ {
+        self.entries.iter().map(|entry| entry.peer)
+    }
+
+    /// Telemetry for one peer; nobody gets it if the peer is gone.
+    pub fn stream_to(&mut self, peer: Peer, message: Encoded) {
+        if let Some(outbox) = self.outbox(peer) {
+            outbox.stream(message);
+        }
+    }
+
+    /// Telemetry for every peer.
+    pub fn stream(&mut self, message: &Encoded) {
+        for entry in &mut self.entries {
+            entry.outbox.stream(message.clone());
+        }
+    }
+
+    /// Next frame and its destination, of those to whom something can be sent now; answers of all go
+    /// before telemetry of any. `signing` signs it, if it is on.
+    pub fn pop(
+        &mut self,
+        sender: Identity,
+        signing: &mut Signing,
+        can_send: impl Fn(Address) -> bool,
+    ) -> Option<(Address, Vec<u8>)> {
+        let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
+        let mut chosen: Option<&mut Entry> = None;
+        let entry = loop {
+            match ready.next() {
+                Some(entry) if entry.outbox.has_answer() => break entry,
+                Some(entry) if chosen.is_none() && entry.outbox.has_any() => chosen = Some(entry),
+                Some(_) => {}
+                None => break chosen?,
+            }
+        };
+        let (message, sequence) = entry.outbox.pop()?;
+        Some((entry.address, signing.seal(&message, sender, sequence, entry.link)))
+    }
+
+    /// What came of too many visitors so far.
+    #[must_use]
+    pub fn crowding(&self) -> Crowding {
+        self.crowding
+    }
+
+    /// Messages to the present peers dropped so far: telemetry, announcements, answers.
+    #[must_use]
+    pub fn dropped(&self) -> [u64; 3] {
+        self.entries.iter().fold([0; 3], |[telemetry, announcements, answers], entry| {
+            let outbox = &entry.outbox;
+            [
+                telemetry + outbox.dropped_telemetry(),
+                announcements + outbox.dropped_announcements(),
+                answers + outbox.dropped_answers(),
+            ]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

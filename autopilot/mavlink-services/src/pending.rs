@@ -1,0 +1,335 @@
+//! Commands whose outcome is still open.
+
+use core::time::Duration;
+
+use ::mavlink::dialects::common::{MavResult, MavSeverity};
+use arrayvec::ArrayVec;
+use icd::fault::{FaultReply, Refusal, Target};
+use icd::{Effector, EffectorList, FaultRequest};
+
+use super::codec::{CommandMessage, Encoded};
+use super::context::{Context, From};
+use super::failure;
+use super::peers::Peers;
+use super::reasons::Reasons;
+use super::refused::Refused;
+use super::statustext::StatusTexts;
+use crate::wall_time::WallTime;
+use flight_management::event::Outcome;
+use flight_management::vehicle::Mode;
+
+/// Commands that may be open at the same time.
+const OPEN_MAX: usize = 32;
+/// Copies of one command that may wait for its outcome.
+const COPIES_MAX: u32 = 32;
+/// After this time a command without an outcome fails. Ground stations give up after two or three seconds.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+/// Interval of progress reports for a command under way: MAVSDK sends it again after 0.5 s.
+const PROGRESS: Duration = Duration::from_millis(400);
+/// Reason of a part without an answer.
+const NO_ANSWER: &str = "the aircraft does not answer";
+
+/// One intent of an open command.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// Number of the intent.
+    pub number: u32,
+    /// What it breaks or mends, for the text.
+    pub fault: Option<FaultRequest>,
+}
+
+impl Part {
+    fn target(&self) -> Option<Target> {
+        self.fault.and_then(|fault| fault.target())
+    }
+}
+
+/// What follows when a command is accepted.
+#[derive(Debug, Default)]
+pub struct OnAcceptance {
+    /// What the operator should know then.
+    pub note: Option<String>,
+    /// It steers the aircraft: its sender has control.
+    pub steers: bool,
+    /// The mode that it asks for.
+    pub mode: Option<Mode>,
+}
+
+#[derive(Debug)]
+struct Open {
+    from: From,
+    /// `None` for a SET_MODE, which has no acknowledgement.
+    command: Option<CommandMessage>,
+    copies: u32,
+    since: WallTime,
+    /// Time of the last progress report, or of the command.
+    reported: WallTime,
+    on_acceptance: OnAcceptance,
+    parts: ArrayVec<Part, { Effector::MAX }>,
+    verdict: Verdict,
+}
+
+/// What the parts of a command came to so far.
+#[derive(Debug)]
+struct Verdict {
+    /// Accepted, until a part says otherwise; once denied, it stays denied.
+    result: MavResult,
+    reasons: Reasons,
+    /// A part was refused, not just left without an answer.
+    refused: bool,
+    /// Of these the plant did what was asked.
+    done: Vec<Target>,
+    /// Faults that were cleared while scheduled or pausing: no event reports them.
+    cleared_without_event: Vec<Target>,
+    /// Effectors that had no fault to clear.
+    healthy: Vec<Target>,
+    /// A fault was cleared, and an event reports it.
+    cleared_active: bool,
+}
+
+/// The table of open commands.
+#[derive(Debug, Default)]
+pub struct Pending {
+    open: Vec<Open>,
+}
+
+impl Pending {
+    /// Joins a copy of an open command: it gets its own answer together with the first.
+    ///
+    /// `None` if no such command is open.
+    pub fn join(&mut self, from: From, command: &CommandMessage) -> Option<Result<(), Refused>> {
+        let open = self
+            .open
+            .iter_mut()
+            .find(|open| open.from == from && open.command == Some(*command))?;
+        if open.copies >= COPIES_MAX {
+            return Some(Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED)));
+        }
+        open.copies += 1;
+        Some(Ok(()))
+    }
+
+    /// Who asked first, of those that wait for this mode.
+    #[must_use]
+    pub fn asker_of(&self, mode: Mode) -> Option<From> {
+        let asked = self.open.iter().filter(|open| open.on_acceptance.mode == Some(mode));
+        asked.min_by_key(|open| open.since).map(|open| open.from)
+    }
+
+    /// One more command may be opened.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        self.open.len() < OPEN_MAX
+    }
+
+    /// Opens a command, or a SET_MODE without one, that waits for the outcome of `parts`.
+    pub fn open(
+        &mut self,
+        from: From,
+        command: Option<&CommandMessage>,
+        parts: ArrayVec<Part, { Effector::MAX }>,
+        on_acceptance: OnAcceptance,
+        now: WallTime,
+    ) {
+        self.open.push(Open {
+            from,
+            command: command.copied(),
+            copies: 1,
+            since: now,
+            reported: now,
+            on_acceptance,
+            parts,
+            verdict: Verdict::default(),
+        });
+    }
+
+    /// Takes the outcome of one intent; acknowledges the command when it was the last one, and returns it if
+    /// it was accepted.
+    pub fn resolve(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        ctx: &mut Context,
+        out: &mut Peers,
+    ) -> Option<(From, CommandMessage)> {
+        let place = self.open.iter().enumerate().find_map(|(index, open)| {
+            let part = open.parts.iter().position(|part| part.number == number)?;
+            Some((index, part))
+        });
+        // Outcomes of intents that nobody waits for, or no longer, are expected.
+        let (index, part) = place?;
+        let open = &mut self.open[index];
+        let part = open.parts.remove(part);
+        open.verdict.take(part, outcome, now, ctx);
+        if !open.parts.is_empty() {
+            return None;
+        }
+        let open = self.open.swap_remove(index);
+        let is_accepted = open.verdict.result == MavResult::MAV_RESULT_ACCEPTED;
+        let accepted = open.command.filter(|_| is_accepted).map(|command| (open.from, command));
+        close(open, now, ctx, out);
+        accepted
+    }
+
+    /// Tells who waits that it takes time, and gives up what has been open for too long.
+    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
+        for open in self.open.extract_if(.., is_over) {
+            close(open, now, ctx, out);
+        }
+        for open in &mut self.open {
+            if let Some(command) = open.command.filter(|_| now.since(open.reported) >= PROGRESS) {
+                open.reported = now;
+                let result = MavResult::MAV_RESULT_IN_PROGRESS;
+                out.answer(
+                    open.from.peer,
+                    Encoded::command_ack(command.id, result, open.from.sender),
+                );
+            }
+        }
+    }
+
+    /// When the next command needs a progress report or times out.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        let due = |open: &Open| {
+            let over = open.since + ANSWER_TIMEOUT;
+            if open.command.is_some() { over.min(open.reported + PROGRESS) } else { over }
+        };
+        self.open.iter().map(due).min()
+    }
+}
+
+/// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
+fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+    for part in &open.parts {
+        open.verdict.not_now(part.target(), NO_ANSWER);
+    }
+    open.verdict.report(now, ctx.texts, ctx.effectors());
+    let result = open.verdict.result;
+    if result == MavResult::MAV_RESULT_ACCEPTED {
+        if open.on_acceptance.steers {
+            ctx.control.take(open.from.sender);
+        }
+        if let Some(note) = open.on_acceptance.note {
+            ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, note);
+        }
+    }
+    let Some(command) = open.command else { return };
+    let ack = Encoded::command_ack(command.id, result, open.from.sender);
+    for _ in 0..open.copies {
+        out.answer(open.from.peer, ack.clone());
+    }
+}
+
+impl Default for Verdict {
+    fn default() -> Self {
+        Self {
+            result: MavResult::MAV_RESULT_ACCEPTED,
+            reasons: Reasons::default(),
+            refused: false,
+            done: Vec::new(),
+            cleared_without_event: Vec::new(),
+            healthy: Vec::new(),
+            cleared_active: false,
+        }
+    }
+}
+
+impl Verdict {
+    /// Takes the outcome of one part.
+    fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, ctx: &mut Context) {
+        let target = part.target();
+        match outcome {
+            Outcome::Done => {}
+            Outcome::Plant(reply) => self.take_reply(part, reply, now, ctx),
+            Outcome::Refused(refusal) => {
+                self.refused = true;
+                if refusal.is_temporary() {
+                    self.not_now(target, refusal);
+                } else {
+                    self.never(target, refusal);
+                }
+            }
+            Outcome::NoAnswer => self.not_now(target, NO_ANSWER),
+        }
+    }
+
+    /// Takes what the plant said; sends a text at once for what neither an event nor a refusal reports.
+    fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, ctx: &mut Context) {
+        let target = part.target();
+        match reply {
+            FaultReply::Refused(refusal) => {
+                self.refused = true;
+                match refusal {
+                    Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
+                        self.not_now(target, failure::refused(refusal, target, ctx.effectors()));
+                    }
+                    _ => self.never(target, failure::refused(refusal, target, ctx.effectors())),
+                }
+                return;
+            }
+            FaultReply::Scheduled { at } => {
+                if let Some(FaultRequest::Inject { target, kind, timing }) = part.fault {
+                    let effectors = ctx.effectors();
+                    let kind = kind.described(target.class(effectors));
+                    let target = target.name(effectors);
+                    let at_s = at.as_seconds();
+                    let text = format!("Scheduled: {target} {kind}, at {at_s} s{timing}");
+                    ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+                }
+            }
+            FaultReply::Cleared { .. } => {
+                // The end of a fault that acts is an event, and comes behind this answer.
+                let faults = ctx.aircraft.faults();
+                match target {
+                    Some(target) if faults.acting(target).is_some() => self.cleared_active = true,
+                    Some(target) if faults.names(target) => self.cleared_without_event.push(target),
+                    target => self.healthy.extend(target),
+                }
+            }
+            FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}
+        }
+        self.done.extend(target);
+    }
+
+    fn not_now(&mut self, target: Option<Target>, reason: impl ToString) {
+        if self.result != MavResult::MAV_RESULT_DENIED {
+            self.result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
+        }
+        self.reasons.add(reason.to_string(), target);
+    }
+
+    fn never(&mut self, target: Option<Target>, reason: impl ToString) {
+        self.result = MavResult::MAV_RESULT_DENIED;
+        self.reasons.add(reason.to_string(), target);
+    }
+
+    fn report(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
+        if !self.cleared_without_event.is_empty() {
+            let text = format!(
+                "Nothing scheduled: {}",
+                failure::names(&self.cleared_without_event, effectors)
+            );
+            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+        } else if !self.healthy.is_empty() && !self.cleared_active {
+            // Beside something that was cleared_active, it is no news.
+            let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
+            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+        }
+        if self.reasons.is_empty() {
+            return;
+        }
+        let head = match (self.refused, self.reasons.names_targets()) {
+            (true, true) => "Fault refused",
+            (true, false) => "Refused",
+            (false, _) => "Not confirmed",
+        };
+        let mut text = format!("{head}: {}", self.reasons.text(effectors));
+        if !self.done.is_empty() {
+            text = format!("Done: {}. {text}", failure::names(&self.done, effectors));
+        }
+        texts.refuse(now, text);
+    }
+}

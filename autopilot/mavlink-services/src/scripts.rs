@@ -1,0 +1,357 @@
+//! Scripts on the ground-station side: which ones are here, starting them by number or name, and what is told of
+//! the one that runs.
+//!
+//! Uploads come by [`super::ftp`], orders by MAV_CMD_USER_3. The control side tells what happens with the number of
+//! a line; here the line gets its words.
+
+use std::collections::BTreeMap;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use ::mavlink::dialects::common::MavSeverity;
+
+use super::Ground;
+use super::refused::Refused;
+use super::statustext::{self, StatusTexts};
+use flight_management::event_text;
+use flight_management::parameters::Parameters;
+use flight_management::script::{Line, Script, ScriptEvent, Sequence, TEXT_MAX};
+use icd::EffectorList;
+
+/// Files that are kept.
+pub const FILES_MAX: usize = 16;
+/// Longest name of a file, bytes.
+pub const NAME_MAX: usize = 32;
+/// Longest file, bytes.
+pub const FILE_MAX: usize = TEXT_MAX;
+/// Scripts that were started and may still be told of.
+const STARTED_MAX: usize = 4;
+
+/// Why a file is not taken or not given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileProblem {
+    /// No such file.
+    NotFound,
+    /// No name for a file: letters, digits, `.`, `_`, `-`, the first one no dot, at most [`NAME_MAX`].
+    Name,
+    /// More than [`FILES_MAX`] files or [`FILE_MAX`] bytes.
+    NoSpace,
+    /// Another upload of the same file has begun since.
+    Superseded,
+}
+
+/// Whether a file is as its sender wants it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Completeness {
+    /// Its upload has not ended.
+    Open,
+    /// A part of it was refused.
+    Refused,
+    /// Its upload has ended.
+    Whole,
+}
+
+/// One file.
+#[derive(Debug, Clone)]
+struct Kept {
+    content: Vec<u8>,
+    /// Which upload writes it; the largest number was uploaded last.
+    upload: u64,
+    completeness: Completeness,
+}
+
+/// The right to write a file, until somebody else begins to write the same one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Upload {
+    name: String,
+    number: u64,
+}
+
+impl Upload {
+    /// Name of the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl Ground {
+    /// Knows the script that begins with the flight; to be called before anything else.
+    #[must_use]
+    pub fn with_script(mut self, script: Option<Arc<Script>>) -> Self {
+        self.scripts.scenario = script;
+        self
+    }
+}
+
+/// The scripts that are here.
+#[derive(Debug, Default)]
+pub struct Scripts {
+    /// Those of the aircraft.
+    effectors: EffectorList,
+    scenario: Option<Arc<Script>>,
+    files: BTreeMap<String, Kept>,
+    /// Uploads so far.
+    uploads: u64,
+    /// Those that the aircraft was asked to run, the latest one last.
+    started: VecDeque<Arc<Script>>,
+    running: Option<Running>,
+}
+
+/// The script that runs.
+#[derive(Debug)]
+struct Running {
+    script: Arc<Script>,
+    /// For each sequence the index of the line that is next.
+    next: Vec<usize>,
+}
+
+impl Running {
+    fn new(script: Arc<Script>) -> Self {
+        let next = vec![0; script.sequences().len()];
+        Self { script, next }
+    }
+
+    /// The line with this number was executed.
+    fn pass(&mut self, number: u16) {
+        for (sequence, next) in self.script.sequences().iter().zip(&mut self.next) {
+            if let Some(place) = sequence.lines.iter().position(|line| line.number == number) {
+                *next = place + 1;
+            }
+        }
+    }
+}
+
+impl Scripts {
+    /// None yet, for an aircraft with these effectors.
+    #[must_use]
+    pub fn new(effectors: &EffectorList) -> Self {
+        Self { effectors: *effectors, ..Self::default() }
+    }
+
+    /// Names and sizes of the files, sorted by name. Their numbers in MAV_CMD_USER_3 count from 1.
+    pub fn files(&self) -> impl ExactSizeIterator<Item = (&str, usize)> {
+        self.files.iter().map(|(name, file)| (name.as_str(), file.content.len()))
+    }
+
+    /// Content of a file.
+    #[must_use]
+    pub fn content(&self, name: &str) -> Option<&[u8]> {
+        self.files.get(name).map(|file| file.content.as_slice())
+    }
+
+    /// The script that runs.
+    #[must_use]
+    pub fn running(&self) -> Option<&Script> {
+        self.running.as_ref().map(|running| &*running.script)
+    }
+
+    /// The sequences of the script that runs, each with the line that is next.
+    pub fn next_lines(&self) -> impl Iterator<Item = (&Sequence, Option<&Line>)> {
+        self.running.iter().flat_map(|running| {
+            let sequences = running.script.sequences().iter().zip(&running.next);
+            sequences.map(|(sequence, next)| (sequence, sequence.lines.get(*next)))
+        })
+    }
+
+    /// Name of the file that was uploaded last, of those that are here.
+    #[must_use]
+    pub fn latest(&self) -> Option<&str> {
+        let latest = self.files.iter().max_by_key(|(_, file)| file.upload);
+        latest.map(|(name, _)| name.as_str())
+    }
+
+    /// The script that begins with the flight.
+    #[must_use]
+    pub fn of_scenario(&self) -> Option<&Script> {
+        self.scenario.as_deref()
+    }
+
+    /// Begins to write a file; it is empty then if `truncate`, and made if there is none.
+    ///
+    /// # Errors
+    /// Its name, or no space.
+    pub fn open(&mut self, name: &str, truncate: bool) -> Result<Upload, FileProblem> {
+        let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
+        let is_good = !name.is_empty() && name.len() <= NAME_MAX && !name.starts_with('.');
+        if !is_good || !name.bytes().all(is_part) {
+            return Err(FileProblem::Name);
+        }
+        if !self.files.contains_key(name) && self.files.len() >= FILES_MAX {
+            return Err(FileProblem::NoSpace);
+        }
+        self.uploads += 1;
+        let upload = self.uploads;
+        let new = Kept { content: Vec::new(), upload, completeness: Completeness::Open };
+        let file = self.files.entry(name.to_owned()).or_insert(new);
+        file.upload = upload;
+        if truncate {
+            file.content.clear();
+        }
+        // What was refused before is still missing in what is written on.
+        if truncate || file.completeness != Completeness::Refused {
+            file.completeness = Completeness::Open;
+        }
+        Ok(Upload { name: name.to_owned(), number: upload })
+    }
+
+    /// Writes a part of a file. Parts may come in any order and more than once.
+    ///
+    /// # Errors
+    /// No space, or another upload has begun since.
+    pub fn write(&mut self, upload: &Upload, offset: u32, data: &[u8]) -> Result<(), FileProblem> {
+        let file = self.files.get_mut(&upload.name).filter(|file| file.upload == upload.number);
+        let file = file.ok_or(FileProblem::Superseded)?;
+        let offset = usize::try_from(offset).unwrap_or(usize::MAX);
+        let end = offset.saturating_add(data.len());
+        if end > FILE_MAX {
+            file.completeness = Completeness::Refused;
+            return Err(FileProblem::NoSpace);
+        }
+        if file.content.len() < end {
+            file.content.resize(end, 0);
+        }
+        file.content[offset..end].copy_from_slice(data);
+        Ok(())
+    }
+
+    /// Makes a file this long.
+    ///
+    /// # Errors
+    /// There is none, or no space.
+    pub fn truncate(&mut self, name: &str, length: u32) -> Result<(), FileProblem> {
+        let file = self.files.get_mut(name).ok_or(FileProblem::NotFound)?;
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        if length > FILE_MAX {
+            return Err(FileProblem::NoSpace);
+        }
+        file.content.resize(length, 0);
+        Ok(())
+    }
+
+    /// Removes a file.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn remove(&mut self, name: &str) -> Result<(), FileProblem> {
+        self.files.remove(name).ok_or(FileProblem::NotFound)?;
+        Ok(())
+    }
+
+    /// An upload is over: whether the file is a script, in words for the operator.
+    pub fn finish(&mut self, upload: &Upload, texts: &mut StatusTexts) {
+        match self.files.get_mut(&upload.name) {
+            // The other upload goes on.
+            Some(file) if file.upload != upload.number => return,
+            Some(file) if file.completeness == Completeness::Open => {
+                file.completeness = Completeness::Whole;
+            }
+            _ => {}
+        }
+        match self.read(&upload.name) {
+            Ok(script) => {
+                let lines = script.lines().count();
+                let number = self.files.keys().position(|name| *name == upload.name);
+                let number = number.map_or(0, |index| index + 1);
+                let text = format!("Script {}: {lines} lines, number {number}", upload.name);
+                texts.say(MavSeverity::MAV_SEVERITY_INFO, text);
+            }
+            Err(reason) => {
+                texts.say(MavSeverity::MAV_SEVERITY_WARNING, format!("Script {reason}"));
+            }
+        }
+    }
+
+    fn read(&self, name: &str) -> Result<Script, String> {
+        let file = self.files.get(name).ok_or_else(|| format!("{name}: no such file"))?;
+        match file.completeness {
+            Completeness::Open => return Err(format!("{name}: its upload has not ended")),
+            Completeness::Refused => {
+                return Err(format!("{name}: a part is missing, {FILE_MAX} bytes are allowed"));
+            }
+            Completeness::Whole => {}
+        }
+        let text = core::str::from_utf8(&file.content);
+        let text = text.map_err(|error| {
+            format!("{name}: no text, byte {} is not UTF-8", error.valid_up_to() + 1)
+        })?;
+        Script::parse(name, text, &self.effectors).map_err(|error| error.to_string())
+    }
+
+    /// The script with this number in the sorted list, to be asked for with [`flight_management::event::Command::Script`]; 0 is
+    /// the one uploaded last, or without one the scenario's.
+    ///
+    /// # Errors
+    /// There is none, it cannot be read, or it has faults and fault injection is off.
+    pub fn start(&mut self, number: u16, parameters: &Parameters) -> Result<Arc<Script>, Refused> {
+        let name = match usize::from(number).checked_sub(1) {
+            Some(index) => {
+                let name = self.files.keys().nth(index).ok_or_else(|| {
+                    Refused::denied(format!(
+                        "Script refused: no number {number}, {} are here",
+                        self.files.len()
+                    ))
+                })?;
+                Some(name.clone())
+            }
+            None => self.latest().map(str::to_owned),
+        };
+        if let Some(name) = name {
+            return self.start_by_name(&name, parameters);
+        }
+        let script = self.scenario.clone();
+        let script = script.ok_or_else(|| Refused::denied("Script refused: none is here"))?;
+        self.check(script, parameters)
+    }
+
+    /// The same by the name of the file.
+    ///
+    /// # Errors
+    /// There is none, it cannot be read, or it has faults and fault injection is off.
+    pub fn start_by_name(
+        &mut self,
+        name: &str,
+        parameters: &Parameters,
+    ) -> Result<Arc<Script>, Refused> {
+        let script = self.read(name);
+        let script =
+            script.map_err(|reason| Refused::denied(format!("Script refused: {reason}")))?;
+        self.check(Arc::new(script), parameters)
+    }
+
+    fn check(
+        &mut self,
+        script: Arc<Script>,
+        parameters: &Parameters,
+    ) -> Result<Arc<Script>, Refused> {
+        if script.has_faults() && !parameters.failure.enabled {
+            return Err(Refused::denied(
+                "Script refused: it has faults, and fault injection is off (SYS_FAILURE_EN 0)",
+            ));
+        }
+        if self.started.len() >= STARTED_MAX {
+            self.started.pop_front();
+        }
+        self.started.push_back(Arc::clone(&script));
+        Ok(script)
+    }
+
+    /// Takes what happened to a script, and tells it.
+    pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
+        let running = self.running.as_ref().map(|running| &running.script);
+        let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
+        let script = known.find(|script| script.id() == id).cloned();
+        let (severity, text) = event_text::of_script(script.as_deref(), event);
+        texts.queue_text(statustext::mav_severity(severity), text);
+        match event {
+            ScriptEvent::Began => self.running = script.map(Running::new),
+            ScriptEvent::Line(line) => {
+                if let Some(running) = &mut self.running {
+                    running.pass(line);
+                }
+            }
+            ScriptEvent::Done | ScriptEvent::Stopped => self.running = None,
+            ScriptEvent::NotBegun(_) | ScriptEvent::LineRefused { .. } => {}
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! A command line over SERIAL_CONTROL: the MAVLink console of QGroundControl, the shell of MAVSDK.
+//!
+//! ```text
+//!  SERIAL_CONTROL ─> line ─> session ─> commands ─> intents ─> control thread
+//!   (device 10)                ^            │ said at once
+//!        outcomes ─────────────┘            v
+//!                           output ─> SERIAL_CONTROL, REPLY, to the asker alone
+//! ```
+//!
+//! Each system and component behind each link has a session of its own. One command runs at a time; what is up
+//! to the aircraft is printed when the aircraft has answered, and then comes the prompt.
+
+use core::time::Duration;
+
+use ::mavlink::dialects::common::{SERIAL_CONTROL_DATA, SerialControlDev, SerialControlFlag};
+
+use super::codec::{Encoded, SerialControl};
+use super::context::{Context, From};
+use super::param::ParamService;
+use super::peers::Peers;
+use crate::wall_time::WallTime;
+use commands::Asking;
+use flight_management::event::Outcome;
+use flight_management::vehicle::Mode;
+use session::Session;
+
+mod commands;
+mod line;
+mod session;
+
+/// SERIAL_CONTROL_DEV_SHELL.
+const DEVICE_SHELL: u8 = 10;
+/// The message is an answer.
+const FLAG_REPLY: u8 = 1;
+/// The sender wants answers.
+const FLAG_RESPOND: u8 = 2;
+/// Bytes of one message.
+const CHUNK: usize = 70;
+/// Sessions at the same time; one more takes the place of the one that has been silent for longest.
+const SESSIONS_MAX: usize = 24;
+/// Lines that are run in one poll.
+pub const LINES_AT_ONCE: usize = 32;
+/// Messages of one session that are sent together.
+const BURST: usize = 5;
+/// Time between two bursts.
+const BURST_INTERVAL: Duration = Duration::from_millis(10);
+/// Output waits while a peer has less room than this for answers.
+const ROOM_MIN: usize = 96;
+
+/// The sessions.
+#[derive(Debug, Default)]
+pub struct ShellService {
+    sessions: Vec<Session>,
+    next_burst: WallTime,
+}
+
+impl ShellService {
+    /// Takes what somebody has typed. Other devices, and answers, are none of our business.
+    pub fn handle(&mut self, from: From, data: &SerialControl, now: WallTime) {
+        if data.device != DEVICE_SHELL || data.flags & FLAG_REPLY != 0 {
+            return;
+        }
+        let wants_answers = data.flags & FLAG_RESPOND != 0;
+        let typed = data.typed();
+        if typed.is_empty() && !wants_answers {
+            // The console was closed.
+            return self.sessions.retain(|session| session.from != from);
+        }
+        let session = self.session(from);
+        session.heard = now;
+        session.listens(wants_answers);
+        session.take(typed);
+    }
+
+    fn session(&mut self, from: From) -> &mut Session {
+        let known = self.sessions.iter().position(|session| session.from == from);
+        let place = known.unwrap_or_else(|| {
+            if self.sessions.len() >= SESSIONS_MAX {
+                let silent = self.sessions.iter().enumerate().min_by_key(|(_, s)| s.heard);
+                if let Some((place, _)) = silent {
+                    self.sessions.swap_remove(place);
+                }
+            }
+            self.sessions.push(Session::new(from));
+            self.sessions.len() - 1
+        });
+        &mut self.sessions[place]
+    }
+
+    /// Whose next line can be run now.
+    #[must_use]
+    pub fn next_ready(&self) -> Option<From> {
+        self.sessions.iter().find(|session| session.is_ready()).map(|session| session.from)
+    }
+
+    /// Runs the next line of `from`.
+    pub fn run(
+        &mut self,
+        from: From,
+        now: WallTime,
+        ctx: &mut Context,
+        param: &mut ParamService,
+        out: &mut Peers,
+    ) {
+        let Some(session) = self.sessions.iter_mut().find(|session| session.from == from) else {
+            return;
+        };
+        let Some(line) = session.next_line() else { return };
+        let answer = commands::run(&line, &mut Asking { now, ctx, param, out });
+        session.answer(answer, now, ctx);
+    }
+
+    /// Takes a change of mode: if somebody has asked for it here, it has control before the outcome says so.
+    pub fn handle_mode(&mut self, mode: Mode, ctx: &mut Context) {
+        if let Some(session) = self.sessions.iter().find(|session| session.asked_for(mode)) {
+            ctx.control.take(session.from.sender);
+        }
+    }
+
+    /// Takes the outcome of an intent.
+    pub fn handle_outcome(&mut self, number: u32, outcome: &Outcome, ctx: &mut Context) {
+        for session in &mut self.sessions {
+            session.handle_outcome(number, outcome, ctx);
+        }
+    }
+
+    /// Sends what is due of each output, gives up what has had no answer, and forgets who is gone.
+    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+        self.sessions.retain(|session| out.knows(session.from.peer));
+        for session in &mut self.sessions {
+            session.poll(now, ctx);
+        }
+        if now < self.next_burst {
+            return;
+        }
+        for session in self.sessions.iter_mut().filter(|session| session.has_output()) {
+            self.next_burst = now + BURST_INTERVAL;
+            for _ in 0..BURST {
+                if out.room(session.from.peer) < ROOM_MIN {
+                    break;
+                }
+                let Some(chunk) = session.next_chunk(CHUNK) else { break };
+                out.answer(session.from.peer, reply(session.from, &chunk));
+            }
+        }
+    }
+
+    /// When there is something to do.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        let of_session = |session: &Session| {
+            if session.is_ready() {
+                return Some(WallTime::ZERO);
+            }
+            let output = session.has_output().then_some(self.next_burst);
+            [output, session.answer_deadline()].into_iter().flatten().min()
+        };
+        self.sessions.iter().filter_map(of_session).min()
+    }
+}
+
+fn reply(from: From, chunk: &[u8]) -> Encoded {
+    let mut data = [0; CHUNK];
+    data[..chunk.len()].copy_from_slice(chunk);
+    Encoded::new(&SERIAL_CONTROL_DATA {
+        baudrate: 0,
+        timeout: 0,
+        device: SerialControlDev::SERIAL_CONTROL_DEV_SHELL,
+        flags: SerialControlFlag::SERIAL_CONTROL_FLAG_REPLY,
+        count: u8::try_from(chunk.len()).unwrap_or_default(),
+        data,
+        target_system: from.sender.system,
+        target_component: from.sender.component,
+    })
+}

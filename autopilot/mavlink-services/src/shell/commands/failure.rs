@@ -1,0 +1,152 @@
+//! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
+//! same order as the commands of the MAVLink protocol.
+
+use std::fmt::Write as _;
+
+use icd::fault::kind::{NumberInfo, SIZE_OPTION};
+use icd::fault::{CATALOGUE, KindInfo, Onset, Quantity, TargetClass};
+use icd::{Effector, EffectorList, FaultRequest, SimTime};
+
+use super::{Answer, Asking, Order, list, number, usage};
+use crate::failure::order::{self, Failure, FaultOrder, Instances, Size, Unit, Value};
+use flight_management::event::Command;
+
+pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
+/// The rest of the help, for an aircraft with these effectors.
+pub(super) fn details(effectors: &EffectorList) -> String {
+    let unit = |name: &str, is_angle| {
+        let one = |effector: &Effector| {
+            format!("{} {}", effectors.instance(*effector), effectors.name(*effector))
+        };
+        let all: Vec<String> = effectors.by_unit(is_angle).iter().map(one).collect();
+        format!("{name} ({})", all.join(", "))
+    };
+    let names = |of_kind: bool| {
+        let all = Failure::all().filter(|failure| matches!(failure, Failure::Kind(_)) == of_kind);
+        all.map(Failure::name).collect::<Vec<_>>().join(" ")
+    };
+    let (servos, motors, types, kinds) =
+        (unit("servo", true), unit("motor", false), names(false), names(true));
+    let mut said = format!(
+        "Components: {servos}, {motors}.\nTypes: {types}; {kinds}.\n\
+         \x20 -i N     instance; without -i and -m all of them\n\
+         \x20 -m MASK  instances as bits, bit 0 the first\n\
+         \x20 -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -; without it by the parameters FLT_*\n"
+    );
+    for (option, kind, number) in options() {
+        let (unit, what) =
+            (number.quantity.measure().unit(TargetClass::Angle).name, number.quantity.name());
+        let value = if unit == "s" { "TIME".to_owned() } else { unit.to_uppercase() };
+        let name = kind.mavlink.failure_type.name();
+        // Writing to a string cannot fail.
+        let _ = writeln!(said, "  {option} {value:<5} {what} of {name}");
+    }
+    said + TIMES
+}
+
+const TIMES: &str = "\
+\x20 -t TIME  onset, simulation time; without it at once
+  -r TIME  ramp
+  -d TIME  duration
+  -e TIME  from one onset to the next
+  -n N     how often in all
+list shows the faults, clear mends everything and forgets what is scheduled.
+";
+
+/// Options for numbers beside the size of a fault.
+fn options() -> impl Iterator<Item = (&'static str, &'static KindInfo, &'static NumberInfo)> {
+    let numbers = |kind: &'static KindInfo| kind.numbers.iter().map(move |number| (kind, number));
+    let all = CATALOGUE.iter().flat_map(numbers);
+    all.filter(|(_, number)| number.option != SIZE_OPTION)
+        .map(|(kind, number)| (number.option, kind, number))
+}
+
+pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
+    match arguments {
+        ["list"] => Ok(Order::say(list::text(asking))),
+        ["clear"] => clear(asking),
+        [component, failure, options @ ..] => {
+            let order = order_of(component, failure, options)?;
+            let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.model)
+                .map_err(|refused| refused.reason.unwrap_or_default())?;
+            let commands =
+                requests.into_iter().map(|request| (Command::Fault(request), request.target()));
+            Ok(Order { said: String::new(), commands: commands.collect() })
+        }
+        _ => Err(usage("failure")),
+    }
+}
+
+fn clear(asking: &Asking) -> Answer {
+    if asking.ctx.parameters.failure.enabled {
+        Ok(Order::ask(Command::Fault(FaultRequest::ClearAll), ""))
+    } else {
+        Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
+    }
+}
+
+fn order_of(component: &str, failure: &str, words: &[&str]) -> Result<FaultOrder, String> {
+    let unit = Unit::parse(component).ok_or_else(|| {
+        let names: Vec<&str> = Unit::names().collect();
+        format!("there is no component {component}: there are {}", names.join(" "))
+    })?;
+    let failure = Failure::parse(failure).ok_or_else(|| {
+        let names: Vec<&str> = Failure::all().map(Failure::name).collect();
+        format!("there is no type {failure}: there are {}", names.join(" "))
+    })?;
+    let mut order = FaultOrder::new(unit, failure, Instances::All);
+    for pair in words.chunks(2) {
+        let [name, word] = *pair else {
+            return Err(format!("option {} has no value", pair.join(" ")));
+        };
+        match name {
+            "-i" | "-m" if order.instances != Instances::All => {
+                return Err("the instances are named twice".into());
+            }
+            "-i" => order.instances = Instances::One(count(name, word)?),
+            "-m" => order.instances = Instances::Mask(count(name, word)?),
+            SIZE_OPTION => order.value = Some(value(failure, unit, word)?),
+            "-t" => order.onset = onset(number(name, word, "s")?)?,
+            "-r" => order.ramp_s = Some(number(name, word, "s")?),
+            "-d" => order.duration_s = Some(number(name, word, "s")?),
+            "-e" => order.every_s = Some(number(name, word, "s")?),
+            "-n" => order.times = Some(count(name, word)?),
+            _ => {
+                let (_, _, info) = options()
+                    .find(|(option, ..)| *option == name)
+                    .ok_or_else(|| format!("there is no option {name}, see help failure"))?;
+                let unit = info.quantity.measure().unit(TargetClass::Angle);
+                let value = number(name, word, unit.name)?;
+                let is_room = |known: &&mut Option<(Quantity, f64)>| {
+                    known.is_none_or(|(quantity, _)| quantity == info.quantity)
+                };
+                let room = order.numbers.iter_mut().find(is_room);
+                *room.ok_or_else(|| format!("option {name} is one too many"))? =
+                    Some((info.quantity, value));
+            }
+        }
+    }
+    // As with PX4 and the commands, instance 0 is all of them.
+    if order.instances == Instances::One(0) {
+        order.instances = Instances::All;
+    }
+    Ok(order)
+}
+
+fn onset(seconds: f64) -> Result<Onset, String> {
+    let at = SimTime::from_seconds(seconds);
+    at.map(Onset::At).ok_or_else(|| format!("-t {seconds} s is no simulation time"))
+}
+
+/// A size with its unit; thrusts are for motors.
+fn value(failure: Failure, unit: Unit, word: &str) -> Result<Value, String> {
+    let value = Value::parse(failure, word).map_err(|error| error.to_string())?;
+    if unit != Unit::MOTOR && matches!(value.size, Size::Si(_)) {
+        return Err(format!("{} of {unit} takes no thrust {word}", failure.name()));
+    }
+    Ok(value)
+}
+
+fn count(name: &str, word: &str) -> Result<u32, String> {
+    word.parse().map_err(|_| format!("{name} \"{word}\" is no whole number"))
+}

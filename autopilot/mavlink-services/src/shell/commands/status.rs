@@ -1,0 +1,144 @@
+//! `status`: the flight, the references, the compensator, the effectors.
+
+use std::fmt::Write as _;
+
+use flight_control::CompensatorMode;
+use icd::EffectorList;
+
+use super::{Answer, Asking, Order, list, usage};
+use crate::aircraft::{Aircraft, Phase};
+use flight_management::event::{Axis, Snapshot};
+
+pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
+    if !arguments.is_empty() {
+        return Err(usage("status"));
+    }
+    let ctx = &asking.ctx;
+    let mut said = String::new();
+    let _ = writeln!(said, "Aircraft: {}", phase(ctx.aircraft));
+    let holder = ctx.control.holder().map_or("nobody".into(), |system| format!("system {system}"));
+    let _ = writeln!(said, "Control: {holder}");
+    if let Some(state) = ctx.aircraft.snapshot() {
+        flight(&mut said, state, ctx.aircraft);
+        compensator(&mut said, state, ctx.parameters.gains.selection.compensator);
+        effectors(&mut said, state, ctx.effectors());
+    }
+    if let Some(script) = ctx.scripts.running() {
+        let _ = writeln!(said, "Script: {} runs", script.name());
+    }
+    said.push_str(&list::text(asking));
+    Ok(Order::say(said))
+}
+
+fn phase(aircraft: &Aircraft) -> &'static str {
+    match (aircraft.phase(), aircraft.is_terminated()) {
+        (Phase::NoFlight, _) => "none is connected",
+        (Phase::Flying, false) => "in the air",
+        (Phase::Flying, true) => "in the air, flight terminated",
+        (Phase::OnGround, _) => "on the ground, the flight is over",
+        (Phase::Lost, _) => "lost, no packet for a second",
+    }
+}
+
+fn flight(said: &mut String, state: &Snapshot, aircraft: &Aircraft) {
+    let (motion, demand) = (state.motion(), &state.demand);
+    let euler = motion.attitude;
+    let velocity = motion.velocity.0;
+    let course = libm::atan2(velocity.y, velocity.x).to_degrees().rem_euclid(360.0);
+    let _ = writeln!(said, "Time: {}, mode {}", state.time, aircraft.mode());
+    let _ = writeln!(
+        said,
+        "Position: {} deg, {} deg, altitude {} m",
+        fixed(5, motion.latitude_rad.to_degrees()),
+        fixed(5, motion.longitude_rad.to_degrees()),
+        fixed(1, motion.altitude_m)
+    );
+    let _ = writeln!(
+        said,
+        "Motion: airspeed {} m/s, climb {} m/s, course {} deg",
+        fixed(1, motion.airspeed_m_s),
+        fixed(1, motion.climb_rate_m_s()),
+        fixed(1, course)
+    );
+    let _ = writeln!(
+        said,
+        "Attitude: roll {} deg, pitch {} deg, yaw {} deg",
+        fixed(1, euler.phi.to_degrees()),
+        fixed(1, euler.theta.to_degrees()),
+        fixed(1, euler.psi.to_degrees().rem_euclid(360.0))
+    );
+    let _ = writeln!(
+        said,
+        "References: altitude {} m, airspeed {} m/s, roll {} deg",
+        fixed(1, demand.altitude_m),
+        fixed(1, demand.airspeed_m_s),
+        fixed(1, demand.roll_rad.to_degrees())
+    );
+}
+
+fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
+    let log = &state.log;
+    let mode = match mode {
+        CompensatorMode::Off => "off",
+        CompensatorMode::Armed => "armed",
+        CompensatorMode::AlwaysOn => "always on",
+    };
+    let seen = if log.compensator_active { "a fault is seen" } else { "no fault is seen" };
+    let _ = writeln!(said, "Compensator: {mode}, {seen}, fade {}", fixed(2, log.fade));
+    let _ = writeln!(said, "axis   estimate rad/s^2   level  authority");
+    for (axis, z2, level) in [
+        (Axis::Roll, log.z2.x, log.levels.x),
+        (Axis::Pitch, log.z2.y, log.levels.y),
+        (Axis::Yaw, log.z2.z, log.levels.z),
+    ] {
+        let left = axis.authority_pct(&log.authority);
+        let (z2, level, left) = (fixed(4, z2), fixed(2, level), fixed(0, left));
+        let _ = writeln!(said, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
+    }
+}
+
+fn effectors(said: &mut String, state: &Snapshot, list: &EffectorList) {
+    let log = &state.log;
+    let _ = writeln!(said, "effector         command   modelled");
+    for effector in list.all() {
+        let (scale, unit) =
+            if list.is_angle(effector) { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
+        let commanded = fixed(2, log.commands[effector] * scale);
+        let modelled = fixed(2, log.modelled[effector] * scale);
+        let limit = if log.limited.contains(effector) { "  at its limit" } else { "" };
+        let _ = writeln!(
+            said,
+            "{:<14} {commanded:>9}  {modelled:>9} {unit}{limit}",
+            list.name(effector)
+        );
+    }
+}
+
+/// With so many digits behind the point; what is zero then has no sign.
+fn fixed(digits: usize, value: f64) -> String {
+    let text = format!("{value:.digits$}");
+    let is_zero = |digits: &&str| digits.bytes().all(|byte| matches!(byte, b'0' | b'.'));
+    match text.strip_prefix('-').filter(is_zero) {
+        Some(zero) => zero.to_owned(),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fixed;
+
+    #[test]
+    fn a_zero_has_no_sign_and_everything_else_keeps_it() {
+        for (digits, value, text) in [
+            (2, -0.004, "0.00"),
+            (0, -0.0, "0"),
+            (2, -0.006, "-0.01"),
+            (1, -10.0, "-10.0"),
+            (1, 3.0, "3.0"),
+            (1, f64::NAN, "NaN"),
+        ] {
+            assert_eq!(fixed(digits, value), text, "{value}");
+        }
+    }
+}

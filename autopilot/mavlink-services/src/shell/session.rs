@@ -1,0 +1,288 @@
+//! One console: the lines that wait, the command that runs, the output that is not sent yet.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use ::mavlink::dialects::common::MavSeverity;
+use icd::EffectorList;
+use icd::fault::{FaultReply, Target};
+
+use super::commands::{Answer, Order};
+use super::line::LineBuffer;
+use crate::command;
+use crate::context::{Context, From};
+use crate::failure;
+use crate::wall_time::WallTime;
+use flight_management::event::{Command, Outcome};
+use flight_management::vehicle::Mode;
+
+/// Lines that may wait behind a command. More are refused, and that is said.
+const LINES_MAX: usize = 32;
+/// Output that may wait before no further line is run, bytes.
+const OUTPUT_FULL: usize = 8 * 1024;
+/// After this the answer is that there was none.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+const NO_ANSWER: &str = "the aircraft does not answer";
+/// What is printed when a line is done.
+pub(super) const PROMPT: &str = "two-step> ";
+
+/// One intent of the command that runs.
+#[derive(Debug)]
+struct Part {
+    number: u32,
+    target: Option<Target>,
+}
+
+/// The command that waits for the aircraft.
+#[derive(Debug)]
+struct Running {
+    since: WallTime,
+    parts: Vec<Part>,
+    /// What is said when every part is done.
+    done: String,
+    has_failed: bool,
+    /// A fault was taken off the list.
+    has_mended: bool,
+    /// There was none to take off, of one part at least.
+    nothing_to_mend: bool,
+    steers: bool,
+    mode: Option<Mode>,
+}
+
+/// One console.
+#[derive(Debug)]
+pub(super) struct Session {
+    pub(super) from: From,
+    pub(super) heard: WallTime,
+    /// The other side listens.
+    wants_answers: bool,
+    /// The other side has got its first prompt.
+    is_prompted: bool,
+    buffer: LineBuffer,
+    lines: VecDeque<String>,
+    refused_lines: usize,
+    running: Option<Running>,
+    output: VecDeque<u8>,
+}
+
+impl Session {
+    pub(super) fn new(from: From) -> Self {
+        Self {
+            from,
+            heard: WallTime::ZERO,
+            wants_answers: false,
+            is_prompted: false,
+            buffer: LineBuffer::default(),
+            lines: VecDeque::new(),
+            refused_lines: 0,
+            running: None,
+            output: VecDeque::new(),
+        }
+    }
+
+    /// Whether the other side listens. The first time that it does, it gets a prompt: its page has just opened, or
+    /// this is the first that it sends.
+    pub(super) fn listens(&mut self, wants_answers: bool) {
+        self.wants_answers = wants_answers;
+        if wants_answers && !self.is_prompted {
+            self.is_prompted = true;
+            self.print(PROMPT);
+        }
+    }
+
+    /// Takes what was typed.
+    pub(super) fn take(&mut self, typed: &[u8]) {
+        for byte in typed {
+            match self.buffer.push(*byte) {
+                None => {}
+                Some(_) if self.lines.len() >= LINES_MAX => self.refused_lines += 1,
+                Some(Ok(line)) => self.lines.push_back(line),
+                // Answered in its turn: no command has this name.
+                Some(Err(error)) => self.lines.push_back(format!("{ERROR_LINE}{error}")),
+            }
+        }
+    }
+
+    /// The next line can be run.
+    pub(super) fn is_ready(&self) -> bool {
+        let has_line = !self.lines.is_empty();
+        has_line && self.running.is_none() && self.output.len() < OUTPUT_FULL
+    }
+
+    /// The next line to run, after its echo: a line that waited stands behind the prompt of the line before it. One
+    /// that is an error already is answered here.
+    pub(super) fn next_line(&mut self) -> Option<String> {
+        let line = self.lines.pop_front()?;
+        let error = line.strip_prefix(ERROR_LINE);
+        // Consoles clear the line that was typed when they send it, and expect it back.
+        self.print(if error.is_some() { "" } else { &line });
+        self.print("\n");
+        if let Some(error) = error {
+            self.finish(&format!("ERROR: {error}\n"));
+            return None;
+        }
+        Some(line)
+    }
+
+    /// Takes the answer of a command: prints it, or asks the aircraft.
+    pub(super) fn answer(&mut self, answer: Answer, now: WallTime, ctx: &mut Context) {
+        match answer {
+            Ok(Order { said, commands, .. }) if commands.is_empty() => self.finish(&said),
+            Ok(order) => self.ask(order, now, ctx),
+            Err(reason) => self.finish(&format!("ERROR: {reason}\n")),
+        }
+    }
+
+    fn ask(&mut self, order: Order, now: WallTime, ctx: &mut Context) {
+        let Order { said, commands } = order;
+        if ctx.intents.room() < commands.len() {
+            return self.finish("ERROR: too many commands are waiting\n");
+        }
+        let steers =
+            commands.iter().any(|(command, _)| command::steers(command, ctx.aircraft.mode()));
+        let mode = commands.iter().find_map(|(command, _)| match command {
+            Command::Mode(mode) => Some(*mode),
+            _ => None,
+        });
+        let parts = commands.into_iter().filter_map(|(command, target)| {
+            ctx.intents.push(command).map(|number| Part { number, target })
+        });
+        let parts = parts.collect();
+        self.running = Some(Running {
+            since: now,
+            parts,
+            done: said,
+            has_failed: false,
+            has_mended: false,
+            nothing_to_mend: false,
+            steers,
+            mode,
+        });
+    }
+
+    /// It waits for this mode.
+    pub(super) fn asked_for(&self, mode: Mode) -> bool {
+        self.running.as_ref().is_some_and(|running| running.mode == Some(mode))
+    }
+
+    /// Takes the outcome of an intent; prints it if it is one of the command that runs.
+    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome, ctx: &mut Context) {
+        let Some(running) = self.running.as_mut() else { return };
+        let Some(place) = running.parts.iter().position(|part| part.number == number) else {
+            return;
+        };
+        let part = running.parts.remove(place);
+        if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
+            // What was on the list goes off it behind this answer.
+            let faults = ctx.aircraft.faults();
+            let is_news = match part.target {
+                Some(target) => faults.names(target),
+                None => !faults.entries().is_empty(),
+            };
+            if !is_news {
+                running.nothing_to_mend = true;
+                return self.close_if_done(ctx);
+            }
+            running.has_mended = true;
+        }
+        let (line, has_failed) = line_of(part.target, outcome, ctx.effectors());
+        running.has_failed |= has_failed;
+        if has_failed {
+            // Who typed it reads it here; the others find it in the flight log.
+            ctx.texts
+                .note(MavSeverity::MAV_SEVERITY_WARNING, format!("Shell: {}", line.trim_end()));
+        }
+        self.print(&line);
+        self.close_if_done(ctx);
+    }
+
+    /// Gives up a command that has had no answer for too long.
+    pub(super) fn poll(&mut self, now: WallTime, ctx: &mut Context) {
+        let is_over = |running: &&mut Running| now.since(running.since) >= ANSWER_TIMEOUT;
+        let Some(running) = self.running.as_mut().filter(is_over) else { return };
+        running.has_failed = true;
+        let parts = core::mem::take(&mut running.parts);
+        for part in parts {
+            let (line, _) = line_of(part.target, &Outcome::NoAnswer, ctx.effectors());
+            self.print(&line);
+        }
+        self.close_if_done(ctx);
+    }
+
+    fn close_if_done(&mut self, ctx: &mut Context) {
+        let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
+            return;
+        };
+        if running.nothing_to_mend && !running.has_mended {
+            self.print("nothing to mend\n");
+        }
+        if running.has_failed {
+            return self.finish("");
+        }
+        if running.steers {
+            ctx.control.take(self.from.sender);
+        }
+        self.finish(&running.done);
+    }
+
+    /// When the command that runs is given up.
+    pub(super) fn answer_deadline(&self) -> Option<WallTime> {
+        self.running.as_ref().map(|running| running.since + ANSWER_TIMEOUT)
+    }
+
+    /// The last words of a line, and the prompt.
+    fn finish(&mut self, text: &str) {
+        self.print(text);
+        if self.refused_lines > 0 && self.lines.is_empty() {
+            let count = core::mem::take(&mut self.refused_lines);
+            self.print(&format!(
+                "ERROR: {count} lines were not taken, at most {LINES_MAX} may wait\n"
+            ));
+        }
+        self.print(PROMPT);
+    }
+
+    /// A command says no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
+    /// bounded without dropping anything.
+    fn print(&mut self, text: &str) {
+        if self.wants_answers {
+            // One byte a character, so that no character is cut in two.
+            self.output.extend(text.chars().map(|c| if c.is_ascii() { c as u8 } else { b'?' }));
+        }
+    }
+
+    pub(super) fn has_output(&self) -> bool {
+        !self.output.is_empty()
+    }
+
+    /// Up to `size` bytes to send.
+    pub(super) fn next_chunk(&mut self, size: usize) -> Option<Vec<u8>> {
+        let size = size.min(self.output.len());
+        (size > 0).then(|| self.output.drain(..size).collect())
+    }
+}
+
+/// Mark of a line that is an error already; no typed line begins with it, since it is no text.
+const ERROR_LINE: &str = "\u{1}";
+
+/// What became of a part, and whether it failed.
+fn line_of(target: Option<Target>, outcome: &Outcome, effectors: &EffectorList) -> (String, bool) {
+    let whose = target.map_or(String::new(), |target| format!("{}: ", target.name(effectors)));
+    let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
+    match outcome {
+        Outcome::Done => (String::new(), false),
+        Outcome::Refused(refusal) => failed(refusal),
+        Outcome::NoAnswer => failed(&NO_ANSWER),
+        Outcome::Plant(FaultReply::Refused(refusal)) => {
+            failed(&failure::refused(refusal, target, effectors))
+        }
+        Outcome::Plant(FaultReply::Applied { at }) => (format!("{whose}acts since {at}\n"), false),
+        Outcome::Plant(FaultReply::Scheduled { at }) => (format!("{whose}acts at {at}\n"), false),
+        Outcome::Plant(FaultReply::Unchanged { at }) => {
+            (format!("{whose}nothing changed, the same fault is there: {at}\n"), false)
+        }
+        Outcome::Plant(FaultReply::Cleared { at }) => {
+            (format!("{whose}healthy since {at}\n"), false)
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The latest timestamp of each stream that was heard, so that nothing is taken twice.
+
+use core::time::Duration;
+
+use super::refusals::Refusal;
+use super::timestamp::Timestamp;
+use crate::codec::Identity;
+
+/// Streams at the same time: more than twice the links that there can be.
+pub const STREAMS_MAX: usize = 128;
+/// How far a new stream may be behind the local time (the standard).
+const BEHIND_MAX: Duration = Duration::from_secs(60);
+
+/// Who signs: link of the sender, system and component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stream {
+    /// Link of the sender.
+    pub link: u8,
+    /// System and component.
+    pub sender: Identity,
+}
+
+/// The streams that were heard.
+#[derive(Debug, Default)]
+pub struct Streams {
+    known: Vec<(Stream, Timestamp)>,
+    /// Up to here everything may have been taken before the start of the process.
+    floor: Timestamp,
+    /// The newest that was taken.
+    newest: Timestamp,
+}
+
+impl Streams {
+    /// No streams yet, and nothing up to `floor` is taken any more. `newest` is the newest timestamp known to
+    /// have been taken before, at most `floor`.
+    #[must_use]
+    pub fn above(floor: Timestamp, newest: Timestamp) -> Self {
+        Self { known: Vec::new(), floor, newest }
+    }
+
+    /// The newest timestamp that was taken, also before the start of the process.
+    #[must_use]
+    pub fn newest(&self) -> Timestamp {
+        self.newest
+    }
+
+    /// The newest timestamp that may have been taken, also before the start of the process.
+    #[must_use]
+    pub fn newest_possible(&self) -> Timestamp {
+        self.newest.max(self.floor)
+    }
+
+    /// Takes the timestamp of a rightly signed frame, or says what is wrong with it. `local` is the own
+    /// time.
+    pub(super) fn take(
+        &mut self,
+        stream: Stream,
+        at: Timestamp,
+        local: Timestamp,
+    ) -> Result<(), Refusal> {
+        if at > Timestamp::LATEST {
+            return Err(Refusal::TooFarAhead);
+        }
+        let known = self.known.iter_mut().find(|(known, _)| *known == stream);
+        if let Some((_, latest)) = known {
+            if at <= *latest {
+                return Err(Refusal::NotNewer);
+            }
+            *latest = at;
+            self.newest = self.newest.max(at);
+            return Ok(());
+        }
+        if at <= self.floor {
+            return Err(Refusal::BeforeStart);
+        }
+        if at < local.minus(BEHIND_MAX) {
+            return Err(Refusal::NewStreamTooOld);
+        }
+        if self.known.len() >= STREAMS_MAX {
+            // As a new stream, what came over such an old one would be refused as well: forgetting it opens
+            // nothing.
+            self.known.retain(|(_, latest)| *latest >= local.minus(BEHIND_MAX));
+        }
+        if self.known.len() >= STREAMS_MAX {
+            return Err(Refusal::TooManyStreams);
+        }
+        self.known.push((stream, at));
+        self.newest = self.newest.max(at);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stream(link: u8, component: u8) -> Stream {
+        Stream { link, sender: Identity { system: 255, component } }
+    }
+
+    fn seconds(s: u64) -> Timestamp {
+        Timestamp::new(s * 100_000).unwrap()
+    }
+
+    #[test]
+    fn each_stream_has_its_own_time_and_takes_nothing_twice() {
+        let mut streams = Streams::default();
+        let local = seconds(100);
+        assert_eq!(streams.take(stream(0, 1), seconds(90), local), Ok(()));
+        assert_eq!(streams.take(stream(0, 1), seconds(90), local), Err(Refusal::NotNewer));
+        assert_eq!(streams.take(stream(0, 1), seconds(89), local), Err(Refusal::NotNewer));
+        assert_eq!(streams.take(stream(1, 1), seconds(80), local), Ok(()), "another link");
+        assert_eq!(streams.take(stream(0, 2), seconds(80), local), Ok(()), "another component");
+        assert_eq!(streams.take(stream(0, 1), seconds(90).next(), local), Ok(()));
+    }
+
+    #[test]
+    fn a_known_stream_may_be_old_and_a_new_one_at_most_a_minute() {
+        let mut streams = Streams::default();
+        assert_eq!(streams.take(stream(0, 1), seconds(10), seconds(70)), Ok(()));
+        let old = streams.take(stream(1, 1), seconds(10), seconds(70).next());
+        assert_eq!(old, Err(Refusal::NewStreamTooOld));
+        assert_eq!(streams.take(stream(0, 1), seconds(11), seconds(900)), Ok(()));
+    }
+
+    #[test]
+    fn nothing_up_to_the_floor_is_taken_and_the_newest_is_remembered() {
+        let mut streams = Streams::above(seconds(100), seconds(90));
+        assert_eq!(streams.newest(), seconds(90));
+        let early = streams.take(stream(0, 1), seconds(100), seconds(100));
+        assert_eq!(early, Err(Refusal::BeforeStart));
+        assert_eq!(streams.newest(), seconds(90));
+        assert_eq!(streams.take(stream(0, 1), seconds(100).next(), seconds(100)), Ok(()));
+        assert_eq!(streams.take(stream(0, 1), seconds(120), seconds(100)), Ok(()));
+        assert_eq!(streams.take(stream(1, 1), seconds(110), seconds(120)), Ok(()));
+        assert_eq!(streams.newest(), seconds(120));
+    }
+
+    #[test]
+    fn the_table_is_bounded_and_only_streams_that_would_be_refused_anyway_make_room() {
+        let mut streams = Streams::default();
+        let all = (0..=255).map(|link| streams.take(stream(link, 1), seconds(100), seconds(100)));
+        assert_eq!(all.filter(Result::is_ok).count(), STREAMS_MAX);
+        let full = streams.take(stream(0, 9), seconds(160), seconds(160));
+        assert_eq!(full, Err(Refusal::TooManyStreams));
+        let later = seconds(160).next();
+        assert_eq!(streams.take(stream(0, 9), later, later), Ok(()));
+        let replayed = streams.take(stream(0, 1), seconds(100), later);
+        assert_eq!(replayed, Err(Refusal::NewStreamTooOld));
+    }
+
+    #[test]
+    fn the_last_year_of_48_bits_is_taken_from_nobody() {
+        let late = Timestamp::from_bytes([0xFF; 6]);
+        let refused = Streams::default().take(stream(0, 1), late, seconds(1));
+        assert_eq!(refused, Err(Refusal::TooFarAhead));
+    }
+}

@@ -1,0 +1,128 @@
+//! SET_MESSAGE_INTERVAL and GET_MESSAGE_INTERVAL: for the peer that asks, and for nobody else.
+
+use core::time::Duration;
+
+use ::mavlink::dialects::common::MESSAGE_INTERVAL_DATA;
+
+use super::Telemetry;
+use super::rates::Wanted;
+use super::registry::{self, Rate, Row};
+use crate::codec::Encoded;
+use crate::heartbeat;
+use crate::peers::Peer;
+use crate::refused::Refused;
+
+/// Shortest interval: 200 messages a second are more than any display shows.
+pub const SHORTEST: Duration = Duration::from_millis(5);
+/// Longest interval: what MESSAGE_INTERVAL can tell, us.
+const LONGEST_US: f32 = 2.0e9;
+
+/// The interval that stops a stream.
+const STOP: f32 = -1.0;
+/// The interval that stands for the default.
+const DEFAULT: f32 = 0.0;
+
+impl Telemetry {
+    /// SET_MESSAGE_INTERVAL of one peer: param1 and param2 of the command. -1 stops, 0 goes back to the
+    /// default, else microseconds.
+    ///
+    /// # Errors
+    /// No such message, or an interval that is none, too short or too long.
+    pub fn set_interval(
+        &mut self,
+        peer: Peer,
+        message_id: f32,
+        interval_us: f32,
+    ) -> Result<(), Refused> {
+        let (index, row) = streamed(message_id)?;
+        let asked = wanted(interval_us)?;
+        let defaults = self.defaults;
+        self.rates_of(peer).want(index, row, asked, &defaults);
+        Ok(())
+    }
+
+    /// GET_MESSAGE_INTERVAL of one peer: the MESSAGE_INTERVAL that answers it. Its interval is -1 for a
+    /// stream that is stopped, and 0 for a message that does not exist here.
+    ///
+    /// # Errors
+    /// `message_id` is no message number.
+    pub fn interval(&self, peer: Peer, message_id: f32) -> Result<Encoded, Refused> {
+        let id = whole(message_id)?;
+        let interval_us = match registry::find(id) {
+            None => 0,
+            Some((_, row)) if is_heartbeat(row) => microseconds(heartbeat::INTERVAL),
+            Some((_, Row { rate: Rate::Answer, .. })) => -1,
+            Some((index, row)) => {
+                let own = self.rates.iter().find(|rates| rates.peer() == peer);
+                let interval = match own {
+                    Some(rates) => rates.interval(index, row, &self.defaults),
+                    None => row.default_interval(&self.defaults),
+                };
+                interval.map_or(-1, microseconds)
+            }
+        };
+        let message_id = u16::try_from(id).unwrap_or(u16::MAX);
+        Ok(Encoded::new(&MESSAGE_INTERVAL_DATA { message_id, interval_us }))
+    }
+}
+
+fn is_heartbeat(row: &Row) -> bool {
+    row.id == 0
+}
+
+fn microseconds(interval: Duration) -> i32 {
+    i32::try_from(interval.as_micros()).unwrap_or(i32::MAX)
+}
+
+/// The row of a message that can be streamed.
+fn streamed(message_id: f32) -> Result<(usize, &'static Row), Refused> {
+    let id = whole(message_id)?;
+    let (index, row) = registry::find(id).ok_or_else(|| {
+        Refused::unsupported(format!("Interval refused: there is no message {id}"))
+    })?;
+    if is_heartbeat(row) {
+        return Err(Refused::denied("Interval refused: heartbeats come once a second"));
+    }
+    if row.rate == Rate::Answer {
+        let text = format!("Interval refused: {} only answers requests", row.name);
+        return Err(Refused::denied(text));
+    }
+    Ok((index, row))
+}
+
+/// `None`: the default.
+fn wanted(interval_us: f32) -> Result<Option<Wanted>, Refused> {
+    if interval_us == STOP {
+        return Ok(Some(Wanted::Never));
+    }
+    if interval_us == DEFAULT {
+        return Ok(None);
+    }
+    let shortest_us = SHORTEST.as_micros();
+    if !(0.0..=LONGEST_US).contains(&interval_us) {
+        let text =
+            format!("Interval refused: {interval_us} us is not -1, 0, or {shortest_us} to 2e9");
+        return Err(Refused::denied(text));
+    }
+    let interval = Duration::from_secs_f64(f64::from(interval_us) * 1.0e-6);
+    if interval < SHORTEST {
+        let text = format!("Interval refused: {interval_us} us is shorter than {shortest_us} us");
+        return Err(Refused::denied(text));
+    }
+    Ok(Some(Wanted::Every(interval)))
+}
+
+/// A message number that came as a float.
+pub(super) fn whole(message_id: f32) -> Result<u32, Refused> {
+    // Message numbers have 24 bits, and so have floats.
+    let max = 16_777_215.0;
+    if message_id.fract() == 0.0 && (0.0..=max).contains(&message_id) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(message_id as u32);
+    }
+    Err(Refused::denied(format!("Refused: {message_id} is no message number")))
+}

@@ -1,0 +1,194 @@
+//! How the aircraft is.
+
+use ::mavlink::dialects::common::{
+    BATTERY_STATUS_DATA, ESTIMATOR_STATUS_DATA, EXTENDED_SYS_STATE_DATA,
+    EstimatorStatusFlags as Estimate, MISSION_CURRENT_DATA, MavBatteryChargeState, MavBatteryFault,
+    MavBatteryFunction, MavBatteryMode, MavBatteryType, MavLandedState,
+    MavSysStatusSensor as Sensor, MavSysStatusSensorExtended, MavVtolState, MissionState,
+    SYS_STATUS_DATA, VIBRATION_DATA,
+};
+
+use flight_control::navigation::Validity;
+
+use crate::aircraft::{Aircraft, Phase};
+use crate::codec::Encoded;
+use crate::telemetry::View;
+use flight_management::event::Snapshot;
+use flight_management::vehicle::Mode;
+use flight_management::vehicle::plan::Progress;
+
+/// What the aircraft reports: an ideal inertial navigation unit, air data, position. There is no
+/// magnetometer; the unit gives the heading that one would, and its bit stands for that heading, since
+/// MAVSDK calls no aircraft healthy without it.
+const SENSORS: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_GPS)
+    .union(Sensor::MAV_SYS_STATUS_AHRS);
+/// What the laws and the guidance control.
+const CONTROL: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL)
+    .union(Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS);
+
+/// Which parts of the navigation state are valid; none while no packets come.
+fn validity(aircraft: &Aircraft) -> Validity {
+    let state = aircraft.snapshot();
+    let state = state.filter(|_| matches!(aircraft.phase(), Phase::Flying | Phase::OnGround));
+    state.map_or(Validity::default(), |state| state.motion().valid)
+}
+
+/// SYS_STATUS. A sensor is healthy while what it measures is valid; control while the aircraft flies
+/// and has not been terminated. The same makes it ready.
+pub fn sys_status(view: &View) -> Option<Encoded> {
+    let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+    let aircraft = view.aircraft;
+    // MAVProxy reports a breach unless the geofence, which does not exist, is healthy.
+    let mut health = Sensor::MAV_SYS_STATUS_GEOFENCE;
+    let valid = validity(aircraft);
+    for (is_valid, sensor) in [
+        (valid.rates, Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO),
+        (valid.specific_force, Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL),
+        (valid.attitude, Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG | Sensor::MAV_SYS_STATUS_AHRS),
+        (valid.altitude, Sensor::MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE),
+        (valid.airspeed, Sensor::MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE),
+        (valid.position && valid.velocity, Sensor::MAV_SYS_STATUS_SENSOR_GPS),
+    ] {
+        health.set(sensor, is_valid);
+    }
+    if aircraft.phase() == Phase::Flying && !aircraft.is_terminated() {
+        health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+    }
+    Some(Encoded::new(&SYS_STATUS_DATA {
+        onboard_control_sensors_present: present,
+        onboard_control_sensors_enabled: present,
+        onboard_control_sensors_health: health,
+        load: 0,
+        voltage_battery: SUPPLY_MV,
+        current_battery: -1,
+        battery_remaining: SUPPLY_LEFT_PCT,
+        drop_rate_comm: 0,
+        errors_comm: 0,
+        errors_count1: 0,
+        errors_count2: 0,
+        errors_count3: 0,
+        errors_count4: 0,
+        onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
+        onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
+        onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
+    }))
+}
+
+pub fn landed_state(aircraft: &Aircraft) -> MavLandedState {
+    match aircraft.phase() {
+        Phase::NoFlight => MavLandedState::MAV_LANDED_STATE_UNDEFINED,
+        Phase::Flying | Phase::Lost => MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        Phase::OnGround => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+    }
+}
+
+pub fn extended_sys_state(aircraft: &Aircraft) -> Encoded {
+    Encoded::new(&EXTENDED_SYS_STATE_DATA {
+        vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
+        landed_state: landed_state(aircraft),
+    })
+}
+
+/// Voltage of the supply, mV: seven cells of 4.05 V, as BAT1_N_CELLS and BAT1_V_CHARGED have it.
+pub(crate) const SUPPLY_MV: u16 = 28_350;
+/// What is left of the supply, percent.
+const SUPPLY_LEFT_PCT: i8 = 100;
+
+/// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
+/// full, so that a ground station has a number to show. What is drawn from it is "unknown".
+pub fn battery_status(_: &View) -> Option<Encoded> {
+    Some(Encoded::new(&BATTERY_STATUS_DATA {
+        id: 0,
+        battery_function: MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
+        mavtype: MavBatteryType::MAV_BATTERY_TYPE_LION,
+        temperature: i16::MAX,
+        voltages: core::array::from_fn(|place| if place == 0 { SUPPLY_MV } else { u16::MAX }),
+        voltages_ext: [0; 4],
+        current_battery: -1,
+        current_consumed: -1,
+        energy_consumed: -1,
+        battery_remaining: SUPPLY_LEFT_PCT,
+        time_remaining: 0,
+        charge_state: MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK,
+        mode: MavBatteryMode::MAV_BATTERY_MODE_UNKNOWN,
+        fault_bitmask: MavBatteryFault::empty(),
+    }))
+}
+
+/// ESTIMATOR_STATUS. The navigation unit is ideal: no innovation, no error. Its outputs are good while they
+/// are valid.
+pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
+    let valid = validity(view.aircraft);
+    let mut flags = Estimate::empty();
+    flags.set(Estimate::ESTIMATOR_ATTITUDE, valid.attitude);
+    let velocity = Estimate::ESTIMATOR_VELOCITY_HORIZ | Estimate::ESTIMATOR_VELOCITY_VERT;
+    flags.set(velocity, valid.velocity);
+    let horizontal = Estimate::ESTIMATOR_POS_HORIZ_REL
+        | Estimate::ESTIMATOR_POS_HORIZ_ABS
+        | Estimate::ESTIMATOR_PRED_POS_HORIZ_REL
+        | Estimate::ESTIMATOR_PRED_POS_HORIZ_ABS;
+    flags.set(horizontal, valid.position);
+    let vertical = Estimate::ESTIMATOR_POS_VERT_ABS | Estimate::ESTIMATOR_POS_VERT_AGL;
+    flags.set(vertical, valid.altitude);
+    Encoded::new(&ESTIMATOR_STATUS_DATA {
+        time_usec: state.time.as_micros(),
+        flags,
+        vel_ratio: 0.0,
+        pos_horiz_ratio: 0.0,
+        pos_vert_ratio: 0.0,
+        mag_ratio: 0.0,
+        hagl_ratio: 0.0,
+        tas_ratio: 0.0,
+        pos_horiz_accuracy: 0.0,
+        pos_vert_accuracy: 0.0,
+    })
+}
+
+/// VIBRATION. The airframe of the simulation is rigid and its accelerometers have no range: no vibration,
+/// no clipping.
+pub fn vibration(state: &Snapshot) -> Encoded {
+    Encoded::new(&VIBRATION_DATA {
+        time_usec: state.time.as_micros(),
+        vibration_x: 0.0,
+        vibration_y: 0.0,
+        vibration_z: 0.0,
+        clipping_0: 0,
+        clipping_1: 0,
+        clipping_2: 0,
+    })
+}
+
+/// mission_mode: Mission flies the plan.
+const IN_MISSION_MODE: u8 = 1;
+/// mission_mode: another mode flies.
+const SUSPENDED: u8 = 2;
+
+/// MISSION_CURRENT.
+#[must_use]
+pub fn mission_current(state: &Snapshot) -> Encoded {
+    let navigation = &state.navigation;
+    Encoded::new(&MISSION_CURRENT_DATA {
+        seq: navigation.item,
+        // The greatest number says that there is no mission; zero would say that nothing is told.
+        total: if navigation.items == 0 { u16::MAX } else { navigation.items },
+        mission_state: match navigation.progress {
+            Progress::NoPlan => MissionState::MISSION_STATE_NO_MISSION,
+            Progress::NotStarted => MissionState::MISSION_STATE_NOT_STARTED,
+            Progress::Active => MissionState::MISSION_STATE_ACTIVE,
+            Progress::Paused => MissionState::MISSION_STATE_PAUSED,
+            Progress::Complete => MissionState::MISSION_STATE_COMPLETE,
+        },
+        mission_mode: if state.mode == Mode::Mission { IN_MISSION_MODE } else { SUSPENDED },
+        mission_id: navigation.plan_id,
+        fence_id: 0,
+        rally_points_id: 0,
+    })
+}

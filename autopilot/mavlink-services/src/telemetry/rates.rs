@@ -1,0 +1,198 @@
+//! How often one peer gets each message: its own requests over the defaults, and when each is due next.
+
+use core::time::Duration;
+
+use super::registry::{ALL_GROUPS, ROWS, Rate, Row, TABLE};
+use crate::codec::StreamRequest;
+use crate::peers::Peer;
+use crate::wall_time::WallTime;
+use flight_management::parameters::StreamParameters;
+
+/// Messages that come at least this often by default are what REQUEST_DATA_STREAM makes faster or slower;
+/// the state reports of the rest keep their rhythm.
+const FAST: Duration = Duration::from_millis(200);
+
+/// What a peer wants of one message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// None.
+    Never,
+    /// One in each interval.
+    Every(Duration),
+}
+
+impl Wanted {
+    /// Time between two of them.
+    #[must_use]
+    pub const fn interval(self) -> Option<Duration> {
+        match self {
+            Self::Never => None,
+            Self::Every(interval) => Some(interval),
+        }
+    }
+}
+
+/// One message of one peer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Stream {
+    /// By SET_MESSAGE_INTERVAL; goes before `grouped`.
+    asked: Option<Wanted>,
+    /// By REQUEST_DATA_STREAM.
+    grouped: Option<Wanted>,
+    due: Option<WallTime>,
+}
+
+/// The rates of one peer.
+#[derive(Debug)]
+pub struct Rates {
+    peer: Peer,
+    streams: [Stream; ROWS],
+    /// Earliest of all that is due.
+    next: Option<WallTime>,
+}
+
+impl Rates {
+    /// The defaults; everything is due at once.
+    #[must_use]
+    pub fn new(peer: Peer, defaults: &StreamParameters) -> Self {
+        let mut rates = Self { peer, streams: [Stream::default(); ROWS], next: None };
+        rates.everything_is_due(defaults);
+        rates
+    }
+
+    /// Whose.
+    #[must_use]
+    pub const fn peer(&self) -> Peer {
+        self.peer
+    }
+
+    /// When the next message is due.
+    #[must_use]
+    pub const fn next(&self) -> Option<WallTime> {
+        self.next
+    }
+
+    /// Time between two messages of this row; `None`: it does not come.
+    #[must_use]
+    pub fn interval(
+        &self,
+        index: usize,
+        row: &Row,
+        defaults: &StreamParameters,
+    ) -> Option<Duration> {
+        let stream = self.streams.get(index)?;
+        match stream.asked.or(stream.grouped) {
+            Some(wanted) => wanted.interval(),
+            None => row.default_interval(defaults),
+        }
+    }
+
+    /// The peer wants this row so often; `None`: the default. The next one comes at once, unless nothing
+    /// changed.
+    pub fn want(
+        &mut self,
+        index: usize,
+        row: &Row,
+        asked: Option<Wanted>,
+        defaults: &StreamParameters,
+    ) {
+        let before = self.interval(index, row, defaults);
+        if let Some(stream) = self.streams.get_mut(index) {
+            stream.asked = asked;
+        }
+        self.reschedule(index, row, before, defaults);
+    }
+
+    /// REQUEST_DATA_STREAM. It moves the fast messages of a group, and of these only those for which no
+    /// interval was asked. Zero, or `start` not set, stops the whole group.
+    pub fn want_group(
+        &mut self,
+        request: StreamRequest,
+        shortest: Duration,
+        defaults: &StreamParameters,
+    ) {
+        let stop = !request.start || request.rate_hz == 0;
+        let interval = Duration::from_secs(1) / u32::from(request.rate_hz.max(1));
+        for (index, row) in TABLE.iter().enumerate() {
+            let is_member = request.stream == ALL_GROUPS || request.stream == row.group as u8;
+            if !is_member || row.rate == Rate::Answer {
+                continue;
+            }
+            let is_fast = row.default_interval(defaults).is_some_and(|interval| interval <= FAST);
+            let grouped = match (stop, is_fast) {
+                (true, _) => Some(Wanted::Never),
+                (false, true) => Some(Wanted::Every(interval.max(shortest))),
+                (false, false) => None,
+            };
+            let before = self.interval(index, row, defaults);
+            if let Some(stream) = self.streams.get_mut(index) {
+                stream.grouped = grouped;
+            }
+            self.reschedule(index, row, before, defaults);
+        }
+    }
+
+    /// The defaults have changed: what is far off comes nearer, what has begun or stopped does so.
+    pub fn defaults_changed(&mut self, now: WallTime, defaults: &StreamParameters) {
+        for (index, row) in TABLE.iter().enumerate() {
+            let interval = self.interval(index, row, defaults);
+            if let Some(stream) = self.streams.get_mut(index) {
+                let soonest = interval.map(|interval| now + interval);
+                stream.due =
+                    soonest.map(|soonest| stream.due.map_or(soonest, |due| due.min(soonest)));
+            }
+        }
+        self.find_next();
+    }
+
+    /// There is something new to tell: everything that comes at all comes now.
+    pub fn everything_is_due(&mut self, defaults: &StreamParameters) {
+        for (index, row) in TABLE.iter().enumerate() {
+            let comes = self.interval(index, row, defaults).is_some();
+            if let Some(stream) = self.streams.get_mut(index) {
+                stream.due = comes.then_some(WallTime::ZERO);
+            }
+        }
+        self.find_next();
+    }
+
+    /// Whether this row is due; then the next one is scheduled.
+    pub fn take_due(
+        &mut self,
+        index: usize,
+        row: &Row,
+        now: WallTime,
+        defaults: &StreamParameters,
+    ) -> bool {
+        let interval = self.interval(index, row, defaults);
+        let Some(stream) = self.streams.get_mut(index) else { return false };
+        let Some(due) = stream.due.filter(|due| *due <= now) else { return false };
+        stream.due = interval.map(|interval| {
+            // Keeps the rhythm, but never catches up: what is late is gone.
+            if now.since(due) < interval { due + interval } else { now + interval }
+        });
+        true
+    }
+
+    /// To be called after [`Rates::take_due`].
+    pub fn find_next(&mut self) {
+        self.next = self.streams.iter().filter_map(|stream| stream.due).min();
+    }
+
+    fn reschedule(
+        &mut self,
+        index: usize,
+        row: &Row,
+        before: Option<Duration>,
+        defaults: &StreamParameters,
+    ) {
+        let after = self.interval(index, row, defaults);
+        if after == before {
+            return;
+        }
+        if let Some(stream) = self.streams.get_mut(index) {
+            stream.due = after.map(|_| WallTime::ZERO);
+        }
+        self.find_next();
+    }
+}

@@ -1,0 +1,277 @@
+//! The table of messages: id, rate when nobody asks for another, and how each is made.
+//!
+//! Streams and REQUEST_MESSAGE come from here; docs/mavlink.md has the same table, with what is in each.
+
+use core::time::Duration;
+
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common as wire;
+
+use super::View;
+use super::messages::{about, actuators, pose, references, sensors, signals, status};
+use crate::codec::Encoded;
+use crate::modes;
+use flight_management::event::Snapshot;
+use flight_management::parameters::StreamParameters;
+
+/// One message, or a group of them with the same id.
+#[derive(Debug)]
+pub struct Row {
+    /// Message id.
+    pub id: u32,
+    /// Message name.
+    pub name: &'static str,
+    /// How often it comes by itself.
+    pub rate: Rate,
+    /// Group of REQUEST_DATA_STREAM.
+    pub group: Group,
+    build: Build,
+}
+
+/// How often a message comes to somebody who did not ask for another rate. Wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rate {
+    /// Time between two of them, ms.
+    EveryMs(u32),
+    /// Parameter of attitude messages.
+    Attitude,
+    /// Parameter of position messages.
+    Position,
+    /// Parameter of the effectors' messages.
+    Actuators,
+    /// Parameter of the compensator's messages.
+    Compensator,
+    /// Not by itself; it can be given an interval.
+    OnRequest,
+    /// Not by itself, and it takes no interval: only an answer to REQUEST_MESSAGE.
+    Answer,
+}
+
+/// Groups of MAV_DATA_STREAM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Group {
+    /// RAW_SENSORS.
+    RawSensors = 1,
+    /// EXTENDED_STATUS.
+    ExtendedStatus = 2,
+    /// RC_CHANNELS.
+    RcChannels = 3,
+    /// RAW_CONTROLLER.
+    RawController = 4,
+    /// POSITION.
+    Position = 6,
+    /// EXTRA1: attitude.
+    Extra1 = 10,
+    /// EXTRA2: head-up display.
+    Extra2 = 11,
+    /// EXTRA3: the rest.
+    Extra3 = 12,
+}
+
+/// MAV_DATA_STREAM_ALL: every group.
+pub const ALL_GROUPS: u8 = 0;
+
+#[derive(Debug)]
+enum Build {
+    /// Made of the state of the flight.
+    State(fn(&Snapshot) -> Encoded),
+    /// Made of the state of the flight and of what else is known.
+    Flight(fn(&View, &Snapshot) -> Encoded),
+    /// Several of the same id, made of the state of the flight.
+    Group(fn(&Snapshot) -> Vec<Encoded>),
+    /// Made of what is known, also without a flight.
+    Known(fn(&View) -> Option<Encoded>),
+    /// A list, made item by item, from 1.
+    Listed(fn(u8) -> Option<Encoded>),
+}
+
+/// Why a request has no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nothing {
+    /// There is nothing to tell yet.
+    Yet,
+    /// The list has no item with this number.
+    There,
+}
+
+impl Row {
+    /// The messages of this moment; none without a flight where it takes one.
+    #[must_use]
+    pub fn build(&self, view: &View) -> Vec<Encoded> {
+        let state = view.aircraft.snapshot();
+        match self.build {
+            Build::State(build) => state.map(build).into_iter().collect(),
+            Build::Flight(build) => state.map(|state| build(view, state)).into_iter().collect(),
+            Build::Group(build) => state.map(build).unwrap_or_default(),
+            Build::Known(build) => build(view).into_iter().collect(),
+            Build::Listed(build) => (1..=u8::MAX).map_while(build).collect(),
+        }
+    }
+
+    /// The messages that answer a request; `index` picks one of a list, 0 all of it.
+    ///
+    /// # Errors
+    /// [`Nothing`] to tell.
+    pub fn answer(&self, view: &View, index: u8) -> Result<Vec<Encoded>, Nothing> {
+        if let Build::Listed(build) = self.build
+            && index != 0
+        {
+            return build(index).map(|message| vec![message]).ok_or(Nothing::There);
+        }
+        let messages = self.build(view);
+        if messages.is_empty() { Err(Nothing::Yet) } else { Ok(messages) }
+    }
+
+    /// Time between two of them where nobody asked for another; `None`: it does not come by itself.
+    #[must_use]
+    pub fn default_interval(&self, streams: &StreamParameters) -> Option<Duration> {
+        let hz = match self.rate {
+            Rate::EveryMs(ms) => return Some(Duration::from_millis(u64::from(ms))),
+            Rate::Attitude => streams.attitude_hz,
+            Rate::Position => streams.position_hz,
+            Rate::Actuators => streams.actuators_hz,
+            Rate::Compensator => streams.compensator_hz,
+            Rate::OnRequest | Rate::Answer => return None,
+        };
+        // A rate of zero stops the stream.
+        (hz > 0.0).then(|| Duration::from_secs_f64((1.0 / hz).min(1.0e6)))
+    }
+}
+
+/// The row of a message.
+#[must_use]
+pub fn find(id: u32) -> Option<(usize, &'static Row)> {
+    TABLE.iter().enumerate().find(|(_, row)| row.id == id)
+}
+
+const fn row<D: MessageData>(rate: Rate, group: Group, build: Build) -> Row {
+    Row { id: D::ID, name: D::NAME, rate, group, build }
+}
+
+/// Rows of [`TABLE`].
+pub const ROWS: usize = 34;
+
+#[expect(deprecated, reason = "QGroundControl asks for it when it connects")]
+const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
+    Rate::OnRequest,
+    Group::ExtendedStatus,
+    Build::Known(about::protocol_version),
+);
+
+/// The table, in the order in which messages that are due together are sent.
+pub static TABLE: [Row; ROWS] = {
+    use Build::{Flight, Known, Listed, State};
+    use Group::{
+        ExtendedStatus, Extra1, Extra2, Extra3, Position, RawController, RawSensors, RcChannels,
+    };
+    use Rate::{Answer, EveryMs, OnRequest};
+    [
+        row::<wire::HEARTBEAT_DATA>(Answer, Extra3, Known(about::heartbeat)),
+        row::<wire::SYS_STATUS_DATA>(EveryMs(500), ExtendedStatus, Known(status::sys_status)),
+        row::<wire::EXTENDED_SYS_STATE_DATA>(
+            EveryMs(500),
+            ExtendedStatus,
+            Known(|view| Some(status::extended_sys_state(view.aircraft))),
+        ),
+        row::<wire::ATTITUDE_DATA>(Rate::Attitude, Extra1, State(pose::attitude)),
+        row::<wire::ATTITUDE_QUATERNION_DATA>(
+            Rate::Attitude,
+            Extra1,
+            State(pose::attitude_quaternion),
+        ),
+        row::<wire::GLOBAL_POSITION_INT_DATA>(
+            Rate::Position,
+            Position,
+            State(pose::global_position_int),
+        ),
+        row::<wire::LOCAL_POSITION_NED_DATA>(
+            Rate::Position,
+            Position,
+            State(pose::local_position_ned),
+        ),
+        row::<wire::ODOMETRY_DATA>(Rate::Position, Position, State(pose::odometry)),
+        row::<wire::VFR_HUD_DATA>(Rate::Position, Extra2, Flight(pose::vfr_hud)),
+        row::<wire::ALTITUDE_DATA>(EveryMs(200), Extra2, State(pose::altitude)),
+        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, State(pose::gps_raw_int)),
+        row::<wire::HOME_POSITION_DATA>(EveryMs(2000), ExtendedStatus, Known(pose::home_position)),
+        row::<wire::ATTITUDE_TARGET_DATA>(
+            EveryMs(200),
+            RawController,
+            Flight(references::attitude_target),
+        ),
+        row::<wire::POSITION_TARGET_GLOBAL_INT_DATA>(
+            EveryMs(200),
+            RawController,
+            State(references::position_target_global_int),
+        ),
+        row::<wire::NAV_CONTROLLER_OUTPUT_DATA>(
+            EveryMs(200),
+            RawController,
+            State(references::nav_controller_output),
+        ),
+        row::<wire::SERVO_OUTPUT_RAW_DATA>(
+            Rate::Actuators,
+            RcChannels,
+            Flight(actuators::servo_output_raw),
+        ),
+        row::<wire::ACTUATOR_OUTPUT_STATUS_DATA>(
+            Rate::Actuators,
+            RcChannels,
+            Flight(actuators::actuator_output_status),
+        ),
+        row::<wire::DEBUG_VECT_DATA>(EveryMs(250), Extra3, Build::Group(signals::vectors)),
+        row::<wire::NAMED_VALUE_FLOAT_DATA>(
+            OnRequest,
+            Extra3,
+            Build::Group(actuators::named_values),
+        ),
+        row::<wire::DEBUG_FLOAT_ARRAY_DATA>(Rate::Compensator, Extra3, State(actuators::why)),
+        row::<wire::HIGHRES_IMU_DATA>(EveryMs(100), RawSensors, State(sensors::highres_imu)),
+        row::<wire::SCALED_PRESSURE_DATA>(
+            EveryMs(500),
+            RawSensors,
+            State(sensors::scaled_pressure),
+        ),
+        row::<wire::WIND_COV_DATA>(EveryMs(1000), Extra3, State(sensors::wind_cov)),
+        row::<wire::BATTERY_STATUS_DATA>(
+            EveryMs(1000),
+            ExtendedStatus,
+            Known(status::battery_status),
+        ),
+        row::<wire::ESTIMATOR_STATUS_DATA>(
+            EveryMs(1000),
+            ExtendedStatus,
+            Flight(status::estimator_status),
+        ),
+        row::<wire::VIBRATION_DATA>(EveryMs(1000), Extra3, State(status::vibration)),
+        row::<wire::SYSTEM_TIME_DATA>(EveryMs(1000), Extra3, Known(about::system_time)),
+        row::<wire::MISSION_CURRENT_DATA>(
+            EveryMs(1000),
+            ExtendedStatus,
+            State(status::mission_current),
+        ),
+        row::<wire::CURRENT_MODE_DATA>(
+            EveryMs(2000),
+            ExtendedStatus,
+            Known(|view| Some(modes::current_mode(view.aircraft))),
+        ),
+        row::<wire::AVAILABLE_MODES_MONITOR_DATA>(
+            EveryMs(2000),
+            ExtendedStatus,
+            Known(|_| Some(modes::monitor())),
+        ),
+        row::<wire::AVAILABLE_MODES_DATA>(Answer, ExtendedStatus, Listed(modes::available_modes)),
+        row::<wire::AUTOPILOT_VERSION_DATA>(
+            OnRequest,
+            ExtendedStatus,
+            Known(about::autopilot_version),
+        ),
+        PROTOCOL_VERSION,
+        row::<wire::COMPONENT_METADATA_DATA>(
+            Answer,
+            ExtendedStatus,
+            Known(about::component_metadata),
+        ),
+    ]
+};

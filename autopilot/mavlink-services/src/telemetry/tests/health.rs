@@ -1,0 +1,135 @@
+//! Health as each client computes it.
+
+use ::mavlink::dialects::common::{
+    ESTIMATOR_STATUS_DATA, EXTENDED_SYS_STATE_DATA, EstimatorStatusFlags, HOME_POSITION_DATA,
+    MavLandedState, MavSysStatusSensor as Sensor, SYS_STATUS_DATA,
+};
+
+use super::{SNAPSHOT_TIMEOUT, last};
+use crate::tests::world::{Got, World};
+use flight_management::event::{Event, EventKind};
+use flight_management::vehicle::VehicleEvent;
+
+const GPS: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_GPS;
+const PREARM: Sensor = Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+const GEOFENCE: Sensor = Sensor::MAV_SYS_STATUS_GEOFENCE;
+
+/// `health_all_ok` as MAVSDK computes it from what it has heard.
+fn mavsdk_health_all_ok(world: &World) -> bool {
+    let Some(status) = world.got.iter().rev().find_map(Got::read::<SYS_STATUS_DATA>) else {
+        return false;
+    };
+    let (present, enabled, health) = (
+        status.onboard_control_sensors_present,
+        status.onboard_control_sensors_enabled,
+        status.onboard_control_sensors_health,
+    );
+    let calibrated = [
+        Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO,
+        Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL,
+        Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG,
+    ];
+    let position = present.contains(GPS) && enabled.contains(GPS) && health.contains(GPS);
+    let home = world.got.iter().any(|got| got.read::<HOME_POSITION_DATA>().is_some());
+    calibrated.into_iter().all(|bit| present.contains(bit) && health.contains(bit))
+        && position
+        && home
+}
+
+/// QGroundControl's "Ready to fly" for a vehicle that is not armed and has no event metadata.
+fn qgroundcontrol_is_ready(status: &SYS_STATUS_DATA) -> bool {
+    let (enabled, health) =
+        (status.onboard_control_sensors_enabled, status.onboard_control_sensors_health);
+    if enabled.contains(PREARM) { health.contains(PREARM) } else { health.contains(enabled) }
+}
+
+/// MAVProxy prints "fence breach" when this bit is missing.
+fn mavproxy_sees_a_breach(status: &SYS_STATUS_DATA) -> bool {
+    !status.onboard_control_sensors_health.contains(GEOFENCE)
+}
+
+fn wait(world: &mut World) {
+    for _ in 0..50 {
+        world.now = world.now + SNAPSHOT_TIMEOUT;
+        world.settle();
+    }
+}
+
+#[test]
+fn mavsdk_calls_everything_healthy_within_three_seconds_of_a_flight() {
+    let mut world = World::waiting();
+    world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
+    assert!(!mavsdk_health_all_ok(&world));
+    world.run_ms(1_000);
+    assert!(mavsdk_health_all_ok(&world));
+}
+
+#[test]
+fn without_an_aircraft_nothing_is_healthy_and_nothing_is_ready() {
+    let mut world = World::waiting();
+    world.settle();
+    wait(&mut world);
+    let status: SYS_STATUS_DATA = last(&world);
+    assert!(!mavsdk_health_all_ok(&world));
+    assert!(!qgroundcontrol_is_ready(&status));
+    assert!(!mavproxy_sees_a_breach(&status));
+    let health = status.onboard_control_sensors_health;
+    assert_eq!(health, GEOFENCE, "nothing else");
+    let state: EXTENDED_SYS_STATE_DATA = last(&world);
+    assert_eq!(state.landed_state, MavLandedState::MAV_LANDED_STATE_UNDEFINED);
+}
+
+#[test]
+fn in_flight_all_that_is_enabled_is_healthy() {
+    let mut world = World::flying();
+    world.run_ms(600);
+    let status: SYS_STATUS_DATA = last(&world);
+    let (enabled, health) =
+        (status.onboard_control_sensors_enabled, status.onboard_control_sensors_health);
+    assert!(health.contains(enabled), "missing: {:?}", enabled.difference(health));
+    assert!(qgroundcontrol_is_ready(&status) && !mavproxy_sees_a_breach(&status));
+    assert!(!enabled.contains(GEOFENCE), "there is none");
+    for absent in [Sensor::MAV_SYS_STATUS_SENSOR_RC_RECEIVER, Sensor::MAV_SYS_STATUS_SENSOR_BATTERY]
+    {
+        assert!(!status.onboard_control_sensors_present.contains(absent), "{absent:?}");
+    }
+    let state: EXTENDED_SYS_STATE_DATA = last(&world);
+    assert_eq!(state.landed_state, MavLandedState::MAV_LANDED_STATE_IN_AIR);
+}
+
+#[test]
+fn an_aircraft_that_has_gone_silent_is_not_healthy() {
+    let mut world = World::flying();
+    world.autopilot.plant_lost();
+    world.run_ms(600);
+    let status: SYS_STATUS_DATA = last(&world);
+    assert!(!mavsdk_health_all_ok(&world) && !qgroundcontrol_is_ready(&status));
+    assert!(!status.onboard_control_sensors_health.contains(GPS), "the packets have stopped");
+}
+
+#[test]
+fn a_sensor_whose_values_are_no_numbers_is_not_healthy_and_the_others_are() {
+    let mut world = World::flying();
+    world.sensors.gnss.value.latitude_rad = f64::NAN;
+    world.run_ms(1_100);
+    assert!(!mavsdk_health_all_ok(&world));
+    let status: SYS_STATUS_DATA = last(&world);
+    let enabled = status.onboard_control_sensors_enabled;
+    assert_eq!(enabled.difference(status.onboard_control_sensors_health), GPS);
+    let estimate: ESTIMATOR_STATUS_DATA = last(&world);
+    assert!(!estimate.flags.contains(EstimatorStatusFlags::ESTIMATOR_POS_HORIZ_ABS));
+    assert!(estimate.flags.contains(EstimatorStatusFlags::ESTIMATOR_ATTITUDE));
+}
+
+#[test]
+fn a_terminated_flight_has_healthy_sensors_and_no_control() {
+    let mut world = World::flying();
+    world.run_ms(100);
+    let event = Event { time: world.sim, kind: EventKind::Vehicle(VehicleEvent::Terminated) };
+    world.ground.handle_event(&event, world.now);
+    world.send_command(512, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let status: SYS_STATUS_DATA = last(&world);
+    let health = status.onboard_control_sensors_health;
+    assert!(health.contains(GPS));
+    assert!(!health.intersects(PREARM | Sensor::MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION));
+}

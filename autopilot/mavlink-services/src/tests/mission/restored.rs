@@ -1,0 +1,100 @@
+//! The plan of an earlier run of the program.
+
+use super::client::*;
+use crate::mission::SavedPlan;
+use crate::tests::world::*;
+use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd};
+use flight_management::parameters::Parameters;
+use flight_management::vehicle::Mode;
+
+fn mode(world: &World) -> Mode {
+    world.autopilot.snapshot().unwrap().mode
+}
+
+/// A client whose vehicle keeps plans, and begins with this one.
+fn keeping(saved: SavedPlan) -> Client {
+    let mut client = Client::new(QGC);
+    client.world = World::waiting();
+    client.world.ground.keep_plan(saved);
+    client.world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
+    client.world.run_ms(200);
+    client
+}
+
+/// What the file would have.
+fn file(client: &mut Client) -> SavedPlan {
+    let save = client.world.ground.pop_plan_save().expect("a changed plan is handed out");
+    assert!(save.at_once, "whoever uploads may pull the plug");
+    SavedPlan::from_text("plan", &save.text).unwrap()
+}
+
+fn some_items() -> Vec<MISSION_ITEM_INT_DATA> {
+    let mut items = waypoints(3);
+    items.push(item(3, MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH, [0.0; 4]));
+    items
+}
+
+#[test]
+fn after_a_restart_the_plan_is_offered_as_it_was_and_does_not_begin() {
+    let mut first = keeping(SavedPlan::default());
+    let (_, id) = first.upload(&some_items()).unwrap();
+    let before = first.download().unwrap();
+    let saved = file(&mut first);
+
+    let mut second = keeping(saved);
+    assert!(second.world.said("Mission of the last run: 4 items"), "{:?}", second.world.texts());
+    let after = second.download().unwrap();
+    assert_eq!((bytes(&after.0), after.1), (bytes(&before.0), before.1));
+    assert_eq!(after.1, id);
+    assert_eq!(mode(&second.world), mode(&first.world), "no mission begins by itself");
+    assert!(second.world.ground.pop_plan_save().is_none(), "the file is as it was");
+    second.world.send_command(300, [0.0; 7]);
+    second.world.run_ms(20);
+    assert_eq!(mode(&second.world), Mode::Mission, "but it can be flown");
+}
+
+#[test]
+fn a_cleared_plan_is_gone_after_a_restart() {
+    let mut first = keeping(SavedPlan::default());
+    first.upload(&some_items()).unwrap();
+    file(&mut first);
+    first.clear().unwrap();
+    let saved = file(&mut first);
+    assert_eq!(saved.count(), 0);
+    let mut second = keeping(saved);
+    assert_eq!(second.download().unwrap().0.len(), 0);
+    assert!(!second.world.said("ission"), "{:?}", second.world.texts());
+}
+
+#[test]
+fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_its_file() {
+    let mut first = keeping(SavedPlan::default());
+    first.upload(&some_items()).unwrap();
+    let saved = file(&mut first);
+    let mut parameters = Parameters::default();
+    parameters.set("REF_ALT_MIN", 11_000.0).unwrap();
+    let mut second = Client::new(QGC);
+    second.world = World::flying_with(&parameters);
+    second.world.ground.keep_plan(saved);
+    second.world.run_ms(20);
+    assert!(second.world.said("Mission of the last run refused: "), "{:?}", second.world.texts());
+    assert!(second.world.said("REF_ALT_MIN") || second.world.said("11000"));
+    assert_eq!(second.download().unwrap().0.len(), 0);
+    assert!(second.world.ground.pop_plan_save().is_none());
+}
+
+#[test]
+fn where_nothing_is_kept_nothing_is_handed_out_and_a_failed_write_is_said() {
+    let mut client = Client::new(QGC);
+    client.upload(&some_items()).unwrap();
+    assert!(client.world.ground.pop_plan_save().is_none());
+
+    let mut client = keeping(SavedPlan::default());
+    client.upload(&some_items()).unwrap();
+    let number = client.world.ground.pop_plan_save().unwrap().number;
+    let result = Err("No space left on device".to_owned());
+    let saved = crate::param::Saved { number, result };
+    client.world.ground.handle_plan_saved(&saved, client.world.now);
+    client.world.settle();
+    assert!(client.world.said("The plan is not saved: No space left"));
+}

@@ -1,0 +1,304 @@
+//! What each command says and does.
+
+use super::*;
+use flight_management::event::Command;
+use flight_management::parameters::{COMPATIBILITY, table};
+use flight_management::vehicle::{Mode, Reference};
+use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
+use icd::pace::Pace;
+use icd::tvc_jet;
+use icd::{FaultKind, FaultRequest, SimTime};
+
+fn commands(world: &mut World, line: &str) -> (Vec<Command>, String) {
+    world.take_commands();
+    let text = said(world, line);
+    (world.take_commands(), text)
+}
+
+#[test]
+fn help_lists_every_command_and_explains_each() {
+    let mut world = World::flying();
+    let list = said(&mut world, "help");
+    let names: Vec<&str> = list.lines().map(|line| line.split(' ').next().unwrap()).collect();
+    for name in ["status", "list", "failure", "script", "param", "reference", "mode", "pause"] {
+        assert!(names.contains(&name), "{name}");
+    }
+    for name in names {
+        let help = said(&mut world, &format!("help {name}"));
+        assert!(help.lines().count() >= 2 && help.contains(&format!("  {name}")), "{help}");
+        let document = include_str!("../../../../../docs/shell.md");
+        assert!(document.contains(&format!("`{name}")), "{name} is not in docs/shell.md");
+    }
+    assert_eq!(said(&mut world, "help me"), "ERROR: there is no command \"me\"\n");
+}
+
+#[test]
+fn status_shows_the_flight_the_compensator_and_each_effector() {
+    let mut world = World::flying();
+    let text = said(&mut world, "status");
+    for words in [
+        "Aircraft: in the air",
+        "Control: nobody",
+        "mode Position",
+        "altitude 5000.0 m",
+        "Compensator: armed",
+        "roll ",
+        "yaw ",
+        "left aileron",
+        "nozzle yaw",
+        "kN",
+        "No faults",
+    ] {
+        assert!(text.contains(words), "{words} is missing in:\n{text}");
+    }
+    for zero in ["-0 ", "-0.0 ", "-0.00 ", "-0.0000 "] {
+        assert!(!text.contains(&format!(" {zero}")), "a zero has no sign:\n{text}");
+    }
+    assert!(said(&mut world, "status now").starts_with("ERROR: usage: status"));
+    let mut world = World::waiting();
+    world.settle();
+    assert!(ask(&mut world, "status").starts_with("Aircraft: none is connected"));
+}
+
+#[test]
+fn parameters_are_shown_found_by_pattern_and_explained() {
+    let mut world = World::flying();
+    let all = said(&mut world, "param show");
+    assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + tvc_jet::ALL.len());
+    assert!(said(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
+    assert!(said(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));
+    let some = said(&mut world, "param show act_lvl*");
+    assert_eq!(some.lines().count(), 3, "{some}");
+    assert!(said(&mut world, "param show NOPE*").starts_with("ERROR: no parameter has a name"));
+    let one = said(&mut world, "param get FTC_MODE");
+    assert!(one.starts_with("FTC_MODE 1\n") && one.contains("0 to 2"), "{one}");
+    assert_eq!(said(&mut world, "param get NOPE"), "ERROR: there is no parameter NOPE\n");
+    assert!(said(&mut world, "param").starts_with("ERROR: usage: param show"));
+}
+
+#[test]
+fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
+    let mut world = World::flying();
+    let (commands, text) = commands(&mut world, "param set act_lvl_p 0.5");
+    assert_eq!(text, "ACT_LVL_P 1.05 -> 0.5\n");
+    let [Command::Gains(gains)] = &commands[..] else { panic!("{commands:?}") };
+    assert_eq!(gains.activation.level_roll, 0.5);
+    let values = values(&world);
+    let [value] = &values[..] else { panic!("told once: {values:?}") };
+    assert_eq!((value.param_id.to_str().unwrap(), value.param_value), ("ACT_LVL_P", 0.5));
+    assert_eq!(world.ground.parameters().gains.activation.level_roll, 0.5);
+}
+
+#[test]
+fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
+    let mut world = World::flying();
+    for (line, reason) in [
+        ("param set ACT_LVL_P 1000", "ACT_LVL_P"),
+        ("param set ACT_LVL_P x", "\"x\" is no number"),
+        ("param set ACT_LVL_P nan", "\"nan\" is no number"),
+        ("param set SYS_AUTOSTART 5", "SYS_AUTOSTART"),
+        ("param set NOPE 5", "there is no parameter NOPE"),
+    ] {
+        let text = said(&mut world, line);
+        assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
+    }
+    assert_eq!(*world.ground.parameters(), flight_management::parameters::Parameters::default());
+    assert!(values(&world).is_empty());
+}
+
+#[test]
+fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
+    let mut world = World::flying();
+    let (commands, text) = commands(&mut world, "reference altitude 5200m");
+    assert_eq!(commands, [Command::Refer(Reference::Altitude(5_200.0))]);
+    assert_eq!(text, "Reference altitude: 5200 m\n");
+    assert_eq!(said(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
+    assert_eq!(said(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
+    assert!(said(&mut world, "status").contains("altitude 5200.0 m, airspeed 270.0 m/s"));
+    for (line, reason) in [
+        ("reference altitude 99999", "ERROR: altitude"),
+        ("reference airspeed x", "ERROR: airspeed \"x\" is no number in m/s"),
+        ("reference roll 70", "ERROR: roll 70.0 deg is outside"),
+        ("reference course 400", "ERROR: course 400 deg is outside"),
+        ("reference yaw 4", "ERROR: usage: reference"),
+        ("reference", "ERROR: usage: reference"),
+    ] {
+        let text = said(&mut world, line);
+        assert!(text.starts_with(reason), "{line}: {text}");
+    }
+}
+
+#[test]
+fn a_change_of_mode_takes_the_checks_of_the_command_and_gives_control() {
+    let mut world = World::flying();
+    assert!(said(&mut world, "mode").contains("* Position\n  Hold\n"));
+    let (commands, text) = commands(&mut world, "mode hold");
+    assert_eq!((commands, text), (vec![Command::Mode(Mode::Hold)], "Mode Hold\n".to_owned()));
+    assert!(said(&mut world, "status").contains("Control: system 255"));
+    let offboard = said(&mut world, "mode offboard");
+    assert!(offboard.starts_with("ERROR: Offboard refused: no setpoint"), "{offboard}");
+    assert_eq!(said(&mut world, "mode mission"), "ERROR: there is no plan: upload one first\n");
+    for gone in ["nope", "reference"] {
+        let said = said(&mut world, &format!("mode {gone}"));
+        assert!(
+            said.starts_with(&format!("ERROR: there is no mode \"{gone}\": there are Position"))
+        );
+    }
+    let mut world = World::waiting();
+    world.settle();
+    assert_eq!(ask(&mut world, "mode hold"), format!("ERROR: no aircraft is connected\n{PROMPT}"));
+}
+
+#[test]
+fn time_is_paused_stepped_and_sped_up() {
+    let mut world = World::flying();
+    for (line, pace, text) in [
+        ("pause", Pace::Pause, "Simulation paused\n"),
+        ("step", Pace::Step(1), "Simulation steps: 1\n"),
+        ("step 50", Pace::Step(50), "Simulation steps: 50\n"),
+        ("speed 2x", Pace::Speed(2.0), "Simulation speed: x2\n"),
+        ("run", Pace::Run, "Simulation runs\n"),
+    ] {
+        assert_eq!(commands(&mut world, line), (vec![Command::Pace(pace)], text.to_owned()));
+    }
+    for line in ["step -1", "step 0", "step 999999999", "speed 0", "speed", "pause now"] {
+        let text = said(&mut world, line);
+        assert!(text.starts_with("ERROR: "), "{line}: {text}");
+    }
+    let text = said(&mut world, "speed 0");
+    assert!(text.contains("0.0 x real time is outside 0.01 to 1000.0 x real time"), "{text}");
+}
+
+#[test]
+fn a_failure_is_printed_when_the_plant_has_answered() {
+    let mut world = World::flying();
+    let (commands, text) = commands(&mut world, "failure servo stuck -i 5 -v 3deg");
+    let [Command::Fault(FaultRequest::Inject { target, kind, .. })] = commands[..] else {
+        panic!("{commands:?}")
+    };
+    assert_eq!(target, tvc_jet::RUDDER.into());
+    let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
+    assert!((angle_rad.to_degrees() - 3.0).abs() < 1.0e-6, "{angle_rad} rad");
+    assert!(text.starts_with("rudder: acts since"), "{text}");
+    let list = said(&mut world, "list");
+    assert!(list.contains("servo 5 (rudder) stuck at 3.0 deg"), "{list}");
+    assert_eq!(said(&mut world, "failure list"), list);
+    assert!(
+        said(&mut world, "failure servo wrong -m 3 -v 40% -t 99s")
+            .contains("right aileron: acts at")
+    );
+    assert!(said(&mut world, "failure servo ok -i 5").starts_with("rudder: healthy since"));
+    assert!(said(&mut world, "failure clear").starts_with("healthy since"));
+}
+
+#[test]
+fn what_was_never_broken_is_not_said_to_be_healthy_since_now() {
+    let mut world = World::flying();
+    assert_eq!(said(&mut world, "failure clear"), "nothing to mend\n");
+    assert_eq!(said(&mut world, "failure servo ok"), "nothing to mend\n");
+    said(&mut world, "failure servo stuck -i 5");
+    let text = said(&mut world, "failure servo ok");
+    assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
+    said(&mut world, "failure servo stuck -i 5 -t 99s");
+    let text = said(&mut world, "failure servo ok");
+    assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
+}
+
+#[test]
+fn every_type_takes_its_size_and_every_option_its_place() {
+    let mut world = World::flying();
+    let degrees = 1.0_f64.to_radians();
+    for (line, expected) in [
+        ("servo off -i 5", FaultKind::Float),
+        ("servo stuck -i 5 -v here", FaultKind::StuckHere),
+        ("servo loss -i 5 -v 40%", FaultKind::PartialLoss { remaining: 0.4 }),
+        ("servo slow -i 5 -v 3deg/s", FaultKind::Slow { rate: 3.0 * degrees }),
+        ("servo delayed -i 5 -v 200ms", FaultKind::Delayed { delay_s: 0.2 }),
+        (
+            "servo intermittent -i 5 -v 30% -p 2s",
+            FaultKind::Intermittent { period_s: 2.0, present: 0.3 },
+        ),
+        (
+            "servo garbage -i 5 -v 2deg -f 4Hz",
+            FaultKind::Oscillating { amplitude: 2.0 * degrees, frequency_hz: 4.0 },
+        ),
+        ("servo drift -i 5 -v -1deg/s", FaultKind::Drifting { rate: -degrees }),
+        ("servo wrong -i 5 -v 4deg", FaultKind::Biased { bias: 4.0 * degrees }),
+        ("servo wrong -i 5 -v -", FaultKind::HardOver { side: Side::Negative }),
+        ("servo limit -i 5 -v 6deg", FaultKind::LimitedTravel { limit: 6.0 * degrees }),
+        ("motor limit -v 20kN", FaultKind::LimitedTravel { limit: 20_000.0 }),
+        ("motor slow -v 2kN/s", FaultKind::Slow { rate: 2_000.0 }),
+        ("motor flameout", FaultKind::FlameOut),
+    ] {
+        let (commands, text) = commands(&mut world, &format!("failure {line}"));
+        let [Command::Fault(FaultRequest::Inject { kind, .. })] = commands[..] else {
+            panic!("{line}: {commands:?} {text}")
+        };
+        let close = kind.values().into_iter().zip(expected.values());
+        assert_eq!(kind.code(), expected.code(), "{line}: {kind:?}");
+        for (got, expected) in close {
+            assert!((got - expected).abs() <= 1.0e-9 * expected.abs(), "{line}: {kind:?}");
+        }
+    }
+    let line = "failure servo bias -m 5 -v 1deg -t 99.5s -r 1s -d 5s -e 10s -n 3";
+    let (commands, text) = commands(&mut world, line);
+    let named: Vec<_> = commands
+        .iter()
+        .map(|command| {
+            let Command::Fault(FaultRequest::Inject { target, timing, .. }) = command else {
+                panic!("{command:?}")
+            };
+            assert_eq!(timing.onset, Onset::At(SimTime::from_seconds(99.5).unwrap()));
+            assert_eq!((timing.ramp_s, timing.duration_s), (1.0, Some(5.0)));
+            assert_eq!(timing.repeat, Some(Repeat { every_s: 10.0, times: Some(3) }));
+            target.effector().unwrap()
+        })
+        .collect();
+    assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);
+    assert_eq!(text.lines().count(), 2, "{text}");
+}
+
+#[test]
+fn failures_that_cannot_be_are_refused_with_the_reason() {
+    let mut world = World::flying();
+    for (line, reason) in [
+        ("failure", "usage: failure"),
+        ("failure gps off", "GPS (4)"),
+        ("failure servo melted", "there is no type melted: there are ok off stuck"),
+        ("failure wing off", "there is no component wing: there are gyro accel"),
+        ("failure gyro off", "the sensors of this aircraft do not fail"),
+        ("failure servo ok -i 5 -v 3deg", "ok"),
+        ("failure servo limit -v 20kN", "20kN"),
+        ("failure servo stuck -i 5 -m 1", "twice"),
+        ("failure servo hardover -v 5", "takes +, -, 1 or -1, not \"5\""),
+        ("failure servo hardover -v -0", "takes +, -, 1 or -1, not \"-0\""),
+        ("failure servo stuck -i 9", "instance 9"),
+        ("failure servo stuck -i x", "-i \"x\""),
+        ("failure servo stuck -i", "option -i has no value"),
+        ("failure servo stuck -z 1", "no option -z"),
+        ("failure servo stuck -i 5 -v 99deg", "99"),
+        ("failure servo stuck -i 5 -v soft", "soft"),
+    ] {
+        let (commands, text) = commands(&mut world, line);
+        assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
+        assert_eq!(commands, [], "{line}");
+    }
+    world.plant = PlantManner::Says(FaultReply::Refused(Refusal::FlightOver));
+    let text = said(&mut world, "failure servo stuck -i 5");
+    assert!(text.starts_with("ERROR: rudder: "), "{text}");
+}
+
+#[test]
+fn a_plant_that_is_silent_is_told_after_three_seconds_and_lines_wait_meanwhile() {
+    let mut world = World::flying();
+    world.plant = PlantManner::Silent;
+    let text = ask(&mut world, "failure servo stuck -i 5\nhelp step");
+    assert_eq!(text, "", "neither an answer nor a prompt before the outcome");
+    world.run_ms(2_700);
+    assert_eq!(take(&mut world, address(14_550), STATION), "");
+    world.run_ms(300);
+    let text = take(&mut world, address(14_550), STATION);
+    let expected =
+        format!("ERROR: rudder: the aircraft does not answer\n{PROMPT}help step\nrun for");
+    assert!(text.starts_with(&expected), "{text}");
+}

@@ -1,0 +1,89 @@
+//! Frames that were heard, for whoever writes all traffic down.
+
+use std::collections::VecDeque;
+
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common::{LOG_DATA_DATA, SETUP_SIGNING_DATA};
+
+use super::codec::Frame;
+
+/// Frames that may wait to be taken: more than one datagram can have.
+const HEARD_MAX: usize = 512;
+
+/// Frames that were heard and not taken yet.
+#[derive(Debug, Default)]
+pub struct Traffic {
+    is_wanted: bool,
+    heard: VecDeque<Vec<u8>>,
+    dropped: u64,
+}
+
+impl Traffic {
+    /// From now on frames are kept until they are taken.
+    pub fn want(&mut self) {
+        self.is_wanted = true;
+    }
+
+    /// A good frame has come. A key for signing is nobody's business, and neither is what [`is_bulk`].
+    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+        if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID {
+            return;
+        }
+        if self.heard.len() >= HEARD_MAX {
+            self.dropped += 1;
+            return;
+        }
+        self.heard.push_back(frame.bytes.to_vec());
+    }
+
+    /// The next frame that was heard.
+    pub fn pop(&mut self) -> Option<Vec<u8>> {
+        self.heard.pop_front()
+    }
+
+    /// Frames that found no room, since the last call.
+    pub fn take_dropped(&mut self) -> u64 {
+        core::mem::take(&mut self.dropped)
+    }
+}
+
+/// Whether a frame of MAVLink 2 is a piece of a flight log (LOG_DATA): who writes traffic down leaves it out, or a
+/// log would be written once more each time it is fetched.
+#[must_use]
+pub fn is_bulk(frame: &[u8]) -> bool {
+    let id = LOG_DATA_DATA::ID.to_le_bytes();
+    frame.first() == Some(&::mavlink::MAV_STX_V2) && frame.get(7..10) == Some(&id[..3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::OWN;
+
+    #[test]
+    fn frames_are_kept_as_they_came_and_keys_are_not() {
+        let mut traffic = Traffic::default();
+        let frame = |id, bytes| Frame { sender: OWN, id, payload: &[], bytes };
+        traffic.hear(&frame(0, b"early"));
+        traffic.want();
+        traffic.hear(&frame(256, b"secret"));
+        traffic.hear(&frame(120, b"bulk"));
+        traffic.hear(&frame(0, b"heard"));
+        assert_eq!(traffic.pop(), Some(b"heard".to_vec()));
+        assert_eq!(traffic.pop(), None);
+        for _ in 0..HEARD_MAX + 3 {
+            traffic.hear(&frame(0, b"x"));
+        }
+        assert_eq!((traffic.take_dropped(), traffic.take_dropped()), (3, 0));
+    }
+
+    #[test]
+    fn pieces_of_a_log_are_bulk_and_nothing_else_is() {
+        use crate::codec::Encoded;
+        use ::mavlink::dialects::common::{HEARTBEAT_DATA, LOG_ENTRY_DATA};
+        assert!(is_bulk(&Encoded::new(&LOG_DATA_DATA::DEFAULT).frame(OWN, 5)));
+        assert!(!is_bulk(&Encoded::new(&LOG_ENTRY_DATA::DEFAULT).frame(OWN, 5)));
+        assert!(!is_bulk(&Encoded::new(&HEARTBEAT_DATA::DEFAULT).frame(OWN, 5)));
+        assert!(!is_bulk(&[]));
+    }
+}

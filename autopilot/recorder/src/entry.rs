@@ -1,0 +1,154 @@
+//! What the control thread hands to the thread that writes the log.
+
+use core::fmt;
+
+use flight_control::StepLog;
+use icd::fault::{FaultEntry, PlantReport};
+use icd::record::{self, TruthRow};
+use icd::{Actuators, Sensors, SimTime};
+
+use super::{ControlHeader, Moment, Recorded};
+use flight_management::event::Event;
+use flight_management::parameters::Parameters;
+use flight_management::vehicle::Mode;
+
+/// One entry. A control step is plain data, so that a tick allocates nothing.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all of them are control steps")]
+pub enum Entry {
+    /// A flight begins: a new log.
+    Begin(Box<Begin>),
+    /// A control step.
+    Step(Step),
+    /// Something came in, or left for the plant.
+    Recorded {
+        /// Simulation time.
+        time: SimTime,
+        /// In which exchange.
+        moment: Moment,
+        /// What.
+        what: Recorded,
+    },
+    /// The plant reports a fault.
+    Fault {
+        /// Simulation time of the exchange.
+        time: SimTime,
+        /// The fault.
+        entry: FaultEntry,
+    },
+    /// Something happened.
+    Event(Event),
+    /// Something was told by the ground-station side.
+    Text {
+        /// Simulation time of its arrival.
+        time: SimTime,
+        /// Importance, number of syslog.
+        severity: u8,
+        /// In words.
+        text: String,
+    },
+    /// What is really the case on the ground, after the last control step.
+    Ground {
+        /// Simulation time.
+        time: SimTime,
+        /// As the plant says.
+        row: TruthRow,
+    },
+    /// A piece of the plant's header.
+    Piece {
+        /// Its number, from 0.
+        index: u16,
+        /// Pieces in all.
+        count: u16,
+        /// Its bytes.
+        bytes: Box<[u8]>,
+    },
+    /// A ground station has changed parameters: all of them.
+    Parameters(Box<Parameters>),
+    /// The flight is over.
+    End(End),
+}
+
+/// The beginning of a flight.
+#[derive(Debug, Clone)]
+pub struct Begin {
+    /// Simulation time of the first packet.
+    pub time: SimTime,
+    /// The control side; the recorder fills in the parameter hash and how many steps have rows.
+    pub header: ControlHeader,
+}
+
+/// One control step.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// Simulation time.
+    pub time: SimTime,
+    /// What the sensors said.
+    pub sensors: Sensors,
+    /// What was commanded.
+    pub actuators: Actuators,
+    /// Signals of the step.
+    pub log: StepLog,
+    /// Flight mode.
+    pub mode: Mode,
+    /// References: altitude, m, roll, rad, airspeed, m/s.
+    pub references: [f64; 3],
+    /// The flight was terminated.
+    pub terminated: bool,
+    /// What was really the case, if the plant said so.
+    pub truth: Option<TruthRow>,
+}
+
+/// Why a log ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// Another flight begins.
+    Restart,
+    /// The process was told to end.
+    Stopped,
+    /// The plant had fallen silent, and then another plant came or the process was told to end.
+    PlantLost,
+    /// The log has reached its limit.
+    Full,
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Restart => "restart",
+            Self::Stopped => "stopped",
+            Self::PlantLost => "plant lost",
+            Self::Full => "log full",
+        })
+    }
+}
+
+impl Entry {
+    /// The entry that a report of the plant is worth.
+    #[must_use]
+    pub fn of_report(time: SimTime, report: &PlantReport) -> Option<Self> {
+        match report {
+            PlantReport::Fault(entry) => Some(Self::Fault { time, entry: *entry }),
+            PlantReport::FaultReply { .. }
+            | PlantReport::Started { .. }
+            | PlantReport::GroundContact { .. }
+            | PlantReport::Paced { .. } => None,
+        }
+    }
+}
+
+/// Opens what the plant sent for the recorder: the truth of the tick and a piece of the plant's header.
+#[must_use]
+pub fn open(envelope: &[u8]) -> (Option<TruthRow>, Option<Entry>) {
+    match record::open(envelope) {
+        None => (None, None),
+        Some((truth, piece)) => {
+            let piece = piece.map(|record::Piece { index, count, bytes }| Entry::Piece {
+                index,
+                count,
+                bytes: bytes.into(),
+            });
+            (Some(truth), piece)
+        }
+    }
+}

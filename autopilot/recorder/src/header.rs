@@ -1,0 +1,82 @@
+//! What the control side of a flight was made of: enough to fly it again.
+
+use std::sync::Arc;
+
+use flight_control::{AircraftModel, Gains};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::hash::hex;
+use flight_management::parameters::{NavigationParameters, ReferenceLimits};
+use flight_management::script::Script;
+use flight_management::vehicle::schedule::ReferenceSchedule;
+
+/// Number of the rules that a flight follows. It is raised whenever a program with the same version flies the
+/// same inputs otherwise, so that an older log is refused and not compared. Logs without the number have 0: their
+/// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim,
+/// and in those of 2 a change of CTL_LAW in flight is not smoothed.
+pub const FLIGHT_RULES: u32 = 3;
+
+/// The control side of a flight at its first packet; JSON in the info message `control_header`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControlHeader {
+    /// Version of this program.
+    pub version: String,
+    /// Version of the plant link's packets.
+    pub wire_version: u16,
+    /// [`FLIGHT_RULES`] of this program.
+    #[serde(default)]
+    pub flight_rules: u32,
+    /// What people see of the flight's number: the beginning of its hash.
+    pub session: String,
+    /// Control period, us.
+    pub period_us: u32,
+    /// One of so many control steps has its rows wherever it is ([`super::LogRate`]); older logs have all rows.
+    #[serde(default = "every_step")]
+    pub row_every: u32,
+    /// The first packet was not the flight's first: such a log cannot be flown again.
+    pub joined_in_flight: bool,
+    /// The controller's model of the aircraft.
+    #[serde(rename = "belief")]
+    pub model: AircraftModel,
+    /// Gains.
+    pub gains: Gains,
+    /// References that are accepted.
+    pub limits: ReferenceLimits,
+    /// Guidance.
+    pub navigation: NavigationParameters,
+    /// References by time.
+    pub references: ReferenceSchedule,
+    /// The script that begins with the flight.
+    pub script: Option<Arc<Script>>,
+    /// Scripts may break the aircraft.
+    pub fault_injection: bool,
+    /// SHA-256 of the parameters ([`parameter_hash`]).
+    pub parameter_hash: String,
+}
+
+const fn every_step() -> u32 {
+    1
+}
+
+/// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. Values are written so that they
+/// come back bit for bit.
+#[must_use]
+pub fn parameter_hash<'a>(values: impl IntoIterator<Item = (&'a str, f64)>) -> String {
+    let mut sha = Sha256::new();
+    for (name, value) in values {
+        sha.update(format!("{name}={value}\n"));
+    }
+    hex(&sha.finalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parameter_hash_is_that_of_lines_of_name_and_value() {
+        let lines = "A=1\nB=0.1\n";
+        assert_eq!(parameter_hash([("A", 1.0), ("B", 0.1)]), hex(&Sha256::digest(lines)));
+    }
+}

@@ -1,0 +1,306 @@
+//! Which control steps get their rows in a log: 50 each second, and all of them around what happens.
+//!
+//! ```text
+//! entries ──> [ the last half second, in order ] ──> rows of every n-th step, and of all steps that are near an event
+//! ```
+//!
+//! An entry leaves half a second of simulation time after it came, so that an event still finds the steps before it.
+//! Entries leave in the order in which they came, all kinds alike; only rows of control steps are ever left out.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use icd::fault::{SensorKind, Target};
+use icd::{Effector, SimTime};
+
+use super::{Entry, Recorded, Step, words};
+use flight_management::event::{Axis, Command, EventKind};
+use flight_management::fault_list::FaultList;
+use flight_management::vehicle::{Mode, VehicleEvent};
+
+/// How many control steps get their rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum LogRate {
+    /// 50 each second, and all of them from half a second before to two seconds after each event
+    #[default]
+    Events,
+    /// All of them
+    Full,
+}
+
+/// All steps before an event get their rows, us of simulation time: half a second, and some steps in which the plant
+/// has a fault and has not reported it yet.
+pub const BEFORE_US: u64 = 510_000;
+/// All steps after an event get their rows.
+pub const AFTER: Duration = Duration::from_secs(2);
+/// Away from events a step has its rows at least this often, us.
+const EVERY_US: u32 = 20_000;
+/// Entries that wait: the steps of half a second at the shortest period, and as many entries of other kinds. Where
+/// there are more, the oldest leave early, with their rows.
+const WAITING_MAX: usize = 1_024;
+/// Events of one kind within [`RECURRING`] around which all steps get their rows; so an event that recurs without end
+/// (a fault that comes and goes) fills no disk.
+const RECURRING_MAX: usize = 5;
+/// Simulation time in which [`RECURRING_MAX`] counts.
+const RECURRING: Duration = Duration::from_secs(60);
+/// Steps of a reference that are an event: altitude, m; roll, rad; airspeed, m/s. Slower changes are none.
+const REFERENCE_STEPS: [f64; 3] = [1.0, 0.017_453_292_519_943_295, 0.5];
+
+impl LogRate {
+    /// One of so many control steps has its rows wherever it is.
+    #[must_use]
+    pub fn row_every(self, period_us: u32) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Events => (EVERY_US / period_us.max(1)).max(1),
+        }
+    }
+}
+
+/// Kinds of events that are counted one by one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cause {
+    /// A fault of this target begins, rests or ends.
+    Fault(Target),
+    /// The compensator wakes or sleeps.
+    Compensator,
+    /// An axis has no authority left, or has it again.
+    Authority(Axis),
+    /// Another mode.
+    Mode,
+    /// A reference jumps.
+    Reference,
+    /// An operator or a script wants something.
+    Input,
+    /// The flight is terminated, the aircraft touches the ground, a link is lost or back.
+    Flight,
+}
+
+impl Cause {
+    const SENSORS: usize = SensorKind::ALL.len();
+    const COUNT: usize = Effector::MAX + Self::SENSORS + 8;
+
+    const fn index(self) -> usize {
+        const NEXT: usize = Effector::MAX + Cause::SENSORS;
+        match self {
+            Self::Fault(Target::Effector(effector)) => effector.index(),
+            Self::Fault(Target::Sensor(sensor)) => Effector::MAX + sensor as usize,
+            Self::Compensator => NEXT,
+            Self::Authority(Axis::Roll) => NEXT + 1,
+            Self::Authority(Axis::Pitch) => NEXT + 2,
+            Self::Authority(Axis::Yaw) => NEXT + 3,
+            Self::Mode => NEXT + 4,
+            Self::Reference => NEXT + 5,
+            Self::Input => NEXT + 6,
+            Self::Flight => NEXT + 7,
+        }
+    }
+
+    /// What an entry that is no control step is, if it is an event.
+    fn of(entry: &Entry) -> Option<(Self, SimTime)> {
+        let (cause, time) = match entry {
+            Entry::Event(event) => (Self::of_event(&event.kind)?, event.time),
+            Entry::Recorded { time, what, .. } => (Self::of_input(what)?, *time),
+            Entry::Ground { time, .. } => (Self::Flight, *time),
+            _ => return None,
+        };
+        Some((cause, time))
+    }
+
+    const fn of_event(kind: &EventKind) -> Option<Self> {
+        match kind {
+            EventKind::AuthorityExhausted { axis, .. } | EventKind::AuthorityRestored(axis) => {
+                Some(Self::Authority(*axis))
+            }
+            EventKind::CompensatorActive { .. } => Some(Self::Compensator),
+            EventKind::GroundContact
+            | EventKind::PlantLost
+            | EventKind::PlantBack
+            | EventKind::Vehicle(VehicleEvent::Terminated)
+            | EventKind::Vehicle(VehicleEvent::LinkLost(_))
+            | EventKind::Vehicle(VehicleEvent::LinkBack(_)) => Some(Self::Flight),
+            _ => None,
+        }
+    }
+
+    /// Streams are no events, and neither is what changes nothing in the flight.
+    fn of_input(what: &Recorded) -> Option<Self> {
+        match what {
+            Recorded::Intent(intent) => match &intent.command {
+                Command::ListFaults | Command::Pace(_) | Command::FaultInjection(_) => None,
+                command => (!words::is_stream(command)).then_some(Self::Input),
+            },
+            Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),
+            Recorded::Request(_) => None,
+        }
+    }
+}
+
+/// What is remembered of a step to see a change in the next one.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    compensator_active: bool,
+    mode: Mode,
+    terminated: bool,
+    references: [f64; 3],
+}
+
+impl Seen {
+    fn of(step: &Step) -> Self {
+        Self {
+            compensator_active: step.log.compensator_active,
+            mode: step.mode,
+            terminated: step.terminated,
+            references: step.references,
+        }
+    }
+
+    fn jumps(&self, now: &Self) -> bool {
+        let steps = self.references.iter().zip(&now.references).zip(REFERENCE_STEPS);
+        steps.into_iter().any(|((before, now), step)| (now - before).abs() >= step)
+    }
+}
+
+/// The latest events of one cause.
+#[derive(Debug, Clone, Copy, Default)]
+struct Recent {
+    /// When, the latest one at `next - 1`.
+    at: [Option<SimTime>; RECURRING_MAX],
+    next: usize,
+}
+
+impl Recent {
+    /// Whether an event at this time gets all its rows; one inside of the rows of the last one needs none of its own.
+    fn admits(&mut self, time: SimTime) -> bool {
+        let since =
+            |at: SimTime| Duration::from_micros(time.as_micros().saturating_sub(at.as_micros()));
+        let last = self.at[(self.next + RECURRING_MAX - 1) % RECURRING_MAX];
+        if last.is_some_and(|last| since(last) < AFTER) {
+            return false;
+        }
+        if self.at[self.next].is_some_and(|oldest| since(oldest) < RECURRING) {
+            return false;
+        }
+        self.at[self.next] = Some(time);
+        self.next = (self.next + 1) % RECURRING_MAX;
+        true
+    }
+}
+
+/// Entries that wait, and what decides about their rows.
+#[derive(Debug)]
+pub struct Selection {
+    rate: LogRate,
+    every: u64,
+    waiting: VecDeque<Entry>,
+    /// Time of the latest control step.
+    newest: SimTime,
+    /// Steps up to here get their rows.
+    full_until: SimTime,
+    /// Control steps that have left.
+    left: u64,
+    seen: Option<Seen>,
+    faults: FaultList,
+    recent: [Recent; Cause::COUNT],
+    /// Everything that waits leaves with its rows.
+    settles: bool,
+}
+
+impl Selection {
+    /// For a flight that begins at this time; its first two seconds get all rows.
+    #[must_use]
+    pub fn new(rate: LogRate, period_us: u32, begin: SimTime) -> Self {
+        let room = if rate == LogRate::Full { 1 } else { WAITING_MAX };
+        Self {
+            rate,
+            every: rate.row_every(period_us).into(),
+            waiting: VecDeque::with_capacity(room),
+            newest: begin,
+            full_until: after(begin),
+            left: 0,
+            seen: None,
+            faults: FaultList::default(),
+            recent: [Recent::default(); Cause::COUNT],
+            settles: false,
+        }
+    }
+
+    /// Takes the next entry.
+    pub fn push(&mut self, entry: Entry) {
+        self.settles = false;
+        if self.rate == LogRate::Events {
+            self.look_at(&entry);
+        }
+        self.waiting.push_back(entry);
+    }
+
+    /// The next entry that leaves, and whether its rows are written.
+    pub fn pop(&mut self) -> Option<(Entry, bool)> {
+        let is_early = self.settles || self.waiting.len() >= WAITING_MAX;
+        let mut has_rows = true;
+        if let Entry::Step(step) = self.waiting.front()? {
+            let age_us = self.newest.as_micros().saturating_sub(step.time.as_micros());
+            if self.rate == LogRate::Events && age_us < BEFORE_US && !is_early {
+                return None;
+            }
+            has_rows =
+                is_early || self.left.is_multiple_of(self.every) || step.time <= self.full_until;
+            self.left += 1;
+        }
+        Some((self.waiting.pop_front()?, has_rows))
+    }
+
+    /// Everything that waits leaves at the next calls of [`Selection::pop`], with its rows: time stands still, or the
+    /// flight is over.
+    pub fn settle(&mut self) {
+        self.settles = true;
+    }
+
+    fn look_at(&mut self, entry: &Entry) {
+        match entry {
+            Entry::Step(step) => {
+                self.newest = step.time;
+                let now = Seen::of(step);
+                let Some(before) = self.seen.replace(now) else { return };
+                if before.compensator_active != now.compensator_active {
+                    self.happens(Cause::Compensator, step.time);
+                }
+                if before.mode != now.mode {
+                    self.happens(Cause::Mode, step.time);
+                }
+                if before.terminated != now.terminated {
+                    self.happens(Cause::Flight, step.time);
+                }
+                if before.jumps(&now) {
+                    self.happens(Cause::Reference, step.time);
+                }
+            }
+            Entry::Fault { time, entry } => {
+                // What the plant repeats when it is asked for its list is no event.
+                if self.faults.handle_event(&EventKind::Fault(*entry)) {
+                    self.happens(Cause::Fault(entry.target), *time);
+                }
+            }
+            other => {
+                if let Some((cause, time)) = Cause::of(other) {
+                    self.happens(cause, time);
+                }
+            }
+        }
+    }
+
+    fn happens(&mut self, cause: Cause, time: SimTime) {
+        if self.recent[cause.index()].admits(time) {
+            self.full_until = self.full_until.max(after(time));
+        }
+    }
+}
+
+/// The end of an event's rows.
+fn after(time: SimTime) -> SimTime {
+    let after = u64::try_from(AFTER.as_micros()).unwrap_or(u64::MAX);
+    SimTime::from_micros(time.as_micros().saturating_add(after))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,187 @@
+use super::*;
+use crate::Moment;
+use flight_control::{Demand, FlightControl, Gains, NavigationState};
+use flight_management::configuration::{self, DEFAULT_MODEL};
+use flight_management::event::{Event, Intent};
+use flight_management::vehicle::Reference;
+use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
+use icd::tvc_jet;
+use icd::{ControlPeriod, Sensors};
+
+const PERIOD_US: u64 = 2_000;
+
+fn at(step: u64) -> SimTime {
+    SimTime::from_micros(step * PERIOD_US)
+}
+
+/// A step of level flight.
+fn level() -> Step {
+    let model = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
+    let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
+    let state = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
+    let demand = Demand { altitude_m: 3_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+    let log = flight.step(&state, &demand);
+    Step {
+        time: SimTime::ZERO,
+        sensors: Sensors::at(SimTime::ZERO, &[0.0; Sensors::COUNT]),
+        actuators: log.actuators(),
+        log,
+        mode: Mode::Hold,
+        references: [3_000.0, 0.0, 264.0],
+        terminated: false,
+        truth: None,
+    }
+}
+
+fn fault(step: u64, id: u32) -> Entry {
+    let state = FaultState::Active { since: at(step) };
+    let (effector, kind) = (tvc_jet::RUDDER, FaultKind::StuckHere);
+    let entry = FaultEntry { id, target: effector.into(), kind, timing: Timing::NOW, state };
+    Entry::Fault { time: at(step), entry }
+}
+
+/// Flies `steps` steps, `change` changes each of them and says what comes before it. Gives the numbers of the steps
+/// with rows, and the number of entries that waited at most.
+fn fly(
+    rate: LogRate,
+    steps: u64,
+    mut change: impl FnMut(u64, &mut Step) -> Vec<Entry>,
+) -> Vec<u64> {
+    let mut selection = Selection::new(rate, PERIOD_US as u32, SimTime::ZERO);
+    let room = selection.waiting.capacity();
+    let mut step = level();
+    let (mut with_rows, mut left) = (Vec::new(), 0);
+    let mut leave = |selection: &mut Selection| {
+        while let Some((entry, has_rows)) = selection.pop() {
+            let Entry::Step(step) = entry else { continue };
+            assert_eq!(step.time, at(left), "out of order");
+            if has_rows {
+                with_rows.push(left);
+            }
+            left += 1;
+        }
+    };
+    for number in 0..steps {
+        step.time = at(number);
+        for entry in change(number, &mut step) {
+            selection.push(entry);
+            leave(&mut selection);
+        }
+        selection.push(Entry::Step(step));
+        leave(&mut selection);
+    }
+    assert_eq!(selection.waiting.capacity(), room, "it allocates once");
+    selection.settle();
+    leave(&mut selection);
+    assert_eq!(left, steps);
+    with_rows
+}
+
+/// Steps that have rows in a flight without events: the first two seconds, one of ten, the last half second.
+fn quiet(steps: u64) -> Vec<u64> {
+    (0..steps).filter(|n| *n <= 1_000 || n % 10 == 0 || *n + 255 >= steps).collect()
+}
+
+#[test]
+fn a_quiet_flight_has_fifty_rows_a_second() {
+    assert_eq!(fly(LogRate::Events, 10_000, |_, _| Vec::new()), quiet(10_000));
+    let full = fly(LogRate::Full, 3_000, |_, _| Vec::new());
+    assert_eq!(full, Vec::from_iter(0..3_000));
+    assert_eq!(
+        [1_000, 2_000, 3_000, 4_000].map(|us| LogRate::Events.row_every(us)),
+        [20, 10, 6, 5]
+    );
+}
+
+#[test]
+fn all_steps_around_an_event_have_rows() {
+    type Change = fn(u64, &mut Step) -> Vec<Entry>;
+    fn input(command: Command) -> Vec<Entry> {
+        let what = Recorded::Intent(Intent { number: 1, command });
+        vec![Entry::Recorded { time: at(5_000), moment: Moment::Step, what }]
+    }
+    let event = |kind| vec![Entry::Event(Event { time: at(5_000), kind })];
+    let events = [
+        event(EventKind::AuthorityRestored(Axis::Yaw)),
+        event(EventKind::GroundContact),
+        input(Command::Refer(Reference::Altitude(100.0))),
+        vec![fault(5_000, 1)],
+    ];
+    let expected: Vec<u64> = {
+        let quiet = quiet(10_000);
+        (0..10_000).filter(|n| quiet.contains(n) || (4_745..=6_000).contains(n)).collect()
+    };
+    for happening in events {
+        let name = format!("{happening:?}");
+        let mut happening = Some(happening);
+        let rows = fly(LogRate::Events, 10_000, |number, _| {
+            if number == 5_000 { happening.take().unwrap_or_default() } else { Vec::new() }
+        });
+        // The event comes before its own step, so the half second before it counts from the step before.
+        let missing: Vec<_> = expected.iter().filter(|n| !rows.contains(n)).collect();
+        assert!(missing.is_empty() && rows.len() <= expected.len() + 1, "{name}: {missing:?}");
+    }
+    let changes: [(&str, Change); 4] = [
+        ("compensator", |number, step| {
+            step.log.compensator_active = number >= 5_000;
+            Vec::new()
+        }),
+        ("mode", |number, step| {
+            step.mode = if number < 5_000 { Mode::Hold } else { Mode::Mission };
+            Vec::new()
+        }),
+        ("reference", |number, step| {
+            step.references[1] = if number < 5_000 { 0.0 } else { 0.1 };
+            Vec::new()
+        }),
+        ("terminated", |number, step| {
+            step.terminated = number >= 5_000;
+            Vec::new()
+        }),
+    ];
+    for (name, change) in changes {
+        assert!(fly(LogRate::Events, 10_000, change) == expected, "{name}");
+    }
+}
+
+#[test]
+fn streams_pauses_and_slow_changes_are_no_events() {
+    let stream = |number: u64, step: &mut Step| {
+        step.references[0] += 0.05;
+        let what = Recorded::Intent(Intent { number: 1, command: Command::ListFaults });
+        vec![Entry::Recorded { time: at(number), moment: Moment::Step, what }]
+    };
+    assert_eq!(fly(LogRate::Events, 10_000, stream), quiet(10_000));
+}
+
+#[test]
+fn an_event_that_recurs_without_end_does_not_fill_the_disk() {
+    let mut id = 0;
+    let rows = fly(LogRate::Events, 60_000, |number, _| {
+        if number % 100 == 0 {
+            id += 1;
+            vec![fault(number, id)]
+        } else {
+            Vec::new()
+        }
+    });
+    // Two minutes with a change each 0.2 s: at most five times two and a half seconds of each minute.
+    let full = 2 * RECURRING_MAX * 1_256;
+    assert!(rows.len() <= full + quiet(60_000).len(), "{}", rows.len());
+    assert!(rows.len() > 2 * RECURRING_MAX * 900, "{}", rows.len());
+}
+
+#[test]
+fn what_waits_has_a_limit_while_time_stands_still() {
+    let mut selection = Selection::new(LogRate::Events, 2_000, SimTime::ZERO);
+    selection.push(Entry::Step(level()));
+    for number in 0..5_000 {
+        let text = format!("{number}");
+        selection.push(Entry::Text { time: SimTime::ZERO, severity: 6, text });
+        while selection.pop().is_some() {}
+        assert!(selection.waiting.len() < WAITING_MAX);
+    }
+    selection.settle();
+    while selection.pop().is_some() {}
+    assert_eq!(selection.waiting.len(), 0);
+}

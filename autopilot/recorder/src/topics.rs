@@ -1,0 +1,567 @@
+//! Topics of a flight log: their columns, and rows from the values of a tick.
+//!
+//! A name ends with the unit of its column. Axes, signs and units are those of crate `icd`.
+
+use arrayvec::ArrayVec;
+use flight_control::StepLog;
+use icd::fault::{FaultEntry, FaultState};
+use icd::record::{FieldName, TruthRow, effector_field, truth_fields};
+use icd::{Actuators, Effector, EffectorList, Sensors, SimTime};
+use ulog::format::{Field, FieldType, Format};
+use ulog::writer::Row;
+
+use super::{Moment, RunHash};
+use flight_management::event::Axis;
+use flight_management::vehicle::Mode;
+
+/// Characters of one row of the topic `recorded`; longer entries take several rows.
+pub const PIECE_CHARS: usize = 200;
+
+/// Characters of a run hash.
+const HASH_CHARS: usize = 64;
+
+/// Columns of the topic `commands`: one for each effector.
+#[must_use]
+pub fn command_names(effectors: &EffectorList) -> Vec<FieldName> {
+    effectors.all().map(|effector| effector_field("", effectors, effector)).collect()
+}
+
+/// First columns of the topic `control`.
+const CONTROL_HEAD: [&str; 39] = [
+    "p_rad_s",
+    "q_rad_s",
+    "r_rad_s",
+    "roll_rad",
+    "pitch_rad",
+    "yaw_rad",
+    "alpha_rad",
+    "beta_rad",
+    "airspeed_m_s",
+    "altitude_m",
+    "climb_rate_m_s",
+    "thrust_n",
+    "altitude_reference_m",
+    "roll_reference_rad",
+    "airspeed_reference_m_s",
+    "z_roll_rad_s",
+    "z_pitch_rad_s",
+    "z_yaw_rad_s",
+    "z2_roll_rad_s2",
+    "z2_pitch_rad_s2",
+    "z2_yaw_rad_s2",
+    "level_roll",
+    "level_pitch",
+    "level_yaw",
+    "level",
+    "compensator_active",
+    "fade",
+    "main_aileron_rad",
+    "main_elevator_rad",
+    "main_rudder_rad",
+    "main_nozzle_pitch_rad",
+    "main_nozzle_yaw_rad",
+    "main_thrust_n",
+    "compensation_aileron_rad",
+    "compensation_nozzle_pitch_rad",
+    "compensation_nozzle_yaw_rad",
+    "applied_aileron_rad",
+    "applied_nozzle_pitch_rad",
+    "applied_nozzle_yaw_rad",
+];
+
+/// Last columns of the topic `control`.
+const CONTROL_TAIL: [&str; 43] = [
+    "attained_roll_rad_s2",
+    "attained_pitch_rad_s2",
+    "attained_yaw_rad_s2",
+    "authority_roll_pct",
+    "authority_pitch_pct",
+    "authority_yaw_pct",
+    "authority_roll_negative_pct",
+    "authority_pitch_negative_pct",
+    "authority_yaw_negative_pct",
+    "authority_roll_positive_pct",
+    "authority_pitch_positive_pct",
+    "authority_yaw_positive_pct",
+    // 0: held, or nothing is at its limit; 1 engine, 2 elevator, 3 wing.
+    "altitude_limit",
+    "modelled_roll_rad_s2",
+    "modelled_pitch_rad_s2",
+    "modelled_yaw_rad_s2",
+    "implausible_input",
+    "implausible_command",
+    "aileron_saturated",
+    "elevator_saturated",
+    "rudder_saturated",
+    "nozzle_pitch_saturated",
+    "nozzle_yaw_saturated",
+    "thrust_saturated",
+    // What else is known of the aircraft, and which parts of all that are valid.
+    "specific_force_x_m_s2",
+    "specific_force_y_m_s2",
+    "specific_force_z_m_s2",
+    "velocity_north_m_s",
+    "velocity_east_m_s",
+    "position_north_m",
+    "position_east_m",
+    "position_down_m",
+    "latitude_rad",
+    "longitude_rad",
+    "rates_valid",
+    "attitude_valid",
+    "specific_force_valid",
+    "velocity_valid",
+    "position_valid",
+    "altitude_valid",
+    "airspeed_valid",
+    "flow_angles_valid",
+    "thrust_valid",
+];
+
+/// Most columns of the topic `control`.
+const CONTROL_MAX: usize = CONTROL_HEAD.len() + 3 * Effector::MAX + CONTROL_TAIL.len();
+
+/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with command, compensation in
+/// it and modelled position of each effector in their midst; flags are 0 or 1.
+#[must_use]
+pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
+    let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
+    let of = |before| effectors.all().map(move |e| effector_field(before, effectors, e));
+    let of_effectors = ["command", "added", "modelled"].into_iter().flat_map(of);
+    let (head, tail) = (CONTROL_HEAD.into_iter(), CONTROL_TAIL.into_iter());
+    head.map(fixed).chain(of_effectors).chain(tail.map(fixed)).collect()
+}
+
+/// The values of a control step in the order of [`control_names`], of an aircraft with so many effectors.
+#[must_use]
+pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_MAX> {
+    // Every field has a name here, so a new one is not forgotten.
+    let StepLog {
+        state,
+        altitude_reference_m,
+        roll_reference_rad,
+        airspeed_reference_m_s,
+        z,
+        z2,
+        levels,
+        level,
+        compensator_active,
+        fade,
+        main,
+        compensation,
+        applied_compensation: applied,
+        increments,
+        attained,
+        commands,
+        // Which effectors is seen from the commands.
+        limited: _,
+        modelled,
+        authority,
+        altitude_limit,
+        modelled_acceleration,
+        health,
+    } = log;
+    let flag = |flag: bool| f64::from(u8::from(flag));
+    let three = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
+    let angles = [state.attitude.phi, state.attitude.theta, state.attitude.psi];
+    let motion = [state.alpha, state.beta, state.airspeed_m_s, state.altitude_m];
+    let rest = [state.climb_rate_m_s(), state.thrust_n];
+    let (velocity, valid) = (&state.velocity.0, &state.valid);
+    let place = [state.latitude_rad, state.longitude_rad];
+    let references = [*altitude_reference_m, *roll_reference_rad, *airspeed_reference_m_s];
+    let detector = [*level, flag(*compensator_active), *fade];
+    let surfaces = [main.aileron_rad, main.elevator_rad, main.rudder_rad];
+    let engine = [main.nozzle_pitch_rad, main.nozzle_yaw_rad, main.thrust_n];
+    let compensations = [compensation, applied]
+        .into_iter()
+        .flat_map(|c| [c.aileron_rad, c.nozzle_pitch_rad, c.nozzle_yaw_rad]);
+    let flags = [
+        health.implausible_input,
+        health.implausible_command,
+        health.aileron_saturated,
+        health.elevator_saturated,
+        health.rudder_saturated,
+        health.nozzle_pitch_saturated,
+        health.nozzle_yaw_saturated,
+        health.thrust_saturated,
+    ];
+    let valid = [
+        valid.rates,
+        valid.attitude,
+        valid.specific_force,
+        valid.velocity,
+        valid.position,
+        valid.altitude,
+        valid.airspeed,
+        valid.flow_angles,
+        valid.thrust,
+    ];
+    three(&state.rates)
+        .into_iter()
+        .chain(angles)
+        .chain(motion)
+        .chain(rest)
+        .chain(references)
+        .chain(three(z))
+        .chain(three(z2))
+        .chain(three(levels))
+        .chain(detector)
+        .chain(surfaces)
+        .chain(engine)
+        .chain(compensations)
+        .chain(commands.first(effectors).iter().copied())
+        .chain(increments.first(effectors).iter().copied())
+        .chain(modelled.first(effectors).iter().copied())
+        .chain(three(attained))
+        .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
+        .chain(authority.negative_pct)
+        .chain(authority.positive_pct)
+        .chain([altitude_limit.map_or(0.0, |limit| f64::from(limit.code()))])
+        .chain(three(modelled_acceleration))
+        .chain(flags.map(flag))
+        .chain(three(&state.specific_force.0))
+        .chain([velocity.x, velocity.y])
+        .chain(three(&state.position.0))
+        .chain(place)
+        .chain(valid.map(flag))
+        .collect()
+}
+
+/// A topic of numbers.
+fn numbers<N: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = N>) -> Format {
+    let columns = columns.into_iter().map(|column| Field::new(FieldType::F64, column.as_ref()));
+    topic(name, columns)
+}
+
+fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
+    let time = Field::new(FieldType::U64, "timestamp");
+    Format { name: name.to_owned(), fields: std::iter::once(time).chain(columns).collect() }
+}
+
+/// The samples of a control step: their values, their times, whether they are valid.
+#[must_use]
+pub fn sensors() -> Format {
+    use FieldType::{Bool, F64, U64};
+    let values = Sensors::NAMES.map(|name| Field::new(F64, name));
+    let times = Sensors::TIMES.map(|name| Field::new(U64, name));
+    let valid = Sensors::VALID.map(|name| Field::new(Bool, name));
+    topic("sensors", values.into_iter().chain(times).chain(valid))
+}
+
+/// What was commanded in a control step.
+#[must_use]
+pub fn commands(effectors: &EffectorList) -> Format {
+    numbers("commands", command_names(effectors))
+}
+
+/// The signals of a control step.
+#[must_use]
+pub fn control(effectors: &EffectorList) -> Format {
+    numbers("control", control_names(effectors))
+}
+
+/// What was really the case in a control step, as the plant says.
+#[must_use]
+pub fn truth(effectors: &EffectorList) -> Format {
+    numbers("truth", truth_fields(effectors))
+}
+
+/// Mode and references in a control step.
+#[must_use]
+pub fn vehicle() -> Format {
+    use FieldType::{Bool, F64, U8};
+    let columns = [
+        (F64, "altitude_m"),
+        (F64, "roll_rad"),
+        (F64, "airspeed_m_s"),
+        (U8, "mode"),
+        (Bool, "terminated"),
+    ];
+    topic("vehicle", columns.map(|(kind, name)| Field::new(kind, name)))
+}
+
+/// A fault of the plant's list was put there, acts, rests, or is over.
+#[must_use]
+pub fn fault() -> Format {
+    use FieldType::{F64, U8, U32, U64};
+    let columns = [
+        (U64, "at_us"),
+        (U64, "next_us"),
+        (F64, "value_1"),
+        (F64, "value_2"),
+        (F64, "ramp_s"),
+        (F64, "duration_s"),
+        (F64, "every_s"),
+        (U32, "id"),
+        (U32, "times"),
+        (U8, "effector"),
+        (U8, "kind"),
+        (U8, "state"),
+    ];
+    topic("fault", columns.map(|(kind, name)| Field::new(kind, name)))
+}
+
+/// Inputs in their order, as JSON.
+#[must_use]
+pub fn recorded() -> Format {
+    use FieldType::{Char, U8, U16, U64};
+    topic(
+        "recorded",
+        [
+            Field::new(U64, "step"),
+            Field::new(U16, "part"),
+            Field::new(U16, "parts"),
+            Field::new(U8, "phase"),
+            Field::new(U8, "length"),
+            Field::array(Char, PIECE_CHARS, "text"),
+        ],
+    )
+}
+
+/// The run hash of all control steps so far, their number with it.
+#[must_use]
+pub fn hash() -> Format {
+    let columns = [
+        Field::new(FieldType::U64, "steps"),
+        Field::array(FieldType::Char, HASH_CHARS, "run_hash"),
+    ];
+    topic("hash", columns)
+}
+
+/// Row of [`hash`], after the control step of this time.
+pub fn hash_row(row: &mut Row, time: SimTime, hash: &RunHash) {
+    row.begin(time.as_micros()).u64(hash.steps()).chars(hash.hex().as_bytes(), HASH_CHARS);
+}
+
+/// Row of [`sensors`].
+pub fn sensors_row(row: &mut Row, time: SimTime, sensors: &Sensors) {
+    let stamps = sensors.stamps();
+    row.begin(time.as_micros()).f64s(&sensors.to_array());
+    for stamp in stamps {
+        row.u64(stamp.time.as_micros());
+    }
+    for stamp in stamps {
+        row.bool(stamp.valid);
+    }
+}
+
+/// Row of [`commands`], of so many effectors.
+pub fn commands_row(row: &mut Row, time: SimTime, actuators: &Actuators, effectors: usize) {
+    row.begin(time.as_micros()).f64s(actuators.commands.first(effectors));
+}
+
+/// Row of [`control`], of so many effectors.
+pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog, effectors: usize) {
+    row.begin(time.as_micros()).f64s(&control_values(log, effectors));
+}
+
+/// Row of [`truth`].
+pub fn truth_row(row: &mut Row, time: SimTime, truth: &TruthRow) {
+    row.begin(time.as_micros()).f64s(truth);
+}
+
+/// Row of [`vehicle`]; the references are altitude, m, roll, rad, and airspeed, m/s.
+pub fn vehicle_row(
+    row: &mut Row,
+    time: SimTime,
+    mode: Mode,
+    references: [f64; 3],
+    terminated: bool,
+) {
+    row.begin(time.as_micros()).f64s(&references).u8(mode as u8).bool(terminated);
+}
+
+/// Row of [`fault`]. The state is 0 scheduled, 1 acting, 2 resting, 3 ended, 4 cancelled.
+pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
+    let (state, next) = match entry.state {
+        FaultState::Scheduled { at } => (0, at),
+        FaultState::Active { .. } => (1, SimTime::ZERO),
+        FaultState::Resting { next, .. } => (2, next),
+        FaultState::Ended { .. } => (3, SimTime::ZERO),
+        FaultState::Cancelled { .. } => (4, SimTime::ZERO),
+    };
+    let timing = &entry.timing;
+    let (every_s, times) =
+        timing.repeat.map_or((0.0, 0), |repeat| (repeat.every_s, repeat.times.unwrap_or(0)));
+    let [value, second] = entry.kind.values();
+    row.begin(time.as_micros())
+        .u64(entry.state.time().as_micros())
+        .u64(next.as_micros())
+        .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
+        .u32(entry.id)
+        .u32(times)
+        .u8(entry.target.into())
+        .u8(entry.kind.code())
+        .u8(state);
+}
+
+/// Where an entry of [`recorded`] belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Simulation time.
+    pub time: SimTime,
+    /// Control steps flown before its exchange.
+    pub step: u64,
+    /// In which exchange.
+    pub moment: Moment,
+}
+
+/// One row of [`recorded`]: piece `part` of `parts`, at most [`PIECE_CHARS`] bytes.
+pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &[u8]) {
+    #[expect(clippy::cast_possible_truncation, reason = "at most PIECE_CHARS")]
+    let length = piece.len().min(PIECE_CHARS) as u8;
+    row.begin(place.time.as_micros())
+        .u64(place.step)
+        .u16(part)
+        .u16(parts)
+        .u8(place.moment.code())
+        .u8(length)
+        .chars(piece, PIECE_CHARS);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
+    use flight_management::configuration::{self, DEFAULT_MODEL};
+    use icd::fault::{FaultKind, Onset, Repeat, Timing};
+    use icd::tvc_jet;
+    use icd::{ControlPeriod, Effector};
+
+    /// Value of a column of doubles.
+    fn double(format: &Format, row: &Row, name: &str) -> f64 {
+        let at = format.fields.iter().take_while(|field| field.name != name).map(Field::size);
+        let bytes = &row.bytes()[at.sum::<usize>()..];
+        f64::from_le_bytes(bytes[..8].try_into().unwrap())
+    }
+
+    #[test]
+    fn every_row_has_the_length_of_its_topic() {
+        let mut row = Row::default();
+        let time = SimTime::from_micros(4_000);
+        let mut values = [0.0; Sensors::COUNT];
+        values[6] = 1.0;
+        sensors_row(&mut row, time, &Sensors::at(time, &values));
+        assert_eq!(row.bytes().len(), sensors().size());
+        let list = tvc_jet::effectors();
+        commands_row(&mut row, time, &Actuators::default(), list.len());
+        assert_eq!(row.bytes().len(), commands(&list).size());
+        truth_row(&mut row, time, &[0.0; 59].into_iter().collect());
+        assert_eq!(row.bytes().len(), truth(&list).size());
+        vehicle_row(&mut row, time, Mode::Hold, [1.0, 2.0, 3.0], true);
+        assert_eq!(row.bytes().len(), vehicle().size());
+        let place = Place { time, step: 2, moment: Moment::Step };
+        recorded_row(&mut row, place, 0, 1, b"{}");
+        assert_eq!(row.bytes().len(), recorded().size());
+    }
+
+    #[test]
+    fn commands_stand_under_the_names_of_their_effectors() {
+        let list = tvc_jet::effectors();
+        let control = control_names(&list);
+        for (name, effector) in command_names(&list).iter().zip(tvc_jet::ALL) {
+            assert_eq!(name.as_str(), format!("{}_{}", list.key(effector), list.unit(effector)));
+            for before in ["command", "added", "modelled"] {
+                assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
+            }
+        }
+        assert_eq!(control.len(), 106);
+    }
+
+    /// Puts another number in the place of each number, and true in that of each flag.
+    fn number(value: &mut serde_json::Value, next: &mut u32) {
+        use serde_json::Value;
+        match value {
+            Value::Object(fields) => fields.values_mut().for_each(|field| number(field, next)),
+            Value::Array(fields) => fields.iter_mut().for_each(|field| number(field, next)),
+            Value::Bool(flag) => *flag = true,
+            // A code without a value.
+            Value::Null => {}
+            _ => {
+                *next += 1;
+                *value = f64::from(*next).into();
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_and_flag_of_a_step_has_a_column_of_its_own() {
+        let model = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
+        let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
+        let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
+        let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+        let mut json = serde_json::to_value(flight.step(&level, &demand)).unwrap();
+        // Each row has its time, and the angles say the same as the rotation.
+        let state = json["state"].as_object_mut().unwrap();
+        let kept = ["time", "orientation"].map(|name| (name, state.remove(name).unwrap()));
+        let limited = json.as_object_mut().unwrap().remove("limited").unwrap();
+        let mut numbers = 1;
+        number(&mut json, &mut numbers);
+        json["limited"] = limited;
+        for (name, value) in kept {
+            json["state"][name] = value;
+        }
+        let log: StepLog = serde_json::from_value(json).unwrap();
+        // As for an aircraft with every place taken.
+        let values = control_values(&log, Effector::MAX);
+        for n in 2..=numbers {
+            let columns = values.iter().filter(|value| value.abs() == f64::from(n)).count();
+            assert_eq!(columns, 1, "number {n} of {log:?}");
+        }
+        // The others are flags: true.
+        let flags = values.iter().filter(|value| **value == 1.0).count();
+        assert_eq!(flags, format!("{log:?}").matches("true").count());
+        // The limit of the altitude is a code.
+        assert_eq!(values.len(), numbers as usize - 1 + flags + 1);
+        let values = control_values(&log, 8);
+        let names = control_names(&tvc_jet::effectors());
+        let column = |name| names.iter().position(|column| column.as_str() == name).unwrap();
+        assert_eq!(values[column("level_pitch")], log.levels.y);
+        assert_eq!(values[column("authority_yaw_pct")], log.authority.yaw_pct);
+        assert_eq!(values[column("modelled_yaw_rad_s2")], log.modelled_acceleration.z);
+        let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..log };
+        assert_eq!(
+            [log, wing].map(|log| control_values(&log, 8)[column("altitude_limit")]),
+            [0.0, 3.0]
+        );
+    }
+
+    #[test]
+    fn a_fault_keeps_its_numbers() {
+        let repeat = Some(Repeat { every_s: 5.0, times: Some(3) });
+        let entry = FaultEntry {
+            id: 7,
+            target: tvc_jet::NOZZLE_YAW.into(),
+            kind: FaultKind::Oscillating { amplitude: 0.1, frequency_hz: 2.0 },
+            timing: Timing {
+                onset: Onset::At(SimTime::ZERO),
+                ramp_s: 0.5,
+                duration_s: Some(1.0),
+                repeat,
+            },
+            state: FaultState::Resting {
+                since: SimTime::from_micros(9),
+                next: SimTime::from_micros(11),
+            },
+        };
+        let mut row = Row::default();
+        fault_row(&mut row, SimTime::from_micros(10), &entry);
+        let format = fault();
+        assert_eq!(row.bytes().len(), format.size());
+        for (name, value) in [
+            ("value_1", 0.1),
+            ("value_2", 2.0),
+            ("ramp_s", 0.5),
+            ("duration_s", 1.0),
+            ("every_s", 5.0),
+        ] {
+            assert_eq!(double(&format, &row, name), value, "{name}");
+        }
+        let end = &row.bytes()[row.bytes().len() - 11..];
+        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, tvc_jet::NOZZLE_YAW.code(), 11, 2]);
+        assert_eq!(
+            row.bytes()[..24],
+            [10, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 11, 0, 0, 0, 0, 0, 0, 0]
+        );
+    }
+}
