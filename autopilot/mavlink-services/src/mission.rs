@@ -193,7 +193,9 @@ impl MissionService {
             EventKind::Vehicle(VehicleEvent::ItemReached(item)) => {
                 out.announce(&wire::reached(item));
             }
-            EventKind::Vehicle(VehicleEvent::PlanItem(item)) => self.publish_current(item, ctx, out),
+            EventKind::Vehicle(VehicleEvent::PlanItem(item)) => {
+                self.publish_current(item, ctx, out);
+            }
             _ => {}
         }
     }
