@@ -39,7 +39,7 @@ pub use signing::SigningArgs;
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExitReason {
-    /// Somebody asked it to end.
+    /// A request to end the process.
     Stopped,
 }
 
@@ -98,7 +98,7 @@ pub enum RunError {
     System(#[from] io::Error),
 }
 
-/// Flies until somebody asks the process to end.
+/// Flies until a request to end the process.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
 ///

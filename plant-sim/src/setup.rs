@@ -171,7 +171,7 @@ pub enum SetupError {
         number: usize,
         /// It, in words.
         fault: String,
-        /// In which units the refusal is told.
+        /// The units of the refusal.
         class: TargetClass,
         /// Why not.
         refusal: Refusal,

@@ -16,7 +16,7 @@ pub enum Target {
     Sensor(SensorKind),
 }
 
-/// The units in which numbers of a fault are told and given.
+/// The units of a fault's numbers, in reports and in commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TargetClass {
     /// Turns: deg.

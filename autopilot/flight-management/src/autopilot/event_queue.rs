@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::event::{Event, EventKind};
 use crate::script::ScriptEvent;
 
-/// Events that wait to be fetched; the oldest of the least important kind is dropped, counted and told.
+/// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
 pub(super) const EVENTS_MAX: usize = 256;
 
 /// When there is no room, the oldest event of the least important kind is dropped, the new one included.
@@ -29,7 +29,7 @@ fn rank(kind: &EventKind) -> u8 {
         | EventKind::FlightBegan { .. }
         | EventKind::PlantLost
         | EventKind::PlantBack => 3,
-        // Promises to somebody who waits.
+        // A ground station waits for these.
         EventKind::Outcome { .. } => 4,
         _ => 2,
     }

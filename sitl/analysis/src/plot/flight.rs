@@ -2,7 +2,7 @@
 
 use autopilot::recorder::{ControlHeader, Recorded};
 use flight_control::{DesignModel, NavigationState};
-use icd::record::{FieldName, effector_field};
+use icd::record::{FieldName, TRUTH_HEAD, effector_field};
 use icd::{EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::io::header::PlantHeader;
@@ -148,7 +148,7 @@ impl Flight {
         let columns = |topic: &Topic<'_>, names: &[&str]| -> Option<Vec<Vec<f64>>> {
             names.iter().map(|name| self.column(topic, name)).collect()
         };
-        let state = columns(&truth, &STATE)?;
+        let state = columns(&truth, STATE)?;
         let acceleration = columns(&truth, &["p_dot_rad_s2", "q_dot_rad_s2", "r_dot_rad_s2"])?;
         let list = &self.effectors;
         let engine = list.only(EffectorKind::Engine);
@@ -184,18 +184,7 @@ impl Flight {
 }
 
 /// Columns of the true state, in the order in which [`Flight::true_fault_acceleration`] takes them.
-const STATE: [&str; 10] = [
-    "p_rad_s",
-    "q_rad_s",
-    "r_rad_s",
-    "roll_rad",
-    "pitch_rad",
-    "yaw_rad",
-    "airspeed_m_s",
-    "alpha_rad",
-    "beta_rad",
-    "altitude_m",
-];
+const STATE: &[&str; 10] = TRUTH_HEAD.first_chunk().expect("the truth begins with the state");
 
 fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
     // A page without a header is better than none; the page says what is missing.

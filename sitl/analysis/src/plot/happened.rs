@@ -7,7 +7,7 @@ use icd::Effector;
 pub enum Kind {
     /// A fault begins or ends.
     Fault,
-    /// Somebody wanted something.
+    /// An operator gave a command.
     Input,
     /// The script does something.
     Script,
