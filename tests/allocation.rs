@@ -3,11 +3,13 @@
 
 mod flights;
 
+use autopilot::command::VehicleCommand;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{Command, EventKind, Intent};
+use autopilot::command::{Command, Intent};
+use autopilot::event::EventKind;
 use autopilot::vehicle::{Mode, VehicleEvent};
 use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
@@ -119,7 +121,10 @@ fn a_control_step_of_a_mission_allocates_nothing() {
     let mut autopilot = Autopilot::new(&settings(&setup));
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     autopilot.step(plant.time(), &plant.sense());
-    for (number, command) in (1..).zip([Command::Plan(plan), Command::Mode(Mode::Mission)]) {
+    for (number, command) in (1..).zip([
+        Command::Vehicle(VehicleCommand::Plan(plan)),
+        Command::Vehicle(VehicleCommand::Mode(Mode::Mission)),
+    ]) {
         autopilot.handle_intent(Intent { number, command });
     }
     let before = allocations();

@@ -2,10 +2,12 @@
 
 mod flights;
 
+use autopilot::command::VehicleCommand;
 use std::path::Path;
 use std::sync::Arc;
 
-use autopilot::event::{Command, EventKind};
+use autopilot::command::Command;
+use autopilot::event::EventKind;
 use autopilot::vehicle::{LinkLossAction, Mode, Place, Reposition};
 use autopilot::vehicle::{
     VehicleEvent,
@@ -180,11 +182,14 @@ fn the_same_commands_at_the_same_ticks_fly_the_same_bits() {
     let mut spoken = mission::begin(&plan);
     spoken.push(at(
         150.0,
-        Command::Reposition(Reposition { change_mode: true, ..Reposition::default() }),
+        Command::Vehicle(VehicleCommand::Reposition(Reposition {
+            change_mode: true,
+            ..Reposition::default()
+        })),
     ));
-    spoken.push(at(300.0, Command::LinkLost(LinkLossAction::Return)));
-    spoken.push(at(400.0, Command::LinkBack));
-    spoken.push(at(420.0, Command::Mode(Mode::Mission)));
+    spoken.push(at(300.0, Command::Vehicle(VehicleCommand::LinkLost(LinkLossAction::Return))));
+    spoken.push(at(400.0, Command::Vehicle(VehicleCommand::LinkBack)));
+    spoken.push(at(420.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
     let mut short = setup.clone();
     short.duration = SimTime::from_micros(600_000_000);
     let (one, other) = (fly(&short, &spoken), fly(&short, &spoken));
@@ -217,8 +222,8 @@ fn after_a_pause_the_mission_goes_on_and_is_completed() {
     let setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     let plan = demo(&setup);
     let mut spoken = mission::begin(&plan);
-    spoken.push(at(150.0, Command::Mode(Mode::Hold)));
-    spoken.push(at(500.0, Command::Mode(Mode::Mission)));
+    spoken.push(at(150.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))));
+    spoken.push(at(500.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
     let flown = fly(&setup, &spoken);
     let mut expected = BEGUN.to_vec();
     // The paused item begins again.
@@ -233,7 +238,7 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
     setup.references = autopilot::vehicle::schedule::ReferenceSchedule::default();
     let wanted =
         Reposition { radius_m: Some(15_000.0), change_mode: true, ..Reposition::default() };
-    let flown = fly(&setup, &[at(60.0, Command::Reposition(wanted))]);
+    let flown = fly(&setup, &[at(60.0, Command::Vehicle(VehicleCommand::Reposition(wanted)))]);
     let last = flown.track.last().expect("a track");
     assert!(last.t_s > 499.0, "still flying: {last:?}");
     assert!(last.cross_track_m.abs() < 100.0, "{last:?}");
@@ -243,7 +248,10 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
 fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
     let mut setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     setup.duration = SimTime::from_micros(300_000_000);
-    let spoken = [at(20.0, Command::Terminate), at(25.0, Command::Mode(Mode::Hold))];
+    let spoken = [
+        at(20.0, Command::Vehicle(VehicleCommand::Terminate)),
+        at(25.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
+    ];
     let (mut terminated_at, mut last, mut told) = (None, None, 0);
     let end = fly_spoken(&setup, &spoken, &mut |moment: &Moment| {
         told += moment

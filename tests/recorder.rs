@@ -8,11 +8,12 @@
 mod ground;
 mod programs;
 
+use icd::fault::PlantAction;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use autopilot::event::Command;
+use autopilot::command::Command;
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::recorder::{
     ControlHeader, Moment, Recorded, RunHash, control_names, control_values, parameter_hash,
@@ -176,7 +177,9 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     // What came in, where it acted, and what became of it.
     let inputs = inputs(&log);
     let command = inputs.iter().find_map(|(step, _, what)| match what {
-        Recorded::Intent(intent) if matches!(intent.command, Command::Fault(_)) => {
+        Recorded::Intent(intent)
+            if matches!(intent.command, Command::Plant(PlantAction::Fault(_))) =>
+        {
             Some((*step, intent.number))
         }
         _ => None,

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{Command, EventKind, Intent, Outcome};
+use autopilot::command::{Command, Intent, Outcome};
+use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use clap::Args;
 use icd::fault::{PlantAction, PlantReport, Timing, Travel};
@@ -158,7 +159,10 @@ impl Loop {
         }
         let now = packet.time == BREAK_AT && packet.phase == self.request_while;
         if let Some(fault) = self.request.take_if(|_| now) {
-            self.autopilot.handle_intent(Intent { number: 7, command: Command::Fault(fault) });
+            self.autopilot.handle_intent(Intent {
+                number: 7,
+                command: Command::Plant(PlantAction::Fault(fault)),
+            });
         }
         let actuators = if packet.phase == Phase::Flying {
             let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators();

@@ -1,9 +1,11 @@
 //! Flight logs: read, drawn, flown again.
 
+use autopilot::command::ScriptCommand;
+use autopilot::command::VehicleCommand;
 use icd::tvc_jet;
 use std::sync::Arc;
 
-use autopilot::event::Command;
+use autopilot::command::Command;
 use autopilot::recorder::Moment;
 use autopilot::script::Script;
 use autopilot::vehicle::{Mode, Reference};
@@ -40,9 +42,9 @@ fn seed() -> Vec<u8> {
         Script::parse("a script", "at 0.02 s: fail rudder 50 % left\n", &tvc_jet::effectors())
             .unwrap();
     let spoken = [
-        (0, Moment::Step, Command::Refer(Reference::Altitude(5_100.0))),
-        (2, Moment::Step, Command::Script(Arc::new(script))),
-        (5, Moment::Step, Command::Mode(Mode::Hold)),
+        (0, Moment::Step, Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(5_100.0)))),
+        (2, Moment::Step, Command::Script(ScriptCommand::Run(Arc::new(script)))),
+        (5, Moment::Step, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
     testing::log(&setup, &spoken, Without::default())
 }

@@ -13,7 +13,8 @@ use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 
-use crate::event::{Command, Event, EventKind, Intent, Outcome, Snapshot};
+use crate::command::{Command, Configuration, Intent, Outcome, ScriptCommand, VehicleCommand};
+use crate::event::{Event, EventKind, Snapshot};
 use crate::own_law::Brought;
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::Script;
@@ -261,42 +262,38 @@ impl Autopilot {
         place.is_some()
     }
 
-    /// Takes what the operator wants. The outcome comes as an event: at once, or when the plant answers.
+    /// Takes a command of an operator. The outcome comes as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
         let Intent { number, command } = intent;
         let done = match command {
-            Command::Gains(gains) => {
-                self.gains = *gains;
-                self.rules.obey(&gains);
-                self.flight.set_gains(&gains);
+            Command::Vehicle(command) => self.command_vehicle(command),
+            Command::Configuration(change) => {
+                self.configure(change);
                 Ok(())
             }
-            Command::Limits(limits) => {
-                self.rules.limits = limits;
-                Ok(())
-            }
-            Command::Navigation(navigation) => {
-                self.rules.navigation = navigation;
-                Ok(())
-            }
-            Command::FaultInjection(may_fail) => {
-                self.scripts.may_fail = may_fail;
-                Ok(())
-            }
-            Command::Script(script) => self.start_script(script),
-            Command::StopScript if self.stop_script() => Ok(()),
-            Command::StopScript => Err(VehicleRefusal::NoScript),
-            Command::Fault(request) => return self.ask_plant(number, PlantAction::Fault(request)),
-            Command::ListFaults => return self.ask_plant(number, PlantAction::ListFaults),
-            Command::Restart => return self.ask_plant(number, PlantAction::Restart),
-            Command::Pace(pace) => match self.can_pass(pace) {
-                Ok(()) => return self.ask_plant(number, PlantAction::Pace(pace)),
+            Command::Script(ScriptCommand::Run(script)) => self.start_script(script),
+            Command::Script(ScriptCommand::Stop) if self.stop_script() => Ok(()),
+            Command::Script(ScriptCommand::Stop) => Err(VehicleRefusal::NoScript),
+            Command::Plant(action) => match self.check_action(action) {
+                Ok(()) => return self.request(number, action),
                 refused => refused,
             },
-            command => self.ask_vehicle(command),
         };
         let outcome = done.map_or_else(Outcome::Refused, |()| Outcome::Done);
         self.publish(EventKind::Outcome { number, outcome });
+    }
+
+    fn configure(&mut self, change: Configuration) {
+        match change {
+            Configuration::Gains(gains) => {
+                self.gains = *gains;
+                self.rules.obey(&gains);
+                self.flight.set_gains(&gains);
+            }
+            Configuration::Limits(limits) => self.rules.limits = limits,
+            Configuration::Navigation(navigation) => self.rules.navigation = navigation,
+            Configuration::FaultInjection(allowed) => self.scripts.may_fail = allowed,
+        }
     }
 
     /// Modes and references mean something only to an aircraft that flies and can be reached.
@@ -308,28 +305,31 @@ impl Autopilot {
         }
     }
 
-    /// Time can be told to pass in this way.
-    fn can_pass(&self, pace: Pace) -> Result<(), VehicleRefusal> {
+    /// Refuses a pace that is out of range.
+    fn check_action(&self, action: PlantAction) -> Result<(), VehicleRefusal> {
         let refused = |what, unit, value, (min, max)| {
             Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
         };
-        match pace {
-            Pace::Step(periods) if !pace.is_valid() => {
+        match action {
+            PlantAction::Pace(pace @ Pace::Step(periods)) if !pace.is_valid() => {
                 let limits = (1.0, f64::from(Pace::STEPS_MAX));
                 refused("step", "periods", f64::from(periods), limits)
             }
-            Pace::Speed(speed) if !pace.is_valid() => {
+            PlantAction::Pace(pace @ Pace::Speed(speed)) if !pace.is_valid() => {
                 refused("simulation speed", "x real time", speed, Pace::SPEED)
             }
             // Time has ended for an aircraft on the ground.
-            Pace::Step(_) => self.can_fly(),
-            Pace::Pause | Pace::Run | Pace::Speed(_) => Ok(()),
+            PlantAction::Pace(Pace::Step(_)) => self.can_fly(),
+            PlantAction::Pace(Pace::Pause | Pace::Run | Pace::Speed(_))
+            | PlantAction::Fault(_)
+            | PlantAction::ListFaults
+            | PlantAction::Restart => Ok(()),
         }
     }
 
     /// Hands a command to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
-    fn ask_vehicle(&mut self, command: Command) -> Result<(), VehicleRefusal> {
-        if !matches!(command, Command::Plan(_) | Command::PlanItem(_)) {
+    fn command_vehicle(&mut self, command: VehicleCommand) -> Result<(), VehicleRefusal> {
+        if !matches!(command, VehicleCommand::Plan(_) | VehicleCommand::PlanItem(_)) {
             self.can_fly()?;
         }
         let Self { vehicle, rules, events, dropped_events, time, .. } = self;
@@ -338,42 +338,32 @@ impl Autopilot {
             push(events, dropped_events, Event { time, kind: EventKind::Vehicle(event) });
         };
         match command {
-            Command::Mode(mode) => vehicle.change_mode(mode, rules, publish),
-            Command::Refer(reference) => vehicle.refer(reference, rules),
-            Command::Reposition(wanted) => vehicle.reposition(&wanted, rules, publish),
-            Command::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
-            Command::Sticks(sticks) => vehicle.take_sticks(sticks),
-            Command::Plan(plan) => vehicle.replace_plan(&plan, rules, publish),
-            Command::PlanItem(item) => vehicle.select_item(item, publish),
-            Command::Continue => vehicle.continue_plan(rules, publish),
-            Command::Home(place) => vehicle.set_home(place, publish),
-            Command::Terminate => {
+            VehicleCommand::Mode(mode) => vehicle.change_mode(mode, rules, publish),
+            VehicleCommand::Refer(reference) => vehicle.refer(reference, rules),
+            VehicleCommand::Reposition(wanted) => vehicle.reposition(&wanted, rules, publish),
+            VehicleCommand::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
+            VehicleCommand::Sticks(sticks) => vehicle.take_sticks(sticks),
+            VehicleCommand::Plan(plan) => vehicle.replace_plan(&plan, rules, publish),
+            VehicleCommand::PlanItem(item) => vehicle.select_item(item, publish),
+            VehicleCommand::Continue => vehicle.continue_plan(rules, publish),
+            VehicleCommand::Home(place) => vehicle.set_home(place, publish),
+            VehicleCommand::Terminate => {
                 vehicle.terminate(publish);
                 Ok(())
             }
-            Command::LinkLost(action) => {
+            VehicleCommand::LinkLost(action) => {
                 vehicle.lose_link(action, rules, publish);
                 Ok(())
             }
-            Command::LinkBack => {
+            VehicleCommand::LinkBack => {
                 vehicle.regain_link(rules, publish);
                 Ok(())
             }
-            // The caller deals with these.
-            Command::Gains(_)
-            | Command::Limits(_)
-            | Command::Navigation(_)
-            | Command::Fault(_)
-            | Command::ListFaults
-            | Command::Restart
-            | Command::Pace(_)
-            | Command::FaultInjection(_)
-            | Command::Script(_)
-            | Command::StopScript => Ok(()),
         }
     }
 
-    fn ask_plant(&mut self, number: u32, action: PlantAction) {
+    /// Queues a request for the plant, or publishes why it cannot.
+    fn request(&mut self, number: u32, action: PlantAction) {
         let outcome = if !self.in_flight {
             Outcome::Refused(VehicleRefusal::NoFlight)
         } else if action == PlantAction::Restart && !self.restarts.is_empty() {

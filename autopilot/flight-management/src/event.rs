@@ -1,95 +1,16 @@
-//! What crosses between the control thread and the ground-station side: intents in, events and snapshots out.
+//! What the control thread publishes for the ground-station side: events and snapshots. Commands come the other way
+//! ([`crate::command`]).
 
 use core::time::Duration;
-use std::sync::Arc;
 
-use flight_control::{AltitudeLimit, Authority, Demand, Gains, NavigationState, StepLog};
-use icd::fault::{FaultEntry, FaultReply};
+use flight_control::{AltitudeLimit, Authority, Demand, NavigationState, StepLog};
+use icd::fault::FaultEntry;
 use icd::pace::Pace;
-use icd::{ControlPeriod, FaultRequest, SimTime};
-use serde::{Deserialize, Serialize};
+use icd::{ControlPeriod, SimTime};
 
-use crate::script::{Script, ScriptEvent};
-use crate::vehicle::plan::Plan;
-use crate::vehicle::{
-    LinkLossAction, Mode, Navigation, NavigationParameters, Place, Reference, ReferenceLimits,
-    Reposition, Setpoint, Sticks, VehicleEvent, VehicleRefusal,
-};
-
-/// Requests of scripts to the plant have numbers from here on, those of intents smaller ones.
-pub const FIRST_SCRIPT_REQUEST: u32 = 0x8000_0000;
-
-/// Something the operator wants, numbered so that the outcome finds its way back.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Intent {
-    /// Number that [`EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
-    pub number: u32,
-    /// What.
-    #[serde(rename = "wish")]
-    pub command: Command,
-}
-
-/// The kinds of [`Intent`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Command {
-    /// Change the mode.
-    Mode(Mode),
-    /// Change a reference.
-    Refer(Reference),
-    /// Take a validated set of gains.
-    Gains(Box<Gains>),
-    /// Take new reference limits.
-    Limits(ReferenceLimits),
-    /// Break or mend an effector; goes to the plant unopened.
-    Fault(FaultRequest),
-    /// Start the flight anew.
-    Restart,
-    /// Take new guidance parameters.
-    Navigation(NavigationParameters),
-    /// Go somewhere and circle there.
-    Reposition(Reposition),
-    /// A setpoint of an offboard stream.
-    Setpoint(Setpoint),
-    /// Positions of a pilot's sticks.
-    Sticks(Sticks),
-    /// Replace the plan.
-    Plan(Arc<Plan>),
-    /// Go on with this item of the plan.
-    PlanItem(u16),
-    /// Go on with the plan that was paused.
-    Continue,
-    /// Where home is; its altitude is that of the ground.
-    Home(Place),
-    /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
-    Terminate,
-    /// The controlling ground station has fallen silent.
-    LinkLost(LinkLossAction),
-    /// It is back: what its silence led to is undone.
-    LinkBack,
-    /// Ask the plant for the list of its faults; done when the request is on its way.
-    ListFaults,
-    /// Let simulation time stand still, run, or run at another speed.
-    Pace(Pace),
-    /// Run a script in the place of the one that runs.
-    Script(Arc<Script>),
-    /// Stop the script that runs.
-    StopScript,
-    /// Whether scripts may break the aircraft (`SYS_FAILURE_EN`).
-    FaultInjection(bool),
-}
-
-/// What became of an intent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
-    /// Done, effective from the next control step on.
-    Done,
-    /// Not done.
-    Refused(VehicleRefusal),
-    /// What the plant says.
-    Plant(FaultReply),
-    /// The plant went away before it answered, or its queue was full.
-    NoAnswer,
-}
+use crate::command::Outcome;
+use crate::script::ScriptEvent;
+use crate::vehicle::{Mode, Navigation, VehicleEvent};
 
 /// Something that happened; the autopilot publishes it once.
 #[derive(Debug, Clone, Copy, PartialEq)]

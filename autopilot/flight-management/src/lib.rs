@@ -1,4 +1,4 @@
-//! What the aircraft is asked to do: modes, plans, references, parameters and scripts around the laws. No I/O, no clock,
+//! Commands of operators to the aircraft: modes, plans, references, parameters and scripts around the laws. No I/O, no clock,
 //! no MAVLink.
 //!
 //! ```text
@@ -9,7 +9,7 @@
 //!
 //! Start with [`autopilot::Autopilot`]: the process calls it once for each control step, and so does a flight in one
 //! process. [`vehicle`] accepts or refuses what an operator wants, [`parameters`] is the table of all tunables, [`script`]
-//! reads scripts, and [`event`] has the values that cross to the ground-station side.
+//! reads scripts; [`command`] and [`event`] have the values that cross from and to the ground-station side.
 //!
 //! ```
 //! use flight_management::parameters::Parameters;
@@ -22,6 +22,7 @@
 //! ```
 
 pub mod autopilot;
+pub mod command;
 pub mod configuration;
 pub mod event;
 pub mod event_text;

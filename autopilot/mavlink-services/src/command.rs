@@ -7,6 +7,8 @@
 
 use ::mavlink::dialects::common::{MavModeFlag, MavResult, MavSeverity, SET_MODE_DATA};
 use arrayvec::ArrayVec;
+use flight_management::command::ScriptCommand;
+use flight_management::command::VehicleCommand;
 use icd::FaultRequest;
 
 use super::codec::{CommandMessage, Encoded};
@@ -16,7 +18,7 @@ use super::peers::Peers;
 use super::pending::{OnAcceptance, Part, Pending};
 use super::refused::Refused;
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, Outcome};
+use flight_management::command::{Command, Outcome};
 use flight_management::vehicle::Mode;
 
 mod fields;
@@ -67,8 +69,8 @@ impl Decision {
     }
 
     /// Up to the aircraft.
-    fn ask(command: Command) -> Self {
-        Self::ask_all([command])
+    fn ask(command: impl Into<Command>) -> Self {
+        Self::ask_all([command.into()])
     }
 
     fn ask_all(commands: impl IntoIterator<Item = Command>) -> Self {
@@ -142,7 +144,7 @@ impl CommandService {
         out: &mut Peers,
     ) {
         let begun = modes::requested(has_custom_flag, main, sub, ctx.streams()).and_then(|mode| {
-            self.begin(from, None, Decision::ask(Command::Mode(mode)), now, ctx, out)
+            self.begin(from, None, Decision::ask(VehicleCommand::Mode(mode)), now, ctx, out)
         });
         if let Err(refused) = begun {
             report_refusal(refused, now, ctx);
@@ -174,7 +176,7 @@ impl CommandService {
         }
         let steers = asked.iter().any(|asked| steers(&asked.command, ctx.aircraft.mode()));
         let mode = asked.iter().find_map(|asked| match asked.command {
-            Command::Mode(mode) => Some(mode),
+            Command::Vehicle(VehicleCommand::Mode(mode)) => Some(mode),
             _ => None,
         });
         let mut parts = ArrayVec::new();
@@ -235,14 +237,17 @@ fn report_refusal(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResu
 /// item of the plan and home steer only the mode that flies to them.
 pub(super) fn steers(command: &Command, mode: Mode) -> bool {
     match command {
-        Command::Mode(_)
-        | Command::Refer(_)
-        | Command::Reposition(_)
-        | Command::Continue
-        | Command::Terminate => true,
-        Command::Script(script) => script.steers(),
-        Command::PlanItem(_) => matches!(mode, Mode::Mission),
-        Command::Home(_) => matches!(mode, Mode::Return),
+        Command::Vehicle(command) => match command {
+            VehicleCommand::Mode(_)
+            | VehicleCommand::Refer(_)
+            | VehicleCommand::Reposition(_)
+            | VehicleCommand::Continue
+            | VehicleCommand::Terminate => true,
+            VehicleCommand::PlanItem(_) => matches!(mode, Mode::Mission),
+            VehicleCommand::Home(_) => matches!(mode, Mode::Return),
+            _ => false,
+        },
+        Command::Script(ScriptCommand::Run(script)) => script.steers(),
         _ => false,
     }
 }

@@ -1,12 +1,12 @@
 //! Another mode when the stream that a mode follows has ended: said once, asked for until the mode changes.
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::MavSeverity;
 
 use super::context::Context;
 use crate::wall_time::WallTime;
-use flight_management::event::Command;
 use flight_management::vehicle::Mode;
 
 /// The request for the other mode is repeated after this time if the mode has not changed.
@@ -32,7 +32,7 @@ impl FallBack {
 
     /// Asks for `mode`, and the first time says why. A full queue of intents is tried again.
     pub fn to(&mut self, mode: Mode, text: &str, now: WallTime, ctx: &mut Context) {
-        if ctx.intents.push(Command::Mode(mode)).is_some() {
+        if ctx.intents.push(VehicleCommand::Mode(mode)).is_some() {
             if self.requested.is_none() {
                 ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
             }

@@ -3,10 +3,12 @@
 
 use icd::EffectorList;
 use icd::fault::FaultEntry;
+use icd::fault::PlantAction;
 
 use super::failure;
 use super::intents::Intents;
-use flight_management::event::{Command, EventKind, Outcome};
+use flight_management::command::Outcome;
+use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
 
 /// The faults in words, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
@@ -46,7 +48,7 @@ impl ListRequest {
     /// Asks, as soon as there is room.
     pub fn poll(&mut self, intents: &mut Intents) {
         if self.is_wanted && self.asked.is_none() {
-            self.asked = intents.push(Command::ListFaults);
+            self.asked = intents.push(PlantAction::ListFaults);
             self.is_wanted = self.asked.is_none();
         }
     }

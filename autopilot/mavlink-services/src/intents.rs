@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use flight_management::event::{Command, FIRST_SCRIPT_REQUEST, Intent};
+use flight_management::command::{Command, FIRST_SCRIPT_REQUEST, Intent};
 
 /// Intents that may wait for room in the channel.
 const INTENTS_MAX: usize = 64;
@@ -23,12 +23,12 @@ impl Intents {
 
     /// Queues a command and returns its number; `None` if the queue is full.
     #[must_use]
-    pub fn push(&mut self, command: Command) -> Option<u32> {
+    pub fn push(&mut self, command: impl Into<Command>) -> Option<u32> {
         if self.room() == 0 {
             return None;
         }
         self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
-        self.queue.push_back(Intent { number: self.last_number, command });
+        self.queue.push_back(Intent { number: self.last_number, command: command.into() });
         Some(self.last_number)
     }
 

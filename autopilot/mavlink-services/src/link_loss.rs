@@ -7,6 +7,7 @@
 //! tick of its own.
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::{MavSeverity, MavType};
 
@@ -14,7 +15,7 @@ use super::aircraft::{Aircraft, Phase};
 use super::context::{Context, From};
 use super::control::{Control, Silence};
 use crate::wall_time::WallTime;
-use flight_management::event::Command;
+use flight_management::command::Command;
 use flight_management::parameters::Parameters;
 
 /// Listens to the heartbeats of ground stations.
@@ -46,7 +47,8 @@ impl LinkLoss {
         match ctx.control.look(now, loss_timeout(ctx.parameters)) {
             Silence::NobodyYet => {}
             Silence::Lost if !self.loss_reported => {
-                let command = Command::LinkLost(ctx.parameters.link.loss_action);
+                let command =
+                    Command::Vehicle(VehicleCommand::LinkLost(ctx.parameters.link.loss_action));
                 // Without room now there is room at the next poll.
                 self.loss_reported = ctx.intents.push(command).is_some();
             }
@@ -61,7 +63,7 @@ impl LinkLoss {
     }
 
     fn report_link_back(&mut self, ctx: &mut Context) {
-        if self.loss_reported && ctx.intents.push(Command::LinkBack).is_some() {
+        if self.loss_reported && ctx.intents.push(VehicleCommand::LinkBack).is_some() {
             self.loss_reported = false;
         }
     }

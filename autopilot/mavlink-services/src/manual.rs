@@ -13,6 +13,7 @@
 //! wall time, Altitude ends as `NAV_RCL_ACT` says; Position goes on with centred sticks.
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::MavSeverity;
 
@@ -22,7 +23,6 @@ use super::context::{Context, From};
 use super::control::Control;
 use super::fall_back::FallBack;
 use crate::wall_time::WallTime;
-use flight_management::event::Command;
 use flight_management::parameters::{Parameters, SticksLossAction};
 use flight_management::vehicle::{Mode, Sticks};
 
@@ -158,7 +158,7 @@ impl Manual {
         else {
             return;
         };
-        if ctx.intents.push(Command::Sticks(sticks)).is_some() {
+        if ctx.intents.push(VehicleCommand::Sticks(sticks)).is_some() {
             self.is_new = false;
             self.passed_on = Some(now);
             self.steers = true;
@@ -190,7 +190,7 @@ impl Manual {
             return;
         }
         self.is_new = false;
-        if self.steers && ctx.intents.push(Command::Sticks(Sticks::CENTRED)).is_some() {
+        if self.steers && ctx.intents.push(VehicleCommand::Sticks(Sticks::CENTRED)).is_some() {
             self.steers = false;
             let text = "Sticks stopped: holding altitude and course";
             ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);

@@ -4,7 +4,7 @@
 //!  COUNT ──> Draft <── items, asked for one by one ── Upload
 //!              │ complete
 //!              v
-//!        Command::Plan ──> control side ──> Done ──> Stored ──> downloads
+//!        Command::Vehicle(VehicleCommand::Plan) ──> control side ──> Done ──> Stored ──> downloads
 //!                                          └────> MISSION_ACK
 //! ```
 //!
@@ -12,6 +12,7 @@
 //! if anything fails, the old one stays. One ground station uploads at a time; another one that tries is
 //! denied. The plan in force is kept for the next start of the program. Fence and rally points are not there: their lists are empty and take nothing.
 
+use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::{MavMissionResult as R, MavSeverity};
@@ -21,7 +22,7 @@ use super::context::{Context, From};
 use super::param::{Save, Saved};
 use super::peers::Peers;
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, EventKind};
+use flight_management::event::EventKind;
 use flight_management::vehicle::plan::Progress;
 use flight_management::vehicle::{Navigation, VehicleEvent};
 
@@ -123,7 +124,7 @@ impl MissionService {
             Message::MissionRequest(list, seq, _) => self.give_item(list, seq, &mut reply),
             Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
             Message::MissionSetCurrent(seq) => {
-                self.request(Command::PlanItem(seq), None, What::Current(seq), &mut reply);
+                self.request(VehicleCommand::PlanItem(seq), None, What::Current(seq), &mut reply);
             }
             Message::MissionPartial(list) => {
                 let reason = "a plan is only read and written as a whole";

@@ -7,6 +7,7 @@
 //! it, and then the setpoints of the system that has control count ([`super::control`]).
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::MavSeverity;
 
@@ -16,7 +17,7 @@ use super::context::{Context, From};
 use super::control::Control;
 use super::fall_back::FallBack;
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, Outcome};
+use flight_management::command::Outcome;
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::{Mode, Setpoint};
 
@@ -185,7 +186,7 @@ impl Offboard {
         let Some((stream, (_, read))) = due.and_then(|s| s.latest.map(|latest| (s, latest))) else {
             return;
         };
-        let number = ctx.intents.push(Command::Setpoint(read.setpoint));
+        let number = ctx.intents.push(VehicleCommand::Setpoint(read.setpoint));
         if number.is_some() {
             stream.is_new = false;
             // The outcome of an older one is not to be missed.

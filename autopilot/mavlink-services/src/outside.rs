@@ -10,7 +10,7 @@ use super::signing::{KeyChange, LogLine};
 use super::statustext::LogText;
 use super::traffic::Traffic;
 use crate::wall_time::WallTime;
-use flight_management::event::Intent;
+use flight_management::command::Intent;
 use flight_management::parameters::Parameters;
 
 impl Ground {

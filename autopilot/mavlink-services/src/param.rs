@@ -1,6 +1,7 @@
 //! The parameter protocol. Integers travel byte-wise, as with PX4.
 
 use core::time::Duration;
+use flight_management::command::Configuration;
 
 use ::mavlink::dialects::common::{MavParamError, MavResult, MavSeverity, PARAM_REQUEST_READ_DATA};
 use icd::Effector;
@@ -11,7 +12,7 @@ use super::convert;
 use super::peers::{Peer, Peers};
 use crate::wall_time::WallTime;
 use faults::{Answer, FaultOrders};
-use flight_management::event::{Command, Outcome};
+use flight_management::command::Outcome;
 use flight_management::parameters::{ParameterError, Parameters, table};
 use keeper::{Keeper, Turn};
 use rows::{Source, error_message, find, number, row, row_of, value_message};
@@ -359,19 +360,19 @@ impl ParamService {
     /// Tells the control thread the latest values; tried again with the next poll if there is no room.
     fn pass_on(&mut self, ctx: &mut Context) {
         if self.changed.gains {
-            let command = Command::Gains(Box::new(ctx.parameters.gains));
+            let command = Configuration::Gains(Box::new(ctx.parameters.gains));
             self.changed.gains = ctx.intents.push(command).is_none();
         }
         if self.changed.limits {
-            let command = Command::Limits(ctx.parameters.limits);
+            let command = Configuration::Limits(ctx.parameters.limits);
             self.changed.limits = ctx.intents.push(command).is_none();
         }
         if self.changed.navigation {
-            let command = Command::Navigation(ctx.parameters.navigation);
+            let command = Configuration::Navigation(ctx.parameters.navigation);
             self.changed.navigation = ctx.intents.push(command).is_none();
         }
         if self.changed.fault_injection {
-            let command = Command::FaultInjection(ctx.parameters.failure.enabled);
+            let command = Configuration::FaultInjection(ctx.parameters.failure.enabled);
             self.changed.fault_injection = ctx.intents.push(command).is_none();
         }
     }

@@ -15,7 +15,7 @@ use super::reasons::Reasons;
 use super::refused::Refused;
 use super::statustext::StatusTexts;
 use crate::wall_time::WallTime;
-use flight_management::event::Outcome;
+use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 
 /// Commands that may be open at the same time.

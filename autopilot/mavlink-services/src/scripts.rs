@@ -278,7 +278,7 @@ impl Scripts {
         Script::parse(name, text, &self.effectors).map_err(|error| error.to_string())
     }
 
-    /// The script with this number in the sorted list, to be asked for with [`flight_management::event::Command::Script`]; 0 is
+    /// The script with this number in the sorted list, to be asked for with [`flight_management::command::Command::Script`]; 0 is
     /// the one uploaded last, or without one the scenario's.
     ///
     /// # Errors

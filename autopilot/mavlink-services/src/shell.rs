@@ -20,7 +20,7 @@ use super::param::ParamService;
 use super::peers::Peers;
 use crate::wall_time::WallTime;
 use commands::Asking;
-use flight_management::event::Outcome;
+use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 use session::Session;
 

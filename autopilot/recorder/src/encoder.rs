@@ -1,5 +1,8 @@
 //! Entries to messages of a log.
 
+use flight_management::command::Configuration;
+use flight_management::command::ScriptCommand;
+use icd::fault::PlantAction;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -13,7 +16,8 @@ use super::topics::{self, Place};
 use super::{
     Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, parameter_hash, words,
 };
-use flight_management::event::{Command, Event, EventKind, Outcome};
+use flight_management::command::{Command, Outcome};
+use flight_management::event::{Event, EventKind};
 use flight_management::event_text::{self, Severity};
 use flight_management::fault_list::FaultList;
 use flight_management::parameters::{Kind, Parameters, table};
@@ -270,8 +274,10 @@ impl<W: Write> Encoder<W> {
             Recorded::Intent(intent) => {
                 // The words of later events depend on them.
                 match &intent.command {
-                    Command::Gains(gains) => self.parameters.gains = **gains,
-                    Command::Script(script) => self.knows(script),
+                    Command::Configuration(Configuration::Gains(gains)) => {
+                        self.parameters.gains = **gains;
+                    }
+                    Command::Script(ScriptCommand::Run(script)) => self.knows(script),
                     _ => {}
                 }
                 let Some(words) = words::command(&intent.command, &self.effectors) else {
@@ -282,7 +288,7 @@ impl<W: Write> Encoder<W> {
                     self.commands.pop_front();
                 }
                 let target = match &intent.command {
-                    Command::Fault(fault) => fault.target(),
+                    Command::Plant(PlantAction::Fault(fault)) => fault.target(),
                     _ => None,
                 };
                 self.commands.push_back((intent.number, words, target));

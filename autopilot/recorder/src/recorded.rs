@@ -4,7 +4,7 @@ use icd::fault::PlantRequest;
 use icd::wire::Phase;
 use serde::{Deserialize, Serialize};
 
-use flight_management::event::Intent;
+use flight_management::command::Intent;
 
 /// One entry of the topic `recorded`, as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -7,6 +7,8 @@
 //! An entry leaves half a second of simulation time after it came, so that an event still finds the steps before it.
 //! Entries leave in the order in which they came, all kinds alike; only rows of control steps are ever left out.
 
+use flight_management::command::Configuration;
+use icd::fault::PlantAction;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -14,7 +16,8 @@ use icd::fault::{SensorKind, Target};
 use icd::{Effector, SimTime};
 
 use super::{Entry, Recorded, Step, words};
-use flight_management::event::{Axis, Command, EventKind};
+use flight_management::command::Command;
+use flight_management::event::{Axis, EventKind};
 use flight_management::fault_list::FaultList;
 use flight_management::vehicle::{Mode, VehicleEvent};
 
@@ -127,7 +130,9 @@ impl Cause {
     fn of_input(what: &Recorded) -> Option<Self> {
         match what {
             Recorded::Intent(intent) => match &intent.command {
-                Command::ListFaults | Command::Pace(_) | Command::FaultInjection(_) => None,
+                Command::Plant(PlantAction::ListFaults)
+                | Command::Plant(PlantAction::Pace(_))
+                | Command::Configuration(Configuration::FaultInjection(_)) => None,
                 command => (!words::is_stream(command)).then_some(Self::Input),
             },
             Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),

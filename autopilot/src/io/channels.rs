@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
-use flight_management::event::{Event, Intent, Snapshot};
+use flight_management::command::Intent;
+use flight_management::event::{Event, Snapshot};
 
 /// Intents on their way to the control thread, which takes all of them each tick.
 const INTENTS_MAX: usize = 64;

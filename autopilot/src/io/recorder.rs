@@ -14,6 +14,7 @@
 //! half second of simulation time that waits in the encoder for what follows ([`::recorder::Selection`]), so a
 //! process that is killed leaves a log up to its last second.
 
+use flight_management::command::VehicleCommand;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,7 +33,8 @@ use ::recorder::{
     Begin, ControlHeader, End, Entry, FLIGHT_RULES, LogRate, Moment, Recorded, Step, open,
 };
 use flight_management::autopilot::Autopilot;
-use flight_management::event::{Command, Event, Intent};
+use flight_management::command::{Command, Intent};
+use flight_management::event::Event;
 use flight_management::parameters::Parameters;
 use mavlink_services::Ground;
 use mavlink_services::statustext::LogText;
@@ -218,7 +220,10 @@ impl Recorder {
         let plan = autopilot.plan();
         if !plan.items.is_empty() {
             // An earlier flight has left it.
-            self.recorded(Recorded::Intent(Intent { number: 0, command: Command::Plan(plan) }));
+            self.recorded(Recorded::Intent(Intent {
+                number: 0,
+                command: Command::Vehicle(VehicleCommand::Plan(plan)),
+            }));
         }
     }
 

@@ -1,11 +1,13 @@
 //! A mission flown in one process and drawn: `sitl mission`.
 
+use autopilot::command::VehicleCommand;
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use autopilot::event::{Command, EventKind};
+use autopilot::command::Command;
+use autopilot::event::EventKind;
 use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use autopilot::vehicle::{Mode, Place};
 use autopilot::vehicle::{
@@ -168,7 +170,10 @@ pub fn start(setup: &FlightSetup) -> Place {
 #[must_use]
 pub fn begin(plan: &Arc<Plan>) -> Vec<Spoken> {
     let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
-    let commands = [Command::Plan(Arc::clone(plan)), Command::Mode(Mode::Mission)];
+    let commands = [
+        Command::Vehicle(VehicleCommand::Plan(Arc::clone(plan))),
+        Command::Vehicle(VehicleCommand::Mode(Mode::Mission)),
+    ];
     commands.map(|command| Spoken { at, command }).into()
 }
 

@@ -8,7 +8,8 @@ use flight_control::NavigationState;
 use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest, Target};
 
 use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
-use crate::event::{EventKind, FIRST_SCRIPT_REQUEST};
+use crate::command::FIRST_SCRIPT_REQUEST;
+use crate::event::EventKind;
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::vehicle::VehicleRefusal;
 

@@ -1,9 +1,12 @@
 use super::*;
+use crate::command::Configuration;
+use crate::command::FIRST_SCRIPT_REQUEST;
+use crate::command::VehicleCommand;
 use crate::configuration::{self, DEFAULT_MODEL};
-use crate::event::FIRST_SCRIPT_REQUEST;
 use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference, VehicleEvent};
+use icd::fault::PlantAction;
 use icd::fault::{FaultReply, FaultRequest, Refusal};
 use icd::tvc_jet;
 use icd::{FaultKind, PerEffector};
@@ -49,11 +52,11 @@ fn break_rudder(number: u32) -> Intent {
     let timing = icd::fault::Timing::NOW;
     Intent {
         number,
-        command: Command::Fault(FaultRequest::Inject {
+        command: Command::Plant(PlantAction::Fault(FaultRequest::Inject {
             target: tvc_jet::RUDDER.into(),
             kind,
             timing,
-        }),
+        })),
     }
 }
 
@@ -86,7 +89,7 @@ fn every_open_request_is_answered_when_the_plant_goes_away() {
     autopilot.handle_intent(break_rudder(1));
     autopilot.next_request();
     autopilot.handle_intent(break_rudder(2));
-    autopilot.handle_intent(Intent { number: 3, command: Command::Restart });
+    autopilot.handle_intent(Intent { number: 3, command: Command::Plant(PlantAction::Restart) });
     autopilot.plant_lost();
     let mut numbers: Vec<u32> = outcomes(&mut autopilot)
         .into_iter()
@@ -104,7 +107,7 @@ fn every_open_request_is_answered_when_the_plant_goes_away() {
 #[test]
 fn a_restart_is_done_when_the_new_flight_begins() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 5, command: Command::Restart });
+    autopilot.handle_intent(Intent { number: 5, command: Command::Plant(PlantAction::Restart) });
     autopilot.next_request();
     assert_eq!(outcomes(&mut autopilot), []);
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
@@ -114,7 +117,10 @@ fn a_restart_is_done_when_the_new_flight_begins() {
 #[test]
 fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 5, command: Command::Pace(Pace::Step(3)) });
+    autopilot.handle_intent(Intent {
+        number: 5,
+        command: Command::Plant(PlantAction::Pace(Pace::Step(3))),
+    });
     let request = PlantRequest { number: 5, action: PlantAction::Pace(Pace::Step(3)) };
     assert_eq!(autopilot.next_request(), Some(request));
     assert_eq!(outcomes(&mut autopilot), []);
@@ -135,7 +141,8 @@ fn a_pace_that_cannot_be_does_not_reach_the_plant() {
     let mut autopilot = flying();
     let paces = [Pace::Step(0), Pace::Step(Pace::STEPS_MAX + 1), Pace::Speed(f64::NAN)];
     for (number, pace) in (0..).zip(paces) {
-        autopilot.handle_intent(Intent { number, command: Command::Pace(pace) });
+        autopilot
+            .handle_intent(Intent { number, command: Command::Plant(PlantAction::Pace(pace)) });
     }
     assert_eq!(autopilot.next_request(), None);
     let refused = outcomes(&mut autopilot);
@@ -144,7 +151,10 @@ fn a_pace_that_cannot_be_does_not_reach_the_plant() {
         |outcome: &Outcome| matches!(outcome, Outcome::Refused(VehicleRefusal::OutOfRange { .. }));
     assert!(refused.iter().all(|(_, outcome)| out_of_range(outcome)), "{refused:?}");
     autopilot.hold(&sensors(), true);
-    autopilot.handle_intent(Intent { number: 7, command: Command::Pace(Pace::Step(1)) });
+    autopilot.handle_intent(Intent {
+        number: 7,
+        command: Command::Plant(PlantAction::Pace(Pace::Step(1))),
+    });
     let over = Outcome::Refused(VehicleRefusal::FlightOver);
     assert_eq!(outcomes(&mut autopilot), [(7, over)]);
 }
@@ -163,8 +173,10 @@ fn a_full_queue_to_the_plant_is_said_and_does_not_grow() {
 #[test]
 fn outcomes_survive_a_flood_of_other_events() {
     let mut autopilot = flying();
-    autopilot
-        .handle_intent(Intent { number: 9, command: Command::Refer(Reference::Altitude(6_000.0)) });
+    autopilot.handle_intent(Intent {
+        number: 9,
+        command: Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(6_000.0))),
+    });
     for _ in 0..1000 {
         autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     }
@@ -186,8 +198,14 @@ fn holding_changes_nothing_that_flies() {
 #[test]
 fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
     let mut used = flying();
-    used.handle_intent(Intent { number: 1, command: Command::Mode(Mode::Offboard) });
-    used.handle_intent(Intent { number: 2, command: Command::Refer(Reference::Roll(0.3)) });
+    used.handle_intent(Intent {
+        number: 1,
+        command: Command::Vehicle(VehicleCommand::Mode(Mode::Offboard)),
+    });
+    used.handle_intent(Intent {
+        number: 2,
+        command: Command::Vehicle(VehicleCommand::Refer(Reference::Roll(0.3))),
+    });
     used.step(SimTime::from_micros(2_000), &sensors());
     used.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     let mut fresh = autopilot();
@@ -199,8 +217,10 @@ fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
 fn two_commands_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
     for lost in [false, true] {
         let mut autopilot = flying();
-        autopilot.handle_intent(Intent { number: 5, command: Command::Restart });
-        autopilot.handle_intent(Intent { number: 6, command: Command::Restart });
+        autopilot
+            .handle_intent(Intent { number: 5, command: Command::Plant(PlantAction::Restart) });
+        autopilot
+            .handle_intent(Intent { number: 6, command: Command::Plant(PlantAction::Restart) });
         assert_eq!(autopilot.next_request().map(|request| request.number), Some(5));
         assert_eq!(autopilot.next_request(), None, "asked once");
         let outcome = if lost {
@@ -213,7 +233,8 @@ fn two_commands_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
         assert_eq!(outcomes(&mut autopilot), [(5, outcome), (6, outcome)]);
         autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
         assert_eq!(outcomes(&mut autopilot), [], "one outcome an intent");
-        autopilot.handle_intent(Intent { number: 7, command: Command::Restart });
+        autopilot
+            .handle_intent(Intent { number: 7, command: Command::Plant(PlantAction::Restart) });
         assert_eq!(autopilot.next_request().map(|request| request.number), Some(7));
     }
 }
@@ -222,7 +243,7 @@ fn two_commands_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
 fn commands_for_a_new_flight_are_bounded() {
     let mut autopilot = flying();
     for number in 0..100 {
-        autopilot.handle_intent(Intent { number, command: Command::Restart });
+        autopilot.handle_intent(Intent { number, command: Command::Plant(PlantAction::Restart) });
     }
     let refused = outcomes(&mut autopilot);
     assert_eq!(refused.len(), 100 - REQUESTS_MAX);
@@ -232,10 +253,10 @@ fn commands_for_a_new_flight_are_bounded() {
 fn outcomes_of_commands(autopilot: &mut Autopilot) -> Vec<Outcome> {
     let limits = Parameters::default().limits;
     for command in [
-        Command::Mode(Mode::Offboard),
-        Command::Refer(Reference::Altitude(6_000.0)),
-        Command::Gains(Box::new(Gains::REFERENCE)),
-        Command::Limits(limits),
+        Command::Vehicle(VehicleCommand::Mode(Mode::Offboard)),
+        Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(6_000.0))),
+        Command::Configuration(Configuration::Gains(Box::new(Gains::REFERENCE))),
+        Command::Configuration(Configuration::Limits(limits)),
     ] {
         autopilot.handle_intent(Intent { number: 1, command });
     }
@@ -296,12 +317,16 @@ fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
 fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_flight() {
     let mut autopilot = flying();
     let stops = termination::commands(autopilot.model());
-    autopilot.handle_intent(Intent { number: 1, command: Command::Terminate });
+    autopilot
+        .handle_intent(Intent { number: 1, command: Command::Vehicle(VehicleCommand::Terminate) });
     let log = *autopilot.step(SimTime::from_micros(2_000), &sensors());
     assert_eq!(log.actuators().commands, stops);
     assert!(autopilot.snapshot().unwrap().terminated);
     assert_eq!(autopilot.hold(&sensors(), false).commands, stops, "also while time stands still");
-    for command in [Command::Mode(Mode::Hold), Command::Refer(Reference::Altitude(6_000.0))] {
+    for command in [
+        Command::Vehicle(VehicleCommand::Mode(Mode::Hold)),
+        Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(6_000.0))),
+    ] {
         autopilot.handle_intent(Intent { number: 2, command });
     }
     let refused = Outcome::Refused(VehicleRefusal::Terminated);
@@ -316,9 +341,11 @@ fn a_terminated_flight_commands_the_stops_from_the_next_tick_on_until_the_next_f
 fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
     let mut autopilot = autopilot();
     let plan = Arc::new(Plan::default());
-    autopilot.handle_intent(Intent { number: 1, command: Command::Plan(plan) });
+    autopilot
+        .handle_intent(Intent { number: 1, command: Command::Vehicle(VehicleCommand::Plan(plan)) });
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.1 };
-    autopilot.handle_intent(Intent { number: 2, command: Command::Home(home) });
+    autopilot
+        .handle_intent(Intent { number: 2, command: Command::Vehicle(VehicleCommand::Home(home)) });
     let refused = Outcome::Refused(VehicleRefusal::NoFlight);
     assert_eq!(outcomes(&mut autopilot), [(1, Outcome::Done), (2, refused)]);
 }
@@ -326,7 +353,10 @@ fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
 #[test]
 fn the_mode_changes_before_its_outcome_is_told() {
     let mut autopilot = flying();
-    autopilot.handle_intent(Intent { number: 1, command: Command::Mode(Mode::Hold) });
+    autopilot.handle_intent(Intent {
+        number: 1,
+        command: Command::Vehicle(VehicleCommand::Mode(Mode::Hold)),
+    });
     let kinds: Vec<EventKind> =
         std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };
@@ -343,12 +373,12 @@ fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
     let home = Place { latitude_rad: 0.1, longitude_rad: 0.2 };
     let (mut shown, mut unseen) = (flying(), flying());
     let commands = [
-        Command::Plan(Arc::new(Plan { id: 9, items })),
-        Command::Refer(Reference::Altitude(6_000.0)),
-        Command::Home(home),
-        Command::Mode(Mode::Mission),
-        Command::PlanItem(2),
-        Command::Mode(Mode::Hold),
+        Command::Vehicle(VehicleCommand::Plan(Arc::new(Plan { id: 9, items }))),
+        Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(6_000.0))),
+        Command::Vehicle(VehicleCommand::Home(home)),
+        Command::Vehicle(VehicleCommand::Mode(Mode::Mission)),
+        Command::Vehicle(VehicleCommand::PlanItem(2)),
+        Command::Vehicle(VehicleCommand::Mode(Mode::Hold)),
     ];
     let log = shown.snapshot().unwrap().log;
     for (number, command) in (0..).zip(commands) {
@@ -372,7 +402,8 @@ fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
 fn a_new_home_is_told_before_its_outcome() {
     let mut autopilot = flying();
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.2 };
-    autopilot.handle_intent(Intent { number: 1, command: Command::Home(home) });
+    autopilot
+        .handle_intent(Intent { number: 1, command: Command::Vehicle(VehicleCommand::Home(home)) });
     let kinds: Vec<EventKind> =
         std::iter::from_fn(|| autopilot.pop_event()).map(|event| event.kind).collect();
     let done = EventKind::Outcome { number: 1, outcome: Outcome::Done };

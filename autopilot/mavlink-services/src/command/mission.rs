@@ -5,7 +5,8 @@ use super::{Asking, Decision};
 use crate::codec::CommandMessage;
 use crate::refused::Refused;
 use crate::telemetry;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Mode;
 
 /// "The current item" in DO_SET_MISSION_CURRENT.
@@ -20,13 +21,15 @@ pub fn start(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, 
     if end.is_some_and(|last| last != plan.items - 1) {
         return Err(Refused::denied("Mission refused: a plan is flown to its end (p2 = 0)"));
     }
-    let begin = Command::Mode(Mode::Mission);
+    let begin = Command::Vehicle(VehicleCommand::Mode(Mode::Mission));
     match first {
         Some(first) if first >= plan.items => Err(Refused::denied(format!(
             "Mission refused: no item {first}, the plan has 0 to {}",
             plan.items - 1
         ))),
-        Some(first) => Ok(Decision::ask_all([Command::PlanItem(first), begin])),
+        Some(first) => {
+            Ok(Decision::ask_all([Command::Vehicle(VehicleCommand::PlanItem(first)), begin]))
+        }
         None => Ok(Decision::ask(begin)),
     }
 }
@@ -48,7 +51,7 @@ pub fn set_current(command: &CommandMessage, asking: &mut Asking) -> Result<Deci
         _ => word("item p1", item)?,
     };
     match item {
-        Some(item) if item < plan.items => Ok(Decision::ask(Command::PlanItem(item))),
+        Some(item) if item < plan.items => Ok(Decision::ask(VehicleCommand::PlanItem(item))),
         _ => Err(Refused::failed(format!(
             "Mission refused: no such item, the plan has 0 to {}",
             plan.items - 1

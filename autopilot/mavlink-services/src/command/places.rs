@@ -5,7 +5,7 @@ use super::{Asking, Decision};
 use crate::codec::CommandMessage;
 use crate::context::Context;
 use crate::refused::Refused;
-use flight_management::event::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Reposition, Rules};
 
 /// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
@@ -117,16 +117,16 @@ fn ask(wanted: Reposition, ctx: &Context) -> Decision {
     let widened = wanted.radius_m.zip(least_m).filter(|(asked_m, least_m)| asked_m < least_m);
     let note = widened
         .map(|(asked_m, least_m)| format!("Radius {asked_m:.0} m is flown as {least_m:.0} m"));
-    Decision::ask(Command::Reposition(wanted)).noting(note)
+    Decision::ask(VehicleCommand::Reposition(wanted)).noting(note)
 }
 
 /// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
 pub fn pause_or_continue(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
     if !flag("p1", command.params[0])? {
-        return Ok(Decision::ask(Command::Reposition(Reposition {
+        return Ok(Decision::ask(VehicleCommand::Reposition(Reposition {
             change_mode: true,
             ..Reposition::default()
         })));
     }
-    Ok(Decision::ask(Command::Continue))
+    Ok(Decision::ask(VehicleCommand::Continue))
 }

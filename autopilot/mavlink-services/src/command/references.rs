@@ -6,7 +6,7 @@ use crate::codec::CommandMessage;
 use crate::context::Context;
 use crate::convert;
 use crate::refused::Refused;
-use flight_management::event::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Reference;
 
 /// SPEED_TYPE.
@@ -41,7 +41,7 @@ pub fn guided_altitude(command: &CommandMessage, asking: &mut Asking) -> Result<
 fn refer_altitude(altitude: f32, frame: u8, ctx: &Context) -> Result<Decision, Refused> {
     // Of this command the altitude is all, so that it must be there.
     let altitude_m = above_ellipsoid(convert::decimal(altitude), frame, ctx)?;
-    Ok(Decision::ask(Command::Refer(Reference::Altitude(altitude_m))))
+    Ok(Decision::ask(VehicleCommand::Refer(Reference::Altitude(altitude_m))))
 }
 
 /// DO_CHANGE_SPEED: p1 type, p2 speed, p3 throttle, p4 relative (once, now reserved).
@@ -87,7 +87,7 @@ fn speed_note(kind: f32) -> Result<Option<String>, Refused> {
 
 fn refer_airspeed(speed: f32, note: Option<String>, ctx: &Context) -> Result<Decision, Refused> {
     let airspeed_m_s = airspeed(convert::decimal(speed), ctx)?;
-    Ok(Decision::ask(Command::Refer(Reference::Airspeed(airspeed_m_s))).noting(note))
+    Ok(Decision::ask(VehicleCommand::Refer(Reference::Airspeed(airspeed_m_s))).noting(note))
 }
 
 /// GUIDED_CHANGE_HEADING: p1 type, p2 heading, p3 rate.
@@ -117,5 +117,5 @@ pub fn guided_heading(command: &CommandMessage, asking: &mut Asking) -> Result<D
     let course = Reference::Course(convert::radians(degrees % 360.0));
     within(course, asking.ctx)?;
     let note = (!notes.is_empty()).then(|| notes.join(". "));
-    Ok(Decision::ask(Command::Refer(course)).noting(note))
+    Ok(Decision::ask(VehicleCommand::Refer(course)).noting(note))
 }

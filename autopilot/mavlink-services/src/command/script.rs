@@ -4,7 +4,7 @@ use super::fields::{flag, word};
 use super::{Asking, Decision};
 use crate::codec::CommandMessage;
 use crate::refused::Refused;
-use flight_management::event::Command;
+use flight_management::command::ScriptCommand;
 
 /// MAV_CMD_USER_3.
 pub const USER_3: u16 = 31_012;
@@ -14,9 +14,9 @@ pub const USER_3: u16 = 31_012;
 pub fn order(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
     let [start, number, ..] = command.params;
     if !flag("p1", start)? {
-        return Ok(Decision::ask(Command::StopScript));
+        return Ok(Decision::ask(ScriptCommand::Stop));
     }
     let number = word("p2", number)?.unwrap_or(0);
     let script = asking.ctx.scripts.start(number, asking.ctx.parameters)?;
-    Ok(Decision::ask(Command::Script(script)))
+    Ok(Decision::ask(ScriptCommand::Run(script)))
 }

@@ -1,6 +1,7 @@
 //! Faults, a new flight, and how simulation time passes.
 
 use ::mavlink::dialects::common::MavResult;
+use icd::fault::PlantAction;
 use icd::pace::Pace;
 
 use super::fields::{byte, number};
@@ -8,7 +9,7 @@ use super::{Asked, Asking, Decision};
 use crate::codec::CommandMessage;
 use crate::failure;
 use crate::refused::Refused;
-use flight_management::event::Command;
+use flight_management::command::Command;
 
 /// p1 of USER_2 for a step.
 const STEP: u8 = 2;
@@ -20,9 +21,10 @@ pub fn fault(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, 
         return Err(Refused::silent(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
     }
     let requests = failure::requests(command, asking.ctx.parameters, asking.ctx.model)?;
-    let asked = requests
-        .into_iter()
-        .map(|request| Asked { command: Command::Fault(request), fault: Some(request) });
+    let asked = requests.into_iter().map(|request| Asked {
+        command: Command::Plant(PlantAction::Fault(request)),
+        fault: Some(request),
+    });
     Ok(Decision { asked: asked.collect(), ..Decision::default() })
 }
 
@@ -30,7 +32,7 @@ pub fn fault(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, 
 pub fn restart(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
     match byte("p1", command.params[0])? {
         0 => Ok(Decision::accept()),
-        1 => Ok(Decision::ask(Command::Restart)),
+        1 => Ok(Decision::ask(PlantAction::Restart)),
         _ => Err(Refused::denied("Refused: only p1 = 1, start the flight anew")),
     }
 }
@@ -67,7 +69,7 @@ pub fn pace(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refuse
             "Pace refused: p2 is outside {slowest} to {fastest} times wall time"
         )));
     }
-    Ok(Decision::ask(Command::Pace(pace)))
+    Ok(Decision::ask(PlantAction::Pace(pace)))
 }
 
 /// Whole periods; without any it is one.

@@ -1,6 +1,7 @@
 //! Modes, arming, the end of a flight, and what a jet in the air does not do.
 
 use ::mavlink::dialects::common::{MavResult, MavSeverity};
+use flight_management::command::VehicleCommand;
 
 use super::fields::{byte, flag};
 use super::{Asking, Decision};
@@ -8,7 +9,6 @@ use crate::aircraft::{Aircraft, Phase};
 use crate::codec::CommandMessage;
 use crate::modes;
 use crate::refused::Refused;
-use flight_management::event::Command;
 use flight_management::vehicle::Mode;
 
 /// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
@@ -25,7 +25,7 @@ pub fn set_mode(command: &CommandMessage, asking: &mut Asking) -> Result<Decisio
     // A main mode without sub modes needs none.
     let sub = if sub.is_nan() { 0 } else { byte("sub mode p3", sub)? };
     let mode = modes::requested(has_custom_flag, main, sub, asking.ctx.streams())?;
-    Ok(Decision::ask(Command::Mode(mode)))
+    Ok(Decision::ask(VehicleCommand::Mode(mode)))
 }
 
 /// DO_SET_STANDARD_MODE: p1 MAV_STANDARD_MODE.
@@ -35,12 +35,12 @@ pub fn set_standard_mode(
 ) -> Result<Decision, Refused> {
     let standard_mode = byte("standard mode p1", command.params[0])?;
     let mode = modes::requested_standard(standard_mode, asking.ctx.streams())?;
-    Ok(Decision::ask(Command::Mode(mode)))
+    Ok(Decision::ask(VehicleCommand::Mode(mode)))
 }
 
 /// NAV_RETURN_TO_LAUNCH.
 pub fn return_home(_: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
-    Ok(Decision::ask(Command::Mode(Mode::Return)))
+    Ok(Decision::ask(VehicleCommand::Mode(Mode::Return)))
 }
 
 /// COMPONENT_ARM_DISARM: p1 1 arms, 0 disarms, p2 21196 also in the air.
@@ -55,8 +55,10 @@ pub fn arm_or_disarm(command: &CommandMessage, asking: &mut Asking) -> Result<De
     }
     match aircraft.phase() {
         Phase::OnGround | Phase::NoFlight => Ok(Decision::accept()),
-        Phase::Flying | Phase::Lost if force == FORCE => Ok(Decision::ask(Command::Terminate)
-            .noting("Disarmed by force in the air: the flight is terminated".to_owned())),
+        Phase::Flying | Phase::Lost if force == FORCE => {
+            Ok(Decision::ask(VehicleCommand::Terminate)
+                .noting("Disarmed by force in the air: the flight is terminated".to_owned()))
+        }
         Phase::Flying | Phase::Lost => Err(Refused::for_now(
             "Disarming refused: the aircraft is in the air (p2 = 21196 terminates the flight)",
         )),
@@ -103,7 +105,7 @@ pub fn terminate(command: &CommandMessage, _: &mut Asking) -> Result<Decision, R
         return Err(Refused::denied("Termination refused: p1 is not finite"));
     }
     if terminate > 0.5 {
-        return Ok(Decision::ask(Command::Terminate));
+        return Ok(Decision::ask(VehicleCommand::Terminate));
     }
     Err(Refused::failed("Not terminated: p1 is not above 0.5"))
 }

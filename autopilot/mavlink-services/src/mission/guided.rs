@@ -4,7 +4,7 @@ use super::action::WAYPOINT;
 use super::fields::{Zeros, needed_altitude, point};
 use super::rejected::{Param, Rejected};
 use crate::codec::MissionItem;
-use flight_management::event::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::{Reference, Reposition};
 
@@ -23,18 +23,21 @@ pub fn is_guided(item: &MissionItem<i32>) -> bool {
 ///
 /// # Errors
 /// Another command than NAV_WAYPOINT, values that cannot be flown.
-pub fn command(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<Command, Rejected> {
+pub fn command(
+    item: &MissionItem<i32>,
+    limits: &ReferenceLimits,
+) -> Result<VehicleCommand, Rejected> {
     if item.words.command != WAYPOINT {
         return Err(Rejected::unsupported("a guided item is a NAV_WAYPOINT (16)"));
     }
     if item.words.current == CHANGE_ALTITUDE {
-        return Ok(Command::Refer(Reference::Altitude(needed_altitude(item, limits)?)));
+        return Ok(VehicleCommand::Refer(Reference::Altitude(needed_altitude(item, limits)?)));
     }
     let point = point(item, Zeros::AreThere, limits)?;
     if point.place.is_none() {
         return Err(Rejected::param(Param::X, "a guided item needs a place"));
     }
-    Ok(Command::Reposition(Reposition {
+    Ok(VehicleCommand::Reposition(Reposition {
         place: point.place,
         altitude_m: point.altitude_m,
         change_mode: true,

@@ -1,5 +1,6 @@
 //! What ground stations send: plans, item by item, and other commands.
 
+use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::MavMissionResult as R;
@@ -12,7 +13,6 @@ use super::wire::Stored;
 use super::{EMPTY_LISTS, Ended, MissionService, Reply, guided, wire};
 use crate::codec::{ListKind, MissionItem};
 use crate::context::From;
-use flight_management::event::Command;
 use flight_management::vehicle::Place;
 use flight_management::vehicle::plan::Plan;
 use flight_management::vehicle::rules::Rules;
@@ -148,13 +148,13 @@ impl MissionService {
         reply: &mut Reply,
     ) {
         let what = What::Plan { stored: Arc::new(stored), notes };
-        self.request(Command::Plan(Arc::new(plan)), Some(list), what, reply);
+        self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, reply);
     }
 
     /// Asks the control side for something; its outcome is acknowledged for `list`.
     pub(super) fn request(
         &mut self,
-        command: Command,
+        command: VehicleCommand,
         list: Option<ListKind>,
         what: What,
         reply: &mut Reply,

@@ -8,7 +8,7 @@ use crate::codec::ListKind;
 use crate::context::{Context, From};
 use crate::peers::Peers;
 use crate::wall_time::WallTime;
-use flight_management::event::Outcome;
+use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 
 /// Reason of a command without an outcome.

@@ -1,5 +1,6 @@
 //! The plan of an earlier run of the program: taken as an upload is, and not started.
 
+use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::MavSeverity;
@@ -12,7 +13,7 @@ use super::wire::Stored;
 use super::{MissionService, Save, Saved};
 use crate::context::Context;
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, Outcome};
+use flight_management::command::Outcome;
 use flight_management::vehicle::rules::Rules;
 
 /// What becomes of a saved plan.
@@ -46,7 +47,7 @@ impl MissionService {
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         match checked(&saved, &rules) {
             Ok(Finished { stored, plan, notes }) => {
-                if let Some(number) = ctx.intents.push(Command::Plan(Arc::new(plan))) {
+                if let Some(number) = ctx.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
                     self.restoring = Restoring::Asked(number, Arc::new(stored), notes);
                 }
             }

@@ -9,6 +9,7 @@
 //! is announced whenever it changes.
 
 use core::time::Duration;
+use icd::fault::PlantAction;
 
 use icd::{Effector, EffectorList, PerEffector};
 
@@ -16,7 +17,7 @@ use crate::context::{Context, From};
 use crate::failure;
 use crate::failure::order::{self, Failure, FaultOrder, Instances, Unit};
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, Outcome};
+use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
 use icd::fault::mavlink::FailureType;
 use icd::fault::{FaultEntry, FaultReply, TargetClass};
@@ -109,7 +110,7 @@ impl FaultOrders {
             return Err("Not set: too many faults are waiting".to_owned());
         }
         for request in requests {
-            let number = ctx.intents.push(Command::Fault(request));
+            let number = ctx.intents.push(PlantAction::Fault(request));
             let number = number.ok_or("Not set: too many commands are waiting")?;
             self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
         }

@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::param::ParamService;
 use crate::peers::Peers;
 use crate::wall_time::WallTime;
-use flight_management::event::Command;
+use flight_management::command::Command;
 
 mod failure;
 mod list;
@@ -47,8 +47,8 @@ impl Order {
     }
 
     /// One command, and what is said when it is fulfilled.
-    fn ask(command: Command, said: impl Into<String>) -> Self {
-        Self { said: said.into(), commands: vec![(command, None)] }
+    fn ask(command: impl Into<Command>, said: impl Into<String>) -> Self {
+        Self { said: said.into(), commands: vec![(command.into(), None)] }
     }
 }
 

@@ -1,6 +1,7 @@
 //! One console: the lines that wait, the command that runs, the output that is not sent yet.
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::MavSeverity;
@@ -13,7 +14,7 @@ use crate::command;
 use crate::context::{Context, From};
 use crate::failure;
 use crate::wall_time::WallTime;
-use flight_management::event::{Command, Outcome};
+use flight_management::command::{Command, Outcome};
 use flight_management::vehicle::Mode;
 
 /// Lines that may wait behind a command. More are refused, and that is said.
@@ -141,7 +142,7 @@ impl Session {
         let steers =
             commands.iter().any(|(command, _)| command::steers(command, ctx.aircraft.mode()));
         let mode = commands.iter().find_map(|(command, _)| match command {
-            Command::Mode(mode) => Some(*mode),
+            Command::Vehicle(VehicleCommand::Mode(mode)) => Some(*mode),
             _ => None,
         });
         let parts = commands.into_iter().filter_map(|(command, target)| {

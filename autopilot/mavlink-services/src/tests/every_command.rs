@@ -6,7 +6,7 @@ use crate::codec::OWN;
 use crate::command::table;
 use crate::param;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::event::Command;
+use flight_management::command::Command;
 use proptest::prelude::*;
 
 const NAN: f32 = f32::NAN;

@@ -2,7 +2,8 @@
 
 use super::world::*;
 use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MavResult};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultState, PlantReport, Repeat, Timing, Travel};
 use icd::tvc_jet;
 use icd::{ControlPeriod, FaultKind, SimTime};
@@ -85,7 +86,11 @@ fn the_list_comes_each_second_and_soon_after_a_change() {
 fn joining_a_flight_asks_the_plant_for_its_faults_and_a_new_flight_does_not() {
     let mut world = World::flying();
     let asked = |world: &mut World| {
-        world.take_commands().iter().filter(|command| **command == Command::ListFaults).count()
+        world
+            .take_commands()
+            .iter()
+            .filter(|command| **command == Command::Plant(PlantAction::ListFaults))
+            .count()
     };
     assert_eq!(asked(&mut world), 0);
     world.listed = vec![rudder(4, FaultState::Active { since: SimTime::from_micros(2_500_000) })];
@@ -141,7 +146,7 @@ fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
     world.run_ms(100);
     assert!(world.said("144 events were lost"), "{:?}", world.texts());
     assert!(world.said(" texts were not shown"), "{:?}", world.texts());
-    assert_eq!(world.take_commands(), [Command::ListFaults]);
+    assert_eq!(world.take_commands(), [Command::Plant(PlantAction::ListFaults)]);
     let ids: Vec<f32> = requested(&mut world, 2.0).iter().map(|list| list[2]).collect();
     assert_eq!(ids, [5.0]);
 }

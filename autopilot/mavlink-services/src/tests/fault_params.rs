@@ -4,8 +4,9 @@ use super::params::{set_int, set_real};
 use super::world::*;
 use crate::failure;
 use ::mavlink::dialects::common::PARAM_ERROR_DATA;
-use flight_management::event::Command;
+use flight_management::command::Command;
 use flight_management::parameters::{fault_parameters, is_fault};
+use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
 use icd::tvc_jet;
 use icd::{ControlPeriod, FaultKind, FaultRequest, SimTime};
@@ -35,7 +36,9 @@ fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
             world.send(&set_int(&row.name, code));
             assert_eq!(values(&mut world), one(&row.name, code), "one answer");
             let commands = world.take_commands();
-            let [Command::Fault(request)] = &commands[..] else { panic!("{commands:?}") };
+            let [Command::Plant(PlantAction::Fault(request))] = &commands[..] else {
+                panic!("{commands:?}")
+            };
             assert_eq!(request.target(), Some(row.effector.into()));
             world.send(&set_int(&row.name, 0));
             assert_eq!(values(&mut world), one(&row.name, 0), "mended");
@@ -53,14 +56,19 @@ fn the_sizes_are_latched_when_it_is_set() {
     let commands = world.take_commands();
     let bias = 3.0_f64.to_radians();
     assert!(
-        matches!(commands[..], [Command::Fault(FaultRequest::Inject {
+        matches!(commands[..], [Command::Plant(PlantAction::Fault(FaultRequest::Inject {
             kind: FaultKind::Biased { bias: ordered }, ..
-        })] if ordered == bias),
+        }))] if ordered == bias),
         "{commands:?}"
     );
     world.send(&set_real("FLT_BIAS_DEG", 9.0));
     world.run_ms(100);
-    assert!(!world.take_commands().iter().any(|command| matches!(command, Command::Fault(_))));
+    assert!(
+        !world
+            .take_commands()
+            .iter()
+            .any(|command| matches!(command, Command::Plant(PlantAction::Fault(_))))
+    );
 }
 
 #[test]
@@ -198,7 +206,10 @@ fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
         world.send(&set_int("FLT_SERVO1", 0));
         let commands = world.take_commands();
         assert!(
-            matches!(commands[..], [Command::Fault(FaultRequest::Clear { .. })]),
+            matches!(
+                commands[..],
+                [Command::Plant(PlantAction::Fault(FaultRequest::Clear { .. }))]
+            ),
             "{commands:?}"
         );
         report(&mut world, 1, FaultKind::StuckHere, FaultState::Cancelled { at });

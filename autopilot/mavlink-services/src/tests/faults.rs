@@ -1,6 +1,7 @@
 use super::world::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultReply, FaultState, PlantReport, Refusal, Timing};
 use icd::tvc_jet;
 use icd::{Effector, FaultKind, SimTime};
@@ -13,7 +14,7 @@ const STUCK_LEFT_AILERON: [f32; 7] = [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0];
 
 fn answer_open_requests(world: &mut World, reply: FaultReply) {
     for intent in world.intents.clone() {
-        if let Command::Fault(_) = intent.command {
+        if let Command::Plant(PlantAction::Fault(_)) = intent.command {
             world
                 .autopilot
                 .handle_report(&PlantReport::FaultReply { request: intent.number, reply });

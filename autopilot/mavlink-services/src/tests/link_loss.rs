@@ -3,7 +3,8 @@
 use super::world::*;
 use crate::codec::Identity;
 use ::mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavType};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::LinkLossAction;
 
 const OTHER: Identity = Identity { system: 245, component: 190 };
@@ -38,8 +39,8 @@ fn told(world: &mut World) -> Vec<Told> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::LinkLost(action) => Some(Told::Lost(action)),
-            Command::LinkBack => Some(Told::Back),
+            Command::Vehicle(VehicleCommand::LinkLost(action)) => Some(Told::Lost(action)),
+            Command::Vehicle(VehicleCommand::LinkBack) => Some(Told::Back),
             _ => None,
         })
         .collect()

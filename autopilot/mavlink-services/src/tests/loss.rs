@@ -2,7 +2,8 @@
 
 use super::world::*;
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::{Mode, Place};
 
@@ -82,7 +83,7 @@ fn final_state(lost: u32) -> (End, u32) {
     let snapshot = *link.world.autopilot.snapshot().unwrap();
     let mut bandwidths =
         link.world.take_commands().into_iter().filter_map(|command| match command {
-            Command::Gains(gains) => Some(gains.neso.bandwidth),
+            Command::Configuration(Configuration::Gains(gains)) => Some(gains.neso.bandwidth),
             _ => None,
         });
     let end = End {

@@ -6,7 +6,8 @@ use crate::codec::Identity;
 use ::mavlink::dialects::common::{
     MANUAL_CONTROL_DATA, MavMessage, MavResult, RC_CHANNELS_OVERRIDE_DATA,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Sticks};
 
 const ALTITUDE: [f32; 7] = [1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -64,7 +65,7 @@ fn sticks(world: &mut World) -> Vec<Sticks> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Sticks(sticks) => Some(sticks),
+            Command::Vehicle(VehicleCommand::Sticks(sticks)) => Some(sticks),
             _ => None,
         })
         .collect()

@@ -11,7 +11,8 @@ use ::mavlink::dialects::common::{
     AVAILABLE_MODES_DATA, AVAILABLE_MODES_MONITOR_DATA, CURRENT_MODE_DATA, HEARTBEAT_DATA,
     MavMessage, MavModeFlag, MavModeProperty, MavResult, SET_MODE_DATA,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Mode;
 
 const NAN: f32 = f32::NAN;
@@ -23,7 +24,7 @@ fn commanded_modes(world: &mut World) -> Vec<Mode> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Mode(mode) => Some(mode),
+            Command::Vehicle(VehicleCommand::Mode(mode)) => Some(mode),
             _ => None,
         })
         .collect()
@@ -70,7 +71,10 @@ fn set_mode_works_without_an_acknowledgement_and_says_why_not() {
     assert!(world.said("Offboard refused: no setpoint"), "{:?}", world.texts());
     assert!(world.said("Land is not flown here: use Return"), "{:?}", world.texts());
     let commands = world.take_commands();
-    assert!(matches!(commands[..], [Command::Mode(Mode::Hold)]), "{commands:?}");
+    assert!(
+        matches!(commands[..], [Command::Vehicle(VehicleCommand::Mode(Mode::Hold))]),
+        "{commands:?}"
+    );
 }
 
 #[test]

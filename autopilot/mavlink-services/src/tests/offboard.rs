@@ -5,7 +5,9 @@ use ::mavlink::dialects::common::{
     AttitudeTargetTypemask, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MavMessage, MavResult,
     SET_ATTITUDE_TARGET_DATA,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Setpoint};
 use icd::{Attitude, EulerAngles};
 
@@ -74,9 +76,9 @@ fn a_roll_beyond_the_limit_is_limited() {
     for limit in 1..=80_u8 {
         let mut world = World::flying();
         world.ground.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
-        world.autopilot.handle_intent(flight_management::event::Intent {
+        world.autopilot.handle_intent(flight_management::command::Intent {
             number: 1_000_000,
-            command: Command::Limits(world.ground.parameters.limits),
+            command: Command::Configuration(Configuration::Limits(world.ground.parameters.limits)),
         });
         world.send(&setpoint(89.0));
         world.send_command(176, OFFBOARD);
@@ -148,7 +150,9 @@ fn a_flood_of_setpoints_becomes_a_trickle_of_references_and_the_last_one_counts(
         .take_commands()
         .into_iter()
         .filter_map(|command| match command {
-            Command::Setpoint(Setpoint::Roll(roll)) => Some(roll.to_degrees()),
+            Command::Vehicle(VehicleCommand::Setpoint(Setpoint::Roll(roll))) => {
+                Some(roll.to_degrees())
+            }
             _ => None,
         })
         .collect();
@@ -245,7 +249,7 @@ fn the_asker_has_control_before_the_outcome_of_its_request_is_there() {
 
 #[test]
 fn a_refusal_is_told_of_although_newer_setpoints_have_gone_out_before_it() {
-    use flight_management::event::Outcome;
+    use flight_management::command::Outcome;
     use flight_management::vehicle::VehicleRefusal;
     let mut world = in_offboard();
     world.run_ms(20);
@@ -304,7 +308,10 @@ fn the_request_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
         world.ground.poll(world.now);
         // The control side is slow: it has taken none of them yet.
         while let Some(intent) = world.ground.pop_intent() {
-            commands += usize::from(matches!(intent.command, Command::Mode(Mode::Hold)));
+            commands += usize::from(matches!(
+                intent.command,
+                Command::Vehicle(VehicleCommand::Mode(Mode::Hold))
+            ));
         }
     }
     world.settle();

@@ -3,7 +3,8 @@ use ::mavlink::dialects::common::{
     MavMessage, MavParamType, PARAM_ERROR_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
     PARAM_SET_DATA, PARAM_VALUE_DATA,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
 use flight_management::parameters::COMPATIBILITY;
 use flight_management::parameters::{Kind, Parameters, table};
 use flight_management::vehicle::LinkLossAction;
@@ -139,11 +140,15 @@ fn a_change_is_told_to_every_peer_and_reaches_the_laws() {
     world.send(&set_real("OBS_W0", 40.0));
     assert_eq!(world.values(address(14_540)).len(), 1);
     let commands = world.take_commands();
-    let [Command::Gains(gains)] = &commands[..] else { panic!("{commands:?}") };
+    let [Command::Configuration(Configuration::Gains(gains))] = &commands[..] else {
+        panic!("{commands:?}")
+    };
     assert_eq!(gains.neso.bandwidth, 40.0);
     world.send(&set_real("REF_ALT_MAX", 9_000.0));
     let commands = world.take_commands();
-    let [Command::Limits(limits)] = &commands[..] else { panic!("{commands:?}") };
+    let [Command::Configuration(Configuration::Limits(limits))] = &commands[..] else {
+        panic!("{commands:?}")
+    };
     assert_eq!(limits.altitude_max_m, 9_000.0);
     world.send(&set_real("FLT_LOE_PCT", 30.0));
     assert!(world.take_commands().is_empty(), "nobody but us needs it");
@@ -258,7 +263,9 @@ fn a_change_of_the_guidance_reaches_the_vehicle() {
     let mut world = World::flying();
     world.send(&set_real("NAV_LOITER_RAD", 8_000.0));
     let commands = world.take_commands();
-    let [Command::Navigation(navigation)] = &commands[..] else { panic!("{commands:?}") };
+    let [Command::Configuration(Configuration::Navigation(navigation))] = &commands[..] else {
+        panic!("{commands:?}")
+    };
     assert_eq!(navigation.loiter_radius_m, 8_000.0);
     world.send(&set_int("NAV_DLL_ACT", 2));
     assert!(world.take_commands().is_empty(), "link loss is our own business");

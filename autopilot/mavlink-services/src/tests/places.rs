@@ -3,7 +3,8 @@
 use super::world::*;
 use crate::convert;
 use ::mavlink::dialects::common::{HOME_POSITION_DATA, MavResult};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Place, Reposition};
 
 const NAN: f32 = f32::NAN;
@@ -28,7 +29,7 @@ fn repositions(world: &mut World) -> Vec<Reposition> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Reposition(reposition) => Some(reposition),
+            Command::Vehicle(VehicleCommand::Reposition(reposition)) => Some(reposition),
             _ => None,
         })
         .collect()
@@ -38,7 +39,7 @@ fn homes(world: &mut World) -> Vec<Place> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Home(place) => Some(place),
+            Command::Vehicle(VehicleCommand::Home(place)) => Some(place),
             _ => None,
         })
         .collect()
@@ -203,7 +204,10 @@ fn pause_circles_here_and_continue_needs_a_paused_plan() {
     world.send_command(193, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(193, ACCEPTED), ack(193, LATER)]);
     assert!(world.said("no plan is paused"), "{:?}", world.texts());
-    assert!(matches!(world.take_commands()[..], [Command::Continue]), "the aircraft knows");
+    assert!(
+        matches!(world.take_commands()[..], [Command::Vehicle(VehicleCommand::Continue)]),
+        "the aircraft knows"
+    );
     for bad in [2.0, 0.5, NAN, -1.0] {
         world.send_command(193, [bad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(193, DENIED)], "{bad}");

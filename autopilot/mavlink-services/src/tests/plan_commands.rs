@@ -1,10 +1,11 @@
 //! Commands about a plan that is loaded: begin, go on, another item.
 
+use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
 use super::world::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::event::{Command, Intent};
+use flight_management::command::{Command, Intent};
 use flight_management::vehicle::plan::{Action, Item, Plan, Point, Progress};
 use flight_management::vehicle::{Mode, Place};
 
@@ -25,7 +26,7 @@ fn waypoint(latitude_deg: f64) -> Item {
 fn with_a_plan() -> World {
     let mut world = World::flying();
     let items = [35.2, 35.4, 35.6].map(waypoint).to_vec();
-    let command = Command::Plan(Arc::new(Plan { id: 7, items }));
+    let command = Command::Vehicle(VehicleCommand::Plan(Arc::new(Plan { id: 7, items })));
     world.autopilot.handle_intent(Intent { number: 1_000_000, command });
     world.run_ms(200);
     world.got.clear();

@@ -6,7 +6,8 @@ use ::mavlink::dialects::common::{
     MavFrame, MavMessage, MavResult, PositionTargetTypemask, SET_POSITION_TARGET_GLOBAL_INT_DATA,
     SET_POSITION_TARGET_LOCAL_NED_DATA,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Setpoint};
 use proptest::prelude::*;
 
@@ -62,7 +63,7 @@ fn setpoints(world: &mut World) -> Vec<Setpoint> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Setpoint(setpoint) => Some(setpoint),
+            Command::Vehicle(VehicleCommand::Setpoint(setpoint)) => Some(setpoint),
             _ => None,
         })
         .collect()

@@ -3,7 +3,8 @@
 use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavResult};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use icd::fault::PlantAction;
 use icd::tvc_jet;
 use icd::{Effector, FaultRequest};
 use serde_json::Value;
@@ -74,7 +75,7 @@ fn everything_ok_mends_every_effector() {
         .take_commands()
         .iter()
         .filter_map(|command| match command {
-            Command::Fault(FaultRequest::Clear { target }) => target.effector(),
+            Command::Plant(PlantAction::Fault(FaultRequest::Clear { target })) => target.effector(),
             _ => None,
         })
         .collect();

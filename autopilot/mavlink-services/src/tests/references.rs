@@ -2,7 +2,8 @@
 
 use super::world::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Reference;
 
 const NAN: f32 = f32::NAN;
@@ -13,7 +14,7 @@ fn references(world: &mut World) -> Vec<Reference> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Refer(reference) => Some(reference),
+            Command::Vehicle(VehicleCommand::Refer(reference)) => Some(reference),
             _ => None,
         })
         .collect()

@@ -7,7 +7,8 @@ use crate::codec::OWN;
 use crate::component_metadata::crc32;
 use crate::scripts::{FILE_MAX, FILES_MAX};
 use ::mavlink::dialects::common::{MavMessage, MavResult};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
 use flight_management::script::Script;
 use icd::tvc_jet;
 use std::sync::Arc;
@@ -293,7 +294,10 @@ fn fault_injection_that_is_switched_off_under_way_refuses_the_lines_that_follow(
     world.take_commands();
     world.send(&set_int("SYS_FAILURE_EN", 0));
     world.run_ms(10);
-    assert_eq!(world.take_commands(), [Command::FaultInjection(false)]);
+    assert_eq!(
+        world.take_commands(),
+        [Command::Configuration(Configuration::FaultInjection(false))]
+    );
     world.run_ms(200);
     let words = "Script 1 refused: fault injection is off (SYS_FAILURE_EN 0) (at 100 ms: fail left";
     assert!(world.said(words), "{:?}", world.texts());

@@ -2,7 +2,9 @@
 
 use super::world::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
+use icd::fault::PlantAction;
 use icd::fault::PlantReport;
 use icd::pace::Pace;
 
@@ -20,7 +22,11 @@ fn one(p1: f32, p2: f32) -> [f32; 7] {
 }
 
 fn terminations(world: &mut World) -> usize {
-    world.take_commands().iter().filter(|command| matches!(command, Command::Terminate)).count()
+    world
+        .take_commands()
+        .iter()
+        .filter(|command| matches!(command, Command::Vehicle(VehicleCommand::Terminate)))
+        .count()
 }
 
 fn on_the_ground() -> World {
@@ -144,7 +150,9 @@ fn the_pace_of_the_simulation_is_asked_for_by_user_2() {
         let mut world = World::flying();
         world.send_command(31_011, params);
         let commands = world.take_commands();
-        let [Command::Pace(pace)] = commands[..] else { panic!("{commands:?}") };
+        let [Command::Plant(PlantAction::Pace(pace))] = commands[..] else {
+            panic!("{commands:?}")
+        };
         assert_eq!(pace, expected);
         assert_eq!(world.take_acks(), [ack(31_011, ACCEPTED)]);
     }

@@ -4,7 +4,8 @@ use super::params::{set_int, set_real};
 use super::world::*;
 use crate::param::{PREFLIGHT_STORAGE, Saved};
 use ::mavlink::dialects::common::{MavResult, PARAM_VALUE_DATA};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
 use flight_management::parameters::{Parameters, from_text};
 
 fn keeping() -> World {
@@ -119,7 +120,16 @@ fn defaults_come_back_for_everybody_and_in_the_file() {
     storage(&mut world, 2.0);
     assert_eq!(*world.ground.parameters(), Parameters::default());
     let commands = world.take_commands();
-    assert!(matches!(&commands[..], [Command::Gains(_), Command::Navigation(_)]), "{commands:?}");
+    assert!(
+        matches!(
+            &commands[..],
+            [
+                Command::Configuration(Configuration::Gains(_)),
+                Command::Configuration(Configuration::Navigation(_))
+            ]
+        ),
+        "{commands:?}"
+    );
     let told = world.got.iter().filter(|got| got.read::<PARAM_VALUE_DATA>().is_some()).count();
     assert_eq!(told, 4, "two changes, two peers");
     let save = world.ground.pop_save().unwrap();

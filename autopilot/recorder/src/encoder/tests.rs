@@ -1,9 +1,11 @@
 use super::*;
 use crate::ControlHeader;
+use flight_management::command::Intent;
+use flight_management::command::VehicleCommand;
 use flight_management::configuration::{self, DEFAULT_MODEL};
-use flight_management::event::Intent;
 use flight_management::vehicle::{Reference, VehicleRefusal};
 use flight_management::vehicle::{VehicleEvent, schedule::ReferenceSchedule};
+use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
 use icd::tvc_jet;
 use ulog::reader::Log;
@@ -85,13 +87,13 @@ fn a_fault_is_told_once_however_often_the_plant_falls_silent() {
 
 #[test]
 fn the_autopilots_own_question_is_not_told_as_a_command_of_somebody() {
-    let texts = texts(vec![command(2, 1, Command::ListFaults)]);
+    let texts = texts(vec![command(2, 1, Command::Plant(PlantAction::ListFaults))]);
     assert_eq!(texts[0].1, "Input: the autopilot asks for the faults");
 }
 
 #[test]
 fn texts_never_run_backwards_and_a_refusal_says_what_was_refused() {
-    let climb = Command::Refer(Reference::Altitude(99_000.0));
+    let climb = Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(99_000.0)));
     let why = VehicleRefusal::OutOfRange {
         what: "altitude",
         unit: "m",

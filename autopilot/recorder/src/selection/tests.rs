@@ -1,9 +1,12 @@
 use super::*;
 use crate::Moment;
 use flight_control::{Demand, FlightControl, Gains, NavigationState};
+use flight_management::command::Intent;
+use flight_management::command::VehicleCommand;
 use flight_management::configuration::{self, DEFAULT_MODEL};
-use flight_management::event::{Event, Intent};
+use flight_management::event::Event;
 use flight_management::vehicle::Reference;
+use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
 use icd::tvc_jet;
 use icd::{ControlPeriod, Sensors};
@@ -104,7 +107,7 @@ fn all_steps_around_an_event_have_rows() {
     let events = [
         event(EventKind::AuthorityRestored(Axis::Yaw)),
         event(EventKind::GroundContact),
-        input(Command::Refer(Reference::Altitude(100.0))),
+        input(Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(100.0)))),
         vec![fault(5_000, 1)],
     ];
     let expected: Vec<u64> = {
@@ -148,7 +151,10 @@ fn all_steps_around_an_event_have_rows() {
 fn streams_pauses_and_slow_changes_are_no_events() {
     let stream = |number: u64, step: &mut Step| {
         step.references[0] += 0.05;
-        let what = Recorded::Intent(Intent { number: 1, command: Command::ListFaults });
+        let what = Recorded::Intent(Intent {
+            number: 1,
+            command: Command::Plant(PlantAction::ListFaults),
+        });
         vec![Entry::Recorded { time: at(number), moment: Moment::Step, what }]
     };
     assert_eq!(fly(LogRate::Events, 10_000, stream), quiet(10_000));

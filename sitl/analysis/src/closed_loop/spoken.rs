@@ -7,7 +7,8 @@ use core::ops::{ControlFlow, RangeFrom};
 use core::slice;
 use std::iter::Peekable;
 
-use autopilot::event::{Command, Event, Intent, Snapshot};
+use autopilot::command::{Command, Intent};
+use autopilot::event::{Event, Snapshot};
 use autopilot::recorder::Recorded;
 use icd::SimTime;
 use plant_sim::{SetupError, Truth};

@@ -1,8 +1,9 @@
 //! What happened in a flight, in the order of time, from rows and inputs of its log.
 
+use autopilot::command::VehicleCommand;
 use std::collections::HashMap;
 
-use autopilot::event::Command;
+use autopilot::command::Command;
 use autopilot::recorder::{Recorded, words};
 use autopilot::vehicle::Mode;
 use icd::fault::{FaultKind, TargetClass};
@@ -299,7 +300,7 @@ fn told(flight: &Flight) -> impl Iterator<Item = Happened> {
 /// Streams come many times a second; they are told once.
 const fn stream_name(command: &Command) -> &'static str {
     match command {
-        Command::Sticks(_) => "positions of a pilot's sticks",
+        Command::Vehicle(VehicleCommand::Sticks(_)) => "positions of a pilot's sticks",
         _ => "setpoints of an offboard stream",
     }
 }

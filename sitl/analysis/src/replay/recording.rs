@@ -1,10 +1,11 @@
 //! What a replay needs of a log: headers, inputs in order, and the rows to compare with.
 
+use autopilot::command::Configuration;
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
 use autopilot::autopilot::Settings;
-use autopilot::event::Command;
+use autopilot::command::Command;
 use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
 use flight_control::aircraft_model::AircraftModelError;
@@ -154,9 +155,11 @@ impl Recording {
             let mut changed = parameters;
             let Recorded::Intent(intent) = &input.what else { continue };
             match &intent.command {
-                Command::Gains(gains) => changed.gains = **gains,
-                Command::Limits(limits) => changed.limits = *limits,
-                Command::Navigation(navigation) => changed.navigation = *navigation,
+                Command::Configuration(Configuration::Gains(gains)) => changed.gains = **gains,
+                Command::Configuration(Configuration::Limits(limits)) => changed.limits = *limits,
+                Command::Configuration(Configuration::Navigation(navigation)) => {
+                    changed.navigation = *navigation;
+                }
                 _ => continue,
             }
             changed.check().map_err(|why| refused(format!("input {number}"), why))?;

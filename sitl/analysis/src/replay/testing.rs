@@ -1,7 +1,7 @@
 //! Logs for tests: flown in one process and written byte by byte as the recorder does it.
 
 use autopilot::autopilot::Autopilot;
-use autopilot::event::{Command, Intent};
+use autopilot::command::{Command, Intent};
 use autopilot::recorder::topics::{self, Place};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded, RunHash};
 use icd::fault::{PlantAction, PlantReport};

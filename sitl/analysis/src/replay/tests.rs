@@ -1,6 +1,10 @@
+use autopilot::command::Configuration;
+use autopilot::command::ScriptCommand;
+use autopilot::command::VehicleCommand;
+use icd::fault::PlantAction;
 use std::sync::Arc;
 
-use autopilot::event::Command;
+use autopilot::command::Command;
 use autopilot::recorder::{FLIGHT_RULES, Moment};
 use autopilot::script::Script;
 use autopilot::vehicle::{LinkLossAction, Mode, Reference};
@@ -36,7 +40,11 @@ pub fn setup(seconds: u64) -> FlightSetup {
 fn jam(onset: Onset) -> Command {
     let kind = FaultKind::StuckHere;
     let timing = Timing { onset, ..Timing::NOW };
-    Command::Fault(FaultRequest::Inject { target: tvc_jet::LEFT_ELEVATOR.into(), kind, timing })
+    Command::Plant(PlantAction::Fault(FaultRequest::Inject {
+        target: tvc_jet::LEFT_ELEVATOR.into(),
+        kind,
+        timing,
+    }))
 }
 
 /// Everything that an operator may do, in flight and while time stands still.
@@ -48,19 +56,19 @@ pub fn spoken() -> Vec<Spoken> {
     let at = |step, command| (step, Moment::Step, command);
     let held = |step, command| (step, Moment::Holding, command);
     vec![
-        at(0, Command::Refer(Reference::Altitude(3_100.0))),
-        at(5, Command::Script(script)),
-        at(10, Command::Gains(Box::new(gains))),
-        at(20, Command::Mode(Mode::Hold)),
-        at(20, Command::Pace(Pace::Pause)),
+        at(0, Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(3_100.0)))),
+        at(5, Command::Script(ScriptCommand::Run(script))),
+        at(10, Command::Configuration(Configuration::Gains(Box::new(gains)))),
+        at(20, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
+        at(20, Command::Plant(PlantAction::Pace(Pace::Pause))),
         held(21, jam(Onset::AtOnce)),
-        held(21, Command::Refer(Reference::Airspeed(155.0))),
-        held(21, Command::Pace(Pace::Run)),
-        at(300, Command::Fault(FaultRequest::ClearAll)),
-        at(310, Command::LinkLost(LinkLossAction::Return)),
-        at(400, Command::LinkBack),
+        held(21, Command::Vehicle(VehicleCommand::Refer(Reference::Airspeed(155.0)))),
+        held(21, Command::Plant(PlantAction::Pace(Pace::Run))),
+        at(300, Command::Plant(PlantAction::Fault(FaultRequest::ClearAll))),
+        at(310, Command::Vehicle(VehicleCommand::LinkLost(LinkLossAction::Return))),
+        at(400, Command::Vehicle(VehicleCommand::LinkBack)),
         at(420, jam(Onset::At(SimTime::from_micros(1_000_500)))),
-        at(600, Command::Terminate),
+        at(600, Command::Vehicle(VehicleCommand::Terminate)),
     ]
 }
 
@@ -203,7 +211,7 @@ fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
 fn a_flight_ends_on_the_ground() {
     let mut setup = setup(10);
     setup.plant.start.altitude_m = 60.0;
-    let spoken = [(0, Moment::Step, Command::Terminate)];
+    let spoken = [(0, Moment::Step, Command::Vehicle(VehicleCommand::Terminate))];
     let bytes = testing::log(&setup, &spoken, Without::default());
     let verdict = replay(bytes).unwrap();
     assert!(verdict.is_same(), "{verdict}");

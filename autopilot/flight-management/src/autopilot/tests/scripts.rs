@@ -1,6 +1,8 @@
 //! Scripts on the control side.
 
 use super::*;
+use crate::command::Configuration;
+use crate::command::ScriptCommand;
 use icd::tvc_jet;
 
 fn with_script(text: &str) -> Autopilot {
@@ -135,7 +137,10 @@ fn without_fault_injection_the_scenarios_script_does_not_begin_if_it_has_faults(
         ("say words", ScriptEvent::Began),
     ] {
         let mut autopilot = with_script(text);
-        autopilot.handle_intent(Intent { number: 1, command: Command::FaultInjection(false) });
+        autopilot.handle_intent(Intent {
+            number: 1,
+            command: Command::Configuration(Configuration::FaultInjection(false)),
+        });
         autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
         assert_eq!(script_events(&mut autopilot), [expected]);
     }
@@ -149,7 +154,7 @@ fn a_script_ends_with_its_flight() {
     script_events(&mut autopilot);
     autopilot.handle_report(&PlantReport::GroundContact { at: SimTime::ZERO });
     assert_eq!(script_events(&mut autopilot), [ScriptEvent::Stopped]);
-    autopilot.handle_intent(Intent { number: 1, command: Command::StopScript });
+    autopilot.handle_intent(Intent { number: 1, command: Command::Script(ScriptCommand::Stop) });
     let outcome = Outcome::Refused(VehicleRefusal::NoScript);
     assert_eq!(outcomes(&mut autopilot), [(1, outcome)]);
 }

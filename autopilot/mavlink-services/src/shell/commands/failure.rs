@@ -1,6 +1,7 @@
 //! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
 //! same order as the commands of the MAVLink protocol.
 
+use icd::fault::PlantAction;
 use std::fmt::Write as _;
 
 use icd::fault::kind::{NumberInfo, SIZE_OPTION};
@@ -9,7 +10,7 @@ use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::{Answer, Asking, Order, list, number, usage};
 use crate::failure::order::{self, Failure, FaultOrder, Instances, Size, Unit, Value};
-use flight_management::event::Command;
+use flight_management::command::Command;
 
 pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
 /// The rest of the help, for an aircraft with these effectors.
@@ -69,8 +70,9 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
             let order = order_of(component, failure, options)?;
             let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
-            let commands =
-                requests.into_iter().map(|request| (Command::Fault(request), request.target()));
+            let commands = requests
+                .into_iter()
+                .map(|request| (Command::Plant(PlantAction::Fault(request)), request.target()));
             Ok(Order { said: String::new(), commands: commands.collect() })
         }
         _ => Err(usage("failure")),
@@ -79,7 +81,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
 
 fn clear(asking: &Asking) -> Answer {
     if asking.ctx.parameters.failure.enabled {
-        Ok(Order::ask(Command::Fault(FaultRequest::ClearAll), ""))
+        Ok(Order::ask(PlantAction::Fault(FaultRequest::ClearAll), ""))
     } else {
         Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
     }

@@ -1,10 +1,10 @@
 //! `mode`: the modes there are, and a change of mode by the checks of a mode command.
 
+use flight_management::command::VehicleCommand;
 use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
 use crate::modes;
-use flight_management::event::Command;
 use flight_management::vehicle::Mode;
 
 pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
@@ -18,7 +18,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
             })?;
             let mode = modes::enterable(mode, asking.ctx.streams())
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
-            Ok(Order::ask(Command::Mode(mode), format!("Mode {mode}\n")))
+            Ok(Order::ask(VehicleCommand::Mode(mode), format!("Mode {mode}\n")))
         }
         _ => Err(usage("mode")),
     }

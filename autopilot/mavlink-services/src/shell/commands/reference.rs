@@ -1,7 +1,7 @@
 //! `reference`: altitude, airspeed, roll angle and course. The aircraft has the limits.
 
 use super::{Answer, Asking, Order, number, usage};
-use flight_management::event::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Reference;
 
 pub(super) fn run(arguments: &[&str], _: &mut Asking) -> Answer {
@@ -28,5 +28,5 @@ pub(super) fn run(arguments: &[&str], _: &mut Asking) -> Answer {
         }
         _ => return Err(usage("reference")),
     };
-    Ok(Order::ask(Command::Refer(reference), format!("Reference {name}: {said}\n")))
+    Ok(Order::ask(VehicleCommand::Refer(reference), format!("Reference {name}: {said}\n")))
 }

@@ -1,11 +1,11 @@
 //! `script`: which scripts are here, start one, stop it, and where the one that runs stands.
 
+use flight_management::command::ScriptCommand;
 use std::fmt::Write as _;
 
 use super::{Answer, Asking, Order, usage};
 use crate::refused::Refused;
 use crate::scripts::Scripts;
-use flight_management::event::Command;
 use flight_management::script::Script;
 
 pub(super) const DETAILS: &str = "\
@@ -17,7 +17,7 @@ pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
     match arguments {
         ["list"] => Ok(Order::say(list(asking.ctx.scripts))),
         ["run", which] => start(which, asking),
-        ["stop"] => Ok(Order::ask(Command::StopScript, "Script stopped\n")),
+        ["stop"] => Ok(Order::ask(ScriptCommand::Stop, "Script stopped\n")),
         ["status"] => Ok(Order::say(status(asking.ctx.scripts))),
         _ => Err(usage("script")),
     }
@@ -32,7 +32,7 @@ fn start(which: &str, asking: &mut Asking) -> Answer {
     };
     let script = script.map_err(|Refused { reason, .. }| reason.unwrap_or_default())?;
     let said = format!("Script began: {}\n", script.name());
-    Ok(Order::ask(Command::Script(script), said))
+    Ok(Order::ask(ScriptCommand::Run(script), said))
 }
 
 /// One line for each file, then the scenario's script. The one that runs is marked.

@@ -7,12 +7,13 @@ use ::mavlink::dialects::common::{
     MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavCmd, MavFrame, MavMessage,
     MavMissionResult, MavMissionType,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::plan::Action;
 
 fn plan_of(world: &mut World) -> Vec<Action> {
     let plans = world.take_commands().into_iter().filter_map(|command| match command {
-        Command::Plan(plan) => Some(plan),
+        Command::Vehicle(VehicleCommand::Plan(plan)) => Some(plan),
         _ => None,
     });
     let plan = plans.last().expect("a plan reached the control side");

@@ -3,7 +3,8 @@
 use super::client::*;
 use crate::tests::world::*;
 use ::mavlink::dialects::common::{MISSION_ACK_DATA, MavCmd, MavMessage, MavMissionResult as R};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Reference};
 
 /// MISSION_ITEM with a waypoint above home.
@@ -42,7 +43,9 @@ fn a_guided_item_sends_the_aircraft_to_a_place_in_hold() {
     world.send(&floats(0, 2, 35.1, -117.8, 6_000.0));
     assert_eq!(results(&world), [ACCEPTED], "{:?}", world.texts());
     let commands = world.take_commands();
-    let [Command::Reposition(reposition)] = &commands[..] else { panic!("{commands:?}") };
+    let [Command::Vehicle(VehicleCommand::Reposition(reposition))] = &commands[..] else {
+        panic!("{commands:?}")
+    };
     let place = reposition.place.unwrap();
     // 1e-8 rad are 6 cm: the field has seven digits of a degree.
     assert!((place.latitude_rad.to_degrees() - 35.1).abs() < 1.0e-7);
@@ -59,7 +62,7 @@ fn an_altitude_by_an_item_is_a_reference() {
     assert_eq!(results(&world), [ACCEPTED], "{:?}", world.texts());
     let commands = world.take_commands();
     assert!(
-        matches!(commands[..], [Command::Refer(Reference::Altitude(altitude))] if altitude == 6_500.0),
+        matches!(commands[..], [Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(altitude)))] if altitude == 6_500.0),
         "{commands:?}"
     );
 }
@@ -92,7 +95,7 @@ fn a_guided_item_does_not_disturb_an_upload() {
     world.send(&MavMessage::MISSION_ITEM_INT(waypoint(0)));
     assert_eq!(results(&world), [ACCEPTED]);
     let plan = world.take_commands().into_iter().find_map(|command| match command {
-        Command::Plan(plan) => Some(plan.items.len()),
+        Command::Vehicle(VehicleCommand::Plan(plan)) => Some(plan.items.len()),
         _ => None,
     });
     assert_eq!(plan, Some(1));

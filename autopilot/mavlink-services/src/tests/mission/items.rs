@@ -3,7 +3,8 @@
 use super::client::*;
 use crate::tests::world::*;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame};
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use proptest::prelude::*;
 
@@ -13,7 +14,7 @@ fn taken(item: MISSION_ITEM_INT_DATA) -> (Action, World) {
     let plan = [waypoint(0), MISSION_ITEM_INT_DATA { seq: 1, current: 0, ..item }];
     assert_eq!(client.upload(&plan).unwrap().0, ACCEPTED, "{:?}", client.world.texts());
     let plan = client.world.take_commands().into_iter().find_map(|command| match command {
-        Command::Plan(plan) => Some(plan),
+        Command::Vehicle(VehicleCommand::Plan(plan)) => Some(plan),
         _ => None,
     });
     client.world.run_ms(4);

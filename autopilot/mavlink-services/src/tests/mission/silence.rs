@@ -1,6 +1,7 @@
 //! A control side that is slow, and what it tells by itself.
 
 use core::time::Duration;
+use flight_management::command::VehicleCommand;
 
 use super::client::*;
 use crate::tests::world::*;
@@ -8,7 +9,8 @@ use ::mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_INT_DATA,
     MISSION_ITEM_REACHED_DATA, MISSION_REQUEST_LIST_DATA, MavMessage, MavMissionResult as R,
 };
-use flight_management::event::{Command, Event, EventKind, Intent, Outcome};
+use flight_management::command::{Command, Intent, Outcome};
+use flight_management::event::{Event, EventKind};
 use flight_management::vehicle::VehicleEvent;
 
 /// A ground side whose intents are not answered.
@@ -143,7 +145,10 @@ fn a_flood_of_requests_is_bounded_and_each_is_answered() {
         slow.say(&clear);
         results.extend(slow.results());
         let intents = slow.intents();
-        plans += intents.iter().filter(|intent| matches!(intent.command, Command::Plan(_))).count();
+        plans += intents
+            .iter()
+            .filter(|intent| matches!(intent.command, Command::Vehicle(VehicleCommand::Plan(_))))
+            .count();
     }
     assert!(plans <= 32, "{plans} commands open");
     assert!(results.iter().all(|result| *result == R::MAV_MISSION_ERROR));

@@ -6,7 +6,8 @@ use crate::tests::world::*;
 use ::mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_ITEM_INT_DATA, MavMessage, MavMissionResult as R, MavResult,
 };
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::VehicleCommand;
 
 fn requests(world: &mut World) -> Vec<u16> {
     let requests = world.got.iter().filter_map(requested).collect();
@@ -26,7 +27,11 @@ fn message(item: MISSION_ITEM_INT_DATA) -> MavMessage {
 }
 
 fn plans(world: &mut World) -> usize {
-    world.take_commands().iter().filter(|command| matches!(command, Command::Plan(_))).count()
+    world
+        .take_commands()
+        .iter()
+        .filter(|command| matches!(command, Command::Vehicle(VehicleCommand::Plan(_))))
+        .count()
 }
 
 #[test]

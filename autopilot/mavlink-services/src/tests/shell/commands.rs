@@ -1,9 +1,12 @@
 //! What each command says and does.
 
 use super::*;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::Configuration;
+use flight_management::command::VehicleCommand;
 use flight_management::parameters::{COMPATIBILITY, table};
 use flight_management::vehicle::{Mode, Reference};
+use icd::fault::PlantAction;
 use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
 use icd::pace::Pace;
 use icd::tvc_jet;
@@ -81,7 +84,9 @@ fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
     let mut world = World::flying();
     let (commands, text) = commands(&mut world, "param set act_lvl_p 0.5");
     assert_eq!(text, "ACT_LVL_P 1.05 -> 0.5\n");
-    let [Command::Gains(gains)] = &commands[..] else { panic!("{commands:?}") };
+    let [Command::Configuration(Configuration::Gains(gains))] = &commands[..] else {
+        panic!("{commands:?}")
+    };
     assert_eq!(gains.activation.level_roll, 0.5);
     let values = values(&world);
     let [value] = &values[..] else { panic!("told once: {values:?}") };
@@ -110,7 +115,7 @@ fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
 fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
     let mut world = World::flying();
     let (commands, text) = commands(&mut world, "reference altitude 5200m");
-    assert_eq!(commands, [Command::Refer(Reference::Altitude(5_200.0))]);
+    assert_eq!(commands, [Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(5_200.0)))]);
     assert_eq!(text, "Reference altitude: 5200 m\n");
     assert_eq!(said(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
     assert_eq!(said(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
@@ -133,7 +138,10 @@ fn a_change_of_mode_takes_the_checks_of_the_command_and_gives_control() {
     let mut world = World::flying();
     assert!(said(&mut world, "mode").contains("* Position\n  Hold\n"));
     let (commands, text) = commands(&mut world, "mode hold");
-    assert_eq!((commands, text), (vec![Command::Mode(Mode::Hold)], "Mode Hold\n".to_owned()));
+    assert_eq!(
+        (commands, text),
+        (vec![Command::Vehicle(VehicleCommand::Mode(Mode::Hold))], "Mode Hold\n".to_owned())
+    );
     assert!(said(&mut world, "status").contains("Control: system 255"));
     let offboard = said(&mut world, "mode offboard");
     assert!(offboard.starts_with("ERROR: Offboard refused: no setpoint"), "{offboard}");
@@ -159,7 +167,10 @@ fn time_is_paused_stepped_and_sped_up() {
         ("speed 2x", Pace::Speed(2.0), "Simulation speed: x2\n"),
         ("run", Pace::Run, "Simulation runs\n"),
     ] {
-        assert_eq!(commands(&mut world, line), (vec![Command::Pace(pace)], text.to_owned()));
+        assert_eq!(
+            commands(&mut world, line),
+            (vec![Command::Plant(PlantAction::Pace(pace))], text.to_owned())
+        );
     }
     for line in ["step -1", "step 0", "step 999999999", "speed 0", "speed", "pause now"] {
         let text = said(&mut world, line);
@@ -173,7 +184,9 @@ fn time_is_paused_stepped_and_sped_up() {
 fn a_failure_is_printed_when_the_plant_has_answered() {
     let mut world = World::flying();
     let (commands, text) = commands(&mut world, "failure servo stuck -i 5 -v 3deg");
-    let [Command::Fault(FaultRequest::Inject { target, kind, .. })] = commands[..] else {
+    let [Command::Plant(PlantAction::Fault(FaultRequest::Inject { target, kind, .. }))] =
+        commands[..]
+    else {
         panic!("{commands:?}")
     };
     assert_eq!(target, tvc_jet::RUDDER.into());
@@ -231,7 +244,8 @@ fn every_type_takes_its_size_and_every_option_its_place() {
         ("motor flameout", FaultKind::FlameOut),
     ] {
         let (commands, text) = commands(&mut world, &format!("failure {line}"));
-        let [Command::Fault(FaultRequest::Inject { kind, .. })] = commands[..] else {
+        let [Command::Plant(PlantAction::Fault(FaultRequest::Inject { kind, .. }))] = commands[..]
+        else {
             panic!("{line}: {commands:?} {text}")
         };
         let close = kind.values().into_iter().zip(expected.values());
@@ -245,7 +259,9 @@ fn every_type_takes_its_size_and_every_option_its_place() {
     let named: Vec<_> = commands
         .iter()
         .map(|command| {
-            let Command::Fault(FaultRequest::Inject { target, timing, .. }) = command else {
+            let Command::Plant(PlantAction::Fault(FaultRequest::Inject { target, timing, .. })) =
+                command
+            else {
                 panic!("{command:?}")
             };
             assert_eq!(timing.onset, Onset::At(SimTime::from_seconds(99.5).unwrap()));

@@ -2,7 +2,8 @@
 
 use super::super::scripts::{CHAIN, upload};
 use super::*;
-use flight_management::event::Command;
+use flight_management::command::Command;
+use flight_management::command::ScriptCommand;
 use flight_management::script::Script;
 use icd::fault::{FaultEntry, FaultState, PlantReport, Timing};
 use icd::tvc_jet;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 fn names_of_started(world: &mut World) -> Vec<String> {
     let commands = world.take_commands();
     let names = commands.into_iter().filter_map(|command| match command {
-        Command::Script(script) => Some(script.name().to_owned()),
+        Command::Script(ScriptCommand::Run(script)) => Some(script.name().to_owned()),
         _ => None,
     });
     names.collect()

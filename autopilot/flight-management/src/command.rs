@@ -1,0 +1,196 @@
+//! What operators command, for the vehicle, the plant, the configuration or the script, and what becomes of it.
+
+use std::sync::Arc;
+
+use flight_control::Gains;
+use icd::FaultRequest;
+use icd::fault::{FaultReply, PlantAction};
+use icd::pace::Pace;
+use serde::{Deserialize, Serialize};
+
+use crate::script::Script;
+use crate::vehicle::plan::Plan;
+use crate::vehicle::{
+    LinkLossAction, Mode, NavigationParameters, Place, Reference, ReferenceLimits, Reposition,
+    Setpoint, Sticks, VehicleRefusal,
+};
+
+/// Requests of scripts to the plant have numbers from here on, those of intents smaller ones.
+pub const FIRST_SCRIPT_REQUEST: u32 = 0x8000_0000;
+
+/// A numbered command, so that its outcome finds the way back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Intent {
+    /// Number that [`crate::event::EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
+    pub number: u32,
+    /// The command.
+    #[serde(rename = "wish")]
+    pub command: Command,
+}
+
+/// A command, by who executes it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Logged", into = "Logged")]
+pub enum Command {
+    /// The vehicle executes it, or refuses.
+    Vehicle(VehicleCommand),
+    /// The plant executes it, or refuses; the autopilot hands it on unopened.
+    Plant(PlantAction),
+    /// The control side takes other parameters, which are validated already.
+    Configuration(Configuration),
+    /// A script starts or stops.
+    Script(ScriptCommand),
+}
+
+macro_rules! from_group {
+    ($($group:ident($kind:ty)),*) => {
+        $(impl From<$kind> for Command {
+            fn from(command: $kind) -> Self {
+                Self::$group(command)
+            }
+        })*
+    };
+}
+from_group!(
+    Vehicle(VehicleCommand),
+    Plant(PlantAction),
+    Configuration(Configuration),
+    Script(ScriptCommand)
+);
+
+/// A command for the vehicle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum VehicleCommand {
+    /// Change the mode.
+    Mode(Mode),
+    /// Change a reference.
+    Refer(Reference),
+    /// Fly to a place and circle there.
+    Reposition(Reposition),
+    /// A setpoint of an offboard stream.
+    Setpoint(Setpoint),
+    /// Positions of a pilot's sticks.
+    Sticks(Sticks),
+    /// Replace the plan.
+    Plan(Arc<Plan>),
+    /// Continue with this item of the plan.
+    PlanItem(u16),
+    /// Resume the plan that was paused.
+    Continue,
+    /// Where home is; its altitude is that of the ground.
+    Home(Place),
+    /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
+    Terminate,
+    /// The controlling ground station has fallen silent.
+    LinkLost(LinkLossAction),
+    /// The controlling ground station is back: what its silence led to is undone.
+    LinkBack,
+}
+
+/// Other parameters for the control side.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Configuration {
+    /// A validated set of gains.
+    Gains(Box<Gains>),
+    /// Limits of references.
+    Limits(ReferenceLimits),
+    /// Parameters of the guidance.
+    Navigation(NavigationParameters),
+    /// Whether scripts may inject faults (`SYS_FAILURE_EN`).
+    FaultInjection(bool),
+}
+
+/// A command about the script of the flight.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ScriptCommand {
+    /// Run a script instead of the one that runs.
+    Run(Arc<Script>),
+    /// Stop the script that runs.
+    Stop,
+}
+
+/// What became of an intent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// Done, effective from the next control step on.
+    Done,
+    /// Not done.
+    Refused(VehicleRefusal),
+    /// The plant's reply.
+    Plant(FaultReply),
+    /// The plant went away before it answered, or its queue was full.
+    NoAnswer,
+}
+
+/// A command as flight logs have it: one list, of which the number of a variant is recorded. New variants come last.
+#[derive(Clone, Serialize, Deserialize)]
+enum Logged {
+    Mode(Mode),
+    Refer(Reference),
+    Gains(Box<Gains>),
+    Limits(ReferenceLimits),
+    Fault(FaultRequest),
+    Restart,
+    Navigation(NavigationParameters),
+    Reposition(Reposition),
+    Setpoint(Setpoint),
+    Sticks(Sticks),
+    Plan(Arc<Plan>),
+    PlanItem(u16),
+    Continue,
+    Home(Place),
+    Terminate,
+    LinkLost(LinkLossAction),
+    LinkBack,
+    ListFaults,
+    Pace(Pace),
+    Script(Arc<Script>),
+    StopScript,
+    FaultInjection(bool),
+}
+
+/// Both directions from one table: the variant of a log, and the command.
+macro_rules! logged {
+    ($($logged:ident $(($value:ident))? = $group:ident($kind:ident::$variant:ident)),* $(,)?) => {
+        impl From<Logged> for Command {
+            fn from(logged: Logged) -> Self {
+                match logged {
+                    $(Logged::$logged $(($value))? => Self::$group($kind::$variant $(($value))?),)*
+                }
+            }
+        }
+
+        impl From<Command> for Logged {
+            fn from(command: Command) -> Self {
+                match command {
+                    $(Command::$group($kind::$variant $(($value))?) => Self::$logged $(($value))?,)*
+                }
+            }
+        }
+    };
+}
+
+logged! {
+    Mode(mode) = Vehicle(VehicleCommand::Mode),
+    Refer(reference) = Vehicle(VehicleCommand::Refer),
+    Gains(gains) = Configuration(Configuration::Gains),
+    Limits(limits) = Configuration(Configuration::Limits),
+    Fault(request) = Plant(PlantAction::Fault),
+    Restart = Plant(PlantAction::Restart),
+    Navigation(parameters) = Configuration(Configuration::Navigation),
+    Reposition(place) = Vehicle(VehicleCommand::Reposition),
+    Setpoint(setpoint) = Vehicle(VehicleCommand::Setpoint),
+    Sticks(sticks) = Vehicle(VehicleCommand::Sticks),
+    Plan(plan) = Vehicle(VehicleCommand::Plan),
+    PlanItem(item) = Vehicle(VehicleCommand::PlanItem),
+    Continue = Vehicle(VehicleCommand::Continue),
+    Home(place) = Vehicle(VehicleCommand::Home),
+    Terminate = Vehicle(VehicleCommand::Terminate),
+    LinkLost(action) = Vehicle(VehicleCommand::LinkLost),
+    LinkBack = Vehicle(VehicleCommand::LinkBack),
+    ListFaults = Plant(PlantAction::ListFaults),
+    Pace(pace) = Plant(PlantAction::Pace),
+    Script(script) = Script(ScriptCommand::Run),
+    StopScript = Script(ScriptCommand::Stop),
+    FaultInjection(allowed) = Configuration(Configuration::FaultInjection),
+}
