@@ -7,13 +7,14 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use crate::aerodynamics::{Aerodynamics, AirForces, Geometry, SurfaceDerivatives};
-use crate::config::{self, ConfigError, RangeError, check_range};
+use crate::config::{self, ConfigError};
 use crate::derivatives;
 use crate::limits::FlightLimits;
 use crate::mach::MachEffects;
+use crate::range::{RangeError, check_range};
 use crate::rigid_body::MassProperties;
 use crate::servos::Servo;
-use crate::setup::Start;
+use crate::start::Start;
 use crate::tables::thrust::Propulsion;
 use crate::tables::{TablesError, stored};
 

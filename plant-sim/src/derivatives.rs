@@ -8,7 +8,7 @@ use icd::{EffectorKind, EffectorList, PerEffector};
 use crate::Airframe;
 use crate::aerodynamics::surfaces::SurfaceField;
 use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
-use crate::config::{RangeError, check_range};
+use crate::range::{RangeError, check_range};
 
 /// One derivative.
 pub struct Derivative {

@@ -15,7 +15,7 @@ use crate::integrator::rk4;
 use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::ServoDynamics;
-use crate::setup::SetupError;
+use crate::tables::TablesError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::Gust;
 
@@ -126,14 +126,14 @@ impl State {
 
 impl Dynamics {
     /// # Errors
-    /// [`SetupError`] if the airframe's mass or inertia is impossible, or its tables cannot be evaluated.
-    pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, SetupError> {
+    /// [`TablesError`] if the airframe's mass or inertia is impossible, or its tables cannot be evaluated.
+    pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, TablesError> {
         airframe.check()?;
         let mass = airframe.mass_properties().expect("the check refuses impossible masses");
         let servo_dynamics = ServoDynamics::new(&airframe.servos);
-        let air = AirForces::new(&airframe).map_err(Box::new)?;
+        let air = AirForces::new(&airframe)?;
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
-        let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref()).map_err(Box::new)?;
+        let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref())?;
         let needs_mach = air.needs_mach() || jet.needs_mach();
         Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth })
     }

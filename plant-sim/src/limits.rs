@@ -4,8 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::{RangeError, check_range};
-use crate::truth::Truth;
+use crate::range::{RangeError, check_range};
 
 const SECTION: &str = "limits";
 
@@ -37,19 +36,6 @@ pub struct Attained {
     pub beta_rad: f64,
     /// Altitude, m.
     pub altitude_m: f64,
-}
-
-impl From<&Truth> for Attained {
-    fn from(truth: &Truth) -> Self {
-        let attitude = truth.euler();
-        Self {
-            roll_rad: attitude.phi,
-            pitch_rad: attitude.theta,
-            alpha_rad: truth.alpha_rad,
-            beta_rad: truth.beta_rad,
-            altitude_m: truth.altitude_m,
-        }
-    }
 }
 
 /// A limit that was passed.

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 use crate::aerodynamics::{
     Aero, AirState, Coefficients, SurfaceDerivatives, Surfaces, coefficients,
 };
-use crate::config::{RangeError, check_range};
 use crate::derivatives::Place;
+use crate::range::{RangeError, check_range};
 
 /// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
 const MACH_MAX: f64 = 0.95;

@@ -8,10 +8,14 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::airframe::Airframe;
-use crate::config::{self, ConfigError, check_range};
+use crate::config::{self, ConfigError};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
-use crate::setup::{PlantSetup, SensorSettings, Start, StartPart, WindSettings};
+use crate::range::check_range;
+use crate::sensors::SensorSettings;
+use crate::setup::PlantSetup;
+use crate::start::{Start, StartPart};
+use crate::wind::WindSettings;
 
 mod fault_table;
 

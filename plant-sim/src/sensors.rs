@@ -5,14 +5,38 @@
 //! data computer, exactly and with the true rates. So without turbulence the air data are the truth to the bit.
 
 use icd::{Body, Effector, EffectorKind, FlowAngles, GnssFix, Sample, Sensors};
+use serde::{Deserialize, Serialize};
 
 use crate::aerodynamics::AirState;
 use crate::airframe::{AirData, Airframe};
 use crate::dynamics::Motion;
 use crate::noise::{Normals, Source};
-use crate::setup::SensorSettings;
+use crate::range::{RangeError, check_range};
 use crate::truth::Truth;
 use crate::wind::Gust;
+
+/// What is wrong with the sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SensorSettings {
+    /// White noise of each gyro, rad/s rms of the control samples.
+    pub gyro_noise_rad_s: f64,
+}
+
+impl SensorSettings {
+    /// Sensors that report the truth.
+    pub const IDEAL: Self = Self { gyro_noise_rad_s: 0.0 };
+}
+
+impl SensorSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] if it cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
+        check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)
+    }
+}
 
 /// The sensors of one flight.
 #[derive(Debug, Clone)]

@@ -6,13 +6,15 @@ use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
-use crate::config::{RangeError, check_range};
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
-use crate::geodesy::Geodetic;
+use crate::range::RangeError;
+use crate::sensors::SensorSettings;
+use crate::start::Start;
 use crate::step_limit::TooQuick;
 use crate::tables::TablesError;
 use crate::trim::TrimError;
+use crate::wind::WindSettings;
 
 /// Longest integration step where nothing else is asked for, µs.
 pub const DEFAULT_STEP_US: u32 = 1_000;
@@ -48,106 +50,6 @@ pub struct PlantSetup {
     pub period: ControlPeriod,
     /// Step of the integration, µs; must divide the period.
     pub step_us: u32,
-}
-
-/// Where the flight starts: wings level, no sideslip, level flight, trimmed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Start {
-    /// Altitude above the ellipsoid or the plane, m.
-    pub altitude_m: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-    /// Heading of the nose, rad, clockwise from north.
-    pub heading_rad: f64,
-    /// Geodetic latitude, rad.
-    pub latitude_rad: f64,
-    /// Longitude, rad.
-    pub longitude_rad: f64,
-}
-
-/// What a scenario says about its start; the rest is as at the design point of the airframe.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StartPart {
-    /// Altitude, m.
-    pub altitude_m: Option<f64>,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: Option<f64>,
-    /// Heading of the nose, deg.
-    pub heading_deg: Option<f64>,
-    /// Geodetic latitude, deg.
-    pub latitude_deg: Option<f64>,
-    /// Longitude, deg.
-    pub longitude_deg: Option<f64>,
-}
-
-impl StartPart {
-    /// The start of a flight with this design point.
-    #[must_use]
-    pub fn over(&self, design_point: &Start) -> Start {
-        let angle = |degrees: Option<f64>, other| degrees.map_or(other, f64::to_radians);
-        Start {
-            altitude_m: self.altitude_m.unwrap_or(design_point.altitude_m),
-            airspeed_m_s: self.airspeed_m_s.unwrap_or(design_point.airspeed_m_s),
-            heading_rad: angle(self.heading_deg, design_point.heading_rad),
-            latitude_rad: angle(self.latitude_deg, design_point.latitude_rad),
-            longitude_rad: angle(self.longitude_deg, design_point.longitude_rad),
-        }
-    }
-}
-
-/// A start as it stands in an airframe file.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartTable {
-    altitude_m: f64,
-    airspeed_m_s: f64,
-    heading_deg: f64,
-    latitude_deg: f64,
-    longitude_deg: f64,
-}
-
-impl StartTable {
-    pub(crate) fn into_start(self) -> Start {
-        Start {
-            altitude_m: self.altitude_m,
-            airspeed_m_s: self.airspeed_m_s,
-            heading_rad: self.heading_deg.to_radians(),
-            latitude_rad: self.latitude_deg.to_radians(),
-            longitude_rad: self.longitude_deg.to_radians(),
-        }
-    }
-}
-
-/// How the air moves over the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct WindSettings {
-    /// Horizontal speed of the steady wind, m/s.
-    pub speed_m_s: f64,
-    /// Where the steady wind blows to, rad, clockwise from north.
-    pub towards_rad: f64,
-    /// Vertical speed of the steady wind, m/s, down positive.
-    pub down_m_s: f64,
-    /// Intensity σ of the turbulence, m/s rms on each axis.
-    pub turbulence_m_s: f64,
-}
-
-impl WindSettings {
-    /// No wind, no turbulence.
-    pub const CALM: Self =
-        Self { speed_m_s: 0.0, towards_rad: 0.0, down_m_s: 0.0, turbulence_m_s: 0.0 };
-}
-
-/// What is wrong with the sensors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SensorSettings {
-    /// White noise of each gyro, rad/s rms of the control samples.
-    pub gyro_noise_rad_s: f64,
-}
-
-impl SensorSettings {
-    /// Sensors that report the truth.
-    pub const IDEAL: Self = Self { gyro_noise_rad_s: 0.0 };
 }
 
 /// Why a flight cannot start.
@@ -189,67 +91,18 @@ pub enum SetupError {
     TooQuick(Box<TooQuick>),
     /// Its tables cannot be evaluated.
     #[error(transparent)]
-    Tables(#[from] Box<TablesError>),
+    Tables(Box<TablesError>),
     /// Level flight is not possible, so there is nothing to start from.
     #[error(transparent)]
     Trim(#[from] TrimError),
 }
 
-impl Start {
-    /// The place.
-    #[must_use]
-    pub fn geodetic(&self) -> Geodetic {
-        Geodetic {
-            latitude_rad: self.latitude_rad,
-            longitude_rad: self.longitude_rad,
-            altitude_m: self.altitude_m,
+impl From<TablesError> for SetupError {
+    fn from(error: TablesError) -> Self {
+        match error {
+            TablesError::Range(range) => Self::Range(range),
+            other => Self::Tables(Box::new(other)),
         }
-    }
-
-    /// Checks every number of a scenario's start.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
-    pub fn check(&self) -> Result<(), RangeError> {
-        self.check_table("plant.start")
-    }
-
-    /// Checks every number; `section` is the table of the file that it stands in.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
-    pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
-        check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
-        check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;
-        check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;
-        // North and east lose their meaning at the poles.
-        check_range(section, "latitude_deg", self.latitude_rad.to_degrees(), -89.0, 89.0)?;
-        check_range(section, "longitude_deg", self.longitude_rad.to_degrees(), -180.0, 180.0)
-    }
-}
-
-impl WindSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
-    pub fn check(&self) -> Result<(), RangeError> {
-        const SECTION: &str = "plant.wind";
-        check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
-        check_range(SECTION, "towards_deg", self.towards_rad.to_degrees(), -360.0, 360.0)?;
-        check_range(SECTION, "down_m_s", self.down_m_s, -50.0, 50.0)?;
-        check_range(SECTION, "turbulence_m_s", self.turbulence_m_s, 0.0, 20.0)
-    }
-}
-
-impl SensorSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] if it cannot be.
-    pub fn check(&self) -> Result<(), RangeError> {
-        let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
-        check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)
     }
 }
 

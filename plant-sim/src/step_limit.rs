@@ -5,7 +5,7 @@ use icd::{Body, PerEffector};
 use crate::aerodynamics::{Aerodynamics, AirState, Coefficients, Geometry};
 use crate::airframe::Airframe;
 use crate::dynamics::Dynamics;
-use crate::setup::Start;
+use crate::start::Start;
 
 /// Largest product of rate and step. RK4 is stable up to 2.78; the rest is room for flight that is faster and lower than
 /// the start.

@@ -16,7 +16,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::RangeError;
+use crate::range::RangeError;
 
 pub mod aerodynamics;
 mod csv;

@@ -4,11 +4,11 @@ use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::atmosphere::LocalDensity;
-use crate::config::{RangeError, check_range};
 use crate::dynamics::{Dynamics, State};
 use crate::geodesy;
+use crate::range::{RangeError, check_range};
 use crate::rigid_body::RigidState;
-use crate::setup::Start;
+use crate::start::Start;
 use crate::wind::Gust;
 
 mod nearest;

@@ -8,6 +8,7 @@ mod row;
 
 use crate::atmosphere::STANDARD_GRAVITY;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
+use crate::limits::Attained;
 
 /// No number of a flight is anywhere near this, in any unit of the truth; one that is, is no result of physics.
 const BOUND: f64 = 1.0e15;
@@ -127,6 +128,19 @@ impl Truth {
             fault_codes: *inputs.effects.codes(),
             wind: Ned(inputs.wind.0 + ned(&inputs.gust.velocity).0),
             density_kg_m3: e.density,
+        }
+    }
+}
+
+impl From<&Truth> for Attained {
+    fn from(truth: &Truth) -> Self {
+        let attitude = truth.euler();
+        Self {
+            roll_rad: attitude.phi,
+            pitch_rad: attitude.theta,
+            alpha_rad: truth.alpha_rad,
+            beta_rad: truth.beta_rad,
+            altitude_m: truth.altitude_m,
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use icd::{Body, Ned};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::noise::{Normals, Source};
-use crate::setup::WindSettings;
+use crate::range::{RangeError, check_range};
 
 mod across;
 mod rotary;
@@ -17,6 +18,39 @@ pub const LENGTH_M: f64 = 533.4;
 
 /// Airspeed below which the turbulence does not change more slowly, m/s.
 const SLOWEST_M_S: f64 = 20.0;
+
+/// How the air moves over the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WindSettings {
+    /// Horizontal speed of the steady wind, m/s.
+    pub speed_m_s: f64,
+    /// Where the steady wind blows to, rad, clockwise from north.
+    pub towards_rad: f64,
+    /// Vertical speed of the steady wind, m/s, down positive.
+    pub down_m_s: f64,
+    /// Intensity σ of the turbulence, m/s rms on each axis.
+    pub turbulence_m_s: f64,
+}
+
+impl WindSettings {
+    /// No wind, no turbulence.
+    pub const CALM: Self =
+        Self { speed_m_s: 0.0, towards_rad: 0.0, down_m_s: 0.0, turbulence_m_s: 0.0 };
+}
+
+impl WindSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        const SECTION: &str = "plant.wind";
+        check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
+        check_range(SECTION, "towards_deg", self.towards_rad.to_degrees(), -360.0, 360.0)?;
+        check_range(SECTION, "down_m_s", self.down_m_s, -50.0, 50.0)?;
+        check_range(SECTION, "turbulence_m_s", self.turbulence_m_s, 0.0, 20.0)
+    }
+}
 
 /// Steady wind as a velocity of the air over the ground, m/s: it points to where the wind blows.
 #[must_use]

@@ -7,7 +7,17 @@ use icd::ControlPeriod;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::gains::{CompensatorMode, Tunable, rows};
+/// Whether the compensator acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CompensatorMode {
+    /// Never; the observer and the detector still run.
+    Off,
+    /// When the activation logic wakes it (normal).
+    Armed,
+    /// All the time, whatever the activation logic says.
+    AlwaysOn,
+}
 
 /// Gains of the activation logic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -27,17 +37,6 @@ pub struct ActivationGains {
     /// The compensation fades in and out over this time, s.
     pub fade_s: f64,
 }
-
-/// Rows of [`ActivationGains`].
-pub const TUNABLES: &[Tunable] = rows! { activation:
-    "ACT_LVL_P", "rad/s^2", 0.001, 100.0, level_roll, "Roll level of the estimate that wakes the compensator";
-    "ACT_LVL_Q", "rad/s^2", 0.001, 100.0, level_pitch, "Pitch level of the estimate that wakes the compensator";
-    "ACT_LVL_R", "rad/s^2", 0.001, 100.0, level_yaw, "Yaw level of the estimate that wakes the compensator";
-    "ACT_T_ON", "s", 0.001, 10.0, on_dwell_s, "Time above the level before the compensator wakes";
-    "ACT_HYST", "-", 0.01, 0.99, hysteresis, "Release below this fraction of the level";
-    "ACT_T_OFF", "s", 0.001, 600.0, off_dwell_s, "Time below the release level before it sleeps again";
-    "ACT_FADE", "s", 0.001, 10.0, fade_s, "Time in which the compensation fades in and out";
-};
 
 impl ActivationGains {
     /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.

@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 
 use crate::allocation::{self, ActiveSet, Bound, Column, Settings};
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::mixer::EffectorSet;
+use crate::signals::EffectorSet;
 
 /// How much less an effector is used that the main command moves too, in units of its travel. So what is redundant goes
 /// first, as in Eq. (25), and an effector that is jammed is not counted on where another one can do it.

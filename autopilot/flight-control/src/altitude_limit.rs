@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::aircraft_model::AircraftModel;
 use crate::main_controller::Demand;
-use crate::mixer::{Saturation, Side};
 use crate::navigation::NavigationState;
+use crate::signals::{Saturation, Side};
 
 /// An altitude error inside this is held, m.
 const HELD_WITHIN_M: f64 = 10.0;

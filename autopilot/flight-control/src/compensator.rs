@@ -7,11 +7,11 @@
 
 use icd::ControlPeriod;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
+use crate::Visitor;
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{CompensatorLaw, Gains};
-use crate::main_controller::Visitor;
+use crate::signals::Compensation;
 use incremental::Incremental;
 use linear_eso::LinearEso;
 use neso::Neso;
@@ -140,22 +140,6 @@ impl Compensator {
         self.last = Some(Handover { estimate, y: *y, modelled_acceleration });
         estimate
     }
-}
-
-/// u_cf: the redundant commands [Δδa, δz, δy], rad.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Compensation {
-    /// Δδa: added to the aileron command.
-    pub aileron_rad: f64,
-    /// δz: nozzle pitch.
-    pub nozzle_pitch_rad: f64,
-    /// δy: nozzle yaw.
-    pub nozzle_yaw_rad: f64,
-}
-
-impl Compensation {
-    /// No compensation, to the bit.
-    pub const NONE: Self = Self { aileron_rad: 0.0, nozzle_pitch_rad: 0.0, nozzle_yaw_rad: 0.0 };
 }
 
 /// Demand that cancels the estimated fault acceleration, before limits.

@@ -7,10 +7,11 @@ use icd::{Effector, EffectorKind, EulerAngles, PerEffector};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use crate::aircraft_model::{AircraftModel, EffectorModel, MassModel, Schedule};
-use crate::level_turn::{Elevators, LevelTurn, level_turn};
 use crate::navigation::NavigationState;
+use level_turn::{Elevators, LevelTurn, level_turn};
 
 pub mod atmosphere;
+pub mod level_turn;
 
 /// Smallest airspeed in the coefficients as a part of that of the design point: the rates are divided by it.
 const AIRSPEED_FLOOR: f64 = 0.075;

@@ -3,20 +3,22 @@
 use icd::{ControlPeriod, PerEffector};
 use nalgebra::Vector3;
 
+use crate::Visitor;
 use crate::activation::Activation;
 use crate::aircraft_model::AircraftModel;
 use crate::allocator::Allocator;
 use crate::altitude_limit::AltitudeWatch;
 use crate::authority::AuthorityWatch;
-use crate::compensator::{Compensation, Compensator, compensate};
+use crate::compensator::{Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{AllocationMode, Gains, ObserverMode};
 use crate::health::Health;
 use crate::healthy_actuators::HealthyActuators;
 use crate::log::StepLog;
-use crate::main_controller::{Demand, Law, MainCommand, MainController, Visitor};
-use crate::mixer::{Mixed, Mixer, Saturation};
+use crate::main_controller::{Demand, Law, MainController};
+use crate::mixer::{Mixed, Mixer};
 use crate::navigation::NavigationState;
+use crate::signals::{Compensation, MainCommand, Saturation};
 
 /// The flight control: both steps and what they remember.
 #[derive(Debug, Clone)]

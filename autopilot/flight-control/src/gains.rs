@@ -6,14 +6,12 @@ use serde::{Deserialize, Serialize};
 
 mod table;
 
-pub(crate) use table::rows;
-pub use table::{Tunable, tunables};
+pub use table::{LQR, Tunable, tunables};
 
-pub use crate::activation::ActivationGains;
+pub use crate::activation::{ActivationGains, CompensatorMode};
 use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
-use crate::main_controller::ReferenceGains;
 use crate::main_controller::lqr::LqrGains;
 use crate::main_controller::ndi::NdiGains;
 use crate::main_controller::pid::PidGains;
@@ -52,6 +50,20 @@ impl Default for Gains {
     }
 }
 
+/// How references are shaped before any law sees them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceGains {
+    /// Slew limit of the altitude reference, m/s.
+    pub slew_m_s: f64,
+    /// Time constant of the lag on the roll reference, s.
+    pub roll_lag_s: f64,
+}
+
+impl ReferenceGains {
+    /// This project's choice.
+    pub const REFERENCE: Self = Self { slew_m_s: 100.0, roll_lag_s: 0.3 };
+}
+
 /// Which laws fly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Selection {
@@ -67,18 +79,6 @@ pub struct Selection {
     /// How the compensating demand is allocated to the effectors.
     #[serde(default)]
     pub allocation: AllocationMode,
-}
-
-/// Whether the compensator acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CompensatorMode {
-    /// Never; the observer and the detector still run.
-    Off,
-    /// When the activation logic wakes it (normal).
-    Armed,
-    /// All the time, whatever the activation logic says.
-    AlwaysOn,
 }
 
 /// What the observer is told about the compensation.

@@ -6,8 +6,8 @@
 use arrayvec::ArrayVec;
 use icd::{ControlPeriod, Effector, EffectorKind, PerEffector};
 
+use crate::Visitor;
 use crate::aircraft_model::AircraftModel;
-use crate::main_controller::Visitor;
 
 /// Lag and rate limit of one servo over one control period.
 #[derive(Debug, Clone, Copy)]

@@ -84,11 +84,11 @@ pub mod gains;
 pub mod guidance;
 pub mod health;
 pub mod healthy_actuators;
-pub mod level_turn;
 pub mod log;
 pub mod main_controller;
 pub mod mixer;
 pub mod navigation;
+pub mod signals;
 
 #[cfg(test)]
 mod testing;
@@ -96,12 +96,15 @@ mod testing;
 pub use aircraft_model::AircraftModel;
 pub use altitude_limit::AltitudeLimit;
 pub use authority::Authority;
-pub use compensator::Compensation;
 pub use design_model::DesignModel;
 pub use flight_control::FlightControl;
 pub use gains::{AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode};
 pub use guidance::GuidanceGains;
 pub use health::Health;
 pub use log::StepLog;
-pub use main_controller::{Demand, Law, LawInput, MainCommand, References};
+pub use main_controller::{Demand, Law, LawInput, References};
 pub use navigation::{NavigationState, Navigator};
+pub use signals::{Compensation, MainCommand};
+
+/// Who looks at continuous states, one after the other, always in the same order.
+pub type Visitor<'a> = dyn FnMut(&mut f64) + 'a;

@@ -6,11 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
-use crate::compensator::Compensation;
 use crate::health::Health;
-use crate::main_controller::MainCommand;
-use crate::mixer::EffectorSet;
 use crate::navigation::NavigationState;
+use crate::signals::{Compensation, EffectorSet, MainCommand};
 
 /// The signals of one control step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

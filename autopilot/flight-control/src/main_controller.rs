@@ -6,10 +6,11 @@
 use icd::ControlPeriod;
 use serde::{Deserialize, Serialize};
 
+use crate::Visitor;
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::gains::{Gains, MainLaw, Tunable, rows};
-use crate::mixer::Saturation;
+use crate::gains::{Gains, MainLaw, ReferenceGains};
 use crate::navigation::NavigationState;
+use crate::signals::{MainCommand, Saturation};
 use lqr::Lqr;
 use ndi::Ndi;
 use pid::Pid;
@@ -24,9 +25,6 @@ pub mod pid_ganged_nozzle;
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
 
-/// Largest command that the laws accept, rad or N; beyond it sums could overflow.
-const COMMAND_MAX: f64 = 1.0e9;
-
 /// What the operator or the guidance wants.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Demand {
@@ -36,23 +34,6 @@ pub struct Demand {
     pub roll_rad: f64,
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-}
-
-/// u1: what the main controller asks for, before limits. Rad; thrust N.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct MainCommand {
-    /// δa_c: aileron pair, right = this, left = minus this.
-    pub aileron_rad: f64,
-    /// δe_c: both elevators.
-    pub elevator_rad: f64,
-    /// δr_c: rudder.
-    pub rudder_rad: f64,
-    /// Nozzle pitch; zero unless the nozzle is ganged.
-    pub nozzle_pitch_rad: f64,
-    /// Nozzle yaw; zero unless the nozzle is ganged.
-    pub nozzle_yaw_rad: f64,
-    /// Thrust, N.
-    pub thrust_n: f64,
 }
 
 /// The references as the laws track them, after slew limit and lag.
@@ -65,26 +46,6 @@ pub struct References {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
 }
-
-/// How references are shaped before any law sees them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ReferenceGains {
-    /// Slew limit of the altitude reference, m/s.
-    pub slew_m_s: f64,
-    /// Time constant of the lag on the roll reference, s.
-    pub roll_lag_s: f64,
-}
-
-impl ReferenceGains {
-    /// This project's choice.
-    pub const REFERENCE: Self = Self { slew_m_s: 100.0, roll_lag_s: 0.3 };
-}
-
-/// Rows of [`ReferenceGains`].
-pub const TUNABLES: &[Tunable] = rows! { references:
-    "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
-    "ROL_LAG", "s", 0.01, 10.0, roll_lag_s, "Time constant of the lag on the roll reference";
-};
 
 /// All that a law is given in one step.
 #[derive(Debug, Clone, Copy)]
@@ -118,9 +79,6 @@ pub trait Law {
     /// Shows each continuous state to a linearisation, which may change it. Counters and switches are not among them.
     fn states(&mut self, _visit: &mut Visitor<'_>) {}
 }
-
-/// Who looks at continuous states, one after the other, always in the same order.
-pub type Visitor<'a> = dyn FnMut(&mut f64) + 'a;
 
 /// The law that flies.
 #[derive(Debug, Clone)]
@@ -333,25 +291,6 @@ impl MainController {
         references.airspeed_m_s = airspeed_m_s;
         self.references = Some(references);
         references
-    }
-}
-
-impl MainCommand {
-    /// Field by field.
-    fn combine(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            aileron_rad: of(self.aileron_rad, other.aileron_rad),
-            elevator_rad: of(self.elevator_rad, other.elevator_rad),
-            rudder_rad: of(self.rudder_rad, other.rudder_rad),
-            nozzle_pitch_rad: of(self.nozzle_pitch_rad, other.nozzle_pitch_rad),
-            nozzle_yaw_rad: of(self.nozzle_yaw_rad, other.nozzle_yaw_rad),
-            thrust_n: of(self.thrust_n, other.thrust_n),
-        }
-    }
-
-    /// Where a field is not finite or beyond [`COMMAND_MAX`], that of `other`.
-    fn finite_or(&self, other: &Self) -> Self {
-        self.combine(other, |asked, other| if asked.abs() <= COMMAND_MAX { asked } else { other })
     }
 }
 

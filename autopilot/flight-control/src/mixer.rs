@@ -2,59 +2,10 @@
 
 use arrayvec::ArrayVec;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
-use serde::{Deserialize, Serialize};
 
 use crate::aircraft_model::EffectorModel;
 use crate::allocator::Increments;
-use crate::compensator::Compensation;
-use crate::main_controller::MainCommand;
-
-/// Side on which a command is beyond its limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
-    /// Inside the limits.
-    #[default]
-    Inside,
-    /// Beyond the lower limit.
-    Below,
-    /// Beyond the upper limit.
-    Above,
-}
-
-impl Side {
-    /// Whether an integrator that grows with `error` would push farther beyond the limit.
-    #[must_use]
-    pub fn blocks(self, error: f64) -> bool {
-        match self {
-            Self::Inside => false,
-            Self::Below => error < 0.0,
-            Self::Above => error > 0.0,
-        }
-    }
-
-    /// Whether the command was cut.
-    #[must_use]
-    pub fn is_saturated(self) -> bool {
-        self != Self::Inside
-    }
-}
-
-/// What could not be given in a step; the main controller's anti-windup reads it in the next one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Saturation {
-    /// Aileron pair, both steps together.
-    pub aileron: Side,
-    /// Elevators.
-    pub elevator: Side,
-    /// Rudder.
-    pub rudder: Side,
-    /// Nozzle pitch.
-    pub nozzle_pitch: Side,
-    /// Nozzle yaw.
-    pub nozzle_yaw: Side,
-    /// Engine.
-    pub thrust: Side,
-}
+use crate::signals::{Compensation, EffectorSet, MainCommand, Saturation, Side};
 
 /// What the effectors are told.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,25 +20,6 @@ pub struct Mixed {
     pub saturation: Saturation,
     /// Which effectors were asked for more than their travel.
     pub limited: EffectorSet,
-}
-
-/// Effectors as bits, by their places.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct EffectorSet(u16);
-
-impl EffectorSet {
-    /// Whether an effector is one of them.
-    #[must_use]
-    pub const fn contains(self, effector: Effector) -> bool {
-        self.0 & (1 << effector.index()) != 0
-    }
-
-    /// With an effector, or without it.
-    #[must_use]
-    pub const fn with(self, effector: Effector, is_in: bool) -> Self {
-        let bit = 1 << effector.index();
-        Self(if is_in { self.0 | bit } else { self.0 & !bit })
-    }
 }
 
 /// Parts of a command: aileron, elevator, rudder, thrust, nozzle pitch, nozzle yaw.

@@ -11,7 +11,7 @@ use crate::config::{self, ConfigError};
 use crate::limits::LimitsTable;
 use crate::mach::MachEffects;
 use crate::servos::Servo;
-use crate::setup::StartTable;
+use crate::start::StartTable;
 use crate::tables::aerodynamics::TableAero;
 use crate::tables::thrust::Propulsion;
 

@@ -8,7 +8,7 @@ use host_io::Wait;
 use host_io::file::{self, TEXT_MAX};
 use icd::{ControlPeriod, SimTime};
 
-use super::run::RunError;
+use super::RunError;
 pub use super::speed::Speed;
 use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
 use crate::earth::EarthModel;

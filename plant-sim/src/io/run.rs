@@ -4,21 +4,20 @@ use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
-use host_io::file::FileProblem;
-use host_io::health::{HealthFile, HealthFileError};
-use host_io::tick_log::{Kind, LogError, TickLogWriter};
-use host_io::{BindError, LinkSocket, Stop, cpu};
+use host_io::health::HealthFile;
+use host_io::tick_log::{Kind, TickLogWriter};
+use host_io::{LinkSocket, Stop, cpu};
 use tracing::{info, warn};
 
+use super::RunError;
 use super::args::PlantArgs;
 use super::flight::{Flight, FlightEnd, FlightReport};
 use super::header::Envelopes;
-use super::link::{Link, LinkError, RESEND_AFTER};
+use super::link::{Link, RESEND_AFTER};
 use super::pacer::Pacer;
 use super::parent::Parent;
-use crate::config::ConfigError;
 use crate::plant::Plant;
-use crate::setup::{PlantSetup, SetupError};
+use crate::setup::PlantSetup;
 
 /// Why the plant ended in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,88 +26,6 @@ pub enum ExitReason {
     Stopped,
     /// The flight is complete.
     Complete(FlightReport),
-}
-
-/// Why the plant cannot go on.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
-    /// Neither a scenario that comes with the program nor a file.
-    #[error(
-        "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
-    )]
-    NoScenario {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: String,
-    },
-    /// A file that is not a setup.
-    #[error("{}: not a plant setup of this version", path.display())]
-    Setup {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A configuration file is wrong.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// A fault of a scenario that the aircraft cannot have.
-    #[error("{file}: {source}")]
-    Fault {
-        /// The scenario.
-        file: String,
-        /// Which fault and why.
-        source: Box<SetupError>,
-    },
-    /// The flight cannot start.
-    #[error(transparent)]
-    Start(#[from] SetupError),
-    /// This aircraft cannot fly this scenario.
-    #[error("airframe {airframe}, scenario {scenario}: {source}")]
-    Flight {
-        /// The airframe file.
-        airframe: String,
-        /// The scenario.
-        scenario: String,
-        /// Why not.
-        source: Box<SetupError>,
-    },
-    /// A port that nobody can listen at.
-    #[error("--autopilot {name}: port 0 is no port; allowed are 1 to 65535")]
-    Port {
-        /// What was asked for.
-        name: String,
-    },
-    /// No such host.
-    #[error("--autopilot {name}: {source}")]
-    Resolve {
-        /// What was asked for.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// No socket.
-    #[error(transparent)]
-    Bind(#[from] BindError),
-    /// The link is over.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// The truth log is incomplete.
-    #[error("truth log: {0}")]
-    Log(#[from] LogError),
-    /// The health file cannot be written.
-    #[error(transparent)]
-    Health(#[from] HealthFileError),
-    /// The system refuses signals, threads or output.
-    #[error("plant-sim: {0}")]
-    System(#[from] io::Error),
 }
 
 /// Flies until the flight is complete or the process is told to end.

@@ -11,8 +11,9 @@ use icd::fault::{Target, TargetClass, Timing};
 use icd::{EffectorList, SimTime};
 use serde::Deserialize;
 
-use crate::config::{self, ConfigError, RangeError, check_range, section};
+use crate::config::{self, ConfigError};
 use crate::faults::ScheduledFault;
+use crate::range::{RangeError, check_range, section};
 
 mod keys;
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::lookup::{SumText, Sums};
 use super::{Table, TableText, TablesError, read_all};
 use crate::aerodynamics::{AirState, Coefficients, SLOWEST_M_S};
-use crate::config::{RangeError, check_range};
+use crate::range::{RangeError, check_range};
 use crate::rigid_body::Wrench;
 
 /// What a term may use beside the deflections, in SI units.

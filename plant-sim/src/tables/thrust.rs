@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
 use super::{TableText, TablesError, read_all};
-use crate::config::{RangeError, check_range};
+use crate::range::{RangeError, check_range};
 
 /// What a term of the thrust may use: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];

@@ -9,8 +9,9 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use autopilot::config;
-use flight_control::level_turn::GRAVITY_M_S2;
-use flight_control::main_controller::lqr::{self, LateralRow, LongitudinalRow, LqrGains};
+use flight_control::design_model::level_turn::GRAVITY_M_S2;
+use flight_control::gains;
+use flight_control::main_controller::lqr::{LateralRow, LongitudinalRow, LqrGains};
 use flight_control::{AircraftModel, DesignModel, Gains, NavigationState};
 use host_io::file;
 use icd::ControlPeriod;
@@ -110,7 +111,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
         lqr: LqrGains { elevator, thrust, aileron, rudder, error_max_m },
         ..Gains::REFERENCE
     };
-    for tunable in lqr::TUNABLES {
+    for tunable in gains::LQR {
         let value = rounded((tunable.get)(&gains));
         (tunable.set)(&mut gains, value);
     }
@@ -125,7 +126,7 @@ pub fn to_toml(gains: &LqrGains) -> String {
         "# Gains of the linear quadratic regulator for one model file; fly them with --gains FILE --law lqr.\n\
          {MARK}; do not edit.\n\n"
     );
-    for tunable in lqr::TUNABLES {
+    for tunable in gains::LQR {
         text += &format!("{} = {:?}\n", tunable.name, (tunable.get)(&all));
     }
     text

@@ -17,8 +17,8 @@ use autopilot::vehicle::{
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
-use plant_sim::setup::{Start, default_step_us};
-use plant_sim::{EarthModel, SetupError, scenario};
+use plant_sim::setup::default_step_us;
+use plant_sim::{EarthModel, SetupError, Start, scenario};
 
 use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
 use crate::configuration::{AircraftArgs, Named};

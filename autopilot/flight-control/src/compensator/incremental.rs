@@ -17,8 +17,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
-use crate::gains::{Tunable, rows};
-use crate::main_controller::Visitor;
+use crate::Visitor;
 
 /// Gains of the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,12 +27,6 @@ pub struct IncrementalGains {
     /// ζ.
     pub damping: f64,
 }
-
-/// Rows of [`IncrementalGains`].
-pub const TUNABLES: &[Tunable] = rows! { incremental:
-    "INC_W0", "rad/s", 1.0, 500.0, bandwidth, "Natural frequency of the filter of the angular acceleration";
-    "INC_ZETA", "-", 0.1, 5.0, damping, "Damping of the filter of the angular acceleration";
-};
 
 impl IncrementalGains {
     /// The filter of Smeur, Chu and de Croon: 50 rad/s, 0.55.

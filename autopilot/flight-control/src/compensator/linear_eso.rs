@@ -8,8 +8,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
-use crate::gains::{Tunable, rows};
-use crate::main_controller::Visitor;
+use crate::Visitor;
 
 /// Gain of the linear extended state observer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -17,11 +16,6 @@ pub struct LinearEsoGains {
     /// ω_o, rad/s: both poles of each axis are at -ω_o.
     pub bandwidth: f64,
 }
-
-/// Rows of [`LinearEsoGains`].
-pub const TUNABLES: &[Tunable] = rows! { linear_eso:
-    "LES_W0", "rad/s", 1.0, 500.0, bandwidth, "Bandwidth of the linear observer";
-};
 
 impl LinearEsoGains {
     /// The bandwidth of the NESO's linear zone, so that a comparison is one of the shaping alone.

@@ -10,8 +10,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
-use crate::gains::{Tunable, rows};
-use crate::main_controller::Visitor;
+use crate::Visitor;
 
 /// Gains of the nonlinear extended state observer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,13 +22,6 @@ pub struct NesoGains {
     /// δ, rad/s: half width of the linear zone of `fal`.
     pub fal_width: f64,
 }
-
-/// Rows of [`NesoGains`].
-pub const TUNABLES: &[Tunable] = rows! { neso:
-    "OBS_W0", "rad/s", 1.0, 500.0, bandwidth, "Observer bandwidth in the linear zone";
-    "OBS_KB", "-", 0.1, 20.0, rate_factor, "Observer beta1 as a multiple of the bandwidth";
-    "OBS_WIDTH", "rad/s", 1.0e-5, 10.0, fal_width, "Half width of the linear zone of fal";
-};
 
 /// The paper's α of g₂. The closed-form solution below needs exactly one half.
 pub const FAL_EXPONENT: f64 = 0.5;

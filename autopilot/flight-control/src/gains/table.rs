@@ -1,9 +1,8 @@
 //! The table of tunables: name, unit, range, meaning, and where the value lives in [`Gains`].
 //!
-//! Each law lists the rows of its own gains beside them; here they come together.
+//! The fields and the values of [`Gains::REFERENCE`] are in the file of each law.
 
 use super::Gains;
-use crate::{activation, compensator, main_controller};
 
 /// One tunable gain.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +26,7 @@ pub struct Tunable {
 /// Rows of one block of [`Gains`]: name, unit, range, field, meaning.
 macro_rules! rows {
     ($block:ident: $($name:literal, $unit:literal, $min:literal, $max:literal, $($field:ident).+, $meaning:literal;)*) => {
-        &[$($crate::gains::Tunable {
+        &[$(Tunable {
             name: $name,
             unit: $unit,
             min: $min,
@@ -38,19 +37,106 @@ macro_rules! rows {
         }),*]
     };
 }
-pub(crate) use rows;
 
 /// The rows of each block, in the order of the parameters.
-const BLOCKS: [&[Tunable]; 8] = [
-    main_controller::TUNABLES,
-    main_controller::pid::TUNABLES,
-    main_controller::ndi::TUNABLES,
-    main_controller::lqr::TUNABLES,
-    compensator::neso::TUNABLES,
-    compensator::linear_eso::TUNABLES,
-    compensator::incremental::TUNABLES,
-    activation::TUNABLES,
-];
+const BLOCKS: [&[Tunable]; 8] =
+    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION];
+
+const REFERENCES: &[Tunable] = rows! { references:
+    "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
+    "ROL_LAG", "s", 0.01, 10.0, roll_lag_s, "Time constant of the lag on the roll reference";
+};
+
+const PID: &[Tunable] = rows! { pid:
+    "ALT_KQ", "s", 0.01, 20.0, altitude.k_q, "Elevator per pitch rate";
+    "ALT_KTH", "-", 0.01, 20.0, altitude.k_theta, "Elevator per pitch angle";
+    "ALT_KHD", "rad s/m", 1.0e-6, 1.0, altitude.k_hd, "Elevator per climb rate";
+    "ALT_KH", "rad/m", 1.0e-7, 1.0, altitude.k_h, "Elevator per altitude error";
+    "ALT_KHI", "rad/(m s)", 1.0e-9, 0.1, altitude.k_hi, "Elevator rate per altitude error";
+    "ALT_ERR_MAX", "m", 1.0, 5000.0, altitude.error_max_m, "Largest altitude error that the law sees; sets the climb rate";
+    "ALT_INT_BAND", "m", 0.1, 5000.0, altitude.integral_band_m, "Altitude integrator runs below this altitude error";
+    "ALT_INT_CLIMB", "m/s", 0.0, 100.0, altitude.settled_climb_m_s, "Beyond its band the altitude integrator runs while the climb rate stays below this";
+    "ALT_INT_WAIT", "s", 0.1, 600.0, altitude.settled_after_s, "Time that the climb rate must have been below ALT_INT_CLIMB";
+    "ALT_INT_MAX", "rad", 0.001, 0.5, altitude.integral_max_rad, "Largest elevator of the altitude integrator";
+    "ALT_KALPHA", "-", 0.0, 100.0, altitude.k_alpha, "Elevator per angle of attack beyond the stall onset";
+    "ROL_KP", "s", 0.001, 20.0, roll.k_p, "Aileron per roll rate";
+    "ROL_KPHI", "-", 0.01, 20.0, roll.k_phi, "Aileron per roll angle error";
+    "ROL_KPHII", "1/s", 1.0e-6, 10.0, roll.k_phi_i, "Aileron rate per roll angle error";
+    "ROL_INT_MAX", "rad", 0.001, 10.0, roll.integral_max_rad, "Largest aileron of the roll integrator";
+    "YAW_KR", "s", 0.001, 20.0, yaw.k_r, "Rudder per yaw rate";
+    "SPD_KV", "1/s", 0.001, 10.0, speed.k_v, "Acceleration per speed error";
+    "SPD_KVI", "1/s^2", 1.0e-6, 10.0, speed.k_vi, "Acceleration rate per speed error";
+};
+
+const NDI: &[Tunable] = rows! { ndi:
+    "NDI_KP", "1/s", 0.1, 50.0, k_p, "Bandwidth of the roll rate";
+    "NDI_KQ", "1/s", 0.1, 50.0, k_q, "Bandwidth of the pitch rate";
+    "NDI_KR", "1/s", 0.1, 50.0, k_r, "Bandwidth of the yaw rate";
+    "NDI_KPHI", "1/s", 0.01, 20.0, k_phi, "Bandwidth of the roll angle";
+    "NDI_KPHII", "1/s^2", 0.0, 10.0, k_phi_i, "Roll rate rate per roll angle error";
+    "NDI_KBETA", "1/s", 0.0, 20.0, k_beta, "Bandwidth of the sideslip";
+    "NDI_KALPHA", "1/s", 0.01, 20.0, k_alpha, "Bandwidth of the angle of attack";
+    "NDI_KGAMMA", "1/s", 0.01, 20.0, k_gamma, "Bandwidth of the flight-path angle";
+    "NDI_KH", "1/s", 0.001, 10.0, k_h, "Bandwidth of the altitude";
+    "NDI_KHI", "1/s^2", 0.0, 10.0, k_hi, "Climb rate rate per altitude error";
+    "NDI_CLIMB_MAX", "m/s", 0.1, 500.0, climb_max_m_s, "Largest climb rate that an altitude error asks for";
+    "NDI_KV", "1/s", 0.001, 10.0, k_v, "Bandwidth of the airspeed";
+    "NDI_KVI", "1/s^2", 0.0, 10.0, k_vi, "Acceleration rate per airspeed error";
+};
+
+/// Rows of [`super::LqrGains`].
+pub const LQR: &[Tunable] = rows! { lqr:
+    "LQR_E_CLB", "rad s/m", -1.0, 1.0, elevator.climb, "Elevator per climb rate";
+    "LQR_E_V", "rad s/m", -1.0, 1.0, elevator.airspeed, "Elevator per airspeed error";
+    "LQR_E_TH", "-", -50.0, 50.0, elevator.theta, "Elevator per pitch angle";
+    "LQR_E_Q", "s", -50.0, 50.0, elevator.q, "Elevator per pitch rate";
+    "LQR_E_H", "rad/m", -1.0, 1.0, elevator.altitude, "Elevator per altitude error";
+    "LQR_E_HI", "rad/(m s)", -1.0, 1.0, elevator.altitude_i, "Elevator per integral of the altitude error";
+    "LQR_E_VI", "rad/m", -1.0, 1.0, elevator.airspeed_i, "Elevator per integral of the airspeed error";
+    "LQR_T_CLB", "1/s", -50.0, 50.0, thrust.climb, "Thrust per mass and climb rate";
+    "LQR_T_V", "1/s", -50.0, 50.0, thrust.airspeed, "Thrust per mass and airspeed error";
+    "LQR_T_TH", "m/s^2", -1000.0, 1000.0, thrust.theta, "Thrust per mass and pitch angle";
+    "LQR_T_Q", "m/s", -1000.0, 1000.0, thrust.q, "Thrust per mass and pitch rate";
+    "LQR_T_H", "1/s^2", -50.0, 50.0, thrust.altitude, "Thrust per mass and altitude error";
+    "LQR_T_HI", "1/s^3", -50.0, 50.0, thrust.altitude_i, "Thrust per mass and integral of the altitude error";
+    "LQR_T_VI", "1/s^2", -50.0, 50.0, thrust.airspeed_i, "Thrust per mass and integral of the airspeed error";
+    "LQR_A_B", "-", -50.0, 50.0, aileron.beta, "Aileron per sideslip";
+    "LQR_A_P", "s", -50.0, 50.0, aileron.p, "Aileron per roll rate";
+    "LQR_A_R", "s", -50.0, 50.0, aileron.r, "Aileron per yaw rate";
+    "LQR_A_PHI", "-", -50.0, 50.0, aileron.phi, "Aileron per roll angle error";
+    "LQR_A_PHII", "1/s", -50.0, 50.0, aileron.phi_i, "Aileron per integral of the roll angle error";
+    "LQR_R_B", "-", -50.0, 50.0, rudder.beta, "Rudder per sideslip";
+    "LQR_R_P", "s", -50.0, 50.0, rudder.p, "Rudder per roll rate";
+    "LQR_R_R", "s", -50.0, 50.0, rudder.r, "Rudder per yaw rate";
+    "LQR_R_PHI", "-", -50.0, 50.0, rudder.phi, "Rudder per roll angle error";
+    "LQR_R_PHII", "1/s", -50.0, 50.0, rudder.phi_i, "Rudder per integral of the roll angle error";
+    "LQR_ERR_MAX", "m", 1.0, 5000.0, error_max_m, "Largest altitude error that the regulator sees";
+};
+
+const NESO: &[Tunable] = rows! { neso:
+    "OBS_W0", "rad/s", 1.0, 500.0, bandwidth, "Observer bandwidth in the linear zone";
+    "OBS_KB", "-", 0.1, 20.0, rate_factor, "Observer beta1 as a multiple of the bandwidth";
+    "OBS_WIDTH", "rad/s", 1.0e-5, 10.0, fal_width, "Half width of the linear zone of fal";
+};
+
+const LINEAR_ESO: &[Tunable] = rows! { linear_eso:
+    "LES_W0", "rad/s", 1.0, 500.0, bandwidth, "Bandwidth of the linear observer";
+};
+
+const INCREMENTAL: &[Tunable] = rows! { incremental:
+    "INC_W0", "rad/s", 1.0, 500.0, bandwidth, "Natural frequency of the filter of the angular acceleration";
+    "INC_ZETA", "-", 0.1, 5.0, damping, "Damping of the filter of the angular acceleration";
+};
+
+const ACTIVATION: &[Tunable] = rows! { activation:
+    "ACT_LVL_P", "rad/s^2", 0.001, 100.0, level_roll, "Roll level of the estimate that wakes the compensator";
+    "ACT_LVL_Q", "rad/s^2", 0.001, 100.0, level_pitch, "Pitch level of the estimate that wakes the compensator";
+    "ACT_LVL_R", "rad/s^2", 0.001, 100.0, level_yaw, "Yaw level of the estimate that wakes the compensator";
+    "ACT_T_ON", "s", 0.001, 10.0, on_dwell_s, "Time above the level before the compensator wakes";
+    "ACT_HYST", "-", 0.01, 0.99, hysteresis, "Release below this fraction of the level";
+    "ACT_T_OFF", "s", 0.001, 600.0, off_dwell_s, "Time below the release level before it sleeps again";
+    "ACT_FADE", "s", 0.001, 10.0, fade_s, "Time in which the compensation fades in and out";
+};
 
 /// All tunable gains.
 pub fn tunables() -> impl Iterator<Item = &'static Tunable> {

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use super::integral::Integral;
 use super::{Law, LawInput, MainCommand, Visitor};
-use crate::gains::{Tunable, rows};
 
 /// Gains of the regulator: u = u_trim - K (x - x_trim).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -57,35 +56,6 @@ pub struct LateralRow {
     /// Per rad s of its integral.
     pub phi_i: f64,
 }
-
-/// Rows of [`LqrGains`].
-pub const TUNABLES: &[Tunable] = rows! { lqr:
-    "LQR_E_CLB", "rad s/m", -1.0, 1.0, elevator.climb, "Elevator per climb rate";
-    "LQR_E_V", "rad s/m", -1.0, 1.0, elevator.airspeed, "Elevator per airspeed error";
-    "LQR_E_TH", "-", -50.0, 50.0, elevator.theta, "Elevator per pitch angle";
-    "LQR_E_Q", "s", -50.0, 50.0, elevator.q, "Elevator per pitch rate";
-    "LQR_E_H", "rad/m", -1.0, 1.0, elevator.altitude, "Elevator per altitude error";
-    "LQR_E_HI", "rad/(m s)", -1.0, 1.0, elevator.altitude_i, "Elevator per integral of the altitude error";
-    "LQR_E_VI", "rad/m", -1.0, 1.0, elevator.airspeed_i, "Elevator per integral of the airspeed error";
-    "LQR_T_CLB", "1/s", -50.0, 50.0, thrust.climb, "Thrust per mass and climb rate";
-    "LQR_T_V", "1/s", -50.0, 50.0, thrust.airspeed, "Thrust per mass and airspeed error";
-    "LQR_T_TH", "m/s^2", -1000.0, 1000.0, thrust.theta, "Thrust per mass and pitch angle";
-    "LQR_T_Q", "m/s", -1000.0, 1000.0, thrust.q, "Thrust per mass and pitch rate";
-    "LQR_T_H", "1/s^2", -50.0, 50.0, thrust.altitude, "Thrust per mass and altitude error";
-    "LQR_T_HI", "1/s^3", -50.0, 50.0, thrust.altitude_i, "Thrust per mass and integral of the altitude error";
-    "LQR_T_VI", "1/s^2", -50.0, 50.0, thrust.airspeed_i, "Thrust per mass and integral of the airspeed error";
-    "LQR_A_B", "-", -50.0, 50.0, aileron.beta, "Aileron per sideslip";
-    "LQR_A_P", "s", -50.0, 50.0, aileron.p, "Aileron per roll rate";
-    "LQR_A_R", "s", -50.0, 50.0, aileron.r, "Aileron per yaw rate";
-    "LQR_A_PHI", "-", -50.0, 50.0, aileron.phi, "Aileron per roll angle error";
-    "LQR_A_PHII", "1/s", -50.0, 50.0, aileron.phi_i, "Aileron per integral of the roll angle error";
-    "LQR_R_B", "-", -50.0, 50.0, rudder.beta, "Rudder per sideslip";
-    "LQR_R_P", "s", -50.0, 50.0, rudder.p, "Rudder per roll rate";
-    "LQR_R_R", "s", -50.0, 50.0, rudder.r, "Rudder per yaw rate";
-    "LQR_R_PHI", "-", -50.0, 50.0, rudder.phi, "Rudder per roll angle error";
-    "LQR_R_PHII", "1/s", -50.0, 50.0, rudder.phi_i, "Rudder per integral of the roll angle error";
-    "LQR_ERR_MAX", "m", 1.0, 5000.0, error_max_m, "Largest altitude error that the regulator sees";
-};
 
 impl LqrGains {
     /// What `sitl design lqr` gives for the shipped model file; the design states its Q and R.

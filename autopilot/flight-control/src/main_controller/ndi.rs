@@ -11,8 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::integral::Integral;
 use super::{Law, LawInput, MainCommand, Visitor};
 use crate::design_model::DesignModel;
-use crate::gains::{Tunable, rows};
-use crate::level_turn::GRAVITY_M_S2;
+use crate::design_model::level_turn::GRAVITY_M_S2;
 use crate::mixer::Mixer;
 
 /// Gains of the dynamic inversion; all are bandwidths, 1/s, but where a unit says otherwise.
@@ -45,23 +44,6 @@ pub struct NdiGains {
     /// Integral of the airspeed error, 1/s².
     pub k_vi: f64,
 }
-
-/// Rows of [`NdiGains`].
-pub const TUNABLES: &[Tunable] = rows! { ndi:
-    "NDI_KP", "1/s", 0.1, 50.0, k_p, "Bandwidth of the roll rate";
-    "NDI_KQ", "1/s", 0.1, 50.0, k_q, "Bandwidth of the pitch rate";
-    "NDI_KR", "1/s", 0.1, 50.0, k_r, "Bandwidth of the yaw rate";
-    "NDI_KPHI", "1/s", 0.01, 20.0, k_phi, "Bandwidth of the roll angle";
-    "NDI_KPHII", "1/s^2", 0.0, 10.0, k_phi_i, "Roll rate rate per roll angle error";
-    "NDI_KBETA", "1/s", 0.0, 20.0, k_beta, "Bandwidth of the sideslip";
-    "NDI_KALPHA", "1/s", 0.01, 20.0, k_alpha, "Bandwidth of the angle of attack";
-    "NDI_KGAMMA", "1/s", 0.01, 20.0, k_gamma, "Bandwidth of the flight-path angle";
-    "NDI_KH", "1/s", 0.001, 10.0, k_h, "Bandwidth of the altitude";
-    "NDI_KHI", "1/s^2", 0.0, 10.0, k_hi, "Climb rate rate per altitude error";
-    "NDI_CLIMB_MAX", "m/s", 0.1, 500.0, climb_max_m_s, "Largest climb rate that an altitude error asks for";
-    "NDI_KV", "1/s", 0.001, 10.0, k_v, "Bandwidth of the airspeed";
-    "NDI_KVI", "1/s^2", 0.0, 10.0, k_vi, "Acceleration rate per airspeed error";
-};
 
 impl NdiGains {
     /// Servos of 20 rad/s allow rates of 4 rad/s with a damping of 1.1; each loop around them is two to three
@@ -261,7 +243,7 @@ impl Law for Ndi {
 mod tests {
     use super::*;
     use crate::main_controller::References;
-    use crate::mixer::Saturation;
+    use crate::signals::Saturation;
     use crate::testing;
 
     #[test]

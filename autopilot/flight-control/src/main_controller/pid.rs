@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::integral::Integral;
 use super::{Law, LawInput, MainCommand, Visitor};
-use crate::gains::{Tunable, rows};
 
 /// Gains of the PID.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -75,28 +74,6 @@ pub struct SpeedGains {
     /// K_Vi, 1/s²: acceleration rate per speed error.
     pub k_vi: f64,
 }
-
-/// Rows of [`PidGains`].
-pub const TUNABLES: &[Tunable] = rows! { pid:
-    "ALT_KQ", "s", 0.01, 20.0, altitude.k_q, "Elevator per pitch rate";
-    "ALT_KTH", "-", 0.01, 20.0, altitude.k_theta, "Elevator per pitch angle";
-    "ALT_KHD", "rad s/m", 1.0e-6, 1.0, altitude.k_hd, "Elevator per climb rate";
-    "ALT_KH", "rad/m", 1.0e-7, 1.0, altitude.k_h, "Elevator per altitude error";
-    "ALT_KHI", "rad/(m s)", 1.0e-9, 0.1, altitude.k_hi, "Elevator rate per altitude error";
-    "ALT_ERR_MAX", "m", 1.0, 5000.0, altitude.error_max_m, "Largest altitude error that the law sees; sets the climb rate";
-    "ALT_INT_BAND", "m", 0.1, 5000.0, altitude.integral_band_m, "Altitude integrator runs below this altitude error";
-    "ALT_INT_CLIMB", "m/s", 0.0, 100.0, altitude.settled_climb_m_s, "Beyond its band the altitude integrator runs while the climb rate stays below this";
-    "ALT_INT_WAIT", "s", 0.1, 600.0, altitude.settled_after_s, "Time that the climb rate must have been below ALT_INT_CLIMB";
-    "ALT_INT_MAX", "rad", 0.001, 0.5, altitude.integral_max_rad, "Largest elevator of the altitude integrator";
-    "ALT_KALPHA", "-", 0.0, 100.0, altitude.k_alpha, "Elevator per angle of attack beyond the stall onset";
-    "ROL_KP", "s", 0.001, 20.0, roll.k_p, "Aileron per roll rate";
-    "ROL_KPHI", "-", 0.01, 20.0, roll.k_phi, "Aileron per roll angle error";
-    "ROL_KPHII", "1/s", 1.0e-6, 10.0, roll.k_phi_i, "Aileron rate per roll angle error";
-    "ROL_INT_MAX", "rad", 0.001, 10.0, roll.integral_max_rad, "Largest aileron of the roll integrator";
-    "YAW_KR", "s", 0.001, 20.0, yaw.k_r, "Rudder per yaw rate";
-    "SPD_KV", "1/s", 0.001, 10.0, speed.k_v, "Acceleration per speed error";
-    "SPD_KVI", "1/s^2", 1.0e-6, 10.0, speed.k_vi, "Acceleration rate per speed error";
-};
 
 impl PidGains {
     /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.

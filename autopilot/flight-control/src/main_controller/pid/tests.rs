@@ -1,10 +1,10 @@
 use super::*;
 use crate::design_model::DesignModel;
+use crate::design_model::level_turn::LevelTurn;
 use crate::gains::{Gains, MainLaw};
-use crate::level_turn::LevelTurn;
 use crate::main_controller::{Demand, MainController};
-use crate::mixer::{Saturation, Side};
 use crate::navigation::NavigationState;
+use crate::signals::{Saturation, Side};
 use crate::testing;
 use icd::ControlPeriod;
 

@@ -4,8 +4,8 @@
 //! needs another pitch angle, elevator and pitch rate; what the law does not know of that ends as an altitude
 //! error that stays.
 
+use super::FlightCondition;
 use crate::aircraft_model::{AircraftModel, EffectorModel};
-use crate::design_model::FlightCondition;
 use crate::navigation::NavigationState;
 
 /// g, m/s², as in the standard atmosphere.

@@ -1,0 +1,102 @@
+//! Numbers of the configuration that are outside their range.
+
+use std::fmt;
+
+use arrayvec::ArrayString;
+
+/// A table or key of a file; what is longer is cut.
+pub type Section = ArrayString<40>;
+
+/// As much of a text as fits.
+#[must_use]
+pub fn section(text: &str) -> Section {
+    let mut section = Section::new();
+    for letter in text.chars() {
+        if section.try_push(letter).is_err() {
+            break;
+        }
+    }
+    section
+}
+
+/// A value outside its allowed range; NaN is outside every range.
+///
+/// Values and limits are in the unit that the key names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeError {
+    /// Table of the configuration file, without brackets.
+    pub section: Section,
+    /// Key in that table.
+    pub key: Section,
+    /// The refused value.
+    pub value: f64,
+    /// Smallest allowed value.
+    pub min: f64,
+    /// Largest allowed value.
+    pub max: f64,
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { section, key, value, min, max } = self;
+        let (value, min, max) = (tidy(*value), tidy(*min), tidy(*max));
+        write!(f, "[{section}] {key} = {value} is outside {min} to {max}")
+    }
+}
+
+impl std::error::Error for RangeError {}
+
+/// Rounded to nine decimals: a value in degrees went through radians and would show digits that nobody wrote.
+fn tidy(value: f64) -> f64 {
+    let rounded = libm::round(value * 1.0e9) / 1.0e9;
+    if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }
+}
+
+/// Checks that `value` is inside `min` to `max`.
+///
+/// # Errors
+/// [`RangeError`] with the arguments if it is not, or is NaN.
+pub fn check_range(
+    section: &str,
+    key: &str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), RangeError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(RangeError {
+            section: self::section(section),
+            key: self::section(key),
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_error_names_key_value_and_limits() {
+        let error = check_range("mass", "mass_kg", -1.0, 1.0, 1.0e6).unwrap_err();
+        assert_eq!(error.to_string(), "[mass] mass_kg = -1 is outside 1 to 1000000");
+    }
+
+    #[test]
+    fn nan_and_infinity_are_outside_every_range() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(check_range("a", "b", value, -1.0e300, 1.0e300).is_err(), "{value}");
+        }
+    }
+
+    #[test]
+    fn degrees_that_went_through_radians_are_shown_as_written() {
+        let there_and_back = 31.7_f64.to_radians().to_degrees();
+        let error = check_range("elevator", "travel_deg", there_and_back, 1.0, 30.0).unwrap_err();
+        assert_eq!(error.to_string(), "[elevator] travel_deg = 31.7 is outside 1 to 30");
+    }
+}
