@@ -30,20 +30,16 @@
 use arrayvec::ArrayVec;
 
 use crate::actuators::Actuators;
-use crate::effector::{Effector, PerEffector};
 use crate::effector_list::{EffectorList, Name};
-use crate::fault::{PlantAction, PlantReport, PlantRequest};
-use crate::pace::Pace;
+use crate::fault::{PlantReport, PlantRequest};
 use crate::sensors::{Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};
 
 mod cursor;
-mod decode;
-mod encode;
-mod faults;
+mod fields;
+mod packets;
 
-pub use decode::{decode, envelope};
-pub use encode::{encode_actuators, encode_refusal, encode_sensors};
+pub use packets::{decode, encode_actuators, encode_refusal, encode_sensors, envelope};
 
 /// First four bytes of every packet.
 pub const MAGIC: [u8; 4] = *b"2STP";
@@ -79,10 +75,6 @@ impl Aircraft {
         let count = effectors.len() as u8;
         Self { name, effectors: count, identity: effectors.identity() }
     }
-
-    fn count(&self) -> usize {
-        usize::from(self.effectors)
-    }
 }
 
 /// `tvc_jet (8 effectors, 12ab34cd)`.
@@ -103,11 +95,11 @@ pub type Reports = ArrayVec<PlantReport, REPORTS_MAX>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
     /// A control step: time has advanced by one period since the last one.
-    Flying,
+    Flying = 0,
     /// No control step: time stands still (pause, or slow motion); answer with the last commands.
-    Holding,
+    Holding = 1,
     /// As [`Phase::Holding`], and the flight is over: the aircraft is on the ground.
-    OnGround,
+    OnGround = 2,
 }
 
 /// From the plant: what the aircraft senses at `time`.
@@ -167,13 +159,13 @@ pub struct RefusalPacket {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RefusalReason {
     /// The packet has another version than the refusing side.
-    Version,
+    Version = 1,
     /// The autopilot is flying another plant that is still alive.
-    Busy,
+    Busy = 2,
     /// A value in the packet is not finite or out of its range.
-    Value,
+    Value = 3,
     /// The packet is about another aircraft than the refusing side has the files of.
-    Aircraft,
+    Aircraft = 4,
 }
 
 /// Any packet.

@@ -1,9 +1,11 @@
 use super::*;
+use crate::effector::PerEffector;
 use crate::fault::{
-    FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, Quantity, Refusal, Repeat,
-    Side, Timing, Travel,
+    FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantAction, Quantity,
+    Refusal, Repeat, Side, Timing, Travel,
 };
 use crate::frames::Attitude;
+use crate::pace::Pace;
 use crate::tvc_jet;
 use proptest::prelude::*;
 
@@ -89,9 +91,9 @@ fn the_largest_packets_fit_and_come_back_bit_for_bit() {
 }
 
 #[test]
-fn every_request_reply_and_report_comes_back() {
+fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
     let at = SimTime::from_micros(123);
-    let mut bytes = PacketBytes::new();
+    let (mut bytes, mut all) = (PacketBytes::new(), std::vec::Vec::new());
     let replies = [
         FaultReply::Applied { at },
         FaultReply::Unchanged { at },
@@ -113,6 +115,7 @@ fn every_request_reply_and_report_comes_back() {
         packet.reports.push(PlantReport::FaultReply { request: 1, reply });
         packet.reports.push(PlantReport::GroundContact { at });
         encode_sensors(&packet, &[], &mut bytes);
+        all.extend_from_slice(&bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     for (request, pace) in [
@@ -125,6 +128,7 @@ fn every_request_reply_and_report_comes_back() {
         packet.reports.clear();
         packet.reports.push(PlantReport::Paced { request, pace, at });
         encode_sensors(&packet, &[], &mut bytes);
+        all.extend_from_slice(&bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     for state in [FaultState::Cancelled { at }, FaultState::Active { since: at }] {
@@ -134,6 +138,7 @@ fn every_request_reply_and_report_comes_back() {
         let entry = FaultEntry { id: 1, target: effector.into(), kind, timing: Timing::NOW, state };
         packet.reports.push(PlantReport::Fault(entry));
         encode_sensors(&packet, &[], &mut bytes);
+        all.extend_from_slice(&bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     let actions = [
@@ -157,8 +162,11 @@ fn every_request_reply_and_report_comes_back() {
             ..actuator_packet()
         };
         encode_actuators(&packet, &mut bytes);
+        all.extend_from_slice(&bytes);
         assert_eq!(decode(&bytes), Ok(Packet::Actuators(packet)));
     }
+    // A change of these bytes is a new version.
+    assert_eq!((VERSION, crc32fast::hash(&all)), (6, 0xd849_1e3a));
 }
 
 #[test]
