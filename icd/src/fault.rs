@@ -10,44 +10,44 @@ use crate::effector::PerEffector;
 use crate::pace::Pace;
 use crate::time::SimTime;
 
-#[macro_use]
-mod macros;
-
-mod allowed;
 mod catalogue;
-pub mod kind;
-pub mod mavlink;
-mod measure;
+mod check;
+mod convert;
+mod kind;
 mod parts;
-mod refusal;
+mod quantity;
 mod target;
-mod text;
-mod timing;
 
 pub use crate::sensors::SensorKind;
-pub use allowed::{RAMP_MAX_S, Reach, check, check_timing};
-pub use catalogue::{CATALOGUE, FaultKind, Quantity, Side, Travel};
-pub use kind::KindInfo;
-pub use refusal::Refusal;
+pub use catalogue::{CATALOGUE, FaultKind, Side, Travel};
+pub use check::{Refusal, check, check_timing};
+pub use kind::{
+    Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
+    NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,
+};
+pub use parts::NUMBERS_MAX;
+pub use quantity::{Measure, Quantity, Range, Reach, Unit};
 pub use target::{Target, TargetClass};
-pub use timing::{Onset, Repeat, Timing};
+
+/// Longest ramp, s.
+pub const RAMP_MAX_S: f64 = 3_600.0;
 
 /// One change to the faults of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FaultRequest {
     /// Inject a fault. At its onset it replaces the present fault of the target.
     Inject {
-        /// What.
+        /// The target.
         #[serde(alias = "effector")]
         target: Target,
-        /// How.
+        /// The kind.
         kind: FaultKind,
         /// When, how fast, for how long, how often.
         timing: Timing,
     },
     /// Clear the fault of a target, and cancel the faults scheduled for it.
     Clear {
-        /// What.
+        /// The target.
         #[serde(alias = "effector")]
         target: Target,
     },
@@ -62,6 +62,82 @@ impl FaultRequest {
         match self {
             Self::Inject { target, .. } | Self::Clear { target } => Some(*target),
             Self::ClearAll => None,
+        }
+    }
+}
+
+/// When a requested change acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Onset {
+    /// At the tick in which the request reaches the plant.
+    AtOnce,
+    /// At this simulation time, exactly, also between ticks.
+    At(SimTime),
+}
+
+/// When a fault acts, how fast it comes, how long it stays, and how often it comes again.
+///
+/// ```text
+///  1        ________              ________
+///          /        |            /        |
+///  0 _____/         |___________/         |______
+///       onset                onset + every
+///         <-ramp->
+///         <----duration---->
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// When it acts first.
+    pub onset: Onset,
+    /// Time from nothing to the whole fault, s; 0 for at once. A fault without a size has no ramp.
+    pub ramp_s: f64,
+    /// How long it acts, s, the ramp included; `None` for ever.
+    pub duration_s: Option<f64>,
+    /// How it comes again; only with a duration.
+    pub repeat: Option<Repeat>,
+}
+
+/// How a fault comes again.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Repeat {
+    /// From one onset to the next, s; longer than the duration.
+    pub every_s: f64,
+    /// How often it acts in all, at least 2; `None` without end.
+    pub times: Option<u32>,
+}
+
+impl Timing {
+    /// At once and for ever.
+    pub const NOW: Self = Self::from_onset(Onset::AtOnce);
+
+    /// From this onset on, for ever, without a ramp.
+    #[must_use]
+    pub const fn from_onset(onset: Onset) -> Self {
+        Self { onset, ramp_s: 0.0, duration_s: None, repeat: None }
+    }
+
+    /// From this time on, for ever, without a ramp.
+    #[must_use]
+    pub const fn at(time: SimTime) -> Self {
+        Self::from_onset(Onset::At(time))
+    }
+}
+
+/// Everything but the onset, each part after a comma.
+impl fmt::Display for Timing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.ramp_s > 0.0 {
+            write!(f, ", ramp {} s", self.ramp_s)?;
+        }
+        if let Some(duration_s) = self.duration_s {
+            write!(f, ", for {duration_s} s")?;
+        }
+        match self.repeat {
+            None => Ok(()),
+            Some(Repeat { every_s, times: None }) => write!(f, ", every {every_s} s"),
+            Some(Repeat { every_s, times: Some(times) }) => {
+                write!(f, ", every {every_s} s, {times} times")
+            }
         }
     }
 }
@@ -184,7 +260,7 @@ pub enum PlantReport {
     FaultReply {
         /// Number of the request.
         request: u32,
-        /// What became of it.
+        /// The answer.
         reply: FaultReply,
     },
     /// A fault was scheduled, became active, pauses, or ended; or it is the answer to a request for the list
@@ -213,7 +289,7 @@ pub enum PlantReport {
 pub struct PlantRequest {
     /// Number that identifies the answer.
     pub number: u32,
-    /// What to do.
+    /// The action.
     pub action: PlantAction,
 }
 

@@ -8,8 +8,7 @@ use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
 use host_io::file;
-use icd::fault::kind::Measure;
-use icd::fault::{FaultKind, Onset, Target, TargetClass, Timing};
+use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing};
 use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
 use serde_json::json;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use icd::fault::kind::{Measure, NUMBERS_MAX, NumberInfo, Piece, Range};
-use icd::fault::mavlink::FailureType;
-use icd::fault::{CATALOGUE, KindInfo, TargetClass};
+use icd::fault::{
+    CATALOGUE, FailureType, KindInfo, Measure, NUMBERS_MAX, NumberInfo, Piece, Range, TargetClass,
+};
 
 use crate::sources::{assert_none, read, root};
 

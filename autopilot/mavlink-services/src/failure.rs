@@ -10,7 +10,7 @@
 //! | | INJECT_FAILURE (420) | USER_1 (31010) |
 //! |---|---|---|
 //! | p1 | unit: 102 servo, 101 motor | the same |
-//! | p2 | type: [`icd::fault::mavlink::FailureType`] | the same |
+//! | p2 | type: [`icd::fault::FailureType`] | the same |
 //! | p3 | instance, 0 all; NaN: see p4 | instance, 0 all |
 //! | p4 | instances as bits, bit 0 the first | what p5 is, by the catalogue; 0 or NaN: as 420 |
 //! | p5 | - | value |

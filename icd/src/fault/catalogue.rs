@@ -1,52 +1,20 @@
 //! The catalogue of faults: one entry for each kind, and nothing about kinds anywhere else but what a kind does, which
 //! is `plant-sim/src/faults/active.rs`.
 //!
-//! Keys of scenario files, words of scripts and of the shell, types, values and parameters of MAVLink, texts, codes of
-//! packets and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of
+//! Keys of scenario files, phrases of scripts, names in the shell, types, values and parameters of MAVLink, texts, codes in packets
+//! and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of
 //! the list, with the next free code; codes, modes and numbers of values are never used twice. A kind with two
 //! alternatives has two codes and two modes in a row.
 
 use serde::{Deserialize, Serialize};
 
-use super::kind::Piece::{Choice as C, Maybe, Number as N, Words as W};
+use super::kind::FailureType as T;
+use super::kind::Piece::{Choice as C, Number as N, Optional, Words as W};
 use super::kind::{
-    Alternative, Choice, ChoiceParameter, KindInfo, Mavlink, Measure, NumberInfo, NumberParameter,
-    Range, Targets,
+    Alternative, Choice, ChoiceParameter, KindInfo, Mavlink, NumberInfo, NumberParameter, Targets,
 };
-use super::mavlink::FailureType as T;
-use super::parts::{Part, Parts};
-use Quantity as Q;
-
-quantities! {
-    /// Fraction of the effect that remains.
-    Remaining = 1, "remaining effect", Measure::Fraction, ["remaining_percent"; 2];
-    /// Rate limit or drift, rad/s or N/s.
-    Rate = 2, "rate", Measure::Speed, ["rate_deg_s", "rate_kn_s"];
-    /// Delay, s.
-    Delay = 3, "delay", Measure::Milliseconds, ["delay_ms"; 2];
-    /// Period of an intermittent fault, s.
-    Period = 4, "period", Measure::Seconds, ["period_s"; 2];
-    /// Fraction of a period in which commands get through.
-    Present = 5, "present fraction", Measure::Fraction, ["present_percent"; 2];
-    /// Amplitude, rad or N.
-    Amplitude = 6, "amplitude", Measure::Position, ["amplitude_deg", "amplitude_kn"];
-    /// Frequency, Hz.
-    Frequency = 7, "frequency", Measure::Hertz, ["frequency_hz"; 2];
-    /// Bias, rad or N.
-    Bias = 8, "bias", Measure::Position, ["bias_deg", "bias_kn"];
-    /// Limit of the travel, rad or N.
-    Limit = 9, "travel limit", Measure::Position, ["limit_deg", "limit_kn"];
-    /// Ramp, s.
-    Ramp = 10, "ramp", Measure::Seconds, ["ramp_s"; 2];
-    /// Duration, s.
-    Duration = 11, "duration", Measure::Seconds, ["duration_s"; 2];
-    /// Time from one onset to the next, s.
-    Every = 12, "repetition", Measure::Seconds, ["every_s"; 2];
-    /// How often.
-    Times = 13, "number of repetitions", Measure::Count, ["times"; 2];
-    /// Where an effector sticks, rad.
-    Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
-}
+use super::parts::{Part, Parts, choices, kinds};
+use super::quantity::{Quantity as Q, Range};
 
 /// How a stuck effector reaches its angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -252,7 +220,7 @@ kinds! {
         code: 9,
         key: "delayed",
         targets: Targets::EFFECTORS,
-        phrase: &[W(&["delayed"]), Maybe("by"), N(Q::Delay)],
+        phrase: &[W(&["delayed"]), Optional("by"), N(Q::Delay)],
         numbers: &[NumberInfo {
             quantity: Q::Delay,
             range: Range::Fixed([0.0, FaultKind::DELAY_MAX_S]),
@@ -384,7 +352,7 @@ kinds! {
         code: 13,
         key: "biased",
         targets: Targets::EFFECTORS,
-        phrase: &[W(&["biased"]), Maybe("by"), N(Q::Bias)],
+        phrase: &[W(&["biased"]), Optional("by"), N(Q::Bias)],
         numbers: &[NumberInfo {
             quantity: Q::Bias,
             range: Range::HalfTravelEitherWay,

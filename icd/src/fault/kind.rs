@@ -1,22 +1,18 @@
-//! What an entry of the catalogue says, and what follows from it for every kind alike.
+//! What an entry of the catalogue holds.
 
-use super::catalogue::{CATALOGUE, FaultKind, Quantity};
-use super::mavlink::FailureType;
+use super::quantity::{Quantity, Range};
 use super::target::TargetClass;
-
-pub use super::measure::{Measure, Range, Unit};
-pub use super::parts::NUMBERS_MAX;
 
 /// An entry of the catalogue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KindInfo {
-    /// Number for packets and logs, from 1; of a kind with a choice that of the first alternative.
+    /// Number in packets and logs, from 1; of a kind with a choice that of the first alternative.
     pub code: u8,
-    /// Word in scenario files.
+    /// Name in scenario files.
     pub key: &'static str,
-    /// What can have it.
+    /// Which targets can have it.
     pub targets: Targets,
-    /// Its words in scripts and texts.
+    /// Its phrase in scripts and texts.
     pub phrase: &'static [Piece],
     /// Its numbers, in the order of the fields.
     pub numbers: &'static [NumberInfo],
@@ -24,15 +20,15 @@ pub struct KindInfo {
     pub choice: Option<Choice>,
     /// What the servo does, for the documents.
     pub servo: &'static str,
-    /// What acts of the effector, for the documents.
+    /// What of the effector still acts, for the documents.
     pub acts: &'static str,
-    /// What a ramp does, for the documents; empty: the fault has no size and so no ramp.
+    /// What a ramp does, for the documents; empty for a fault without a size, which has no ramp.
     pub ramp: &'static str,
-    /// How ground stations order it.
+    /// How ground stations request it.
     pub mavlink: Mavlink,
 }
 
-/// What can have a kind of fault.
+/// Which targets can have a kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Targets {
     /// Effectors that turn: surfaces and nozzles.
@@ -46,32 +42,32 @@ pub struct Targets {
 /// A part of a phrase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece {
-    /// One of these; texts have the first.
+    /// One of these; texts use the first.
     Words(&'static [&'static str]),
-    /// A word that may be left out; texts have it.
-    Maybe(&'static str),
+    /// A word that a script may leave out; texts have it.
+    Optional(&'static str),
     /// A number with its unit.
     Number(Quantity),
-    /// The words of the alternative.
+    /// The phrase of the alternative.
     Choice,
 }
 
 /// A number of a kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberInfo {
-    /// What it is.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Where it must lie.
+    /// The range that it must be in.
     pub range: Range,
-    /// Decimals in texts; `None`: as many as it has, up to four.
+    /// Decimals in texts; `None` for as many as the number has, up to four.
     pub decimals: Option<u8>,
-    /// Option of the shell. [`SIZE_OPTION`] is the size of the fault, which USER_1 carries too.
+    /// Option of the shell. [`SIZE_OPTION`] is the size of the fault, which USER_1 also carries.
     pub option: &'static str,
-    /// The parameter that says it where an order does not.
+    /// The parameter that gives the number where a request does not.
     pub parameter: NumberParameter,
 }
 
-/// A parameter with a number, in the unit for what turns.
+/// A parameter with a number, in the unit of effectors that turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberParameter {
     /// Name.
@@ -80,9 +76,9 @@ pub struct NumberParameter {
     pub min: f64,
     /// Largest value.
     pub max: f64,
-    /// Value where nothing was set.
+    /// Value until somebody sets another.
     pub default: f64,
-    /// What it does.
+    /// Its description.
     pub meaning: &'static str,
 }
 
@@ -91,50 +87,50 @@ pub struct NumberParameter {
 pub struct Choice {
     /// Key in scenario files.
     pub key: &'static str,
-    /// What it is, for messages.
+    /// Its name in messages.
     pub title: &'static str,
-    /// What there is to choose from.
+    /// The alternatives.
     pub alternatives: &'static [Alternative],
-    /// The alternative where nothing is said; `None`: it must be said.
+    /// The alternative where a request gives none; `None` where it must give one.
     pub default: Option<u8>,
-    /// The parameter that says it where an order does not.
+    /// The parameter that gives the alternative where a request does not.
     pub parameter: Option<ChoiceParameter>,
 }
 
-/// One thing to choose.
+/// An alternative of a choice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternative {
-    /// Word in scenario files.
+    /// Name in scenario files.
     pub key: &'static str,
-    /// Words in scripts, one of these; texts have the first. None: it is meant where nothing is said.
+    /// Phrases in scripts; texts use the first. Without any, it is the alternative of a script that names none.
     pub words: &'static [&'static str],
-    /// As the size of an order: text of the shell, number of USER_1.
+    /// As the size of a request: text in the shell, number in USER_1.
     pub value: Option<(&'static str, f64)>,
-    /// What the parameter says of it.
+    /// Its label in the parameter.
     pub label: &'static str,
 }
 
-/// A parameter with a choice: the numbers of the alternatives from 0.
+/// A parameter with a choice; its values number the alternatives from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChoiceParameter {
     /// Name.
     pub name: &'static str,
-    /// What it does.
+    /// Its description.
     pub meaning: &'static str,
 }
 
-/// How ground stations order a kind.
+/// How ground stations request a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mavlink {
     /// Type of the failure.
     pub failure_type: FailureType,
-    /// Value of the type's mode parameter that means this kind; of a kind with a choice that of the first alternative.
+    /// Value of the type's mode parameter for this kind; of a kind with a choice that of its first alternative.
     pub first_mode: u8,
-    /// What the mode parameter says of it, one for each alternative; empty if the type has no such parameter.
+    /// Labels of these values, one for each alternative; empty if the type has no mode parameter.
     pub mode: &'static [&'static str],
-    /// Word of the shell that means this kind where the type leaves a choice.
+    /// Name in the shell where the type has several kinds.
     pub word: Option<&'static str>,
-    /// Number in USER_1 (p4) that says what its value (p5) is.
+    /// Number in p4 of USER_1, which defines the value in p5.
     pub user_1: Option<u8>,
 }
 
@@ -146,7 +142,7 @@ impl Targets {
     /// Engines.
     pub const THRUST: Self = Self { angles: false, ..Self::EFFECTORS };
 
-    /// Whether one of these can have it.
+    /// Whether targets of this class can have it.
     #[must_use]
     pub const fn allow(self, class: TargetClass) -> bool {
         match class {
@@ -165,7 +161,7 @@ impl Mavlink {
 }
 
 impl KindInfo {
-    /// It has a size that can grow from nothing, so that a ramp means something.
+    /// Whether it has a size, which a ramp can increase from nothing.
     #[must_use]
     pub const fn has_size(&self) -> bool {
         !self.ramp.is_empty()
@@ -178,25 +174,106 @@ impl KindInfo {
         self.choice.map_or(1, |choice| choice.alternatives.len() as u8)
     }
 
-    /// The number that is its size, and its place among its numbers.
+    /// The number that is its size, with its index.
     #[must_use]
     pub fn size(&self) -> Option<(usize, &'static NumberInfo)> {
         self.numbers.iter().enumerate().find(|(_, number)| number.option == SIZE_OPTION)
-    }
-
-    /// The kind with this alternative (from 0) and these numbers, SI units; `None` without such an alternative.
-    #[must_use]
-    pub fn with(&self, alternative: u8, values: [f64; NUMBERS_MAX]) -> Option<FaultKind> {
-        let code = self.code.checked_add(alternative)?;
-        FaultKind::from_code(code, values).filter(|kind| kind.info().code == self.code)
-    }
-
-    /// The entry with this word of scenario files.
-    #[must_use]
-    pub fn by_key(key: &str) -> Option<&'static Self> {
-        CATALOGUE.iter().find(|info| info.key == key)
     }
 }
 
 /// Option of the shell for the size of a fault.
 pub const SIZE_OPTION: &str = "-v";
+
+/// FAILURE_TYPE of MAVLink.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum FailureType {
+    /// Repaired.
+    Ok = 0,
+    /// Servo: floats. Motor: flame-out.
+    Off = 1,
+    /// Stuck.
+    Stuck = 2,
+    /// Oscillates.
+    Garbage = 3,
+    /// Does not follow its commands.
+    Wrong = 4,
+    /// Slow.
+    Slow = 5,
+    /// Follows its commands late.
+    Delayed = 6,
+    /// Follows its commands for a part of the time.
+    Intermittent = 7,
+    /// Drifts away from its commands.
+    Drift = 8,
+}
+
+/// The parameter that selects one of several kinds of a type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModeParameter {
+    /// Name.
+    pub name: &'static str,
+    /// Its description.
+    pub meaning: &'static str,
+}
+
+impl FailureType {
+    /// All of them, by their number.
+    pub const ALL: [Self; 9] = [
+        Self::Ok,
+        Self::Off,
+        Self::Stuck,
+        Self::Garbage,
+        Self::Wrong,
+        Self::Slow,
+        Self::Delayed,
+        Self::Intermittent,
+        Self::Drift,
+    ];
+
+    /// Number in MAVLink.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The type with this number.
+    #[must_use]
+    pub fn from_code(code: i32) -> Option<Self> {
+        Self::ALL.into_iter().find(|known| i32::from(known.code()) == code)
+    }
+
+    /// Name in PX4's shell.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        const NAMES: [&str; 9] =
+            ["ok", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "drift"];
+        NAMES[self as usize]
+    }
+
+    /// Name, with an explanation where it needs one.
+    #[must_use]
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Off => "off: floats, flame-out",
+            Self::Garbage => "garbage: oscillates",
+            Self::Wrong => "wrong: see FLT_WRONG_MODE",
+            other => other.name(),
+        }
+    }
+
+    /// The parameter that selects one of several kinds.
+    #[must_use]
+    pub const fn mode(self) -> Option<ModeParameter> {
+        match self {
+            Self::Stuck => Some(ModeParameter {
+                name: "FLT_STUCK_MODE",
+                meaning: "Where STUCK holds an effector",
+            }),
+            Self::Wrong => {
+                Some(ModeParameter { name: "FLT_WRONG_MODE", meaning: "What WRONG means" })
+            }
+            _ => None,
+        }
+    }
+}

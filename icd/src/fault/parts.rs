@@ -1,14 +1,9 @@
-//! A kind of fault as code and numbers, and back.
-
-use super::catalogue::{CATALOGUE, FaultKind};
-use super::kind::KindInfo;
-use super::target::TargetClass;
-use super::text::Described;
+//! From the entries of the catalogue to types: the macros that it is written with, and kinds in parts.
 
 /// Most numbers that a kind can have.
 pub const NUMBERS_MAX: usize = 2;
 
-/// A kind in parts.
+/// A kind taken apart.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Parts {
     pub choice: u8,
@@ -37,37 +32,66 @@ impl Part for f64 {
     }
 }
 
-impl FaultKind {
-    /// Number for packets and logs, from 1; 0 stands for no fault.
-    #[must_use]
-    pub fn code(&self) -> u8 {
-        self.info().code + self.parts().choice
-    }
+/// Enums without fields as fields of a kind.
+macro_rules! choices {
+    ($($name:ident: $($variant:ident),+;)+) => {
+        $(impl Part for $name {
+            fn put(self, parts: &mut Parts) {
+                parts.choice = self as u8;
+            }
 
-    /// The numbers of the kind in the order of its fields; 0 for those it does not have.
-    #[must_use]
-    pub fn values(&self) -> [f64; NUMBERS_MAX] {
-        self.parts().values
-    }
-
-    /// The kind with this number and these values; `None` if there is none.
-    #[must_use]
-    pub fn from_code(code: u8, values: [f64; NUMBERS_MAX]) -> Option<Self> {
-        let is_it = |info: &KindInfo| (info.code..info.code + info.alternatives()).contains(&code);
-        let place = CATALOGUE.iter().position(is_it)?;
-        let choice = code - CATALOGUE[place].code;
-        Self::from_parts(place, Parts { choice, values, next: 0 })
-    }
-
-    /// It has a size that can grow from nothing, so that a ramp means something.
-    #[must_use]
-    pub fn has_size(&self) -> bool {
-        self.info().has_size()
-    }
-
-    /// In the words of scripts, with the units of what has it.
-    #[must_use]
-    pub const fn described(&self, class: TargetClass) -> Described {
-        Described { kind: *self, class }
-    }
+            fn take(parts: &mut Parts) -> Option<Self> {
+                [$(Self::$variant),+].get(usize::from(parts.choice)).copied()
+            }
+        })+
+    };
 }
+
+/// The enum of the kinds, the catalogue, and the way between a kind and its code and numbers.
+macro_rules! kinds {
+    ($(
+        $(#[$doc:meta])* $name:ident
+        $({ $($(#[$field_doc:meta])* $field:ident: $type:ty),+ $(,)? })?
+        => $info:expr;
+    )+) => {
+        /// How an effector fails. Values are rad, rad/s for those that turn; N, N/s for an engine.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        pub enum FaultKind {
+            $($(#[$doc])* $name $({ $($(#[$field_doc])* $field: $type),+ })?),+
+        }
+
+        /// Index in the catalogue.
+        #[derive(Clone, Copy)]
+        enum Place { $($name),+ }
+
+        /// The entry of each kind of fault, in the order of [`FaultKind`].
+        pub static CATALOGUE: [KindInfo; [$(Place::$name),+].len()] = [$($info),+];
+
+        impl FaultKind {
+            /// Its entry in the catalogue.
+            #[must_use]
+            pub fn info(&self) -> &'static KindInfo {
+                match self { $(Self::$name { .. } => &CATALOGUE[Place::$name as usize]),+ }
+            }
+
+            pub(super) fn parts(&self) -> Parts {
+                let mut parts = Parts::default();
+                match *self {
+                    $(Self::$name $({ $($field),+ })? => { $($($field.put(&mut parts);)+)? })+
+                }
+                parts
+            }
+
+            pub(super) fn from_parts(place: usize, mut parts: Parts) -> Option<Self> {
+                // Not every kind has parts.
+                let _parts = &mut parts;
+                $(if place == Place::$name as usize {
+                    return Some(Self::$name $({ $($field: Part::take(_parts)?),+ })?);
+                })+
+                None
+            }
+        }
+    };
+}
+
+pub(super) use {choices, kinds};

@@ -1,4 +1,4 @@
-//! What a fault is of: an effector or a sensor.
+//! The target of a fault: an effector or a sensor.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::effector::Effector;
 use crate::effector_list::EffectorList;
 use crate::sensors::SensorKind;
 
-/// What a fault is of. Data and packets have it as one number: effectors by their place, sensors from 128 on.
+/// The target of a fault. In data and packets it is one number: effectors by their place, sensors from 128 on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Target {
@@ -27,7 +27,7 @@ pub enum TargetClass {
     Sensor,
 }
 
-/// What stands for no target.
+/// A number that stands for no target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoSuchTarget(u8);
 
@@ -94,7 +94,7 @@ impl Target {
         }
     }
 
-    /// In which units its numbers are.
+    /// The class, which determines the units.
     #[must_use]
     pub fn class(self, effectors: &EffectorList) -> TargetClass {
         match self {
@@ -111,7 +111,7 @@ impl TargetClass {
         if is_angle { Self::Angle } else { Self::Thrust }
     }
 
-    /// Of what a request is about, if it is about one thing.
+    /// The class of a request's target; [`Self::Angle`] where the request has none.
     #[must_use]
     pub fn of_request(target: Option<Target>, effectors: &EffectorList) -> Self {
         target.map_or(Self::Angle, |target| target.class(effectors))
@@ -119,8 +119,7 @@ impl TargetClass {
 }
 
 impl SensorKind {
-    /// FAILURE_UNIT of MAVLink and its word in PX4's shell. Where MAVLink has no number for such a sensor there is one of
-    /// our own, from 1000 on.
+    /// FAILURE_UNIT of MAVLink and its name in PX4's shell. Sensors without a number in MAVLink have one of this project, from 1000 on.
     #[must_use]
     pub const fn failure_unit(self) -> (u16, &'static str) {
         match self {

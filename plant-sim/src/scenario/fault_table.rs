@@ -5,9 +5,10 @@
 //! Ranges that need no aircraft are checked here, with file and key; whether the aircraft can have the fault is found
 //! out by [`crate::Plant::new`].
 
-use icd::fault::kind::NUMBERS_MAX;
-use icd::fault::{self, FaultKind, KindInfo, Onset, Refusal, Repeat, SensorKind};
-use icd::fault::{Target, TargetClass, Timing};
+use icd::fault::{
+    self, FaultKind, KindInfo, NUMBERS_MAX, Onset, Refusal, Repeat, SensorKind, Target,
+    TargetClass, Timing,
+};
 use icd::{EffectorList, SimTime};
 use serde::Deserialize;
 

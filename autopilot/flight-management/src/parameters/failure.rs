@@ -5,9 +5,7 @@
 
 use std::sync::LazyLock;
 
-use icd::fault::kind::{ChoiceParameter, NumberParameter};
-use icd::fault::mavlink::FailureType;
-use icd::fault::{CATALOGUE, KindInfo, TargetClass};
+use icd::fault::{CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, TargetClass};
 
 use super::Choice;
 

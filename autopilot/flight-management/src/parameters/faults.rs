@@ -6,7 +6,7 @@
 use core::fmt::Write as _;
 
 use arrayvec::ArrayString;
-use icd::fault::mavlink::FailureType;
+use icd::fault::FailureType;
 use icd::{Effector, EffectorList};
 
 use super::Choice;

@@ -3,10 +3,11 @@
 
 use core::cmp::Reverse;
 
-use icd::fault::kind::Measure::{Milliseconds, Seconds};
-use icd::fault::kind::{Choice, NUMBERS_MAX, NumberInfo, Piece};
-use icd::fault::{CATALOGUE, FaultKind, KindInfo, Onset, Refusal, Repeat, SensorKind, Target};
-use icd::fault::{TargetClass, Timing};
+use icd::fault::Measure::{Milliseconds, Seconds};
+use icd::fault::{
+    CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece, Refusal, Repeat,
+    SensorKind, Target, TargetClass, Timing,
+};
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::cursor::{Cursor, SECONDS};
@@ -128,7 +129,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
     for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
         match *piece {
             Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
-            Piece::Maybe(word) => drop(cursor.take(word)),
+            Piece::Optional(word) => drop(cursor.take(word)),
             Piece::Number(quantity) => {
                 let mut numbers = values.iter_mut().zip(info.numbers);
                 let place = numbers.find(|(_, number)| number.quantity == quantity);
@@ -162,7 +163,7 @@ fn words(info: &KindInfo) -> String {
     let words = info.phrase.iter().filter_map(|piece| match piece {
         Piece::Words(words) => words.first().copied(),
         Piece::Number(quantity) => Some(quantity.measure().unit(TargetClass::Angle).name),
-        Piece::Maybe(_) | Piece::Choice => None,
+        Piece::Optional(_) | Piece::Choice => None,
     });
     format!("a number {}", words.collect::<Vec<_>>().join(" "))
 }

@@ -2,8 +2,7 @@
 
 use icd::EffectorList;
 use icd::SimTime;
-use icd::fault::Onset;
-use icd::fault::mavlink::FailureType;
+use icd::fault::{FailureType, Onset};
 
 use super::USER_1;
 use super::order::{Failure, FaultOrder, Instances, Unit, Value, ValueError};

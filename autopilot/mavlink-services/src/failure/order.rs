@@ -8,9 +8,9 @@
 use arrayvec::ArrayVec;
 use flight_control::AircraftModel;
 use flight_control::aircraft_model::{EffectorModel, ServoModel};
-use icd::fault::kind::{NUMBERS_MAX, NumberInfo, SIZE_OPTION};
 use icd::fault::{
-    FaultKind, KindInfo, Onset, Quantity, Reach, Refusal, Repeat, TargetClass, Timing,
+    FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Quantity, Reach, Refusal, Repeat,
+    SIZE_OPTION, TargetClass, Timing,
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 

@@ -1,8 +1,7 @@
 //! How large a fault is, in the units of people: degrees, percent, seconds. Of the engine, where there are no degrees,
 //! percent of its largest thrust.
 
-use icd::fault::kind::Measure;
-use icd::fault::{KindInfo, TargetClass};
+use icd::fault::{KindInfo, Measure, TargetClass};
 
 use super::words::Failure;
 use crate::convert;

@@ -5,8 +5,7 @@
 use core::fmt;
 
 use arrayvec::ArrayVec;
-use icd::fault::mavlink::FailureType;
-use icd::fault::{CATALOGUE, KindInfo, Refusal, SensorKind, Target, TargetClass};
+use icd::fault::{CATALOGUE, FailureType, KindInfo, Refusal, SensorKind, Target, TargetClass};
 use icd::{Effector, EffectorList};
 
 use crate::refused::Refused;

@@ -9,7 +9,7 @@
 //! is announced whenever it changes.
 
 use core::time::Duration;
-use icd::fault::PlantAction;
+use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, TargetClass};
 
 use icd::{Effector, EffectorList, PerEffector};
 
@@ -19,8 +19,6 @@ use crate::failure::order::{self, Failure, FaultOrder, Instances, Unit};
 use crate::wall_time::WallTime;
 use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
-use icd::fault::mavlink::FailureType;
-use icd::fault::{FaultEntry, FaultReply, TargetClass};
 
 /// Orders that may be open.
 const OPEN_MAX: usize = 32;

@@ -35,9 +35,13 @@ fn an_entry_fits_the_fields_of_its_kind() {
             })
             .collect();
         for number in info.numbers {
-            assert!(named.contains(&number.quantity), "{}: a number without words", info.key);
+            assert!(
+                named.contains(&number.quantity),
+                "{}: a number missing in the phrase",
+                info.key
+            );
         }
-        assert_eq!(named.len(), info.numbers.len(), "{}: words without a number", info.key);
+        assert_eq!(named.len(), info.numbers.len(), "{}: a number only in the phrase", info.key);
         assert_eq!(info.phrase.contains(&C), info.choice.is_some(), "{}", info.key);
         let labels =
             if info.mavlink.failure_type.mode().is_some() { info.alternatives() } else { 0 };
@@ -49,7 +53,7 @@ fn an_entry_fits_the_fields_of_its_kind() {
 }
 
 #[test]
-fn what_is_said_names_one_kind() {
+fn phrases_names_and_numbers_are_unique() {
     let (class, list) = (TargetClass::Angle, &CATALOGUE);
     assert_eq!(list.iter().map(|info| info.key).collect::<BTreeSet<_>>().len(), list.len());
     let texts: BTreeSet<_> = all().map(|kind| kind.described(class).to_string()).collect();
@@ -71,7 +75,7 @@ fn what_is_said_names_one_kind() {
 }
 
 #[test]
-fn a_text_says_the_kind_with_the_units_of_what_has_it() {
+fn a_text_has_the_units_of_the_target() {
     let deg = f64::to_radians;
     for (kind, class, text) in [
         (FaultKind::StuckHere, TargetClass::Angle, "stuck"),

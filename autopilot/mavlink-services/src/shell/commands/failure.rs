@@ -1,11 +1,11 @@
 //! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
 //! same order as the commands of the MAVLink protocol.
 
-use icd::fault::PlantAction;
+use icd::fault::{
+    CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION, TargetClass,
+};
 use std::fmt::Write as _;
 
-use icd::fault::kind::{NumberInfo, SIZE_OPTION};
-use icd::fault::{CATALOGUE, KindInfo, Onset, Quantity, TargetClass};
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use super::{Answer, Asking, Order, list, number, usage};

@@ -1,0 +1,250 @@
+//! The numbers of faults: what they measure, their units for people, and where they must lie.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::target::TargetClass;
+
+/// The enum of the quantities, with their names, measures and keys.
+macro_rules! quantities {
+    ($($(#[$doc:meta])* $name:ident = $code:literal, $title:literal, $measure:expr, $keys:expr;)+) => {
+        /// A number of a fault or of its timing.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[repr(u8)]
+        pub enum Quantity {
+            $($(#[$doc])* $name = $code),+
+        }
+
+        impl Quantity {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$name),+].len()] = [$(Self::$name),+];
+
+            /// Name for people.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$name => $title),+ }
+            }
+
+            /// What it measures.
+            #[must_use]
+            pub const fn measure(self) -> Measure {
+                match self { $(Self::$name => $measure),+ }
+            }
+
+            /// Keys in scenario files: of effectors that turn, of engines.
+            #[must_use]
+            pub const fn keys(self) -> [&'static str; 2] {
+                match self { $(Self::$name => $keys),+ }
+            }
+        }
+    };
+}
+
+quantities! {
+    /// Fraction of the effect that remains.
+    Remaining = 1, "remaining effect", Measure::Fraction, ["remaining_percent"; 2];
+    /// Rate limit or drift, rad/s or N/s.
+    Rate = 2, "rate", Measure::Speed, ["rate_deg_s", "rate_kn_s"];
+    /// Delay, s.
+    Delay = 3, "delay", Measure::Milliseconds, ["delay_ms"; 2];
+    /// Period of an intermittent fault, s.
+    Period = 4, "period", Measure::Seconds, ["period_s"; 2];
+    /// Fraction of a period in which commands get through.
+    Present = 5, "present fraction", Measure::Fraction, ["present_percent"; 2];
+    /// Amplitude, rad or N.
+    Amplitude = 6, "amplitude", Measure::Position, ["amplitude_deg", "amplitude_kn"];
+    /// Frequency, Hz.
+    Frequency = 7, "frequency", Measure::Hertz, ["frequency_hz"; 2];
+    /// Bias, rad or N.
+    Bias = 8, "bias", Measure::Position, ["bias_deg", "bias_kn"];
+    /// Limit of the travel, rad or N.
+    Limit = 9, "travel limit", Measure::Position, ["limit_deg", "limit_kn"];
+    /// Ramp, s.
+    Ramp = 10, "ramp", Measure::Seconds, ["ramp_s"; 2];
+    /// Duration, s.
+    Duration = 11, "duration", Measure::Seconds, ["duration_s"; 2];
+    /// Time from one onset to the next, s.
+    Every = 12, "repetition", Measure::Seconds, ["every_s"; 2];
+    /// How often.
+    Times = 13, "number of repetitions", Measure::Count, ["times"; 2];
+    /// Where an effector sticks, rad.
+    Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
+}
+
+/// The range that a number must be in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// This one, in SI units.
+    Fixed([f64; 2]),
+    /// The travel of the effector.
+    Travel,
+    /// From zero to half the travel.
+    HalfTravel,
+    /// Up to half the travel either way.
+    HalfTravelEitherWay,
+    /// From zero, of an engine from idle, to the end of the travel.
+    UpToTravel,
+    /// From a thousandth of the fastest speed to the fastest.
+    Speed,
+    /// Up to the fastest speed either way.
+    SpeedEitherWay,
+}
+
+/// What a number measures, from which its units follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// An angle, of any target: rad.
+    Angle,
+    /// Position of an effector: rad or N.
+    Position,
+    /// Speed of an effector: rad/s or N/s.
+    Speed,
+    /// Fraction of one.
+    Fraction,
+    /// Time, s.
+    Seconds,
+    /// Time, s; its unit for people is the millisecond.
+    Milliseconds,
+    /// Frequency, Hz.
+    Hertz,
+    /// Number of times.
+    Count,
+}
+
+/// A unit for people: a number with it, times `times` and over `over`, is in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its symbol.
+    pub name: &'static str,
+    times: f64,
+    over: f64,
+}
+
+impl Unit {
+    const fn new(name: &'static str, times: f64, over: f64) -> Self {
+        Self { name, times, over }
+    }
+
+    /// A number with this unit in SI units.
+    #[must_use]
+    pub fn to_si(self, value: f64) -> f64 {
+        value * self.times / self.over
+    }
+
+    /// A number in SI units with this unit.
+    #[must_use]
+    pub fn from_si(self, si: f64) -> f64 {
+        si * self.over / self.times
+    }
+}
+
+impl Measure {
+    /// Its unit for people.
+    #[must_use]
+    pub const fn unit(self, class: TargetClass) -> Unit {
+        const DEG: f64 = 1.0_f64.to_radians();
+        match (self, class) {
+            (Self::Position, TargetClass::Thrust) => Unit::new("kN", 1.0e3, 1.0),
+            (Self::Position | Self::Angle, _) => Unit::new("deg", DEG, 1.0),
+            (Self::Speed, TargetClass::Thrust) => Unit::new("kN/s", 1.0e3, 1.0),
+            (Self::Speed, _) => Unit::new("deg/s", DEG, 1.0),
+            (Self::Fraction, _) => Unit::new("%", 1.0, 100.0),
+            (Self::Seconds, _) => Unit::new("s", 1.0, 1.0),
+            (Self::Milliseconds, _) => Unit::new("ms", 1.0, 1.0e3),
+            (Self::Hertz, _) => Unit::new("Hz", 1.0, 1.0),
+            (Self::Count, _) => Unit::new("times", 1.0, 1.0),
+        }
+    }
+
+    /// Whether it is a value of the effector itself, which for an engine can also be given in percent of its largest thrust.
+    #[must_use]
+    pub const fn is_own(self) -> bool {
+        matches!(self, Self::Position | Self::Speed)
+    }
+}
+
+impl Range {
+    /// Slowest speed that a slow effector can be given, as a fraction of its fastest.
+    const SLOWEST: f64 = 1.0e-3;
+
+    /// For an effector with this reach, in SI units.
+    #[must_use]
+    pub fn of(self, reach: &Reach) -> [f64; 2] {
+        let Reach { min, max, .. } = *reach;
+        let half = 0.5 * (max - min);
+        let [slowest, fastest] = match reach.fastest {
+            Some(fastest) => [Self::SLOWEST * fastest, fastest],
+            None => [f64::MIN_POSITIVE, f64::MAX],
+        };
+        match self {
+            Self::Fixed(range) => range,
+            Self::Travel => [min, max],
+            Self::HalfTravel => [0.0, half],
+            Self::HalfTravelEitherWay => [-half, half],
+            Self::UpToTravel => [if reach.is_angle { 0.0 } else { min }, max],
+            Self::Speed => [slowest, fastest],
+            Self::SpeedEitherWay => [-fastest, fastest],
+        }
+    }
+
+    /// For any aircraft, in the unit for people; a number outside is a typing error.
+    #[must_use]
+    pub fn anywhere(self, measure: Measure, class: TargetClass) -> [f64; 2] {
+        let largest = match (measure, class) {
+            (Measure::Position, TargetClass::Thrust) | (Measure::Speed, _) => 1_000.0,
+            _ => 90.0,
+        };
+        match self {
+            Self::Fixed(range) => range.map(|end| Tidy(measure.unit(class).from_si(end)).rounded()),
+            Self::Travel | Self::HalfTravelEitherWay | Self::SpeedEitherWay => [-largest, largest],
+            Self::HalfTravel | Self::UpToTravel | Self::Speed => [0.0, largest],
+        }
+    }
+}
+
+impl Quantity {
+    /// The quantity with this number.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|quantity| *quantity as u8 == code)
+    }
+
+    /// Key in scenario files.
+    #[must_use]
+    pub const fn key(self, class: TargetClass) -> &'static str {
+        let [angle, thrust] = self.keys();
+        if matches!(class, TargetClass::Thrust) { thrust } else { angle }
+    }
+}
+
+/// Travel and rate of a healthy effector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Whether its values are angles, rad; those of an engine are thrusts, N.
+    pub is_angle: bool,
+    /// Lower end of its travel, rad or N.
+    pub min: f64,
+    /// Upper end of its travel, rad or N.
+    pub max: f64,
+    /// Largest rate, rad/s or N/s; `None` if unknown, and then the check accepts every rate.
+    pub fastest: Option<f64>,
+}
+
+/// A number with up to four decimals and no trailing zeros.
+pub(super) struct Tidy(pub f64);
+
+impl Tidy {
+    pub fn rounded(&self) -> f64 {
+        // Adding 0.0 makes -0 a 0.
+        libm::round(self.0 * 1.0e4) / 1.0e4 + 0.0
+    }
+}
+
+impl fmt::Display for Tidy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rounded = self.rounded();
+        // A number that would round to zero, and NaN, keep their digits.
+        if self.0 != 0.0 && rounded == 0.0 { write!(f, "{:e}", self.0) } else { rounded.fmt(f) }
+    }
+}
