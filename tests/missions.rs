@@ -17,7 +17,7 @@ use icd::SimTime;
 use nalgebra::Vector3;
 use plant_sim::EarthModel;
 use plant_sim::geodesy::{Geodetic, ecef};
-use sitl::closed_loop::{FlightSetup, Moment, Spoken, fly_spoken};
+use sitl::closed_loop::{FlightSetup, Observation, TimedCommand, fly_with_commands};
 use sitl::configuration::AircraftArgs;
 use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 
@@ -43,12 +43,12 @@ fn demo(setup: &FlightSetup) -> Arc<Plan> {
     Arc::new(mission::demo(setup))
 }
 
-fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Flown {
-    mission::fly(setup, spoken).expect("the shipped aircraft flies")
+fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Flown {
+    mission::fly(setup, commands).expect("the shipped aircraft flies")
 }
 
-fn at(seconds: f64, command: Command) -> Spoken {
-    Spoken { at: SimTime::from_seconds(seconds).expect("a time"), command }
+fn at(seconds: f64, command: Command) -> TimedCommand {
+    TimedCommand { at: SimTime::from_seconds(seconds).expect("a time"), command }
 }
 
 fn begun(flown: &Flown) -> Vec<u16> {
@@ -179,20 +179,20 @@ fn wind_and_turbulence_leave_the_aircraft_on_its_path() {
 fn the_same_commands_at_the_same_ticks_fly_the_same_bits() {
     let setup = setup(EarthModel::Wgs84, 20.0, 1.5);
     let plan = demo(&setup);
-    let mut spoken = mission::begin(&plan);
-    spoken.push(at(
+    let mut commands = mission::begin(&plan);
+    commands.push(at(
         150.0,
         Command::Vehicle(VehicleCommand::Reposition(Reposition {
             change_mode: true,
             ..Reposition::default()
         })),
     ));
-    spoken.push(at(300.0, Command::Vehicle(VehicleCommand::LinkLost(LinkLossAction::Return))));
-    spoken.push(at(400.0, Command::Vehicle(VehicleCommand::LinkBack)));
-    spoken.push(at(420.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
+    commands.push(at(300.0, Command::Vehicle(VehicleCommand::LinkLost(LinkLossAction::Return))));
+    commands.push(at(400.0, Command::Vehicle(VehicleCommand::LinkBack)));
+    commands.push(at(420.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
     let mut short = setup.clone();
     short.duration = SimTime::from_micros(600_000_000);
-    let (one, other) = (fly(&short, &spoken), fly(&short, &spoken));
+    let (one, other) = (fly(&short, &commands), fly(&short, &commands));
     assert_eq!(one.track, other.track);
     assert_eq!(one.events, other.events);
 }
@@ -221,10 +221,10 @@ fn an_aircraft_of_eleven_kilograms_flies_the_same_with_circles_of_100_m() {
 fn after_a_pause_the_mission_goes_on_and_is_completed() {
     let setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     let plan = demo(&setup);
-    let mut spoken = mission::begin(&plan);
-    spoken.push(at(150.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))));
-    spoken.push(at(500.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
-    let flown = fly(&setup, &spoken);
+    let mut commands = mission::begin(&plan);
+    commands.push(at(150.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))));
+    commands.push(at(500.0, Command::Vehicle(VehicleCommand::Mode(Mode::Mission))));
+    let flown = fly(&setup, &commands);
     let mut expected = BEGUN.to_vec();
     // The paused item begins again.
     expected.insert(2, 1);
@@ -248,12 +248,12 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
 fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
     let mut setup = setup(EarthModel::Wgs84, 0.0, 0.0);
     setup.duration = SimTime::from_micros(300_000_000);
-    let spoken = [
+    let commands = [
         at(20.0, Command::Vehicle(VehicleCommand::Terminate)),
         at(25.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
     let (mut terminated_at, mut last, mut told) = (None, None, 0);
-    let end = fly_spoken(&setup, &spoken, &mut |moment: &Moment| {
+    let end = fly_with_commands(&setup, &commands, &mut |moment: &Observation| {
         told += moment
             .events
             .iter()

@@ -15,7 +15,7 @@ fn options(earth: EarthModel, period_us: u32) -> Options {
     Options {
         earth,
         period: ControlPeriod::from_micros(period_us).expect("in range"),
-        step_us: 1_000,
+        step_us: Some(1_000),
         gyro_noise_deg_s: 0.0,
         turbulence_m_s: 0.0,
         seed: 1,
@@ -83,7 +83,7 @@ fn the_claims_hold_at_one_and_four_milliseconds_and_on_the_flat_earth() {
         (EarthModel::Flat, 2_500),
     ] {
         let mut options = options(earth, period_us);
-        options.step_us = if period_us == 2_500 { 500 } else { 1_000 };
+        options.step_us = Some(if period_us == 2_500 { 500 } else { 1_000 });
         let results = evaluate(&options);
         for id in IDS {
             assert_claim(&results, id);
@@ -93,7 +93,7 @@ fn the_claims_hold_at_one_and_four_milliseconds_and_on_the_flat_earth() {
 
 #[test]
 fn the_claims_hold_with_one_plant_step_a_period() {
-    let options = Options { step_us: 2_000, ..options(EarthModel::Wgs84, 2_000) };
+    let options = Options { step_us: Some(2_000), ..options(EarthModel::Wgs84, 2_000) };
     let results = evaluate(&options);
     for id in IDS {
         assert_claim(&results, id);

@@ -7,12 +7,12 @@ use flights::{case_1, setup};
 use icd::fault::{FaultEntry, FaultState};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{EarthModel, scenario};
-use sitl::closed_loop::{FlightSetup, fly_spoken};
+use sitl::closed_loop::{FlightSetup, fly_with_commands};
 
 /// The events of a flight, and the longest time without authority in roll.
 fn fly(setup: &FlightSetup) -> (Vec<Event>, f64) {
     let (mut events, mut exhausted_s, mut longest_s) = (Vec::new(), 0.0, 0.0_f64);
-    fly_spoken(setup, &[], &mut |moment| {
+    fly_with_commands(setup, &[], &mut |moment| {
         events.extend(moment.events);
         let is_exhausted = moment.snapshot.log.authority.roll_pct < 1.0;
         let period_s = f64::from(ControlPeriod::DEFAULT.as_micros()) * 1.0e-6;

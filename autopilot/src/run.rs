@@ -13,28 +13,19 @@ use tracing::{info, warn};
 use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Logs};
-use crate::io::key_store::{KeptKey, KeyFileError};
 use crate::io::plant_link::{PlantLink, PlantLinkError, RECEIVE_TIMEOUT};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
 use crate::io::status::{self, Listening, StatusLine, StatusSource};
-use crate::io::store::{Kept, KeptPlan};
+use crate::io::store::{KeptKey, KeptParameters, KeptPlan, KeyFileError};
 use flight_management::autopilot::{Autopilot, Settings};
 use flight_management::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
 use mavlink_services::mission::SavedPlanError;
 
 mod args;
 mod ground_stations;
-mod laws;
-mod recording;
-mod script;
-mod signing;
 
-pub use args::{AutopilotArgs, ControlSetup, Ftc};
+pub use args::{AutopilotArgs, ControlSetup, Ftc, LawArgs, RecordingArgs, ScriptArgs};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
-pub use laws::LawArgs;
-pub use recording::{LogFolder, RecordingArgs};
-pub use script::ScriptArgs;
-pub use signing::SigningArgs;
 
 /// Why the autopilot ended in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,17 +103,13 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     }
     let model_file = args.model()?;
     let kept = args.kept_parameters(&model_file.defaults)?;
-    if let Some(summary) = kept.as_ref().and_then(Kept::summary) {
-        info!("{summary}");
-    }
-    let kept_plan = args.kept_plan()?;
-    if let Some(summary) = kept_plan.as_ref().and_then(KeptPlan::summary) {
-        info!("{summary}");
-    }
-    let kept_key = args.kept_key()?;
-    if let Some(summary) = kept_key.as_ref().and_then(KeptKey::summary) {
-        info!("{summary}");
-    }
+    let (kept_plan, kept_key) = (args.kept_plan()?, args.kept_key()?);
+    let summaries = [
+        kept.as_ref().and_then(KeptParameters::summary),
+        kept_plan.as_ref().and_then(KeptPlan::summary),
+        kept_key.as_ref().and_then(KeptKey::summary),
+    ];
+    summaries.iter().flatten().for_each(|summary| info!("{summary}"));
     let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
     let (control, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
     let settings = Settings {

@@ -4,11 +4,12 @@
 //! the machine: sharing a core saves the wake-up between cores, spinning on two saves the sleep.
 
 use std::fmt;
-use std::io::{self, BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::Command;
 
 use host_io::{Wait, cpu};
+
+use crate::process::{Process, UdpFlightError};
 
 /// Time for each arrangement, ms.
 const MEASURE_MS: u64 = 30;
@@ -123,50 +124,23 @@ pub fn fastest(program: &Path) -> Measured {
 /// Bare round trips a second between two processes in this arrangement.
 ///
 /// # Errors
-/// What the system says if the processes cannot be started, or what they say instead of a number.
-pub fn echo_rate(program: &Path, arrangement: &Arrangement, for_ms: u64) -> io::Result<f64> {
-    let mut server = Echo::start(program, &arrangement.autopilot.options())?;
-    let address = server.line()?;
+/// [`UdpFlightError`] if a process cannot be started, or prints something else than a number.
+pub fn echo_rate(
+    program: &Path,
+    arrangement: &Arrangement,
+    for_ms: u64,
+) -> Result<f64, UdpFlightError> {
+    let start = |options: &[String]| {
+        let mut command = Command::new(program);
+        command.arg("echo").args(options);
+        Process::start("echo", command)
+    };
+    let mut server = start(&arrangement.autopilot.options())?;
     let mut options = arrangement.plant.options();
-    options.extend(["--to".to_owned(), address, "--for-ms".to_owned(), for_ms.to_string()]);
-    let mut client = Echo::start(program, &options)?;
+    options.extend(["--to".to_owned(), server.line()?, format!("--for-ms={for_ms}")]);
+    let mut client = start(&options)?;
     let line = client.line()?;
-    line.parse().map_err(|_| io::Error::other(format!("the echo says {line:?}")))
-}
-
-/// An echo process, ended when dropped.
-struct Echo {
-    child: Child,
-    output: BufReader<ChildStdout>,
-}
-
-impl Echo {
-    fn start(program: &Path, options: &[String]) -> io::Result<Self> {
-        let mut child = Command::new(program)
-            .arg("echo")
-            .args(options)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()?;
-        let output = child.stdout.take().ok_or_else(|| io::Error::other("no standard output"))?;
-        Ok(Self { child, output: BufReader::new(output) })
-    }
-
-    fn line(&mut self) -> io::Result<String> {
-        let mut line = String::new();
-        self.output.read_line(&mut line)?;
-        let line = line.trim().to_owned();
-        if line.is_empty() { Err(io::Error::other("the echo has ended")) } else { Ok(line) }
-    }
-}
-
-impl Drop for Echo {
-    fn drop(&mut self) {
-        // It has ended already, or it ends now; either way nothing is left to do.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+    line.parse().map_err(|_| client.unexpected(line))
 }
 
 #[cfg(test)]

@@ -6,41 +6,26 @@ use std::process::ExitCode;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use host_io::file;
-use icd::ControlPeriod;
-use plant_sim::io::{PlantArgs, parse_earth, parse_period, whole};
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, EarthModel, Scenario, Start, scenario};
+use clap::{Args, Parser, Subcommand};
+use plant_sim::Airframe;
+use plant_sim::io::PlantArgs;
 
 use crate::actions::{self, ActionsArgs};
 use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
-use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::design::{self, DesignArgs};
 use flight_analysis::envelope;
 use flight_analysis::false_alarms;
 use flight_analysis::fly::jams::{self, JamsArgs};
 use flight_analysis::fly::{self, FlyArgs};
-use flight_analysis::linearize;
+use flight_analysis::linearize::{self, LinearizeArgs};
 use flight_analysis::margins::{self, MarginsArgs};
 use flight_analysis::mission::{self, MissionOptions};
-use flight_analysis::paper::{self, Link, Options};
+use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
-
-/// Largest gyro noise that can be asked for, deg/s rms.
-const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
-/// Largest turbulence that can be asked for, m/s rms.
-const TURBULENCE_MAX_M_S: f64 = 20.0;
-
-/// Longest study of false alarms, hours.
-const HOURS_MAX: f64 = 10_000.0;
-
-/// Fastest steady wind that can be asked for, m/s.
-const WIND_MAX_M_S: f64 = 60.0;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -54,7 +39,7 @@ pub struct Cli {
     launch: LaunchArgs,
 }
 
-/// The program `sitl`: reads the command line, and says on standard error what went wrong. `own_law` is a law that
+/// The program `sitl`: reads the command line and reports errors on standard error. `own_law` is a law that
 /// the caller brings: it flies unless `--law` says otherwise.
 #[must_use]
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
@@ -84,13 +69,13 @@ enum Command {
     /// Fly a scenario in this process to its end, and say what became of it
     Fly(Box<FlyArgs>),
     /// Fly the paper's two cases, check its claims, draw its figures
-    Paper(PaperArgs),
+    Paper(paper::Options),
     /// Fly a demonstration mission and draw its track
-    Mission(MissionArgs),
+    Mission(MissionOptions),
     /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
     Envelope(EnvelopeArgs),
     /// Count false alarms of the detector in hours of healthy flight, over its delay
-    FalseAlarms(FalseAlarmArgs),
+    FalseAlarms(false_alarms::Options),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -126,116 +111,12 @@ enum Design {
     Lqr(DesignArgs),
 }
 
-/// Options of `sitl paper`.
-#[derive(Debug, Args)]
-pub struct PaperArgs {
-    /// Folder for tables, claims, figures and report
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Aircraft and settings.
-    #[command(flatten)]
-    aircraft: AircraftArgs,
-    /// Claims 4 and 5 too (a few minutes)
-    #[arg(long)]
-    full: bool,
-    /// How plant and autopilot talk
-    #[arg(long, value_enum, default_value = "in-process")]
-    link: LinkChoice,
-    /// Control period, 1 to 4 ms
-    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
-    period_ms: ControlPeriod,
-    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
-    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
-    step_us: Option<u32>,
-    /// flat or wgs84
-    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
-    earth: EarthModel,
-    /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply
-    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.0, value_parser = parse_gyro_noise)]
-    gyro_noise_deg_s: f64,
-    /// Turbulence, m/s rms: light 1.5, moderate 3; with it the limits of claim 4 apply
-    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
-    turbulence_m_s: f64,
-    /// Seed of all random streams
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
-    seed: u64,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LinkChoice {
-    /// Function calls in one process
-    InProcess,
-    /// Two processes over UDP
-    Udp,
-}
-
-/// Options of `sitl false-alarms`.
-#[derive(Debug, Args)]
-pub struct FalseAlarmArgs {
-    /// Folder for tables, figure and page
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Healthy flight, hours, up to 10000; 100 take some minutes of all cores
-    #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 3.0, value_parser = parse_hours)]
-    hours: f64,
-    /// Turbulence, m/s rms: light 1.5, moderate 3
-    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = parse_turbulence)]
-    turbulence_m_s: f64,
-    /// White noise of the gyros, deg/s rms of each control sample
-    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = parse_gyro_noise)]
-    gyro_noise_deg_s: f64,
-    /// The aircraft, instead of the variant with Mach effects that comes with the program
-    #[arg(long, value_name = "FILE")]
-    airframe: Option<PathBuf>,
-    /// Seed of the first flight; each has its own
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
-    seed: u64,
-}
-
-/// Options of `sitl mission`.
-#[derive(Debug, Args)]
-pub struct MissionArgs {
-    /// Folder for the figure
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Aircraft and settings.
-    #[command(flatten)]
-    aircraft: AircraftArgs,
-    /// flat or wgs84
-    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
-    earth: EarthModel,
-    /// Steady wind, m/s, to the east-north-east
-    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_wind)]
-    wind_m_s: f64,
-    /// Turbulence, m/s rms: light 1.5, moderate 3
-    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = parse_turbulence)]
-    turbulence_m_s: f64,
-    /// Seed of all random streams
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
-    seed: u64,
-}
-
 /// Options of `sitl envelope`.
 #[derive(Debug, Args)]
 pub struct EnvelopeArgs {
     /// Folder for table and picture
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-}
-
-/// Options of `sitl linearize`.
-#[derive(Debug, Args)]
-pub struct LinearizeArgs {
-    /// Where the model goes
-    #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
-    out: PathBuf,
-    /// The aircraft, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
-    airframe: Option<PathBuf>,
-    /// Flight condition of the model instead of the design point of the airframe; several make a model that is scheduled
-    /// between them
-    #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
-    at: Vec<linearize::Condition>,
 }
 
 /// Does what the command line says.
@@ -249,13 +130,13 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
         Some(Command::Paper(args)) => return fly_paper(args, &program),
-        Some(Command::Mission(args)) => mission::run(&args.options())?,
+        Some(Command::Mission(args)) => mission::run(args)?,
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
-        Some(Command::FalseAlarms(args)) => false_alarms::run(&args.options())?,
+        Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
-        Some(Command::Linearize(args)) => write_model(args)?,
+        Some(Command::Linearize(args)) => linearize::run(args)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
         Some(Command::Actions(args)) => actions::run(args)?,
         Some(Command::Margins(args)) => margins::run(args)?,
@@ -271,124 +152,15 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// The exit code says whether all checked claims hold.
-fn fly_paper(args: &PaperArgs, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
-    let options = args.options();
+fn fly_paper(options: &paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
     let outcome = match options.link {
-        Link::InProcess => paper::run(&options, &paper::in_process),
+        Link::InProcess => paper::run(options, &paper::in_process),
         Link::Udp => {
-            paper::run(&options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?))
+            paper::run(options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?))
         }
     }?;
-    println!("figures and report: {}", args.out.join("report.html").display());
+    println!("figures and report: {}", options.out.join("report.html").display());
     Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-impl PaperArgs {
-    fn options(&self) -> Options {
-        Options {
-            earth: self.earth,
-            period: self.period_ms,
-            step_us: self.step_us.unwrap_or_else(|| default_step_us(self.period_ms)),
-            gyro_noise_deg_s: self.gyro_noise_deg_s,
-            turbulence_m_s: self.turbulence_m_s,
-            seed: self.seed,
-            full: self.full,
-            out: self.out.clone(),
-            aircraft: self.aircraft.clone(),
-            link: match self.link {
-                LinkChoice::InProcess => Link::InProcess,
-                LinkChoice::Udp => Link::Udp,
-            },
-        }
-    }
-}
-
-impl FalseAlarmArgs {
-    fn options(&self) -> false_alarms::Options {
-        let Self { out, hours, turbulence_m_s, gyro_noise_deg_s, airframe, seed } = self;
-        false_alarms::Options {
-            hours: *hours,
-            turbulence_m_s: *turbulence_m_s,
-            gyro_noise_deg_s: *gyro_noise_deg_s,
-            seed: *seed,
-            out: out.clone(),
-            airframe: airframe.clone(),
-        }
-    }
-}
-
-impl MissionArgs {
-    fn options(&self) -> MissionOptions {
-        let Self { out, aircraft, earth, wind_m_s, turbulence_m_s, seed } = self;
-        MissionOptions {
-            aircraft: aircraft.clone(),
-            earth: *earth,
-            wind_m_s: *wind_m_s,
-            turbulence_m_s: *turbulence_m_s,
-            seed: *seed,
-            out: out.clone(),
-        }
-    }
-}
-
-fn write_model(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
-    let airframe = match &args.airframe {
-        None => Airframe::paper(),
-        Some(path) => {
-            let name = path.display().to_string();
-            let text = file::read_text(path, file::TEXT_MAX)
-                .map_err(|problem| format!("{name}: {problem}"))?;
-            Airframe::from_toml(&name, &text)?
-        }
-    };
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
-    let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-    let at = |condition: &linearize::Condition| {
-        let linearize::Condition { altitude_m, airspeed_m_s } = *condition;
-        Start { altitude_m, airspeed_m_s, ..setup.start }
-    };
-    let mut points: Vec<Start> = args.at.iter().map(at).collect();
-    if let [only] = points[..] {
-        setup.start = only;
-        points.clear();
-    }
-    let file = args.airframe.as_ref().map_or("tvc_jet.toml".into(), |path| path.to_string_lossy());
-    let model =
-        linearize::linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
-    model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
-    let parameters = linearize::parameters_of(&args.out)
-        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    let text = linearize::to_toml(&model, &parameters)?;
-    file::write(&args.out, text.as_bytes(), linearize::MARK.as_bytes())
-        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    println!("wrote {}", args.out.display());
-    Ok(())
-}
-
-fn parse_hours(text: &str) -> Result<f64, String> {
-    parse_inside(text, HOURS_MAX, "h")
-}
-
-fn parse_gyro_noise(text: &str) -> Result<f64, String> {
-    parse_inside(text, GYRO_NOISE_MAX_DEG_S, "deg/s")
-}
-
-fn parse_turbulence(text: &str) -> Result<f64, String> {
-    parse_inside(text, TURBULENCE_MAX_M_S, "m/s")
-}
-
-fn parse_wind(text: &str) -> Result<f64, String> {
-    parse_inside(text, WIND_MAX_M_S, "m/s")
-}
-
-fn parse_inside(text: &str, max: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 =
-        text.parse().map_err(|_| format!("not a number; allowed are 0 to {max} {unit}"))?;
-    if (0.0..=max).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("{value} is outside 0 to {max} {unit}"))
-    }
 }
 
 #[cfg(test)]

@@ -18,11 +18,10 @@ use crate::arrangement::{self, Arrangement};
 mod args;
 mod child;
 mod keys;
-mod pace;
 mod screen;
 
 pub use args::{LaunchArgs, OptionError};
-use child::{Child, News, Report};
+use child::{Child, Report, Reports};
 use keys::{Key, Keys};
 use screen::Screen;
 
@@ -77,10 +76,10 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     let stop = Stop::new();
     stop.on_signals()?;
     let options = args.check()?;
-    let mut screen = Screen::new(args.passing());
+    let mut screen = Screen::new(args.pace());
     let arrangement = if args.is_as_fast_as_possible() {
         let fastest = arrangement::fastest(program);
-        screen.say(&format!(
+        screen.message(&format!(
             "fastest here: {}, {:.0} bare round trips/s",
             fastest.arrangement, fastest.round_trips_per_s
         ))?;
@@ -88,25 +87,25 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     } else {
         Arrangement::UNPINNED
     };
-    let news = News::channel();
+    let reports = Reports::channel();
     // The terminal is switched back when this goes, however this function ends.
     let keys = {
-        let sender = news.sender();
-        Keys::listen(move |key| sender.tell(Report::Pressed(key)))?
+        let sender = reports.sender();
+        Keys::listen(move |key| sender.send(Report::Pressed(key)))?
     };
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
     words.extend(arrangement.autopilot.options());
-    let autopilot = Child::start("autopilot", program, &words, &news)?;
+    let autopilot = Child::start("autopilot", program, &words, &reports)?;
     let start_plant = |plant_link: SocketAddr| {
         let mut words = vec!["plant-sim".to_owned(), "--status".to_owned()];
         words.extend(["--autopilot".to_owned(), plant_link.to_string()]);
         words.extend(options.plant.clone());
         words.extend(arrangement.plant.options());
-        Child::start("plant-sim", program, &words, &news)
+        Child::start("plant-sim", program, &words, &reports)
     };
     let mut flight = Flight { autopilot, plant: None, screen, stop: &stop, keys };
-    let result = flight.watch(&news, start_plant);
+    let result = flight.watch(&reports, start_plant);
     flight.end();
     result
 }
@@ -125,24 +124,24 @@ impl Flight<'_> {
     /// Starts the plant once the autopilot listens, and watches both until something ends the flight.
     fn watch(
         &mut self,
-        news: &News,
+        reports: &Reports,
         start_plant: impl Fn(SocketAddr) -> Result<Child, LaunchError>,
     ) -> Result<(), LaunchError> {
         let began = clock::now();
         while !self.stop.is_requested() {
-            if let Some(report) = news.next(LOOK_EVERY) {
+            if let Some(report) = reports.next(LOOK_EVERY) {
                 self.take(report, &start_plant)?;
             }
             if let Some(keys) = &self.keys {
                 keys.keep();
             }
             self.screen.refresh(clock::now())?;
-            if let Some(error) = self.autopilot.ended(news, &mut self.screen) {
+            if let Some(error) = self.autopilot.ended(reports, &mut self.screen) {
                 return Err(error);
             }
             let plant = self.plant.as_mut();
-            if let Some(error) = plant.and_then(|plant| plant.ended(news, &mut self.screen)) {
-                self.await_notice(news);
+            if let Some(error) = plant.and_then(|plant| plant.ended(reports, &mut self.screen)) {
+                self.await_notice(reports);
                 // The plant ends in order at the scenario's duration_s.
                 let LaunchError::Ended { status, .. } = &error else { return Err(error) };
                 return if status.success() { Ok(()) } else { Err(error) };
@@ -156,10 +155,10 @@ impl Flight<'_> {
 
     /// The plant has ended by itself: the autopilot runs on until it has noticed, so that it can tell the ground
     /// stations.
-    fn await_notice(&self, news: &News) {
+    fn await_notice(&self, reports: &Reports) {
         let deadline = clock::now() + NOTICE_MAX;
         while clock::now() < deadline && !self.stop.is_requested() {
-            if let Some(Report::Status(StatusLine::Flight(flight))) = news.next(LOOK_EVERY)
+            if let Some(Report::Status(StatusLine::Flight(flight))) = reports.next(LOOK_EVERY)
                 && flight.plant == PlantState::Lost
             {
                 return;
@@ -178,7 +177,7 @@ impl Flight<'_> {
                 self.screen.introduce(&ground_stations, self.keys.is_some())?;
             }
             Report::Status(status) => self.screen.status(status, clock::now())?,
-            Report::Passing(passing) => self.screen.pass(passing),
+            Report::PaceState(pace) => self.screen.set_pace(pace),
             Report::Pressed(Key::Quit) => self.stop.request(),
             Report::Pressed(Key::Suspend) => {
                 self.screen.leave();
@@ -187,10 +186,10 @@ impl Flight<'_> {
                 }
             }
             Report::Pressed(key) => self.press(key),
-            Report::Said { process, line } => {
-                self.screen.say(&format!("{process}: {}", line.trim_start()))?;
+            Report::Line { process, line } => {
+                self.screen.message(&format!("{process}: {}", line.trim_start()))?;
                 for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
-                    child.hear(process, &line);
+                    child.remember(process, &line);
                 }
             }
         }
@@ -200,10 +199,10 @@ impl Flight<'_> {
     /// A key that is about time: what it leads to is shown at once, and again when the plant says so.
     fn press(&mut self, key: Key) {
         let Some(plant) = self.plant.as_mut() else { return };
-        let mut passing = self.screen.passing();
-        if let Some(order) = passing.order(key, self.screen.achieved()) {
-            plant.tell(&order);
-            self.screen.pass(passing);
+        let mut pace = self.screen.pace();
+        if let Some(command) = pace.command(key, self.screen.achieved()) {
+            plant.send_line(&command);
+            self.screen.set_pace(pace);
         }
     }
 

@@ -4,8 +4,8 @@
 //! here under their own names.
 
 pub use flight_analysis::{
-    chart, closed_loop, configuration, design, dispersion, envelope, false_alarms, flight_log, fly,
-    linearize, margins, metrics, mission, paper, plot, replay, runner, settings, table,
+    chart, closed_loop, configuration, design, envelope, false_alarms, fly, linearize, margins,
+    metrics, mission, paper, plot, replay, runner, settings, table,
 };
 
 pub mod actions;
@@ -14,4 +14,5 @@ pub mod bench;
 pub mod cli;
 pub mod echo;
 pub mod launch;
+mod process;
 pub mod udp_flight;

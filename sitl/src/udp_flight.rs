@@ -6,10 +6,9 @@
 //! ```
 
 use std::fs;
-use std::io::{self, BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::Command;
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
@@ -18,72 +17,26 @@ use autopilot::io::plant_link::LoggedStep;
 use autopilot::io::status::StatusLine;
 use autopilot::run::ControlSetup;
 use host_io::session;
-use host_io::tick_log::{Kind, LogError, TickLogReader};
-use icd::SimTime;
+use host_io::tick_log::{Kind, TickLogReader};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plant_sim::Truth;
 use plant_sim::io::FlightReport;
 
 use crate::arrangement::Arrangement;
+use crate::process::Process;
+pub use crate::process::UdpFlightError;
 use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
-/// How often the autopilot is looked after while the plant flies.
+/// How often the autopilot is checked while the plant flies.
 const WATCH_EVERY: Duration = Duration::from_millis(50);
-
-/// Why a flight over UDP has no result.
-#[derive(Debug, thiserror::Error)]
-pub enum UdpFlightError {
-    /// A process cannot be started, or a file not be written.
-    #[error("{what}: {source}")]
-    System {
-        /// What was tried.
-        what: &'static str,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A process ended with an error.
-    #[error("{process} ended ({status}): {message}")]
-    Process {
-        /// Which one.
-        process: &'static str,
-        /// How.
-        status: ExitStatus,
-        /// The last thing it said.
-        message: String,
-    },
-    /// A setup that cannot be written down.
-    #[error("the setup cannot be written: {0}")]
-    Setup(#[from] postcard::Error),
-    /// A process said something else than expected.
-    #[error("{process} said {said:?}")]
-    Unexpected {
-        /// Which one.
-        process: &'static str,
-        /// What.
-        said: String,
-    },
-    /// A log cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The two logs do not belong together.
-    #[error("tick {tick}: the plant says {plant:?}, the autopilot {autopilot:?}")]
-    Tick {
-        /// Which tick, from 0.
-        tick: u64,
-        /// Time in the plant's log, if it has that tick.
-        plant: Option<SimTime>,
-        /// Time in the autopilot's log, if it has that tick.
-        autopilot: Option<SimTime>,
-    },
-}
 
 /// Flies a setup through the two real processes as fast as they can, and hands every tick to `sink`.
 ///
 /// `program` is the `sitl` executable.
 ///
 /// # Errors
-/// [`UdpFlightError`] names the process and what it said.
+/// [`UdpFlightError`] names the process and its last message.
 pub fn fly_udp(
     program: &Path,
     setup: &FlightSetup,
@@ -97,11 +50,11 @@ pub fn fly_udp(
     Ok(End { time: report.time, on_ground: report.on_ground })
 }
 
-/// Flies a setup through the two real processes and says how long that took; with a flight log of the rate `log`, or
+/// Flies a setup through the two real processes and measures how long that takes; with a flight log of the rate `log`, or
 /// without any.
 ///
 /// # Errors
-/// [`UdpFlightError`] names the process and what it said.
+/// [`UdpFlightError`] names the process and its last message.
 pub fn time_udp(
     program: &Path,
     setup: &FlightSetup,
@@ -253,71 +206,5 @@ impl Drop for Folder {
     fn drop(&mut self) {
         // A folder that stays behind in the temporary folder does no harm.
         let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-/// One of the two processes; killed if it is dropped before its end.
-struct Process {
-    name: &'static str,
-    child: Child,
-    output: BufReader<ChildStdout>,
-}
-
-impl Process {
-    fn start(name: &'static str, mut command: Command) -> Result<Self, UdpFlightError> {
-        let failed = |source| UdpFlightError::System { what: "cannot start a process", source };
-        // What goes well is not told: flights come by the dozen.
-        command.env("RUST_LOG", "warn");
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().map_err(failed)?;
-        let output = child.stdout.take();
-        let output = output.ok_or_else(|| failed(io::Error::other("no standard output")))?;
-        Ok(Self { name, child, output: BufReader::new(output) })
-    }
-
-    /// Next line of its standard output.
-    fn line(&mut self) -> Result<String, UdpFlightError> {
-        let failed = |source| UdpFlightError::System { what: "cannot read from a process", source };
-        let mut line = String::new();
-        if self.output.read_line(&mut line).map_err(failed)? == 0 {
-            return Err(self.failure());
-        }
-        Ok(line.trim_end().to_owned())
-    }
-
-    /// Tells it to end, and waits for that.
-    fn end(mut self) -> Result<(), UdpFlightError> {
-        drop(self.child.stdin.take());
-        // A process that still prints must not wait for a reader.
-        let _ = io::copy(&mut self.output, &mut io::sink());
-        let failed = |source| UdpFlightError::System { what: "cannot wait for a process", source };
-        if self.child.wait().map_err(failed)?.success() { Ok(()) } else { Err(self.failure()) }
-    }
-
-    /// It has ended, or closed its output; this is why.
-    fn failure(&mut self) -> UdpFlightError {
-        drop(self.child.stdin.take());
-        let mut message = String::new();
-        if let Some(mut errors) = self.child.stderr.take() {
-            // What cannot be read is not known.
-            let _ = errors.read_to_string(&mut message);
-        }
-        let message = message.trim().lines().last().unwrap_or("nothing").to_owned();
-        match self.child.wait() {
-            Ok(status) => UdpFlightError::Process { process: self.name, status, message },
-            Err(source) => UdpFlightError::System { what: "cannot wait for a process", source },
-        }
-    }
-
-    fn unexpected(&self, said: String) -> UdpFlightError {
-        UdpFlightError::Unexpected { process: self.name, said }
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // It has ended already, or it ends now; either way nothing is left to do.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

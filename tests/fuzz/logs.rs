@@ -41,12 +41,12 @@ fn seed() -> Vec<u8> {
     let script =
         Script::parse("a script", "at 0.02 s: fail rudder 50 % left\n", &tvc_jet::effectors())
             .unwrap();
-    let spoken = [
+    let commands = [
         (0, Moment::Step, Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(5_100.0)))),
         (2, Moment::Step, Command::Script(ScriptCommand::Run(Arc::new(script)))),
         (5, Moment::Step, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
-    testing::log(&setup, &spoken, Without::default())
+    testing::log(&setup, &commands, Without::default())
 }
 
 fn damaged(seed: &[u8], input: &[u8]) -> Vec<u8> {

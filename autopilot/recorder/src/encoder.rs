@@ -12,9 +12,11 @@ use icd::{EffectorList, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
+use super::recorded::fault_kinds;
 use super::topics::{self, Place};
 use super::{
-    Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, parameter_hash, words,
+    Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, command_text,
+    parameter_hash,
 };
 use flight_management::command::{Command, Outcome};
 use flight_management::event::{Event, EventKind};
@@ -29,7 +31,7 @@ const PLANT_HEADER_MAX: usize = 60_000;
 const SYNC_EVERY: u64 = 64 * 1024;
 /// The run hash so far has a row this often, us of simulation time.
 const HASH_EVERY_US: u32 = 100_000;
-/// Scripts that may still be told of, beside the one that runs.
+/// Scripts of which events may still come, beside the one that runs.
 const SCRIPTS_MAX: usize = 8;
 /// Inputs whose outcome may still come; the vehicle owes no more than some of them at a time.
 const COMMANDS_MAX: usize = 64;
@@ -49,11 +51,11 @@ pub struct Encoder<W> {
     time: SimTime,
     /// Time of the last text: the next one is not earlier, so that causes stand before effects.
     text_time: SimTime,
-    /// Inputs in words by their number, the latest one last.
+    /// Texts of inputs by their number, the latest one last.
     commands: VecDeque<(u32, String, Option<Target>)>,
     /// Why the last input was refused.
     refusal: Option<String>,
-    /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is no news there either.
+    /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is written once.
     fault_rows: FaultList,
     /// Size at which a sync message is due, bytes.
     sync_at: u64,
@@ -65,7 +67,7 @@ pub struct Encoder<W> {
     faults: FaultList,
     /// The script that began last.
     running: Option<Arc<Script>>,
-    /// Those that may be told of, the latest one last.
+    /// Those of which events may still come, the latest one last.
     scripts: VecDeque<Arc<Script>>,
 }
 
@@ -107,7 +109,7 @@ impl<W: Write> Encoder<W> {
         log.info("ver_wire", Value::U64(header.wire_version.into()))?;
         log.info("session", Value::Text(&header.session))?;
         log.info("control_header", Value::Text(&json))?;
-        log.info("fault_kinds", Value::Text(&words::fault_kinds()))?;
+        log.info("fault_kinds", Value::Text(&fault_kinds()))?;
         let formats = [
             topics::sensors(),
             topics::commands(&effectors),
@@ -206,7 +208,7 @@ impl<W: Write> Encoder<W> {
             Entry::Event(event) => self.event(&event),
             Entry::Text { time, severity, text } => {
                 self.time = time;
-                // The refusal of an input stands there already, with the input's words.
+                // The refusal of an input is in the log already, with the text of the input.
                 if self.refusal.take_if(|why| *why == text).is_some() {
                     return Ok(());
                 }
@@ -272,18 +274,18 @@ impl<W: Write> Encoder<W> {
         }
         match what {
             Recorded::Intent(intent) => {
-                // The words of later events depend on them.
+                // The texts of later events depend on them.
                 match &intent.command {
                     Command::Configuration(Configuration::Gains(gains)) => {
                         self.parameters.gains = **gains;
                     }
-                    Command::Script(ScriptCommand::Run(script)) => self.knows(script),
+                    Command::Script(ScriptCommand::Run(script)) => self.remember_script(script),
                     _ => {}
                 }
-                let Some(words) = words::command(&intent.command, &self.effectors) else {
+                let Some(text) = command_text(&intent.command, &self.effectors) else {
                     return Ok(());
                 };
-                self.text(Level::Info, &format!("Input: {words}"))?;
+                self.text(Level::Info, &format!("Input: {text}"))?;
                 if self.commands.len() >= COMMANDS_MAX {
                     self.commands.pop_front();
                 }
@@ -291,7 +293,7 @@ impl<W: Write> Encoder<W> {
                     Command::Plant(PlantAction::Fault(fault)) => fault.target(),
                     _ => None,
                 };
-                self.commands.push_back((intent.number, words, target));
+                self.commands.push_back((intent.number, text, target));
                 Ok(())
             }
             Recorded::Request(_) | Recorded::PlantLost | Recorded::PlantBack => Ok(()),
@@ -303,28 +305,27 @@ impl<W: Write> Encoder<W> {
         if event.kind != EventKind::PlantBack && !self.faults.handle_event(&event.kind) {
             return Ok(());
         }
-        let words = match event.kind {
+        let text = match event.kind {
             EventKind::Outcome { number, outcome } => self.refused(number, &outcome),
             EventKind::Script { script, event } => {
                 let mut known = self.running.iter().chain(self.scripts.iter().rev());
                 let script = known.find(|known| known.id() == script).cloned();
-                let words =
-                    script.as_ref().map(|script| event_text::of_script(Some(script), event));
+                let text = script.as_ref().map(|script| event_text::of_script(Some(script), event));
                 if event == ScriptEvent::Began {
                     self.running = script;
                 }
-                words
+                text
             }
             ref kind => event_text::of_event(kind, &self.parameters, &self.effectors),
         };
-        let Some((severity, text)) = words else { return Ok(()) };
+        let Some((severity, text)) = text else { return Ok(()) };
         self.text_at(event.time, Level::from_number(severity as u8), &text)
     }
 
-    /// The words of a refusal: which input, and why.
+    /// The text of a refusal: which input, and why.
     fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(Severity, String)> {
         let place = self.commands.iter().position(|(command, ..)| *command == number)?;
-        let (_, words, target) = self.commands.remove(place)?;
+        let (_, input, target) = self.commands.remove(place)?;
         let why = match outcome {
             Outcome::Done => return None,
             Outcome::Refused(refusal) => refusal.to_string(),
@@ -334,12 +335,12 @@ impl<W: Write> Encoder<W> {
             Outcome::Plant(_) => return None,
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
         };
-        let text = format!("Input refused: {words}: {why}");
+        let text = format!("Input refused: {input}: {why}");
         self.refusal = Some(why);
         Some((Severity::Warning, text))
     }
 
-    fn knows(&mut self, script: &Arc<Script>) {
+    fn remember_script(&mut self, script: &Arc<Script>) {
         if self.scripts.len() >= SCRIPTS_MAX {
             self.scripts.pop_front();
         }

@@ -38,20 +38,20 @@ pub enum Entry {
     },
     /// Something happened.
     Event(Event),
-    /// Something was told by the ground-station side.
+    /// A text that ground stations get.
     Text {
         /// Simulation time of its arrival.
         time: SimTime,
         /// Importance, number of syslog.
         severity: u8,
-        /// In words.
+        /// The text.
         text: String,
     },
-    /// What is really the case on the ground, after the last control step.
+    /// The truth on the ground, after the last control step.
     Ground {
         /// Simulation time.
         time: SimTime,
-        /// As the plant says.
+        /// As the plant reports it.
         row: TruthRow,
     },
     /// A piece of the plant's header.
@@ -83,9 +83,9 @@ pub struct Begin {
 pub struct Step {
     /// Simulation time.
     pub time: SimTime,
-    /// What the sensors said.
+    /// Sensor values.
     pub sensors: Sensors,
-    /// What was commanded.
+    /// Commands.
     pub actuators: Actuators,
     /// Signals of the step.
     pub log: StepLog,
@@ -95,7 +95,7 @@ pub struct Step {
     pub references: [f64; 3],
     /// The flight was terminated.
     pub terminated: bool,
-    /// What was really the case, if the plant said so.
+    /// The truth, if the plant sent it.
     pub truth: Option<TruthRow>,
 }
 
@@ -104,9 +104,9 @@ pub struct Step {
 pub enum End {
     /// Another flight begins.
     Restart,
-    /// The process was told to end.
+    /// A request to end the process.
     Stopped,
-    /// The plant had fallen silent, and then another plant came or the process was told to end.
+    /// The plant had fallen silent, and then another plant came or the process ended.
     PlantLost,
     /// The log has reached its limit.
     Full,
@@ -124,7 +124,7 @@ impl fmt::Display for End {
 }
 
 impl Entry {
-    /// The entry that a report of the plant is worth.
+    /// The entry of a report of the plant; `None` for those that are not logged.
     #[must_use]
     pub fn of_report(time: SimTime, report: &PlantReport) -> Option<Self> {
         match report {

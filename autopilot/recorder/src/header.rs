@@ -1,12 +1,14 @@
-//! What the control side of a flight was made of: enough to fly it again.
+//! The control side of a flight at its start: enough to fly it again.
 
 use std::sync::Arc;
 
 use flight_control::{AircraftModel, Gains};
+use icd::wire;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::hash::hex;
+use flight_management::autopilot::Settings;
 use flight_management::parameters::{NavigationParameters, ReferenceLimits};
 use flight_management::script::Script;
 use flight_management::vehicle::schedule::ReferenceSchedule;
@@ -27,7 +29,7 @@ pub struct ControlHeader {
     /// [`FLIGHT_RULES`] of this program.
     #[serde(default)]
     pub flight_rules: u32,
-    /// What people see of the flight's number: the beginning of its hash.
+    /// The flight's number as people see it: the beginning of its hash.
     pub session: String,
     /// Control period, us.
     pub period_us: u32,
@@ -53,6 +55,52 @@ pub struct ControlHeader {
     pub fault_injection: bool,
     /// SHA-256 of the parameters ([`parameter_hash`]).
     pub parameter_hash: String,
+}
+
+impl ControlHeader {
+    /// Of a flight of this program that begins with `settings`. [`super::Encoder`] fills in the parameter hash and how many steps have
+    /// rows.
+    #[must_use]
+    pub fn new(
+        settings: Settings,
+        session: String,
+        period_us: u32,
+        joined_in_flight: bool,
+    ) -> Self {
+        let Settings { model, gains, limits, navigation, references, script, fault_injection } =
+            settings;
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            wire_version: wire::VERSION,
+            flight_rules: FLIGHT_RULES,
+            session,
+            period_us,
+            row_every: 1,
+            joined_in_flight,
+            model,
+            gains,
+            limits,
+            navigation,
+            references,
+            script,
+            fault_injection,
+            parameter_hash: String::new(),
+        }
+    }
+
+    /// The control side as it was at the first packet.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        Settings {
+            model: self.model,
+            gains: self.gains,
+            limits: self.limits,
+            navigation: self.navigation,
+            references: self.references.clone(),
+            script: self.script.clone(),
+            fault_injection: self.fault_injection,
+        }
+    }
 }
 
 const fn every_step() -> u32 {

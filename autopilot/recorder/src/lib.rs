@@ -1,17 +1,35 @@
-//! What a flight log holds and how it is encoded: header, inputs in order, rows, run hash. Without I/O.
+//! Content and encoding of a flight log: header, inputs in order, rows, run hash. Without I/O.
 //!
 //! One log is one flight, in the format ULog (crate `ulog`); `docs/logs.md` lists the topics. `autopilot::io::recorder`
-//! writes it on a thread of its own. What the plant tells the recorder (the truth) is opened here and nowhere else:
+//! writes it on a thread of its own. What the plant sends to the recorder (the truth) is opened here and nowhere else:
 //! laws and vehicle never get it.
 //!
-//! Start with [`Entry`], which is what a recorder takes, and [`Encoder`], which makes the bytes of a log of entries.
-//! [`RunHash`] says whether two flights were the same:
+//! Start with [`Encoder`], which makes the bytes of a log of [`Entry`]s. [`RunHash`] says whether two flights were the same:
 //!
 //! ```
-//! use recorder::RunHash;
+//! use flight_management::{autopilot::Settings, configuration, parameters::Parameters};
+//! use icd::SimTime;
+//! use recorder::{Begin, ControlHeader, Encoder, End, LogRate, RunHash};
 //!
-//! let (one, other) = (RunHash::default(), RunHash::default());
-//! assert_eq!(one.hex(), other.hex());
+//! let model = configuration::model("tvc_jet.toml", configuration::DEFAULT_MODEL)?;
+//! let Parameters { gains, limits, navigation, .. } = model.defaults;
+//! let settings = Settings {
+//!     model: model.aircraft,
+//!     gains,
+//!     limits,
+//!     navigation,
+//!     references: Default::default(),
+//!     script: None,
+//!     fault_injection: false,
+//! };
+//! let header = ControlHeader::new(settings, "0000002a".to_owned(), 2_000, false);
+//! let begin = Begin { time: SimTime::ZERO, header };
+//! let log = Encoder::begin(Vec::new(), begin, &model.defaults, LogRate::Full)?;
+//!
+//! let log = ulog::reader::Log::from_bytes(log.end(End::Stopped)?)?;
+//! // The run hash of a flight without a control step.
+//! assert_eq!(log.info_text("run_hash"), Some(RunHash::default().hex().as_str()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod encoder;
@@ -21,12 +39,11 @@ mod header;
 mod recorded;
 mod selection;
 pub mod topics;
-pub mod words;
 
 pub use encoder::Encoder;
 pub use entry::{Begin, End, Entry, Step, open};
 pub use hash::RunHash;
 pub use header::{ControlHeader, FLIGHT_RULES, parameter_hash};
-pub use recorded::{Moment, Recorded};
+pub use recorded::{Moment, Recorded, command_text};
 pub use selection::{LogRate, Selection};
 pub use topics::{command_names, control_names, control_values};

@@ -15,7 +15,8 @@ use std::time::Duration;
 use icd::fault::{SensorKind, Target};
 use icd::{Effector, SimTime};
 
-use super::{Entry, Recorded, Step, words};
+use super::recorded::is_stream;
+use super::{Entry, Recorded, Step};
 use flight_management::command::Command;
 use flight_management::event::{Axis, EventKind};
 use flight_management::fault_list::FaultList;
@@ -73,7 +74,7 @@ enum Cause {
     Mode,
     /// A reference jumps.
     Reference,
-    /// An operator or a script wants something.
+    /// A command of an operator or a script.
     Input,
     /// The flight is terminated, the aircraft touches the ground, a link is lost or back.
     Flight,
@@ -133,7 +134,7 @@ impl Cause {
                 Command::Plant(PlantAction::ListFaults)
                 | Command::Plant(PlantAction::Pace(_))
                 | Command::Configuration(Configuration::FaultInjection(_)) => None,
-                command => (!words::is_stream(command)).then_some(Self::Input),
+                command => (!is_stream(command)).then_some(Self::Input),
             },
             Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),
             Recorded::Request(_) => None,

@@ -26,97 +26,112 @@ pub fn command_names(effectors: &EffectorList) -> Vec<FieldName> {
     effectors.all().map(|effector| effector_field("", effectors, effector)).collect()
 }
 
-/// First columns of the topic `control`.
-const CONTROL_HEAD: [&str; 39] = [
-    "p_rad_s",
-    "q_rad_s",
-    "r_rad_s",
-    "roll_rad",
-    "pitch_rad",
-    "yaw_rad",
-    "alpha_rad",
-    "beta_rad",
-    "airspeed_m_s",
-    "altitude_m",
-    "climb_rate_m_s",
-    "thrust_n",
-    "altitude_reference_m",
-    "roll_reference_rad",
-    "airspeed_reference_m_s",
-    "z_roll_rad_s",
-    "z_pitch_rad_s",
-    "z_yaw_rad_s",
-    "z2_roll_rad_s2",
-    "z2_pitch_rad_s2",
-    "z2_yaw_rad_s2",
-    "level_roll",
-    "level_pitch",
-    "level_yaw",
-    "level",
-    "compensator_active",
-    "fade",
-    "main_aileron_rad",
-    "main_elevator_rad",
-    "main_rudder_rad",
-    "main_nozzle_pitch_rad",
-    "main_nozzle_yaw_rad",
-    "main_thrust_n",
-    "compensation_aileron_rad",
-    "compensation_nozzle_pitch_rad",
-    "compensation_nozzle_yaw_rad",
-    "applied_aileron_rad",
-    "applied_nozzle_pitch_rad",
-    "applied_nozzle_yaw_rad",
-];
+// One list makes the names and the values, so their orders cannot differ.
+macro_rules! columns {
+    ($names:ident, $values:ident($step:ident): $($name:literal => $value:expr,)+) => {
+        const $names: [&str; [$($name),+].len()] = [$($name),+];
 
-/// Last columns of the topic `control`.
-const CONTROL_TAIL: [&str; 43] = [
-    "attained_roll_rad_s2",
-    "attained_pitch_rad_s2",
-    "attained_yaw_rad_s2",
-    "authority_roll_pct",
-    "authority_pitch_pct",
-    "authority_yaw_pct",
-    "authority_roll_negative_pct",
-    "authority_pitch_negative_pct",
-    "authority_yaw_negative_pct",
-    "authority_roll_positive_pct",
-    "authority_pitch_positive_pct",
-    "authority_yaw_positive_pct",
+        fn $values($step: &StepLog) -> [f64; $names.len()] {
+            [$($value),+]
+        }
+    };
+}
+
+fn flag(flag: bool) -> f64 {
+    f64::from(u8::from(flag))
+}
+
+// First columns of the topic `control`.
+columns! { CONTROL_HEAD, control_head(step):
+    "p_rad_s" => step.state.rates.x,
+    "q_rad_s" => step.state.rates.y,
+    "r_rad_s" => step.state.rates.z,
+    "roll_rad" => step.state.attitude.phi,
+    "pitch_rad" => step.state.attitude.theta,
+    "yaw_rad" => step.state.attitude.psi,
+    "alpha_rad" => step.state.alpha,
+    "beta_rad" => step.state.beta,
+    "airspeed_m_s" => step.state.airspeed_m_s,
+    "altitude_m" => step.state.altitude_m,
+    "climb_rate_m_s" => step.state.climb_rate_m_s(),
+    "thrust_n" => step.state.thrust_n,
+    "altitude_reference_m" => step.altitude_reference_m,
+    "roll_reference_rad" => step.roll_reference_rad,
+    "airspeed_reference_m_s" => step.airspeed_reference_m_s,
+    "z_roll_rad_s" => step.z.x,
+    "z_pitch_rad_s" => step.z.y,
+    "z_yaw_rad_s" => step.z.z,
+    "z2_roll_rad_s2" => step.z2.x,
+    "z2_pitch_rad_s2" => step.z2.y,
+    "z2_yaw_rad_s2" => step.z2.z,
+    "level_roll" => step.levels.x,
+    "level_pitch" => step.levels.y,
+    "level_yaw" => step.levels.z,
+    "level" => step.level,
+    "compensator_active" => flag(step.compensator_active),
+    "fade" => step.fade,
+    "main_aileron_rad" => step.main.aileron_rad,
+    "main_elevator_rad" => step.main.elevator_rad,
+    "main_rudder_rad" => step.main.rudder_rad,
+    "main_nozzle_pitch_rad" => step.main.nozzle_pitch_rad,
+    "main_nozzle_yaw_rad" => step.main.nozzle_yaw_rad,
+    "main_thrust_n" => step.main.thrust_n,
+    "compensation_aileron_rad" => step.compensation.aileron_rad,
+    "compensation_nozzle_pitch_rad" => step.compensation.nozzle_pitch_rad,
+    "compensation_nozzle_yaw_rad" => step.compensation.nozzle_yaw_rad,
+    "applied_aileron_rad" => step.applied_compensation.aileron_rad,
+    "applied_nozzle_pitch_rad" => step.applied_compensation.nozzle_pitch_rad,
+    "applied_nozzle_yaw_rad" => step.applied_compensation.nozzle_yaw_rad,
+}
+
+// Last columns of the topic `control`.
+columns! { CONTROL_TAIL, control_tail(step):
+    "attained_roll_rad_s2" => step.attained.x,
+    "attained_pitch_rad_s2" => step.attained.y,
+    "attained_yaw_rad_s2" => step.attained.z,
+    "authority_roll_pct" => Axis::Roll.authority_pct(&step.authority),
+    "authority_pitch_pct" => Axis::Pitch.authority_pct(&step.authority),
+    "authority_yaw_pct" => Axis::Yaw.authority_pct(&step.authority),
+    "authority_roll_negative_pct" => step.authority.negative_pct[0],
+    "authority_pitch_negative_pct" => step.authority.negative_pct[1],
+    "authority_yaw_negative_pct" => step.authority.negative_pct[2],
+    "authority_roll_positive_pct" => step.authority.positive_pct[0],
+    "authority_pitch_positive_pct" => step.authority.positive_pct[1],
+    "authority_yaw_positive_pct" => step.authority.positive_pct[2],
     // 0: held, or nothing is at its limit; 1 engine, 2 elevator, 3 wing.
-    "altitude_limit",
-    "modelled_roll_rad_s2",
-    "modelled_pitch_rad_s2",
-    "modelled_yaw_rad_s2",
-    "implausible_input",
-    "implausible_command",
-    "aileron_saturated",
-    "elevator_saturated",
-    "rudder_saturated",
-    "nozzle_pitch_saturated",
-    "nozzle_yaw_saturated",
-    "thrust_saturated",
+    "altitude_limit" => step.altitude_limit.map_or(0.0, |limit| f64::from(limit.code())),
+    "modelled_roll_rad_s2" => step.modelled_acceleration.x,
+    "modelled_pitch_rad_s2" => step.modelled_acceleration.y,
+    "modelled_yaw_rad_s2" => step.modelled_acceleration.z,
+    "implausible_input" => flag(step.health.implausible_input),
+    "implausible_command" => flag(step.health.implausible_command),
+    "aileron_saturated" => flag(step.health.aileron_saturated),
+    "elevator_saturated" => flag(step.health.elevator_saturated),
+    "rudder_saturated" => flag(step.health.rudder_saturated),
+    "nozzle_pitch_saturated" => flag(step.health.nozzle_pitch_saturated),
+    "nozzle_yaw_saturated" => flag(step.health.nozzle_yaw_saturated),
+    "thrust_saturated" => flag(step.health.thrust_saturated),
     // What else is known of the aircraft, and which parts of all that are valid.
-    "specific_force_x_m_s2",
-    "specific_force_y_m_s2",
-    "specific_force_z_m_s2",
-    "velocity_north_m_s",
-    "velocity_east_m_s",
-    "position_north_m",
-    "position_east_m",
-    "position_down_m",
-    "latitude_rad",
-    "longitude_rad",
-    "rates_valid",
-    "attitude_valid",
-    "specific_force_valid",
-    "velocity_valid",
-    "position_valid",
-    "altitude_valid",
-    "airspeed_valid",
-    "flow_angles_valid",
-    "thrust_valid",
-];
+    "specific_force_x_m_s2" => step.state.specific_force.0.x,
+    "specific_force_y_m_s2" => step.state.specific_force.0.y,
+    "specific_force_z_m_s2" => step.state.specific_force.0.z,
+    "velocity_north_m_s" => step.state.velocity.0.x,
+    "velocity_east_m_s" => step.state.velocity.0.y,
+    "position_north_m" => step.state.position.0.x,
+    "position_east_m" => step.state.position.0.y,
+    "position_down_m" => step.state.position.0.z,
+    "latitude_rad" => step.state.latitude_rad,
+    "longitude_rad" => step.state.longitude_rad,
+    "rates_valid" => flag(step.state.valid.rates),
+    "attitude_valid" => flag(step.state.valid.attitude),
+    "specific_force_valid" => flag(step.state.valid.specific_force),
+    "velocity_valid" => flag(step.state.valid.velocity),
+    "position_valid" => flag(step.state.valid.position),
+    "altitude_valid" => flag(step.state.valid.altitude),
+    "airspeed_valid" => flag(step.state.valid.airspeed),
+    "flow_angles_valid" => flag(step.state.valid.flow_angles),
+    "thrust_valid" => flag(step.state.valid.thrust),
+}
 
 /// Most columns of the topic `control`.
 const CONTROL_MAX: usize = CONTROL_HEAD.len() + 3 * Effector::MAX + CONTROL_TAIL.len();
@@ -134,97 +149,10 @@ pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
 
 /// The values of a control step in the order of [`control_names`], of an aircraft with so many effectors.
 #[must_use]
-pub fn control_values(log: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_MAX> {
-    // Every field has a name here, so a new one is not forgotten.
-    let StepLog {
-        state,
-        altitude_reference_m,
-        roll_reference_rad,
-        airspeed_reference_m_s,
-        z,
-        z2,
-        levels,
-        level,
-        compensator_active,
-        fade,
-        main,
-        compensation,
-        applied_compensation: applied,
-        increments,
-        attained,
-        commands,
-        // Which effectors is seen from the commands.
-        limited: _,
-        modelled,
-        authority,
-        altitude_limit,
-        modelled_acceleration,
-        health,
-    } = log;
-    let flag = |flag: bool| f64::from(u8::from(flag));
-    let three = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
-    let angles = [state.attitude.phi, state.attitude.theta, state.attitude.psi];
-    let motion = [state.alpha, state.beta, state.airspeed_m_s, state.altitude_m];
-    let rest = [state.climb_rate_m_s(), state.thrust_n];
-    let (velocity, valid) = (&state.velocity.0, &state.valid);
-    let place = [state.latitude_rad, state.longitude_rad];
-    let references = [*altitude_reference_m, *roll_reference_rad, *airspeed_reference_m_s];
-    let detector = [*level, flag(*compensator_active), *fade];
-    let surfaces = [main.aileron_rad, main.elevator_rad, main.rudder_rad];
-    let engine = [main.nozzle_pitch_rad, main.nozzle_yaw_rad, main.thrust_n];
-    let compensations = [compensation, applied]
-        .into_iter()
-        .flat_map(|c| [c.aileron_rad, c.nozzle_pitch_rad, c.nozzle_yaw_rad]);
-    let flags = [
-        health.implausible_input,
-        health.implausible_command,
-        health.aileron_saturated,
-        health.elevator_saturated,
-        health.rudder_saturated,
-        health.nozzle_pitch_saturated,
-        health.nozzle_yaw_saturated,
-        health.thrust_saturated,
-    ];
-    let valid = [
-        valid.rates,
-        valid.attitude,
-        valid.specific_force,
-        valid.velocity,
-        valid.position,
-        valid.altitude,
-        valid.airspeed,
-        valid.flow_angles,
-        valid.thrust,
-    ];
-    three(&state.rates)
-        .into_iter()
-        .chain(angles)
-        .chain(motion)
-        .chain(rest)
-        .chain(references)
-        .chain(three(z))
-        .chain(three(z2))
-        .chain(three(levels))
-        .chain(detector)
-        .chain(surfaces)
-        .chain(engine)
-        .chain(compensations)
-        .chain(commands.first(effectors).iter().copied())
-        .chain(increments.first(effectors).iter().copied())
-        .chain(modelled.first(effectors).iter().copied())
-        .chain(three(attained))
-        .chain(Axis::ALL.map(|axis| axis.authority_pct(authority)))
-        .chain(authority.negative_pct)
-        .chain(authority.positive_pct)
-        .chain([altitude_limit.map_or(0.0, |limit| f64::from(limit.code()))])
-        .chain(three(modelled_acceleration))
-        .chain(flags.map(flag))
-        .chain(three(&state.specific_force.0))
-        .chain([velocity.x, velocity.y])
-        .chain(three(&state.position.0))
-        .chain(place)
-        .chain(valid.map(flag))
-        .collect()
+pub fn control_values(step: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_MAX> {
+    let of_effectors = [&step.commands, &step.increments, &step.modelled];
+    let of_effectors = of_effectors.into_iter().flat_map(|values| values.first(effectors));
+    control_head(step).into_iter().chain(of_effectors.copied()).chain(control_tail(step)).collect()
 }
 
 /// A topic of numbers.
@@ -260,7 +188,7 @@ pub fn control(effectors: &EffectorList) -> Format {
     numbers("control", control_names(effectors))
 }
 
-/// What was really the case in a control step, as the plant says.
+/// The truth at a control step, as the plant reports it.
 #[must_use]
 pub fn truth(effectors: &EffectorList) -> Format {
     numbers("truth", truth_fields(effectors))

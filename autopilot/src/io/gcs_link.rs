@@ -7,7 +7,7 @@
 //!  tcp server ──┘  never waits    └────────────┘   snapshots <
 //! ```
 //!
-//! One task serves all: it asks what happened, hands it to [`mavlink_services::Ground`], and offers each
+//! One task serves all: it takes what has arrived, hands it to [`mavlink_services::Ground`], and offers each
 //! socket what waits for it. A socket that takes nothing keeps its own queue waiting and no other.
 //!
 //! Ground stations remember the address that datagrams come from, so one socket calls all of them.
@@ -23,38 +23,34 @@ use flight_control::AircraftModel;
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
-use tracing::info;
+use tracing::{info, warn};
 
 use super::channels::GroundChannels;
-use super::key_store::{KeptKey, KeyStore};
 use super::log_folder::LogFolder;
 use super::recorder::GroundFeed;
 use super::status::Listening;
-use super::store::{Kept, KeptPlan, Store};
+use super::store::{KeptKey, KeptParameters, KeptPlan};
 use super::tlog::Tlog;
 use crate::clock::{self, WallTime};
-use crowd::Crowd;
+use files::{Stores, next_done};
 use flight_management::command::Intent;
 use flight_management::event::{Event, Snapshot};
 use flight_management::parameters::Parameters;
 use flight_management::script::Script;
-use logs::{next_done, open_tlog};
 use mavlink_services::Ground;
 use mavlink_services::heartbeat::HeartbeatIdentity;
 use mavlink_services::logs::LogDone;
-use mavlink_services::peers::{Address, CONFIGURED_MAX, Connection, is_this_computer};
+use mavlink_services::peers::{
+    Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, Crowding, VISITORS_MAX, is_this_computer,
+};
 use mavlink_services::signing::Signing;
 use mavlink_services::telemetry::Host;
 use sockets::{Arrival, READ_MAX, Sockets};
 
-mod crowd;
-mod keeping;
-mod logs;
+mod files;
 mod sockets;
-mod tcp;
-mod udp;
 
-pub use logs::Logs;
+pub use files::Logs;
 
 /// Names of the links, for messages: what to change if one cannot be opened.
 const UDP_CLIENT: &str = "UDP socket that calls ground stations (--gcs-bind)";
@@ -97,7 +93,7 @@ pub struct GcsConfig {
     /// What begins with each flight, as on the control side.
     pub script: Option<Arc<Script>>,
     /// Where changes of parameters are kept, and what is kept already.
-    pub kept: Option<Kept>,
+    pub kept: Option<KeptParameters>,
     /// Where the plan is kept, and what is kept already.
     pub kept_plan: Option<KeptPlan>,
     /// Where the signing key is kept, and the key that is there already.
@@ -106,7 +102,7 @@ pub struct GcsConfig {
     pub logs: Option<Logs>,
 }
 
-/// Why the link ends before it is told to.
+/// Why the link ends before it is stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum GcsError {
     /// No socket.
@@ -114,7 +110,7 @@ pub enum GcsError {
     Bind {
         /// Which one, and the option that sets it.
         link: &'static str,
-        /// The address asked for.
+        /// The requested address.
         address: SocketAddr,
         /// What the system says.
         source: io::Error,
@@ -134,15 +130,17 @@ pub enum GcsError {
         "autopilot: {count} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed"
     )]
     TooMany {
-        /// How many were asked for.
+        /// How many.
         count: usize,
     },
-    /// No thread for the parameter file or the plan file.
-    #[error("autopilot: cannot keep parameters and plan: {0}")]
-    Store(io::Error),
-    /// No thread for the signing key.
-    #[error("autopilot: cannot keep the signing key: {0}")]
-    KeyStore(io::Error),
+    /// No thread for a file that is kept for the next start.
+    #[error("autopilot: cannot keep the {name}: {source}")]
+    Store {
+        /// Which file.
+        name: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
     /// No thread for the log folder.
     #[error("autopilot: cannot offer logs: {0}")]
     Logs(io::Error),
@@ -151,18 +149,19 @@ pub enum GcsError {
     ControlEnded,
 }
 
-/// The link with open sockets, before it serves anybody.
+/// The link with open sockets.
 #[derive(Debug)]
 pub struct GcsLink {
     ground: Ground,
     sockets: Sockets,
     listening: Listening,
-    store: Option<Store>,
-    plan_store: Option<Store>,
-    key_store: Option<KeyStore>,
+    stores: Stores,
     ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
     tlog: Option<Tlog>,
+    /// An intent that found no room in the channel.
+    held_back: Option<Intent>,
+    refusals: RefusalLog,
 }
 
 impl GcsLink {
@@ -171,18 +170,7 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let GcsConfig {
-            links,
-            parameters,
-            model,
-            defaults,
-            identity,
-            script,
-            kept,
-            kept_plan,
-            kept_key,
-            logs,
-        } = config;
+        let GcsConfig { links, parameters, model, defaults, identity, script, logs, .. } = config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
@@ -200,26 +188,21 @@ impl GcsLink {
             .with_defaults(defaults)
             .with_host(host)
             .with_script(script.clone());
-        let mut store = None;
-        if let Some(kept) = kept {
+        if let Some(kept) = &config.kept {
             ground.keep_parameters(kept.parameters);
-            store = Some(Store::open(kept.own_file(), "parameter file").map_err(GcsError::Store)?);
         }
-        let mut plan_store = None;
-        if let Some(kept) = kept_plan {
+        if let Some(kept) = &config.kept_plan {
             ground.keep_plan(kept.plan.clone());
-            plan_store = Some(Store::open(kept.own_file(), "plan file").map_err(GcsError::Store)?);
         }
         let mut signing = Signing::new(host.unix_start_us);
-        let mut key_store = None;
-        if let Some(kept) = kept_key {
+        if let Some(kept) = &config.kept_key {
             signing = signing.with_file(kept.record);
-            key_store = Some(KeyStore::open(&kept.path).map_err(GcsError::KeyStore)?);
         }
         ground = ground.with_signing(signing);
+        let stores = Stores::open(config)?;
         let folder = logs.as_ref().map(|logs| LogFolder::open(&logs.folder));
         let folder = folder.transpose().map_err(GcsError::Logs)?;
-        let tlog = logs.as_ref().and_then(|logs| open_tlog(logs, host.unix_start_us));
+        let tlog = logs.as_ref().and_then(|logs| logs.open_tlog(host.unix_start_us));
         if folder.is_some() {
             ground.open_log_folder();
         }
@@ -230,16 +213,16 @@ impl GcsLink {
             ground,
             sockets,
             listening,
-            store,
-            plan_store,
-            key_store,
+            stores,
             ground_feed: None,
             logs: folder,
             tlog,
+            held_back: None,
+            refusals: RefusalLog::default(),
         })
     }
 
-    /// Tells the recorder of parameters that change and of texts.
+    /// Sends changed parameters and texts to the recorder.
     #[must_use]
     pub fn with_ground_feed(mut self, feed: Option<GroundFeed>) -> Self {
         self.ground_feed = feed;
@@ -257,106 +240,52 @@ impl GcsLink {
     /// # Errors
     /// [`GcsError::ControlEnded`] when the control thread ends.
     pub async fn run(
-        self,
-        channels: GroundChannels,
+        mut self,
+        mut channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
     ) -> Result<(), GcsError> {
-        let Self {
-            ground,
-            sockets,
-            listening,
-            store,
-            plan_store,
-            key_store,
-            ground_feed,
-            logs,
-            tlog,
-        } = self;
-        let Listening { clients, udp_server, tcp_server } = listening;
+        let Listening { clients, udp_server, tcp_server } = &self.listening;
         info!(
             ?clients,
             udp_server = udp_server.map(tracing::field::display),
             tcp_server = tcp_server.map(tracing::field::display),
             "ground stations"
         );
-        let mut link = Link {
-            ground,
-            sockets,
-            channels,
-            store,
-            plan_store,
-            key_store,
-            ground_feed,
-            logs,
-            tlog,
-            held_back: None,
-            crowd: Crowd::default(),
-        };
         let result = tokio::select! {
             // An error means that the sender is gone, which ends the link as well.
             _ = shutdown.wait_for(|stop| *stop) => Ok(()),
-            result = link.serve() => result,
+            result = self.serve(&mut channels) => result,
         };
         // What no socket takes at once is lost: nobody may keep the process from ending.
-        link.ground.end();
-        link.send(clock::now());
-        link.close_key();
+        self.ground.end();
+        self.send(clock::now());
+        self.stores.finish(&mut self.ground);
         result
     }
-}
 
-struct Link {
-    ground: Ground,
-    sockets: Sockets,
-    channels: GroundChannels,
-    /// Gone, it has written everything.
-    store: Option<Store>,
-    /// Likewise.
-    plan_store: Option<Store>,
-    /// Likewise.
-    key_store: Option<KeyStore>,
-    ground_feed: Option<GroundFeed>,
-    logs: Option<LogFolder>,
-    tlog: Option<Tlog>,
-    /// An intent that found no room in the channel.
-    held_back: Option<Intent>,
-    crowd: Crowd,
-}
-
-enum Input {
-    Socket(Arrival),
-    Event(Event),
-    Snapshot(Box<Snapshot>),
-    LogDone(LogDone),
-    Time,
-    ControlEnded,
-}
-
-impl Link {
-    async fn serve(&mut self) -> Result<(), GcsError> {
+    async fn serve(&mut self, channels: &mut GroundChannels) -> Result<(), GcsError> {
         let mut buffer = [0; READ_MAX];
         loop {
             let now = clock::now();
             self.ground.poll(now);
-            self.pass_intents()?;
+            self.pass_intents(channels)?;
             if let Some(feed) = self.ground_feed.as_mut() {
                 feed.follow(&mut self.ground);
             }
-            self.keep_files(now);
-            self.keep_key(now);
+            self.stores.poll(&mut self.ground, now);
             self.begin_log_job();
             let wanted = self.ground.wants_snapshot();
-            self.channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
+            channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
             let deadline = self.next_wake(now);
-            let input = self.next_input(&mut buffer, deadline, now).await;
+            let input = self.next_input(channels, &mut buffer, deadline, now).await;
             let now = clock::now();
             match input {
                 Input::Socket(arrival) => self.handle_arrival(&arrival, &buffer, now),
                 Input::Event(event) => {
                     self.ground.handle_event(&event, now);
                     for _ in 1..EVENTS_IN_A_ROW {
-                        let Ok(event) = self.channels.events.try_recv() else { break };
+                        let Ok(event) = channels.events.try_recv() else { break };
                         self.ground.handle_event(&event, now);
                     }
                 }
@@ -380,8 +309,14 @@ impl Link {
         clock::instant(deadline).into()
     }
 
-    async fn next_input(&mut self, buffer: &mut [u8], deadline: Instant, now: WallTime) -> Input {
-        let Self { ground, sockets, channels, logs, .. } = self;
+    async fn next_input(
+        &mut self,
+        channels: &mut GroundChannels,
+        buffer: &mut [u8],
+        deadline: Instant,
+        now: WallTime,
+    ) -> Input {
+        let Self { ground, sockets, logs, .. } = self;
         let accepts = |connection| ground.accepts_input(connection);
         // Not biased: each source gets its turn, also beside a flood of messages.
         tokio::select! {
@@ -402,7 +337,7 @@ impl Link {
         match *arrival {
             Arrival::Datagram { from, length } => {
                 self.ground.handle_datagram(from, bytes(length), now);
-                self.crowd.follow(self.ground.crowding());
+                self.refusals.update(self.ground.crowding());
             }
             Arrival::Bytes { connection, length } => {
                 self.ground.handle_stream(connection, bytes(length), now);
@@ -412,7 +347,7 @@ impl Link {
                     info!(%from, "ground-station connection opened");
                 } else {
                     self.sockets.close(connection);
-                    self.crowd.refuse(from);
+                    self.refusals.connection_refused(from);
                 }
             }
             Arrival::Closed(connection) => self.close(connection, "by the ground station"),
@@ -428,9 +363,9 @@ impl Link {
     }
 
     /// Hands intents to the control thread while there is room.
-    fn pass_intents(&mut self) -> Result<(), GcsError> {
+    fn pass_intents(&mut self, channels: &GroundChannels) -> Result<(), GcsError> {
         while let Some(intent) = self.held_back.take().or_else(|| self.ground.pop_intent()) {
-            match self.channels.intents.try_send(intent) {
+            match channels.intents.try_send(intent) {
                 Ok(()) => {}
                 Err(TrySendError::Full(intent)) => {
                     self.held_back = Some(intent);
@@ -444,8 +379,8 @@ impl Link {
 
     /// Offers each socket what waits for it, and gives up connections that take nothing for long.
     fn send(&mut self, now: WallTime) {
-        // Questions before their answers.
-        self.record_heard(now);
+        // Requests before their answers.
+        self.record_received(now);
         loop {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
@@ -457,6 +392,58 @@ impl Link {
         }
         while let Some(connection) = self.sockets.stalled(now) {
             self.close(connection, "it reads nothing");
+        }
+    }
+}
+
+enum Input {
+    Socket(Arrival),
+    Event(Event),
+    Snapshot(Box<Snapshot>),
+    LogDone(LogDone),
+    Time,
+    ControlEnded,
+}
+
+/// Warns of ground stations for which there is no place. Whoever gets none may try again without end, so the first
+/// refusal of each kind is logged, and then each doubling.
+#[derive(Debug, Default)]
+struct RefusalLog {
+    /// Connections that were closed again since there were too many.
+    connections: u64,
+    crowding: Crowding,
+}
+
+impl RefusalLog {
+    fn connection_refused(&mut self, from: SocketAddr) {
+        self.connections += 1;
+        if self.connections.is_power_of_two() {
+            warn!(
+                %from,
+                limit = CONNECTIONS_MAX,
+                refused = self.connections,
+                "a ground-station connection was refused: there are too many"
+            );
+        }
+    }
+
+    /// Logs what has changed since the last call, of which there is one for each datagram.
+    fn update(&mut self, now: Crowding) {
+        let before = std::mem::replace(&mut self.crowding, now);
+        let is_due = |count: u64, before: u64| count != before && count.is_power_of_two();
+        let Crowding { displaced, turned_away } = now;
+        if is_due(displaced, before.displaced) {
+            warn!(
+                limit = VISITORS_MAX,
+                displaced, "a ground station lost its place to another one: too many call by UDP"
+            );
+        }
+        if is_due(turned_away, before.turned_away) {
+            warn!(
+                limit = VISITORS_MAX,
+                turned_away,
+                "messages of a ground station were ignored: too many call by UDP; TCP and --gcs have places of their own"
+            );
         }
     }
 }

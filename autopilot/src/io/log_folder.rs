@@ -14,9 +14,8 @@ use std::thread::{self, JoinHandle};
 use tokio::sync::mpsc;
 use tracing::{debug, warn};
 
+use super::recorder::folder::flight_log_begun;
 use mavlink_services::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
-
-mod names;
 
 /// Logs that are listed: of more, the latest.
 pub const LISTED_MAX: usize = 1000;
@@ -26,7 +25,7 @@ const ENTRIES_MAX: usize = 100_000;
 const READ_MAX: usize = 256 * 1024;
 /// Logs that are protected from being removed to make room since they were read last.
 const HELD_MAX: usize = 4;
-/// Where nothing was asked for this long, no log is protected any more.
+/// Where nothing was requested for this long, no log is protected any more.
 const HOLD: Duration = Duration::from_secs(60);
 /// Jobs and outcomes on their way: there is one at a time.
 const JOBS_MAX: usize = 1;
@@ -83,7 +82,7 @@ impl LogFolder {
                 self.is_busy = false;
                 done
             }
-            // The thread has broken down, and said so: nothing comes any more.
+            // The thread has broken down and was reported: nothing comes any more.
             None => core::future::pending().await,
         }
     }
@@ -106,7 +105,7 @@ impl Drop for LogFolder {
 struct Held(Vec<(String, File)>);
 
 impl Held {
-    /// The next job; `None` when there will be none. Lets go of all logs when nothing is asked for `hold`.
+    /// The next job; `None` when there will be none. Lets go of all logs when no job comes for `hold`.
     fn next_job(&mut self, jobs: &Receiver<LogJob>, hold: Duration) -> Option<LogJob> {
         loop {
             match jobs.recv_timeout(hold) {
@@ -170,7 +169,7 @@ fn logs(folder: &Path) -> io::Result<Vec<Log>> {
     for entry in entries.take(ENTRIES_MAX) {
         let entry = entry?;
         let Ok(name) = entry.file_name().into_string() else { continue };
-        if names::flight_log_begun(&name).is_none() {
+        if flight_log_begun(&name).is_none() {
             continue;
         }
         // Of the entry itself: what a link leads to is not in this folder. It may be gone by now.
@@ -187,7 +186,7 @@ fn list(folder: &Path) -> io::Result<Vec<LogFile>> {
     let logs = logs(folder)?;
     let first = logs.len().saturating_sub(LISTED_MAX);
     let entry = |Log { name, size }: Log| {
-        let utc_s = names::flight_log_begun(&name).unwrap_or_default();
+        let utc_s = flight_log_begun(&name).unwrap_or_default();
         let utc_s = u32::try_from(utc_s).unwrap_or(u32::MAX);
         LogFile { name, size: u32::try_from(size).unwrap_or(u32::MAX), utc_s }
     };
@@ -206,7 +205,7 @@ fn read(folder: &Path, name: &str, offset: u32, length: usize) -> io::Result<Vec
 /// Where a flight log is, if it is one and a regular file.
 fn log_path(folder: &Path, name: &str) -> io::Result<PathBuf> {
     let path = folder.join(name);
-    let is_log = names::flight_log_begun(name).is_some() && fs::symlink_metadata(&path)?.is_file();
+    let is_log = flight_log_begun(name).is_some() && fs::symlink_metadata(&path)?.is_file();
     if is_log { Ok(path) } else { Err(io::Error::other("not a log")) }
 }
 

@@ -1,12 +1,9 @@
 //! Sockets and waiting: everything of the autopilot that touches the outside.
 
 pub mod channels;
-pub mod complaints;
 pub mod gcs_link;
-pub mod key_store;
 pub mod log_folder;
 pub mod plant_link;
-pub mod presence;
 pub mod recorder;
 pub mod status;
 pub mod store;

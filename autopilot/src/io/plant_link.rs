@@ -1,7 +1,7 @@
 //! The control thread: answers the plant, and between two packets looks after intents and events.
 //!
-//! Nothing here waits for anything but the plant. What ground stations want comes through bounded
-//! channels, what they should know leaves through them, and a full one delays nothing.
+//! Nothing here waits for anything but the plant. Intents of ground stations come through bounded channels, events and
+//! snapshots leave through them, and a full one delays nothing.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -11,16 +11,17 @@ use host_io::health::HealthFile;
 use host_io::tick_log::{LogError, TickLogWriter};
 use host_io::{LinkSocket, Stop, session};
 use icd::SimTime;
-use icd::lockstep::{FlightEvent, FlightSide};
-use icd::wire::{self, PACKET_MAX, Phase, SensorPacket};
+use icd::lockstep::{FlightEvent, FlightSide, Refused};
+use icd::wire::{
+    self, Aircraft, PACKET_MAX, Phase, RefusalPacket, RefusalReason, SensorPacket, VERSION,
+    WireError,
+};
 use tracing::{error, info, warn};
 
 use super::channels::ControlChannels;
-use super::complaints::Complaints;
-use super::presence::Presence;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
-use crate::clock;
+use crate::clock::{self, WallTime};
 use flight_management::autopilot::Autopilot;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
@@ -29,6 +30,12 @@ use flight_management::fault_list::FaultList;
 pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);
 /// Intents taken in one tick; a flood waits in its channel.
 const INTENTS_PER_TICK: usize = 64;
+/// A plant that is silent for longer is lost, and another one may take its place.
+const SILENCE_MAX: Duration = Duration::from_secs(1);
+/// Time between two warnings of one kind about invalid packets.
+const WARNING_INTERVAL: Duration = Duration::from_secs(5);
+/// Kinds of warnings.
+const WARNINGS: usize = 5;
 
 /// Entry of the step log: simulation time and the signals of that step.
 pub type LoggedStep = (SimTime, StepLog);
@@ -45,8 +52,8 @@ pub struct PlantLink {
     step_log: Option<TickLogWriter>,
     stop: Stop,
     side: FlightSide,
-    presence: Presence,
-    complaints: Complaints,
+    watchdog: PlantWatchdog,
+    warnings: PacketWarnings,
     health: Option<HealthFile>,
     recorder: Option<Recorder>,
 }
@@ -72,14 +79,14 @@ impl PlantLink {
             step_log,
             stop,
             side,
-            presence: Presence::default(),
-            complaints: Complaints::default(),
+            watchdog: PlantWatchdog::default(),
+            warnings: PacketWarnings::default(),
             health: None,
             recorder: None,
         }
     }
 
-    /// Says with this file that the loop runs.
+    /// Writes this file as long as the loop runs.
     #[must_use]
     pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
         self.health = health;
@@ -118,13 +125,13 @@ impl PlantLink {
         if foreign {
             self.check_silence();
         }
-        match self.side.handle(datagram, from, foreign && self.presence.is_lost()) {
+        match self.side.handle(datagram, from, foreign && self.watchdog.is_lost()) {
             FlightEvent::Next(packet) => {
-                self.plant_heard();
+                self.plant_answered();
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::NewFlight(packet) => {
-                self.presence.hear();
+                self.watchdog.packet_received();
                 let joined_in_flight = packet.sequence > 0;
                 let t_s = packet.time.as_seconds();
                 let session = session::shown(packet.session);
@@ -136,27 +143,27 @@ impl PlantLink {
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::Repeat(answer) => {
-                // What does not leave is lost, and will be asked for again.
+                // What does not leave is lost, and will be requested again.
                 let _ = self.socket.send_to(answer, from);
-                self.plant_heard();
+                self.plant_answered();
             }
             FlightEvent::Refuse(refusal, why) => {
                 // One refusal for each packet; if it gets lost, the next packet is refused as well.
                 let _ = self.socket.send_to(refusal, from);
-                self.complaints.refused(why, self.side.aircraft(), from, clock::now());
+                self.warnings.refused(why, self.side.aircraft(), from, clock::now());
                 self.housekeeping();
             }
             FlightEvent::Refused(refusal) => {
-                self.complaints.refused_by_plant(refusal, from, clock::now());
+                self.warnings.refused_by_plant(refusal, from, clock::now());
             }
             // A flood of foreign packets may not keep the operator waiting.
             FlightEvent::Ignored(_) => self.housekeeping(),
         }
     }
 
-    /// The plant is heard; whether it is back after a silence.
-    fn plant_heard(&mut self) {
-        if self.presence.hear() {
+    /// A packet of the plant came, perhaps after a silence.
+    fn plant_answered(&mut self) {
+        if self.watchdog.packet_received() {
             info!("the plant is back");
             self.autopilot.plant_back();
             if let Some(recorder) = self.recorder.as_mut() {
@@ -173,7 +180,7 @@ impl PlantLink {
     }
 
     /// Answers first; everything that can wait comes after the answer is on its way. `envelope` is what the plant
-    /// says to the recorder, which opens it; the autopilot never gets it.
+    /// sends to the recorder, which opens it; the autopilot never gets it.
     fn answer(&mut self, packet: &SensorPacket, envelope: &[u8], to: SocketAddr) {
         if let Some(recorder) = self.recorder.as_mut() {
             recorder.enter(packet);
@@ -189,7 +196,7 @@ impl PlantLink {
         };
         let request = self.autopilot.next_request();
         if let Some(answer) = self.side.answer(&actuators, request, self.recorder.is_some()) {
-            // What does not leave is lost, and will be asked for again.
+            // What does not leave is lost, and will be requested again.
             let _ = self.socket.send_to(answer, to);
         }
         if packet.phase == Phase::Flying
@@ -244,14 +251,14 @@ impl PlantLink {
             self.channels.show(snapshot);
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
-            let plant = if self.presence.is_lost() { PlantState::Lost } else { PlantState::Flying };
+            let plant = if self.watchdog.is_lost() { PlantState::Lost } else { PlantState::Flying };
             let effectors = &self.autopilot.model().effectors.list;
             status.show(plant, self.autopilot.snapshot(), &self.faults, effectors);
         }
     }
 
     fn check_silence(&mut self) {
-        if self.side.plant().is_some() && self.presence.look(clock::now()) {
+        if self.side.plant().is_some() && self.watchdog.check(clock::now()) {
             warn!("the plant does not answer any more; waiting for it or for another one");
             self.autopilot.plant_lost();
             if let Some(recorder) = self.recorder.as_mut() {
@@ -270,4 +277,123 @@ pub enum PlantLinkError {
     /// The step log is incomplete.
     #[error("step log: {0}")]
     Log(#[from] LogError),
+}
+
+/// Whether the plant is there, by the time since its last packet.
+///
+/// Reading a clock for each packet would cost more than the packet's other bookkeeping, so a packet only sets a flag, and
+/// the next [`PlantWatchdog::check`] turns it into a time.
+#[derive(Debug, Clone, Copy, Default)]
+struct PlantWatchdog {
+    received: bool,
+    last_received: WallTime,
+    lost: bool,
+}
+
+impl PlantWatchdog {
+    /// A packet of the plant came. True if the plant was lost before.
+    fn packet_received(&mut self) -> bool {
+        self.received = true;
+        std::mem::take(&mut self.lost)
+    }
+
+    /// True if the plant is lost since this check.
+    fn check(&mut self, now: WallTime) -> bool {
+        if std::mem::take(&mut self.received) {
+            self.last_received = now;
+        }
+        let lost_now = !self.lost && now.since(self.last_received) > SILENCE_MAX;
+        self.lost |= lost_now;
+        lost_now
+    }
+
+    /// Whether the plant was lost at the last check and has sent nothing since.
+    fn is_lost(&self) -> bool {
+        self.lost
+    }
+}
+
+/// Warnings about invalid packets, one of each kind every [`WARNING_INTERVAL`] at most.
+#[derive(Debug, Clone, Copy, Default)]
+struct PacketWarnings {
+    logged: [Option<WallTime>; WARNINGS],
+}
+
+impl PacketWarnings {
+    /// A packet was refused; `ours` is the aircraft of the model file.
+    fn refused(&mut self, why: Refused, ours: Aircraft, from: SocketAddr, now: WallTime) {
+        match why {
+            Refused::Busy if self.is_due(0, now) => {
+                warn!(%from, "refused a packet from another address than the plant's, which sent a packet less than a second ago");
+            }
+            Refused::Packet(WireError::Version { theirs, .. }) if self.is_due(1, now) => {
+                error!(%from, theirs, ours = VERSION, "refused a plant of another link version");
+            }
+            Refused::Packet(WireError::Value { field, value, .. }) if self.is_due(2, now) => {
+                error!(%from, field, value, "refused a packet with a value that cannot be");
+            }
+            Refused::Aircraft(theirs) if self.is_due(4, now) => {
+                error!(%from, %theirs, %ours, "refused a plant that flies another aircraft than the model file is of");
+            }
+            Refused::Busy | Refused::Packet(_) | Refused::Aircraft(_) => {}
+        }
+    }
+
+    /// The plant refuses this autopilot.
+    fn refused_by_plant(&mut self, refusal: RefusalPacket, from: SocketAddr, now: WallTime) {
+        if !self.is_due(3, now) {
+            return;
+        }
+        match refusal.reason {
+            RefusalReason::Version => {
+                error!(%from, theirs = refusal.version, ours = VERSION, "the plant speaks another link version");
+            }
+            RefusalReason::Value => {
+                error!(%from, "the plant refuses a value of this autopilot's packet");
+            }
+            RefusalReason::Aircraft => {
+                error!(%from, "the plant flies another aircraft than the model file is of");
+            }
+            RefusalReason::Busy => error!(%from, "the plant flies with another autopilot"),
+        }
+    }
+
+    fn is_due(&mut self, kind: usize, now: WallTime) -> bool {
+        let due = self.logged[kind].is_none_or(|logged| now.since(logged) >= WARNING_INTERVAL);
+        if due {
+            self.logged[kind] = Some(now);
+        }
+        due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plant_is_lost_once_after_a_second_of_silence_and_comes_back() {
+        let ms = |ms: u64| WallTime::from_micros(1_000 * ms);
+        let mut watchdog = PlantWatchdog::default();
+        watchdog.packet_received();
+        assert!(!watchdog.check(ms(5_000)));
+        assert!(!watchdog.check(ms(6_000)));
+        assert!(watchdog.check(ms(6_001)));
+        assert!(!watchdog.check(ms(7_000)), "reported once");
+        assert!(watchdog.is_lost());
+        assert!(watchdog.packet_received());
+        assert!(!watchdog.packet_received());
+        assert!(!watchdog.check(ms(9_000)));
+        assert!(!watchdog.is_lost());
+    }
+
+    #[test]
+    fn each_kind_of_warning_is_logged_at_once_and_then_at_intervals() {
+        let mut warnings = PacketWarnings::default();
+        let at = |s: u64| WallTime::from_micros(1_000_000 * s);
+        assert!(warnings.is_due(0, at(1)));
+        assert!(!warnings.is_due(0, at(5)));
+        assert!(warnings.is_due(1, at(5)));
+        assert!(warnings.is_due(0, at(6)));
+    }
 }

@@ -24,14 +24,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use host_io::{clock, session};
-use icd::wire::{self, SensorPacket};
+use icd::wire::SensorPacket;
 use icd::{Actuators, SimTime};
 use tracing::warn;
 
 use super::status::StatusSource;
-use ::recorder::{
-    Begin, ControlHeader, End, Entry, FLIGHT_RULES, LogRate, Moment, Recorded, Step, open,
-};
+use ::recorder::{Begin, ControlHeader, End, Entry, LogRate, Moment, Recorded, Step, open};
 use flight_management::autopilot::Autopilot;
 use flight_management::command::{Command, Intent};
 use flight_management::event::Event;
@@ -39,7 +37,6 @@ use flight_management::parameters::Parameters;
 use mavlink_services::Ground;
 use mavlink_services::statustext::LogText;
 
-mod file;
 pub(crate) mod folder;
 mod writer;
 
@@ -63,7 +60,7 @@ const TEXTS_MAX: usize = 64;
 /// Texts taken in one tick; more wait in their channel.
 const TEXTS_PER_TICK: usize = 16;
 
-/// What the log thread needs to know.
+/// Settings of the log thread.
 #[derive(Debug)]
 pub struct RecorderConfig {
     /// Folder of the logs.
@@ -107,7 +104,7 @@ impl GroundFeed {
     pub fn follow(&mut self, ground: &mut Ground) {
         self.send_parameters(ground.parameters());
         while let Some(text) = ground.pop_text_for_log() {
-            self.say(text);
+            self.send_text(text);
         }
     }
 
@@ -119,8 +116,8 @@ impl GroundFeed {
         }
     }
 
-    /// A text that ground stations get. Never waits: where there is no room it is lost, and the next one says so.
-    fn say(&mut self, (severity, mut text): LogText) {
+    /// A text that ground stations get. Never waits: where there is no room it is lost, and the next one counts it.
+    fn send_text(&mut self, (severity, mut text): LogText) {
         if self.lost > 0 {
             text = format!("{text} ({} more are not in the log)", self.lost);
         }
@@ -162,7 +159,7 @@ impl Recorder {
         let (full, batches) = sync_channel(QUEUE_MAX);
         let (recycle, empty) = sync_channel(QUEUE_MAX);
         let (sender, changes) = sync_channel(PARAMETERS_MAX);
-        let (say, texts) = sync_channel(TEXTS_MAX);
+        let (text_sender, texts) = sync_channel(TEXTS_MAX);
         let last = config.parameters;
         let removed = Arc::new(AtomicBool::new(false));
         let theirs = Arc::clone(&removed);
@@ -184,29 +181,14 @@ impl Recorder {
             texts,
             has_landed: false,
         };
-        Ok((recorder, GroundFeed { sender, last, late: false, texts: say, lost: 0 }))
+        Ok((recorder, GroundFeed { sender, last, late: false, texts: text_sender, lost: 0 }))
     }
 
-    /// A flight has begun, with this packet; the autopilot has been told, and nothing of the flight has been done.
+    /// A flight has begun with this packet; the autopilot has begun it too, and has not made a step yet.
     pub fn begin_flight(&mut self, packet: &SensorPacket, autopilot: &Autopilot) {
-        let settings = autopilot.settings();
-        let header = ControlHeader {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            wire_version: wire::VERSION,
-            flight_rules: FLIGHT_RULES,
-            session: session::shown(packet.session),
-            period_us: packet.period.as_micros(),
-            row_every: 1,
-            joined_in_flight: packet.sequence > 0,
-            model: settings.model,
-            gains: settings.gains,
-            limits: settings.limits,
-            navigation: settings.navigation,
-            references: settings.references,
-            script: settings.script,
-            fault_injection: settings.fault_injection,
-            parameter_hash: String::new(),
-        };
+        let session = session::shown(packet.session);
+        let (period_us, joined) = (packet.period.as_micros(), packet.sequence > 0);
+        let header = ControlHeader::new(autopilot.settings(), session, period_us, joined);
         if self.plant_is_lost {
             // Another plant came where one had fallen silent: nobody restarted the flight.
             self.push(Entry::End(End::PlantLost));
@@ -257,7 +239,7 @@ impl Recorder {
         self.recorded(Recorded::PlantBack);
     }
 
-    /// The exchange is over and its answer has left: its step, what the plant was asked, what it said to the
+    /// The exchange is over and its answer has left: its step, the request to the plant, what the plant sent to the
     /// recorder. The only place, beside [`Recorder::poll`], that can wait for the disk.
     pub fn leave(
         &mut self,

@@ -1,18 +1,21 @@
-//! The parameter file, and beside it the plan file: read at start, each written by a thread of its own while ground
-//! stations change parameters and plans.
+//! Small files that are kept for the next start: parameters, plan, signing key. Each is read at start and written by a
+//! thread of its own.
 //!
-//! The name always leads to a whole file, also when the process is killed, and only a file that has parameters is
-//! replaced ([`OwnFile`]). Changes that follow each other quickly are written once.
+//! The name always leads to a whole file, also when the process is killed, and only a file with content of its own kind
+//! is replaced or removed ([`OwnFile`]). Changes that follow each other quickly are written once.
 
 use core::time::Duration;
 use std::env;
+use std::ffi::OsString;
 use std::io;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use host_io::file::{self, FileProblem, OwnFile};
+use nix::unistd::geteuid;
 use tracing::warn;
 
 use flight_management::parameters::{
@@ -20,119 +23,79 @@ use flight_management::parameters::{
 };
 use mavlink_services::mission::{SavedPlan, SavedPlanError};
 use mavlink_services::param::{Save, Saved};
+use mavlink_services::signing::{KeyChange, KeyRecord, RecordError};
 
 /// Time for more changes to come before a change is written.
 const GATHER: Duration = Duration::from_millis(500);
-/// The file inside the user's data folder.
-const FILE: &str = "two-step/parameters.toml";
 /// What the plan file has in place of the parameter file's extension: `parameters.plan.toml`.
 const PLAN_EXTENSION: &str = "plan.toml";
+/// Permissions of the key file: its owner reads and writes, nobody else does anything.
+const KEY_MODE: u32 = 0o600;
+/// Permissions of a folder that is made for it.
+const KEY_FOLDER_MODE: u32 = 0o700;
+/// Permissions of a key file that nobody but its owner may have.
+const OTHERS: u32 = 0o077;
+/// Longest key file that is read; one that the autopilot writes has 200 bytes.
+const KEY_BYTES_MAX: u64 = 4096;
 
-/// An option that has to be a path or `none` is empty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("neither a path nor none")]
-pub struct NoPath;
-
-/// What an option says that is a path or `none`.
-///
-/// # Errors
-/// [`NoPath`] if it is empty: a variable that is not set must not stand for some place.
-pub fn path_or_none(text: &str) -> Result<Option<PathBuf>, NoPath> {
-    match text {
-        "" => Err(NoPath),
-        "none" => Ok(None),
-        path => Ok(Some(PathBuf::from(path))),
-    }
-}
-
-/// Where parameters are kept.
+/// A path from the command line, or `none`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum ParameterFile {
+pub enum PathOption {
     /// Nowhere: nothing is read, nothing written.
     None,
-    /// In this file.
+    /// Here.
     At(PathBuf),
 }
 
-impl Default for ParameterFile {
-    /// In the user's data folder, as the XDG base directory specification has it.
-    fn default() -> Self {
-        Self::in_data_folder(env::var_os("XDG_DATA_HOME"), env::var_os("HOME"))
-    }
-}
+/// An option that has to be a path or `none` is empty: a variable that is not set must not stand for some place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("neither a path nor none")]
+pub struct EmptyPath;
 
-impl FromStr for ParameterFile {
-    type Err = NoPath;
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(path_or_none(text)?.map_or(Self::None, Self::At))
-    }
-}
+impl FromStr for PathOption {
+    type Err = EmptyPath;
 
-impl ParameterFile {
-    fn in_data_folder(data: Option<std::ffi::OsString>, home: Option<std::ffi::OsString>) -> Self {
-        match data_folder(data, home) {
-            Some(folder) => Self::At(folder.join(FILE)),
-            None => Self::None,
+    fn from_str(text: &str) -> Result<Self, EmptyPath> {
+        match text {
+            "" => Err(EmptyPath),
+            "none" => Ok(Self::None),
+            path => Ok(Self::At(PathBuf::from(path))),
         }
     }
+}
 
-    /// What is kept; `None` where nothing is to be. What the file does not have is as in `defaults`, those of the
-    /// aircraft; a file that is not there keeps nothing but these.
-    ///
-    /// # Errors
-    /// [`SavedError`] names the file and what is wrong with it.
-    pub fn read(&self, defaults: &Parameters) -> Result<Option<Kept>, SavedError> {
-        let Self::At(path) = self else { return Ok(None) };
-        let file = path.display().to_string();
-        let unreadable = |problem: &FileProblem| SavedError {
-            file: file.clone(),
-            problem: SavedProblem::Unreadable(problem.to_string()),
-        };
-        let parameters = match file::read_text(path, file::TEXT_MAX) {
-            Ok(text) => from_text(&file, &text, defaults)?,
-            Err(problem) if problem.is_not_found() => *defaults,
-            Err(problem) => return Err(unreadable(&problem)),
-        };
-        Ok(Some(Kept { path: path.clone(), parameters, defaults: *defaults }))
-    }
-
-    /// The plan that is kept beside the parameters; `None` where nothing is to be. A file that is not there keeps no plan.
-    ///
-    /// # Errors
-    /// [`SavedPlanError`] names the file and what is wrong with it.
-    pub fn read_plan(&self) -> Result<Option<KeptPlan>, SavedPlanError> {
-        let Self::At(parameters) = self else { return Ok(None) };
-        let path = parameters.with_extension(PLAN_EXTENSION);
-        let name = path.display().to_string();
-        let plan = match file::read_text(&path, file::TEXT_MAX) {
-            Ok(text) => SavedPlan::from_text(&name, &text)?,
-            Err(problem) if problem.is_not_found() => SavedPlan::default(),
-            Err(problem) => {
-                let problem = format!("cannot be read: {problem}");
-                return Err(SavedPlanError { file: name, problem });
-            }
-        };
-        Ok(Some(KeptPlan { path, plan }))
+impl PathOption {
+    /// The path of an option; without the option that of `name` in the user's data folder, as the XDG base directory
+    /// specification has it.
+    #[must_use]
+    pub fn path(option: Option<&Self>, name: &str) -> Option<PathBuf> {
+        match option {
+            Some(Self::At(path)) => Some(path.clone()),
+            Some(Self::None) => None,
+            None => data_folder(env::var_os("XDG_DATA_HOME"), env::var_os("HOME"))
+                .map(|folder| folder.join(name)),
+        }
     }
 }
 
-/// The user's data folder, as the XDG base directory specification has it; `None` where there is no user.
-pub(crate) fn user_data_folder() -> Option<PathBuf> {
-    data_folder(env::var_os("XDG_DATA_HOME"), env::var_os("HOME"))
+/// The user's data folder; `None` where there is no user.
+fn data_folder(data: Option<OsString>, home: Option<OsString>) -> Option<PathBuf> {
+    let absolute = |path: Option<OsString>| path.map(PathBuf::from).filter(|p| p.is_absolute());
+    absolute(data).or_else(|| Some(absolute(home)?.join(".local/share")))
 }
 
-fn data_folder(
-    data: Option<std::ffi::OsString>,
-    home: Option<std::ffi::OsString>,
-) -> Option<PathBuf> {
-    let data = data.map(PathBuf::from).filter(|path| path.is_absolute());
-    let home = home.map(PathBuf::from).filter(|path| path.is_absolute());
-    data.or_else(|| Some(home?.join(".local/share")))
+/// Text of a file; `None` if it is not there.
+fn read_text(path: &Path) -> Result<Option<String>, FileProblem> {
+    match file::read_text(path, file::TEXT_MAX) {
+        Ok(text) => Ok(Some(text)),
+        Err(problem) if problem.is_not_found() => Ok(None),
+        Err(problem) => Err(problem),
+    }
 }
 
-/// Parameters that are kept in a file.
+/// The parameter file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct KeptParameters {
     /// The file.
     pub path: PathBuf,
     /// What is in it, and where it has nothing the defaults.
@@ -141,11 +104,29 @@ pub struct Kept {
     pub defaults: Parameters,
 }
 
-impl Kept {
+impl KeptParameters {
+    /// Reads the file; one that is not there keeps the defaults.
+    ///
+    /// # Errors
+    /// [`SavedError`] names the file and what is wrong with it.
+    pub fn read(path: PathBuf, defaults: &Parameters) -> Result<Self, SavedError> {
+        let file = path.display().to_string();
+        let parameters = match read_text(&path) {
+            Ok(Some(text)) => from_text(&file, &text, defaults)?,
+            Ok(None) => *defaults,
+            Err(problem) => {
+                let problem = SavedProblem::Unreadable(problem.to_string());
+                return Err(SavedError { file, problem });
+            }
+        };
+        Ok(Self { path, parameters, defaults: *defaults })
+    }
+
     /// The file for its writer: it has parameters and nothing else.
     #[must_use]
     pub fn own_file(&self) -> OwnFile {
-        own_file(&self.path)
+        let is_own = |content: &[u8]| str::from_utf8(content).is_ok_and(has_only_parameters);
+        OwnFile::new(&self.path, file::TEXT_MAX, is_own)
     }
 
     /// One line about the values that differ from their defaults; `None` if there are none.
@@ -161,7 +142,7 @@ impl Kept {
     }
 }
 
-/// The plan that is kept in a file.
+/// The plan file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptPlan {
     /// The file.
@@ -171,10 +152,31 @@ pub struct KeptPlan {
 }
 
 impl KeptPlan {
+    /// Reads the plan that is kept beside the parameters; a file that is not there keeps no plan.
+    ///
+    /// # Errors
+    /// [`SavedPlanError`] names the file and what is wrong with it.
+    pub fn read_beside(parameters: &Path) -> Result<Self, SavedPlanError> {
+        let path = parameters.with_extension(PLAN_EXTENSION);
+        let file = path.display().to_string();
+        let plan = match read_text(&path) {
+            Ok(Some(text)) => SavedPlan::from_text(&file, &text)?,
+            Ok(None) => SavedPlan::default(),
+            Err(problem) => {
+                let problem = format!("cannot be read: {problem}");
+                return Err(SavedPlanError { file, problem });
+            }
+        };
+        Ok(Self { path, plan })
+    }
+
     /// The file for its writer: it has a plan and nothing else.
     #[must_use]
     pub fn own_file(&self) -> OwnFile {
-        own_plan_file(&self.path)
+        let is_own = |content: &[u8]| {
+            str::from_utf8(content).is_ok_and(|text| SavedPlan::from_text("", text).is_ok())
+        };
+        OwnFile::new(&self.path, file::TEXT_MAX, is_own)
     }
 
     /// One line about the plan; `None` if there is none.
@@ -182,6 +184,123 @@ impl KeptPlan {
     pub fn summary(&self) -> Option<String> {
         let count = self.plan.count();
         (count > 0).then(|| format!("plan: {count} saved items from {}", self.path.display()))
+    }
+}
+
+/// A key file that must not be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {problem}; mend or delete the file, or start with --signing-key none")]
+pub struct KeyFileError {
+    /// The file.
+    pub file: String,
+    /// What is wrong with it.
+    pub problem: KeyFileProblem,
+}
+
+/// What is wrong with a key file. Never shows the key.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyFileProblem {
+    /// The system does not give it, or it is a folder, a device, or far too long.
+    #[error("{0}")]
+    File(#[from] FileProblem),
+    /// Others than its owner may do something with it.
+    #[error("others may use it: its mode is {found:04o} and has to be {KEY_MODE:04o}")]
+    Mode {
+        /// Mode of the file.
+        found: u32,
+    },
+    /// It belongs to somebody else.
+    #[error("it belongs to user {found} and has to belong to user {wanted}, who runs this program")]
+    Owner {
+        /// Owner of the file.
+        found: u32,
+        /// User of this process.
+        wanted: u32,
+    },
+    /// Its text is wrong.
+    #[error("{0}")]
+    Text(#[from] RecordError),
+}
+
+/// The file of the signing key. Nobody but its owner may read it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeptKey {
+    /// The file.
+    pub path: PathBuf,
+    /// What is in it; `None` if it is not there.
+    pub record: Option<KeyRecord>,
+}
+
+impl KeptKey {
+    /// Reads the file; one that is not there keeps no key.
+    ///
+    /// # Errors
+    /// [`KeyFileError`] names the file and what is wrong with it.
+    pub fn read(path: PathBuf) -> Result<Self, KeyFileError> {
+        let record = match read_key(&path) {
+            Ok(record) => Some(record),
+            Err(KeyFileProblem::File(problem)) if problem.is_not_found() => None,
+            Err(problem) => return Err(KeyFileError { file: path.display().to_string(), problem }),
+        };
+        Ok(Self { path, record })
+    }
+
+    /// The file for its writer, for its owner alone: it has a signing key.
+    #[must_use]
+    pub fn own_file(&self) -> OwnFile {
+        let is_own = |content: &[u8]| {
+            str::from_utf8(content).is_ok_and(|text| KeyRecord::from_text(text).is_ok())
+        };
+        OwnFile::new(&self.path, KEY_BYTES_MAX, is_own).with_modes(KEY_MODE, KEY_FOLDER_MODE)
+    }
+
+    /// One line for the log; `None` if signing is off.
+    #[must_use]
+    pub fn summary(&self) -> Option<String> {
+        self.record?;
+        Some(format!("signing is on: the key is from {}", self.path.display()))
+    }
+}
+
+fn read_key(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
+    let file = file::open(path)?;
+    let about = file.metadata().map_err(FileProblem::from)?;
+    let (found, wanted) = (about.uid(), geteuid().as_raw());
+    if found != wanted {
+        return Err(KeyFileProblem::Owner { found, wanted });
+    }
+    let found = about.mode() & 0o7777;
+    if found & OTHERS != 0 {
+        return Err(KeyFileProblem::Mode { found });
+    }
+    let bytes = file::read_opened(&file, KEY_BYTES_MAX)?;
+    let text = String::from_utf8(bytes).map_err(|_| RecordError::Form)?;
+    Ok(KeyRecord::from_text(&text)?)
+}
+
+/// What is done to a file.
+#[derive(Debug)]
+pub enum Change {
+    /// It gets this text.
+    Save(Save),
+    /// It goes.
+    Remove,
+}
+
+impl From<Save> for Change {
+    fn from(save: Save) -> Self {
+        Self::Save(save)
+    }
+}
+
+impl From<KeyChange> for Change {
+    fn from(change: KeyChange) -> Self {
+        match change {
+            KeyChange::Keep(key) => {
+                Self::Save(Save { number: 0, text: key.to_text(), at_once: true })
+            }
+            KeyChange::Forget => Self::Remove,
+        }
     }
 }
 
@@ -194,8 +313,8 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct State {
-    /// The latest text; an older one that was not written yet is not wanted any more.
-    next: Option<Save>,
+    /// The latest change; an older one that was not written yet is superseded.
+    next: Option<Change>,
     outcome: Option<Saved>,
     has_ended: bool,
 }
@@ -212,25 +331,25 @@ impl Shared {
 pub struct Store {
     shared: Arc<Shared>,
     writer: Option<JoinHandle<()>>,
-    what: &'static str,
+    name: &'static str,
 }
 
 impl Store {
-    /// Starts the writer of a file, which is called `what`.
+    /// Starts the writer of a file, which messages call `name`.
     ///
     /// # Errors
     /// If the system gives no thread.
-    pub fn open(file: OwnFile, what: &'static str) -> io::Result<Self> {
+    pub fn open(file: OwnFile, name: &'static str) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
-        let write = move || write_all(&theirs, &file, what);
-        let writer = thread::Builder::new().name(what.to_owned()).spawn(write)?;
-        Ok(Self { shared, writer: Some(writer), what })
+        let write = move || write_all(&theirs, &file, name);
+        let writer = thread::Builder::new().name(name.to_owned()).spawn(write)?;
+        Ok(Self { shared, writer: Some(writer), name })
     }
 
-    /// Hands over the latest text. Never waits.
-    pub fn save(&self, save: Save) {
-        self.shared.lock().next = Some(save);
+    /// Hands over the latest change. Never waits for the disk.
+    pub fn change(&self, change: impl Into<Change>) {
+        self.shared.lock().next = Some(change.into());
         self.shared.changed.notify_one();
     }
 
@@ -248,42 +367,32 @@ impl Drop for Store {
         if let Some(writer) = self.writer.take()
             && writer.join().is_err()
         {
-            warn!("the writer of the {} has broken down", self.what);
+            warn!("the writer of the {} has broken down", self.name);
         }
     }
 }
 
-/// The parameter file as one of this program: it has parameters and nothing else.
-fn own_file(path: &Path) -> OwnFile {
-    OwnFile::new(path, file::TEXT_MAX, |content| {
-        str::from_utf8(content).is_ok_and(has_only_parameters)
-    })
-}
-
-/// The plan file, likewise.
-fn own_plan_file(path: &Path) -> OwnFile {
-    OwnFile::new(path, file::TEXT_MAX, |content| {
-        str::from_utf8(content).is_ok_and(|text| SavedPlan::from_text("", text).is_ok())
-    })
-}
-
-fn write_all(shared: &Shared, file: &OwnFile, what: &str) {
+fn write_all(shared: &Shared, file: &OwnFile, name: &str) {
     loop {
-        let idle = |state: &mut State| state.next.is_none() && !state.has_ended;
-        let state = shared.changed.wait_while(shared.lock(), idle);
+        let is_idle = |state: &mut State| state.next.is_none() && !state.has_ended;
+        let state = shared.changed.wait_while(shared.lock(), is_idle);
         let state = state.unwrap_or_else(PoisonError::into_inner);
         if state.next.is_none() {
             return;
         }
         let can_gather = |state: &mut State| {
-            !state.has_ended && state.next.as_ref().is_some_and(|next| !next.at_once)
+            !state.has_ended && matches!(&state.next, Some(Change::Save(save)) if !save.at_once)
         };
         let gathered = shared.changed.wait_timeout_while(state, GATHER, can_gather);
         let (mut state, _) = gathered.unwrap_or_else(PoisonError::into_inner);
-        let Some(Save { number, text, .. }) = state.next.take() else { continue };
+        let Some(change) = state.next.take() else { continue };
         drop(state);
-        let result = file.replace(text.as_bytes()).map_err(|problem| {
-            warn!(file = %file.path().display(), %problem, "the {what} is not written");
+        let (number, written) = match change {
+            Change::Save(Save { number, text, .. }) => (number, file.replace(text.as_bytes())),
+            Change::Remove => (0, file.remove()),
+        };
+        let result = written.map_err(|problem| {
+            warn!(file = %file.path().display(), %problem, "the {name} is not written");
             problem.to_string()
         });
         shared.lock().outcome = Some(Saved { number, result });

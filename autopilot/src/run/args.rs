@@ -5,21 +5,18 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use flight_control::{AircraftModel, Gains};
+use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, Gains, MainLaw};
 use host_io::{Wait, file};
+use icd::EffectorList;
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
-use super::laws::LawArgs;
-use super::recording::RecordingArgs;
-use super::script::ScriptArgs;
-use super::signing::SigningArgs;
 use crate::config::{self, ConfigError, Model};
 use crate::io::gcs_link::Links;
-use crate::io::key_store::KeptKey;
-use crate::io::store::{Kept, KeptPlan, ParameterFile};
+use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
+use ::recorder::LogRate;
 use flight_management::own_law::OwnLaw;
 use flight_management::parameters::{self, NavigationParameters, Parameters, ReferenceLimits};
 use flight_management::script::Script;
@@ -28,6 +25,12 @@ use flight_management::vehicle::schedule::ReferenceSchedule;
 /// Name of the model that comes with the program, for messages.
 const DEFAULT_MODEL_NAME: &str = "tvc_jet.toml";
 
+/// Files and folder inside the user's data folder.
+const PARAMETER_FILE: &str = "two-step/parameters.toml";
+const SIGNING_KEY: &str = "two-step/signing.key";
+const LOG_FOLDER: &str = "two-step/logs";
+/// Largest size of all flight logs, MB.
+const LOG_LIMIT_MAX_MB: u64 = 1_000_000;
 /// Highest number of a core that the system's masks have.
 const CORE_MAX: usize = 1023;
 /// The scenarios that both programs know by name. Only the autopilot's part is read here.
@@ -77,6 +80,86 @@ pub struct ParameterSetting {
     value: f64,
 }
 
+/// Which laws fly, and with which gains.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct LawArgs {
+    /// Main controller, parameter CTL_LAW by name: pid, pid-ganged-nozzle, ndi, lqr, own
+    #[arg(long, value_name = "LAW", value_parser = parse_law)]
+    pub law: Option<MainLaw>,
+    /// Estimator of the compensator, parameter FTC_LAW by name: neso, linear-eso, incremental
+    #[arg(long, value_name = "LAW", value_parser = parse_compensator)]
+    pub compensator: Option<CompensatorLaw>,
+    /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls
+    #[arg(long, value_name = "HOW", value_parser = parse_allocation)]
+    pub allocation: Option<AllocationMode>,
+    /// Parameters from a file, as `sitl design` writes them
+    #[arg(long, value_name = "FILE")]
+    pub gains: Option<PathBuf>,
+}
+
+impl LawArgs {
+    /// Sets what the options say; the rest stays.
+    ///
+    /// # Errors
+    /// [`RunError`] names the file of gains, parameter, value and allowed range.
+    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), RunError> {
+        if let Some(path) = &self.gains {
+            let refused = |problem| RunError::Gains { file: path.clone(), problem };
+            parameters::set_from_text(parameters, &config::read(path)?).map_err(refused)?;
+        }
+        let selection = &mut parameters.gains.selection;
+        selection.main = self.law.unwrap_or(selection.main);
+        selection.compensator_law = self.compensator.unwrap_or(selection.compensator_law);
+        selection.allocation = self.allocation.unwrap_or(selection.allocation);
+        Ok(())
+    }
+}
+
+/// What begins with the flight.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct ScriptArgs {
+    /// Script of faults and events that begins with each flight, instead of the scenario's
+    #[arg(long, value_name = "FILE")]
+    pub script: Option<PathBuf>,
+}
+
+impl ScriptArgs {
+    /// For an aircraft with these effectors: the script of the option, or else that of the scenario.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names file, line and column.
+    pub fn read(
+        &self,
+        scenario: Option<Script>,
+        effectors: &EffectorList,
+    ) -> Result<Option<Script>, ConfigError> {
+        let Some(path) = &self.script else { return Ok(scenario) };
+        config::script_file(path, effectors).map(Some)
+    }
+}
+
+/// Options of the flight logs.
+#[derive(Debug, Clone, clap::Args)]
+pub struct RecordingArgs {
+    /// Folder for flight logs, or none [default: two-step/logs in the user's data folder]
+    #[arg(long, value_name = "DIR|none")]
+    pub log_dir: Option<PathOption>,
+    /// Size of all flight logs in that folder together, MB; the oldest are removed when a flight begins
+    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = parse_log_limit)]
+    pub log_limit_mb: u64,
+    /// How many control steps a flight log has rows of
+    #[arg(long, value_name = "RATE", value_enum, default_value_t)]
+    pub log_rate: LogRate,
+}
+
+impl RecordingArgs {
+    /// Size of all logs together, bytes.
+    #[must_use]
+    pub fn limit_bytes(&self) -> u64 {
+        self.log_limit_mb.saturating_mul(1_000_000)
+    }
+}
+
 /// Options of the autopilot.
 #[derive(Debug, Clone, clap::Args)]
 pub struct AutopilotArgs {
@@ -106,10 +189,10 @@ pub struct AutopilotArgs {
     pub parameters: Vec<ParameterSetting>,
     /// Where parameters that a ground station sets are kept, and beside them its plan, or none [default: two-step/parameters.toml in the user's data folder]
     #[arg(long, value_name = "FILE|none")]
-    pub parameter_file: Option<ParameterFile>,
-    /// Where the signing key is.
-    #[command(flatten)]
-    pub signing: SigningArgs,
+    pub parameter_file: Option<PathOption>,
+    /// Where the MAVLink signing key is kept, or none; with a key there signing is on [default: two-step/signing.key in the user's data folder]
+    #[arg(long, value_name = "FILE|none")]
+    pub signing_key: Option<PathOption>,
     /// Settings from a file; the options here win over it
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -174,10 +257,18 @@ impl AutopilotArgs {
         Ok(self.ground_stations.links(&file.ground_stations))
     }
 
-    /// Folder for flight logs, if there are to be any.
+    /// Folder for flight logs, if there are to be any. A flight of a setup writes them only where an option names one.
     #[must_use]
     pub fn log_folder(&self) -> Option<PathBuf> {
-        self.recording.folder(self.setup.is_some())
+        if self.setup.is_some() && self.recording.log_dir.is_none() {
+            return None;
+        }
+        PathOption::path(self.recording.log_dir.as_ref(), LOG_FOLDER)
+    }
+
+    /// A file that is kept for the next start. A flight of a setup is exactly that setup and keeps nothing.
+    fn kept_file(&self, option: Option<&PathOption>, name: &str) -> Option<PathBuf> {
+        if self.setup.is_some() { None } else { PathOption::path(option, name) }
     }
 
     /// The controller's model of the aircraft, with the defaults of its parameters.
@@ -195,12 +286,12 @@ impl AutopilotArgs {
     ///
     /// # Errors
     /// [`RunError`] names file, parameter, value and allowed range.
-    pub fn kept_parameters(&self, defaults: &Parameters) -> Result<Option<Kept>, RunError> {
-        if self.setup.is_some() {
-            // Exactly that setup.
-            return Ok(None);
-        }
-        Ok(self.parameter_file.clone().unwrap_or_default().read(defaults)?)
+    pub fn kept_parameters(
+        &self,
+        defaults: &Parameters,
+    ) -> Result<Option<KeptParameters>, RunError> {
+        let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
+        Ok(file.map(|file| KeptParameters::read(file, defaults)).transpose()?)
     }
 
     /// The plan that a ground station has uploaded in an earlier run; `None` where none is kept.
@@ -208,11 +299,8 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names the file and what is wrong with it.
     pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
-        if self.setup.is_some() {
-            // Exactly that setup.
-            return Ok(None);
-        }
-        Ok(self.parameter_file.clone().unwrap_or_default().read_plan()?)
+        let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
+        Ok(file.map(|file| KeptPlan::read_beside(&file)).transpose()?)
     }
 
     /// The key file and the key in it; `None` where no key is kept.
@@ -220,8 +308,8 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names the file and what is wrong with it.
     pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
-        // A flight from a setup is one of record, and nobody's key is its business.
-        if self.setup.is_some() { Ok(None) } else { self.signing.kept_key() }
+        let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
+        Ok(file.map(KeptKey::read).transpose()?)
     }
 
     /// The control side that the options ask for, validated. The parameter file is not looked at, so that a
@@ -302,6 +390,30 @@ fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
     Ok(setup)
 }
 
+fn parse_law(text: &str) -> Result<MainLaw, String> {
+    by_name("law", text, &MainLaw::NAMES)
+}
+
+fn parse_compensator(text: &str) -> Result<CompensatorLaw, String> {
+    by_name("law", text, &CompensatorLaw::NAMES)
+}
+
+fn parse_allocation(text: &str) -> Result<AllocationMode, String> {
+    by_name("allocation", text, &AllocationMode::NAMES)
+}
+
+fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, String> {
+    names.iter().find(|(name, _)| *name == text).map(|(_, law)| *law).ok_or_else(|| {
+        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        format!("there is no {what} {text}; the {what}s are {}", names.join(", "))
+    })
+}
+
+fn parse_log_limit(text: &str) -> Result<u64, String> {
+    let limit = text.parse().ok().filter(|limit| (1..=LOG_LIMIT_MAX_MB).contains(limit));
+    limit.ok_or_else(|| format!("{text} is not a whole number from 1 to {LOG_LIMIT_MAX_MB}"))
+}
+
 fn parse_core(text: &str) -> Result<usize, String> {
     let core = text.parse().ok().filter(|core| *core <= CORE_MAX);
     core.ok_or_else(|| format!("{text} is not a whole number from 0 to {CORE_MAX}"))
@@ -318,7 +430,7 @@ fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
 mod tests {
     use super::*;
     use clap::{Args, Command, FromArgMatches};
-    use flight_control::{CompensatorMode, MainLaw};
+    use flight_control::CompensatorMode;
 
     fn parse(options: &[&str]) -> Result<AutopilotArgs, clap::Error> {
         let command = AutopilotArgs::augment_args(Command::new("autopilot"));
@@ -350,7 +462,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_to_keep_something_is_a_path_or_none_and_never_empty() {
+    fn files_and_folders_that_are_kept_are_a_path_or_none_and_never_empty() {
         for option in ["--log-dir", "--signing-key", "--parameter-file"] {
             let empty = parse(&[option, ""]).unwrap_err();
             assert_eq!(empty.exit_code(), 2, "a usage error");
@@ -380,5 +492,33 @@ mod tests {
         let message = error(&["--scenario", "case9"]);
         let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
         assert_eq!(message, words);
+    }
+
+    #[test]
+    fn a_flight_of_a_setup_writes_a_log_only_where_an_option_names_a_folder() {
+        let folder = |options: &[&str]| parse(options).unwrap().log_folder();
+        let here = Some(PathBuf::from("here"));
+        assert_eq!(folder(&["--setup", "s"]), None);
+        assert_eq!(folder(&["--setup", "s", "--log-dir", "here"]), here);
+        assert_eq!(folder(&["--log-dir", "here"]), here);
+        assert_eq!(folder(&["--log-dir", "none"]), None);
+        let limit = parse(&["--log-limit-mb", "1"]).unwrap().recording.limit_bytes();
+        assert_eq!(limit, 1_000_000);
+    }
+
+    #[test]
+    fn a_script_that_is_too_long_or_no_file_or_not_there_is_named() {
+        let error = |path: &str| {
+            let args = ScriptArgs { script: Some(path.into()) };
+            args.read(None, &icd::tvc_jet::effectors()).unwrap_err().to_string()
+        };
+        let endless = error("/dev/zero");
+        assert_eq!(endless, "/dev/zero: this is a device, and an ordinary file is needed");
+        let folder = tempfile::tempdir().unwrap();
+        let long = folder.path().join("long");
+        std::fs::write(&long, [b'#'; 16_385]).unwrap();
+        let long = error(long.to_str().unwrap());
+        assert!(long.contains("16385 bytes"), "{long}");
+        assert!(error("/nowhere/x.txt").contains("/nowhere/x.txt"));
     }
 }

@@ -7,9 +7,8 @@ pub mod axis;
 pub mod curve;
 pub mod drawing;
 pub mod panel;
-pub mod raster;
 
-pub use raster::RasterError;
+pub use drawing::RasterError;
 
 use drawing::{Drawing, LETTER};
 use panel::{LEFT, Panel};
@@ -80,7 +79,7 @@ impl Figure {
     /// # Errors
     /// [`RasterError`] if the rasteriser does not understand the drawing.
     pub fn files(&self) -> Result<[(String, Vec<u8>); 2], RasterError> {
-        let png = raster::png(&self.svg)?;
+        let png = drawing::png(&self.svg)?;
         Ok([
             (format!("{}.svg", self.name), self.svg.clone().into_bytes()),
             (format!("{}.png", self.name), png),

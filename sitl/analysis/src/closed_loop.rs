@@ -6,7 +6,7 @@
 //! ```text
 //! FlightSetup ─> flight::run ─ every tick ─> Operator ─ inputs ─> flight::run
 //!                                │
-//!                                └─> fly (records), fly_spoken (inputs by time), replay (a log), fly command (outcome)
+//!                                └─> fly (records), fly_with_commands (by time), replay (a log), fly command (outcome)
 //! ```
 
 use core::convert::Infallible;
@@ -24,10 +24,10 @@ use plant_sim::{PlantSetup, SetupError, Truth};
 use serde::{Deserialize, Serialize};
 
 mod flight;
-mod spoken;
 
-pub use flight::{Exchange, Flown, Operator, Tick, run};
-pub use spoken::{Moment, Spoken, fly_spoken, fly_while};
+pub use flight::{
+    Exchange, Flown, Observation, Operator, Tick, TimedCommand, fly_while, fly_with_commands, run,
+};
 
 /// Everything that defines a flight of both sides.
 #[derive(Debug, Clone)]

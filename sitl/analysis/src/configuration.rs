@@ -34,6 +34,23 @@ pub struct AircraftArgs {
     pub settings: Vec<Setting>,
 }
 
+/// Parser of a number of an option, from 0 to `max`.
+pub(crate) fn up_to(
+    max: f64,
+    unit: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| match text.parse() {
+        Err(_) => Err(format!("not a number; allowed are 0 to {max} {unit}")),
+        Ok(value) if (0.0..=max).contains(&value) => Ok(value),
+        Ok(value) => Err(format!("{value} is outside 0 to {max} {unit}")),
+    }
+}
+
+/// Largest gyro noise that an option takes, deg/s rms.
+pub(crate) const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
+/// Largest turbulence that an option takes, m/s rms.
+pub(crate) const TURBULENCE_MAX_M_S: f64 = 20.0;
+
 /// What cannot be flown.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigurationError {

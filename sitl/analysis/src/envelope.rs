@@ -7,15 +7,15 @@ use std::path::Path;
 
 use autopilot::config;
 use flight_control::{AircraftModel, AltitudeLimit, Demand, FlightControl, Gains, Navigator};
-use icd::{ControlPeriod, EffectorKind};
+use icd::{Body, ControlPeriod, EffectorKind};
+use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
+use plant_sim::atmosphere::{self, LocalDensity};
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
 
+use crate::chart::Figure;
+use crate::chart::drawing::Drawing;
 use crate::runner;
-use trim::{LevelTrim, level_trim};
-
-mod picture;
-mod trim;
 
 /// Airspeeds of the sweep, m/s.
 pub const AIRSPEEDS_M_S: [f64; 5] = [180.0, 215.0, 250.0, 285.0, 320.0];
@@ -210,7 +210,7 @@ pub fn run(out: &Path) -> Result<(), Box<dyn Error>> {
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     fs::create_dir_all(out)?;
     fs::write(out.join("envelope.csv"), csv(&flown))?;
-    for (name, bytes) in picture::figure(&flown).files()? {
+    for (name, bytes) in figure(&flown).files()? {
         fs::write(out.join(name), bytes)?;
     }
     print!("{}", summary(&flown));
@@ -276,4 +276,135 @@ fn limits(airframe: &Airframe) -> (f64, f64) {
     let largest =
         |kind| airframe.effectors.of_kind(kind).map(|e| airframe.servos[e].max).fold(0.0, f64::max);
     (largest(EffectorKind::Engine), largest(EffectorKind::Elevator))
+}
+
+/// g, m/s².
+const GRAVITY_M_S2: f64 = 9.806_65;
+/// Halvings of the interval of the angle of attack: to a thousandth of a millidegree.
+const HALVINGS: u32 = 40;
+
+/// A steady turn without climb and sideslip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelTrim {
+    /// Both elevators, rad.
+    pub elevator_rad: f64,
+    /// Thrust, N.
+    pub thrust_n: f64,
+    /// What is left of the travel of the elevators, 0 to 1; negative if there is too little.
+    pub elevator_left: f64,
+    /// What is left of the thrust, likewise.
+    pub thrust_left: f64,
+}
+
+/// The steady turn at the end of a case, by the plant's aerodynamics; `None` if the wing cannot lift it.
+fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> {
+    let density = LocalDensity::around(case.to_m).at(case.to_m);
+    let v = case.airspeed_m_s;
+    let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
+    let load_factor = 1.0 / case.bank_deg.to_radians().cos();
+    let pitch_rate = GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
+    let weight = load_factor * airframe.mass.mass_kg * GRAVITY_M_S2;
+    let forces = AirForces::new(airframe).ok()?;
+    let mach = v / atmosphere::speed_of_sound(case.to_m);
+    let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {
+        let rates = Body::new(0.0, pitch_rate, 0.0);
+        let air = AirState { airspeed_m_s: v, alpha_rad, beta_rad: 0.0, rates };
+        let positions = airframe.follow([0.0, elevator_rad, 0.0, 0.0]);
+        forces.coefficients(&air, mach, &positions)
+    };
+    // Linear in the deflection, so that one difference has it.
+    let per_elevator = (at(0.0, 0.1).pitch - at(0.0, -0.1).pitch) / 0.2;
+    let balanced = |alpha_rad: f64| {
+        let elevator_rad = -at(alpha_rad, 0.0).pitch / per_elevator;
+        let c = at(alpha_rad, elevator_rad);
+        let thrust_n = q_s * c.drag / alpha_rad.cos();
+        (elevator_rad, thrust_n, q_s * c.lift + thrust_n * alpha_rad.sin() - weight)
+    };
+    let (mut low, mut high) = (-0.1, airframe.limits.alpha_rad);
+    if balanced(high).2 < 0.0 {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if balanced(middle).2 < 0.0 { low = middle } else { high = middle }
+    }
+    let (elevator_rad, thrust_n, _) = balanced(high);
+    let (thrust_max_n, travel_rad) = limits(airframe);
+    Some(LevelTrim {
+        elevator_rad,
+        thrust_n,
+        elevator_left: 1.0 - elevator_rad.abs() / travel_rad,
+        thrust_left: 1.0 - thrust_n / thrust_max_n,
+    })
+}
+
+/// Width and height of a field.
+const FIELD: (f64, f64) = (112.0, 40.0);
+/// Left of the first field: the altitudes.
+const LEFT: f64 = 150.0;
+/// Above the first field of a block: its title and the airspeeds.
+const TOP: f64 = 60.0;
+/// Around blocks and fields.
+const ROOM: f64 = 20.0;
+
+/// What is seen.
+const TITLE: [&str; 3] = [
+    "Healthy aircraft: largest altitude error of the last 20 s of each flight, m",
+    "Green: within 10 m. Red: not, although a tenth of elevator and thrust is left.",
+    "Grey: no such trim. Below the number: what the controller names.",
+];
+
+/// Draws it.
+fn figure(flown: &[Flown]) -> Figure {
+    let mut drawing = Drawing::default();
+    let mut y = 26.0;
+    for title in TITLE {
+        drawing.text((ROOM, y), "start", r#" font-size="15""#, title);
+        y += 20.0;
+    }
+    let banks = BANKS_DEG.iter().map(|bank| {
+        let rows = ALTITUDES_M.iter().map(|altitude| format!("{altitude:.0} m")).collect();
+        (format!("bank {bank:.0} deg"), rows)
+    });
+    let climbs = CLIMBS_M.iter().map(|[from, to]| format!("{from:.0} to {to:.0} m")).collect();
+    let blocks = banks.chain([("climbs and descents".to_owned(), climbs)]);
+    let mut lines = flown.chunks(AIRSPEEDS_M_S.len());
+    for (title, rows) in blocks {
+        let rows: Vec<String> = rows;
+        drawing.text((ROOM, y + 14.0), "start", r#" font-size="16""#, &title);
+        let mut x = LEFT;
+        for airspeed in AIRSPEEDS_M_S {
+            let label = format!("{airspeed:.0} m/s");
+            drawing.text((x + 0.5 * FIELD.0, y + 40.0), "middle", "", &label);
+            x += FIELD.0;
+        }
+        y += TOP;
+        for label in rows {
+            drawing.text((LEFT - 10.0, y + 25.0), "end", "", &label);
+            let mut x = LEFT;
+            for flown in lines.next().unwrap_or_default() {
+                field(&mut drawing, (x, y), flown);
+                x += FIELD.0;
+            }
+            y += FIELD.1;
+        }
+        y += ROOM;
+    }
+    let width = LEFT + AIRSPEEDS_M_S.len() as f64 * FIELD.0 + ROOM;
+    let caption = TITLE.join(" ");
+    Figure { name: "envelope", caption, svg: drawing.finish((width, y)) }
+}
+
+fn field(drawing: &mut Drawing, (x, y): (f64, f64), flown: &Flown) {
+    let style = match (flown.is_held(), flown.has_reserve()) {
+        (true, _) => r##"fill="#bfe3c0""##,
+        (false, true) => r##"fill="#f0a8a0""##,
+        (false, false) => r##"fill="#d8d8d8""##,
+    };
+    let decimals = if flown.error_m < 10.0 { 1 } else { 0 };
+    let (middle, limit) = (x + 0.5 * FIELD.0 - 2.0, name(flown));
+    drawing.rectangle((x, y), (x + FIELD.0 - 4.0, y + FIELD.1 - 4.0), style, "");
+    let error = format!("{:.decimals$}", flown.error_m);
+    drawing.text((middle, y + 17.0), "middle", "", &error);
+    drawing.text((middle, y + 32.0), "middle", r#" font-size="11""#, limit);
 }

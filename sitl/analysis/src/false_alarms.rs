@@ -2,8 +2,8 @@
 //! `sitl false-alarms`.
 //!
 //! ```text
-//! flights (healthy, in turbulence) ─> detectors ─> alarms an hour ──┐
-//! delays  (faults, in the same air) ─> detectors ─> delay, s ───────┴─> tables, figure, page
+//! flights, healthy and in turbulence       ─> detectors ─> alarms an hour ─┐
+//! flights with faults, in the same air     ─> detectors ─> delay, s ───────┴─> tables, figure, page
 //! ```
 //!
 //! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number.
@@ -13,41 +13,46 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use flight_control::Gains;
+use plant_sim::io::whole;
 use plant_sim::{Airframe, SetupError};
 
 use crate::chart::RasterError;
+use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
 
-pub mod delays;
 pub mod detectors;
 pub mod flights;
-mod picture;
 mod results;
-pub mod statistics;
 
-use delays::Delays;
-use detectors::{DWELLS_S, FILTERS_S};
-use flights::{CONDITIONS, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
-use statistics::upper_95;
+use detectors::{DWELLS_S, FILTERS_S, upper_95};
+use flights::{CONDITIONS, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
 
 /// Alarms an hour that are allowed, as the upper 95 % bound.
 pub const ALLOWED_PER_H: f64 = 1.0;
+/// Longest study, hours.
+const HOURS_MAX: f64 = 10_000.0;
 
-/// What is flown.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of `sitl false-alarms`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// Time that counts, hours; rounded up to whole flights at each flight condition.
-    pub hours: f64,
-    /// Intensity of the turbulence, m/s rms.
-    pub turbulence_m_s: f64,
-    /// White noise of each gyro, deg/s rms of each control sample.
-    pub gyro_noise_deg_s: f64,
-    /// Seed of the first flight; each has its own.
-    pub seed: u64,
-    /// Folder for tables, figure and page.
+    /// Folder for tables, figure and page
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// The aircraft; `None` is the variant with Mach effects that comes with the program.
+    /// Healthy flight, hours, up to 10000; 100 take some minutes of all cores
+    #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 3.0, value_parser = up_to(HOURS_MAX, "h"))]
+    pub hours: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
+    pub turbulence_m_s: f64,
+    /// White noise of the gyros, deg/s rms of each control sample
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
+    pub gyro_noise_deg_s: f64,
+    /// The aircraft, instead of the variant with Mach effects that comes with the program
+    #[arg(long, value_name = "FILE")]
     pub airframe: Option<PathBuf>,
+    /// Seed of the first flight; each has its own
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
 }
 
 /// Why the study could not be made.
@@ -168,10 +173,10 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     // First, so that a folder that cannot be written is named before minutes of flying.
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
     let study = Study {
-        delays: delays::measure(options, &airframe(options)?)?,
+        delays: flights::measure_delays(options, &airframe(options)?)?,
         conditions: fly_healthy(options)?,
     };
-    let figure = picture::figure(&study);
+    let figure = results::figure(&study);
     for (name, bytes) in figure.files()? {
         write(&out.join(name), &bytes)?;
     }

@@ -30,18 +30,14 @@ use crate::plot;
 use crate::runner::Progress;
 use crate::table;
 
-mod files;
 pub mod jams;
 mod judge;
-mod log;
 pub mod measures;
 pub mod outcome;
 pub mod seeds;
 
-use files::{FIGURES, Folder, LOG, OUTCOME, PROGRAM, SEEDS, TABLE};
-use judge::Keep;
-use log::FlightLog;
-use outcome::Outcome;
+use judge::{FlightLog, Keep};
+use outcome::{FIGURES, Folder, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE};
 use seeds::Seeds;
 
 /// A scenario that does not say how long it is flown is flown for this time, s.

@@ -3,7 +3,8 @@
 //! The model is a file, because the controller may not look at the plant: `sitl linearize` writes it, and
 //! a test keeps it current. Derivatives are central differences of the plant's own aerodynamics.
 
-use std::path::Path;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
 use autopilot::config::PARAMETERS;
 use flight_control::AircraftModel;
@@ -13,9 +14,11 @@ use flight_control::aircraft_model::{
     Schedule, SchedulePoint, ServoModel, TrimModel,
 };
 use host_io::file::{self, FileProblem};
-use icd::{Body, Effector, EffectorKind, PerEffector};
+use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
 use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
-use plant_sim::{Airframe, Plant, PlantSetup, SetupError, Start};
+use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, Start, scenario};
+
+use crate::configuration::Named;
 
 /// Why a plant cannot be linearised.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +58,21 @@ impl std::str::FromStr for Condition {
     }
 }
 
+/// Options of `sitl linearize`.
+#[derive(Debug, clap::Args)]
+pub struct LinearizeArgs {
+    /// Where the model goes
+    #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
+    out: PathBuf,
+    /// The aircraft, instead of the one that comes with the program
+    #[arg(long, value_name = "FILE")]
+    airframe: Option<PathBuf>,
+    /// Flight condition of the model instead of the design point of the airframe; several make a model that is scheduled
+    /// between them
+    #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
+    at: Vec<Condition>,
+}
+
 /// By this line a model is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl linearize`";
 
@@ -70,6 +88,41 @@ const RATE_STEP_RAD_S: f64 = 1.0e-2;
 const THRUST_STEP: f64 = 1.0e-2;
 /// Digits that are kept: the differences are good to about eleven.
 const DIGITS: i32 = 9;
+
+/// Linearises and writes the file of the model.
+///
+/// # Errors
+/// What is wrong with the airframe, the conditions or the place of the model.
+pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
+    let airframe = match &args.airframe {
+        None => Airframe::paper(),
+        Some(path) => {
+            let file = Named::read(path)?;
+            Airframe::from_toml(&file.name, &file.text)?
+        }
+    };
+    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
+    let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+    let at = |condition: &Condition| {
+        let Condition { altitude_m, airspeed_m_s } = *condition;
+        Start { altitude_m, airspeed_m_s, ..setup.start }
+    };
+    let mut points: Vec<Start> = args.at.iter().map(at).collect();
+    if let [only] = points[..] {
+        setup.start = only;
+        points.clear();
+    }
+    let file = args.airframe.as_ref().map_or("tvc_jet.toml".into(), |path| path.to_string_lossy());
+    let model = linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
+    model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
+    let parameters = parameters_of(&args.out)
+        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
+    let text = to_toml(&model, &parameters)?;
+    file::write(&args.out, text.as_bytes(), MARK.as_bytes())
+        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
+    println!("wrote {}", args.out.display());
+    Ok(())
+}
 
 /// Linearises the plant of a setup at its trim, and at the trims of further starts, between which the model is scheduled.
 ///
@@ -367,9 +420,9 @@ mod tests {
         let path = folder.path().join("model.toml");
         assert_eq!(parameters_of(&path).unwrap(), "");
         let airframe = Airframe::paper();
-        let text = plant_sim::scenario::NOMINAL;
-        let scenario = plant_sim::Scenario::from_toml("s", text, &airframe.effectors).unwrap();
-        let setup = scenario.plant.setup(airframe, 0, icd::ControlPeriod::DEFAULT, 1_000);
+        let text = scenario::NOMINAL;
+        let scenario = Scenario::from_toml("s", text, &airframe.effectors).unwrap();
+        let setup = scenario.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
         let model = linearize(&setup, &[]).unwrap();
         let table = "[parameters]\n# why\nFTC_ALLOC = 1 # how\n";
         std::fs::write(&path, to_toml(&model, table).unwrap()).unwrap();

@@ -2,31 +2,34 @@
 
 use autopilot::command::VehicleCommand;
 use std::error::Error;
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use autopilot::command::Command;
 use autopilot::event::EventKind;
-use autopilot::vehicle::plan::{Action, Circle, Item, Plan, Point};
-use autopilot::vehicle::{Mode, Place};
-use autopilot::vehicle::{
-    VehicleEvent,
-    geodesy::{Horizon, Site},
-};
+use autopilot::vehicle::geodesy::{Horizon, Site};
+use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
+use autopilot::vehicle::{Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
+use plant_sim::io::{parse_earth, whole};
 use plant_sim::setup::default_step_us;
 use plant_sim::{EarthModel, SetupError, Start, scenario};
 
-use crate::closed_loop::{FlightSetup, Moment, Spoken, fly_while};
-use crate::configuration::{AircraftArgs, Named};
-
-mod picture;
+use crate::chart::axis::range;
+use crate::chart::curve::{Point, thin};
+use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
+use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::closed_loop::{FlightSetup, Observation, TimedCommand, fly_while};
+use crate::configuration::{AircraftArgs, Named, TURBULENCE_MAX_M_S, up_to};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
+/// Fastest steady wind that an option takes, m/s.
+const WIND_MAX_M_S: f64 = 60.0;
 /// The plan is handed over and begun at this time, s.
 const BEGIN_S: f64 = 5.0;
 /// A point of the track is kept this often, control periods.
@@ -45,21 +48,27 @@ const OPTIONS: [(&str, &str); 5] = [
     ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
 ];
 
-/// What a mission is flown with.
-#[derive(Debug, Clone)]
+/// Options of `sitl mission`.
+#[derive(Debug, Clone, clap::Args)]
 pub struct MissionOptions {
-    /// Which Earth.
-    pub earth: EarthModel,
-    /// Steady wind, m/s.
-    pub wind_m_s: f64,
-    /// Turbulence, m/s rms.
-    pub turbulence_m_s: f64,
-    /// Seed of the random streams.
-    pub seed: u64,
-    /// Folder for the figure.
+    /// Folder for the figure
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Which aircraft, and what is changed.
+    /// Aircraft and settings.
+    #[command(flatten)]
     pub aircraft: AircraftArgs,
+    /// flat or wgs84
+    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
+    pub earth: EarthModel,
+    /// Steady wind, m/s, to the east-north-east
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = up_to(WIND_MAX_M_S, "m/s"))]
+    pub wind_m_s: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
+    pub turbulence_m_s: f64,
+    /// Seed of all random streams
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
 }
 
 /// One point of a flown track.
@@ -102,7 +111,7 @@ pub fn demo(setup: &FlightSetup) -> Plan {
     let radius_m = setup.parameters.navigation.loiter_radius_m;
     let Start { altitude_m: start_m, airspeed_m_s, .. } = setup.plant.start;
     let horizon = Horizon::at(start(setup));
-    let point = |north: f64, east: f64, up: f64| Point {
+    let point = |north: f64, east: f64, up: f64| plan::Point {
         place: Some(horizon.place_at(&Horizontal::new(north * radius_m, east * radius_m))),
         altitude_m: Some(start_m + up * radius_m),
     };
@@ -168,27 +177,27 @@ pub fn start(setup: &FlightSetup) -> Place {
 
 /// The commands that begin a plan.
 #[must_use]
-pub fn begin(plan: &Arc<Plan>) -> Vec<Spoken> {
+pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
     let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
     let commands = [
         Command::Vehicle(VehicleCommand::Plan(Arc::clone(plan))),
         Command::Vehicle(VehicleCommand::Mode(Mode::Mission)),
     ];
-    commands.map(|command| Spoken { at, command }).into()
+    commands.map(|command| TimedCommand { at, command }).into()
 }
 
 /// Flies commands until some time after the plan is complete, and keeps the track.
 ///
 /// # Errors
 /// [`SetupError`] if the plant cannot start.
-pub fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Result<Flown, SetupError> {
+pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, SetupError> {
     let mut flown = Flown::default();
     let mut tick = 0;
     let mut over_s = f64::INFINITY;
-    let mut sink = |moment: &Moment| {
-        let t_s = moment.snapshot.time.as_seconds();
-        flown.events.extend(moment.events.iter().map(|event| (t_s, event.kind)));
-        if moment
+    let mut sink = |observation: &Observation| {
+        let t_s = observation.snapshot.time.as_seconds();
+        flown.events.extend(observation.events.iter().map(|event| (t_s, event.kind)));
+        if observation
             .events
             .iter()
             .any(|event| event.kind == EventKind::Vehicle(VehicleEvent::PlanComplete))
@@ -196,18 +205,18 @@ pub fn fly(setup: &FlightSetup, spoken: &[Spoken]) -> Result<Flown, SetupError> 
             over_s = t_s + AFTER_S;
         }
         if tick % TRACK_EVERY == 0 {
-            flown.track.push(TrackPoint::of(moment));
+            flown.track.push(TrackPoint::of(observation));
         }
         tick += 1;
         t_s < over_s
     };
-    fly_while(setup, spoken, &mut sink)?;
+    fly_while(setup, commands, &mut sink)?;
     Ok(flown)
 }
 
 impl TrackPoint {
-    fn of(moment: &Moment) -> Self {
-        let Moment { truth, snapshot, .. } = moment;
+    fn of(observation: &Observation) -> Self {
+        let Observation { truth, snapshot, .. } = observation;
         let navigation = &snapshot.navigation;
         Self {
             t_s: snapshot.time.as_seconds(),
@@ -238,7 +247,7 @@ pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
     let flown = fly(&setup, &begin(&plan))?;
-    let figure = picture::figure(&plan, start(&setup), &flown);
+    let figure = figure(&plan, start(&setup), &flown);
     fs::create_dir_all(&options.out)?;
     for (name, bytes) in figure.files()? {
         let path = options.out.join(name);
@@ -247,4 +256,202 @@ pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
         println!("wrote {}", path.display());
     }
     Ok(())
+}
+
+/// Height of the plan view, in the unit of the chart's width.
+const MAP_HEIGHT: f64 = 620.0;
+/// Points of a drawn circle.
+const CIRCLE_POINTS: u32 = 120;
+/// A time stands beside the track this often, s.
+const CLOCK_S: f64 = 600.0;
+
+const FIRST: Ink = Ink::new("#0050aa", Pattern::Solid).wide(2.0);
+const AGAIN: Ink = Ink::new("#c86e00", Pattern::Dashed).wide(2.5);
+const HOME: Ink = Ink::new("#007d37", Pattern::Dotted).wide(2.5);
+const LEG: Ink = Ink::new("#969696", Pattern::Fine);
+const REFERENCE: Ink = Ink::new("#c81e1e", Pattern::Dashed);
+const ITEM: Ink = Ink::new("#bebebe", Pattern::Fine).wide(1.0);
+/// Colour of a time beside the track.
+const CLOCK: &str = "#282828";
+
+/// The plan as drawn: points with their name, legs, circles. East and north, km.
+struct Drawn {
+    points: Vec<(String, Point)>,
+    legs: Vec<[Point; 2]>,
+    circles: Vec<(Point, f64)>,
+}
+
+/// Draws a mission that began over `start`.
+#[must_use]
+pub fn figure(plan: &Plan, start: Place, flown: &Flown) -> Figure {
+    let legend = [
+        ("legs and circles of the plan", LEG),
+        ("flown", FIRST),
+        ("flown again after the jump", AGAIN),
+        ("return and circle at home", HOME),
+        ("reference", REFERENCE),
+        ("next item begins", ITEM),
+    ];
+    let begins = flown.events.iter().filter_map(|(t_s, kind)| match kind {
+        EventKind::Vehicle(VehicleEvent::PlanItem(item)) => {
+            let label = format!("item {item} begins");
+            Some(Mark { x: *t_s, number: None, ink: ITEM, label })
+        }
+        _ => None,
+    });
+    let marks: Vec<Mark> = begins.collect();
+    let [altitude, airspeed, roll] = panels(flown, &marks);
+    let panels = [map(plan, start, flown), altitude, airspeed, roll];
+    Figure {
+        name: "mission",
+        caption: "Legs, circles and track of a mission over the ground, with altitude, airspeed and bank over time."
+            .to_owned(),
+        svg: sheet("A mission: the plan and how it was flown", &legend, 1, &panels),
+    }
+}
+
+fn map(plan: &Plan, start: Place, flown: &Flown) -> Panel<'static> {
+    let horizon = Horizon::at(start);
+    let track: Vec<Point> = flown.track.iter().map(|point| east_north(point, &horizon)).collect();
+    let drawn = drawn(plan, &horizon, flown);
+    let title = "Plan view: numbers are the items of the plan; a turn begins before its point";
+    let legs = drawn.legs.iter().map(|leg| (leg.to_vec(), LEG));
+    let circles = drawn.circles.iter().map(|(centre, radius)| (ring(*centre, *radius), LEG));
+    let curves = legs.chain(circles).chain(parts(flown, &track));
+    let symbol = |at, colour, label| Symbol { at, shape: Shape::Dot, colour, label };
+    let points = drawn.points.into_iter().map(|(label, at)| symbol(at, REFERENCE.colour, label));
+    let mut symbols: Vec<Symbol> = points.collect();
+    symbols.push(symbol((0.0, 0.0), REFERENCE.colour, "home".to_owned()));
+    let mut clock_s = CLOCK_S;
+    for (point, at) in flown.track.iter().zip(&track) {
+        if point.t_s >= clock_s {
+            symbols.push(symbol(*at, CLOCK, format!("{:.0} min", clock_s / 60.0)));
+            clock_s += CLOCK_S;
+        }
+    }
+    Panel {
+        curves: curves.map(|(points, ink)| Curve::unnamed(points, ink)).collect(),
+        symbols,
+        ..Panel::map(title, MAP_HEIGHT, &track)
+    }
+}
+
+fn east_north(point: &TrackPoint, horizon: &Horizon) -> Point {
+    let (north, east) = point.offset_km(horizon);
+    (east, north)
+}
+
+/// The plan over the ground. A leg joins the points of two items that follow each other.
+fn drawn(flight: &Plan, horizon: &Horizon, flown: &Flown) -> Drawn {
+    let mut drawn = Drawn { points: Vec::new(), legs: Vec::new(), circles: Vec::new() };
+    let at = |place: Place| {
+        let offset = horizon.offset(&Site::at(place)) / 1.0e3;
+        (offset.y, offset.x)
+    };
+    let place_of = |action: &Action| match action {
+        Action::Waypoint { point, .. } => point.place,
+        Action::LoiterUnlimited(Circle { centre, .. })
+        | Action::LoiterToAltitude(Circle { centre, .. })
+        | Action::LoiterTurns { circle: Circle { centre, .. }, .. }
+        | Action::LoiterTime { circle: Circle { centre, .. }, .. } => centre.place,
+        _ => None,
+    };
+    let mut before = None;
+    for (number, item) in (0_u16..).zip(&flight.items) {
+        let is_leg = matches!(item.action, Action::Waypoint { .. });
+        let target = match item.action {
+            Action::Jump { to, .. } => flight.items.get(usize::from(to)).map(|item| item.action),
+            action => Some(action),
+        };
+        let Some(place) = target.as_ref().and_then(place_of) else { continue };
+        let here = at(place);
+        drawn
+            .legs
+            .extend(before.filter(|_| is_leg || target != Some(item.action)).map(|b| [b, here]));
+        if target == Some(item.action) {
+            drawn.points.push((name(number, &item.action), here));
+            before = is_leg.then_some(here);
+            let radius_m = flown
+                .track
+                .iter()
+                .filter(|point| point.item == number && point.mode == Mode::Mission)
+                .find_map(|point| point.radius_m);
+            drawn.circles.extend(radius_m.map(|radius_m| (here, radius_m / 1.0e3)));
+        }
+    }
+    let home = flown.track.last().and_then(|point| point.radius_m);
+    drawn.circles.extend(home.map(|radius_m| ((0.0, 0.0), radius_m / 1.0e3)));
+    drawn
+}
+
+fn ring(centre: Point, radius_km: f64) -> Vec<Point> {
+    let angle = |k: u32| TAU * f64::from(k) / f64::from(CIRCLE_POINTS);
+    let point = |k| {
+        let (sin, cos) = libm::sincos(angle(k));
+        (centre.0 + radius_km * sin, centre.1 + radius_km * cos)
+    };
+    (0..=CIRCLE_POINTS).map(point).collect()
+}
+
+/// The track in pieces: the first time, again after a jump back, and outside of Mission.
+fn parts(flown: &Flown, track: &[Point]) -> Vec<(Vec<Point>, Ink)> {
+    let mut highest = 0;
+    let mut again = false;
+    let mut parts: Vec<(Vec<Point>, Ink)> = Vec::new();
+    for (point, at) in flown.track.iter().zip(track) {
+        again = point.item < highest || (again && point.item == highest);
+        highest = highest.max(point.item);
+        let ink = match point.mode {
+            Mode::Return | Mode::Hold => HOME,
+            _ if again => AGAIN,
+            _ => FIRST,
+        };
+        match parts.last_mut() {
+            Some((points, last)) if *last == ink => points.push(*at),
+            open => {
+                let joint = open.and_then(|(points, _)| points.last().copied());
+                parts.push((joint.into_iter().chain([*at]).collect(), ink));
+            }
+        }
+    }
+    // What is flown twice is drawn above what it covers.
+    parts.sort_by_key(|(_, ink)| *ink != FIRST);
+    parts
+}
+
+/// What an item is, in a few words.
+fn name(number: u16, action: &Action) -> String {
+    match action {
+        Action::LoiterTurns { turns, .. } => format!("{number}: {turns:.0} turn"),
+        Action::LoiterTime { seconds, .. } => format!("{number}: {seconds:.0} s"),
+        Action::LoiterToAltitude(circle) => match circle.centre.altitude_m {
+            Some(altitude_m) => format!("{number}: to {altitude_m:.0} m"),
+            None => number.to_string(),
+        },
+        _ => number.to_string(),
+    }
+}
+
+fn panels<'a>(flown: &Flown, marks: &'a [Mark]) -> [Panel<'a>; 3] {
+    let panel = |value: fn(&TrackPoint) -> [f64; 2], title: &str, y_label, span_min| {
+        let end_s = flown.track.last().map_or(1.0, |point| point.t_s);
+        let curve = |which: usize, ink| {
+            let points = flown.track.iter().map(|point| (point.t_s, value(point)[which]));
+            Curve::unnamed(thin(points, 0.0, end_s), ink)
+        };
+        Panel {
+            title: title.to_owned(),
+            y_label,
+            x: (0.0, end_s),
+            y: range(flown.track.iter().flat_map(value), span_min),
+            curves: vec![curve(0, FIRST), curve(1, REFERENCE)],
+            marks,
+            ..Panel::default()
+        }
+    };
+    [
+        panel(|p| p.altitude_m, "Altitude", "altitude, m", 100.0),
+        panel(|p| p.airspeed_m_s, "True airspeed", "airspeed, m/s", 20.0),
+        panel(|p| p.roll_rad.map(f64::to_degrees), "Roll angle (bank)", "phi, deg", 20.0),
+    ]
 }

@@ -1,9 +1,9 @@
 //! The paper: its two cases flown, its claims checked, its figures drawn.
 //!
 //! ```text
-//! Options ─> cases (fly) ─> trace ─> case1, case2, both, model_error (claims) ─> claims.json, stdout
-//!                             │                                              └─> report.html
-//!                             └─> table (CSV), figures (SVG, PNG), comparisons ────^
+//! Options ─> cases (fly) ─> trace ─> claims, both, model_error ─> claims.json, stdout
+//!                             │                                └─> report.html
+//!                             └─> table (CSV), figures (SVG, PNG), comparisons ──^
 //! ```
 
 use std::error::Error;
@@ -14,25 +14,25 @@ use std::path::{Path, PathBuf};
 use host_io::file::{self, FileProblem};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
+use plant_sim::io::{parse_earth, parse_period, whole};
+use plant_sim::setup::default_step_us;
 
 use crate::chart::{Figure, RasterError};
 use crate::closed_loop::{End, FlightSetup, Record, fly};
-use crate::configuration::{AircraftArgs, ConfigurationError};
-use crate::dispersion::UnknownDerivative;
+use crate::configuration::{
+    AircraftArgs, ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to,
+};
 use crate::page::GENERATOR;
 use crate::{runner, table};
 
 pub mod both;
-pub mod case1;
-pub mod case2;
 pub mod cases;
 pub mod claim;
+pub mod claims;
 pub mod comparisons;
-pub mod estimates;
 pub mod figures;
 pub mod model_error;
 pub mod report;
-pub mod sensitivity;
 pub mod trace;
 
 #[cfg(test)]
@@ -41,7 +41,7 @@ mod tests;
 use both::Noisy;
 use cases::{Case, Conditions, Flown, Run};
 use claim::{ClaimResult, all_hold};
-use model_error::{Extent, SurvivalPoint};
+use model_error::{Extent, SurvivalPoint, UnknownDerivative};
 
 /// Seeds of claim 4.
 const NOISE_SEEDS: u64 = 10;
@@ -57,37 +57,47 @@ pub type FlightError = Box<dyn Error + Send + Sync>;
 pub type Fly<'a> =
     dyn Fn(&FlightSetup, &mut dyn FnMut(&Record)) -> Result<End, FlightError> + Sync + 'a;
 
-/// What is to be flown and checked, and where it goes.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of `sitl paper`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// What is flown over.
-    pub earth: EarthModel,
-    /// Control period.
-    pub period: ControlPeriod,
-    /// Step of the plant's integration, us; must divide the period.
-    pub step_us: u32,
-    /// White noise of each gyro, deg/s rms of each control sample.
-    pub gyro_noise_deg_s: f64,
-    /// Intensity of the turbulence, m/s rms.
-    pub turbulence_m_s: f64,
-    /// Seed of the random streams.
-    pub seed: u64,
-    /// Claims 4 and 5 too.
-    pub full: bool,
-    /// Folder for everything that is written.
+    /// Folder for tables, claims, figures and report
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// How plant and autopilot talk in the paper's runs.
-    pub link: Link,
-    /// Which aircraft, and what is changed.
+    /// Aircraft and settings.
+    #[command(flatten)]
     pub aircraft: AircraftArgs,
+    /// Claims 4 and 5 too (a few minutes)
+    #[arg(long)]
+    pub full: bool,
+    /// How plant and autopilot talk
+    #[arg(long, value_enum, default_value = "in-process")]
+    pub link: Link,
+    /// Control period, 1 to 4 ms
+    #[arg(long = "period-ms", allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    pub period: ControlPeriod,
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
+    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
+    pub step_us: Option<u32>,
+    /// flat or wgs84
+    #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
+    pub earth: EarthModel,
+    /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.0, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
+    pub gyro_noise_deg_s: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3; with it the limits of claim 4 apply
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
+    pub turbulence_m_s: f64,
+    /// Seed of all random streams
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
 }
 
-/// How plant and autopilot talk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How plant and autopilot talk in the paper's runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Link {
-    /// Function calls in one process; all cores.
+    /// Function calls in one process
     InProcess,
-    /// Two processes over UDP, one flight after the other.
+    /// Two processes over UDP
     Udp,
 }
 
@@ -213,13 +223,19 @@ impl Options {
         Ok(self.aircraft.check_beside(&OPTIONS)?)
     }
 
+    /// Step of the plant's integration, us.
+    #[must_use]
+    pub fn step_us(&self) -> u32 {
+        self.step_us.unwrap_or_else(|| default_step_us(self.period))
+    }
+
     /// What is the same in all of the paper's runs.
     #[must_use]
     pub fn conditions(&self) -> Conditions {
         Conditions {
             earth: self.earth,
             period: self.period,
-            step_us: self.step_us,
+            step_us: self.step_us(),
             gyro_noise_rad_s: self.gyro_noise_deg_s.to_radians(),
             turbulence_m_s: self.turbulence_m_s,
             seed: self.seed,
@@ -249,8 +265,7 @@ pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperEr
     let flown = [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
     let mut results = Vec::new();
     if conditions.are_ideal() {
-        results.extend(case1::claims(&flown[0].runs()));
-        results.extend(case2::claims(&flown[1].runs()));
+        results.extend(flown.iter().flat_map(|flown| claims::of_case(&flown.runs())));
     }
     results.extend(flown.iter().flat_map(both::claim_3));
     if options.full {
@@ -318,7 +333,7 @@ pub fn fly_in_noise(
 pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     let out = options.out.as_path();
     options.check()?;
-    // First, so that a folder that cannot be written is told before minutes of flying.
+    // First, so that a folder that cannot be written is reported before minutes of flying.
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
     let evaluation = fly_and_check(options, fly)?;
     let [first, second] = &evaluation.flown;
@@ -334,7 +349,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     }
     write_figures(out, &figures)?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
-    let sensitivity = sensitivity::study(&options.conditions(), &options.aircraft)?;
+    let sensitivity = comparisons::sensitivity(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
     write_over(&out.join("report.html"), page.as_bytes(), GENERATOR.as_bytes())?;
 

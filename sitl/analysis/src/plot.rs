@@ -10,15 +10,13 @@ use ulog::reader::Log;
 
 mod events;
 mod flight;
-mod happened;
 mod page;
 mod panels;
-mod times;
 
 use flight::Flight;
 
-use crate::flight_log;
 use crate::page::GENERATOR;
+use crate::replay;
 
 /// Options of `sitl plot`.
 #[derive(Debug, Args)]
@@ -37,7 +35,7 @@ pub struct PlotArgs {
 /// In words for the operator: a log that cannot be read, or a page that cannot be written.
 pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
     let name = args.log.display();
-    let log = flight_log::open(&args.log).map_err(|error| format!("{name}: {error}"))?;
+    let log = replay::open_log(&args.log).map_err(|error| format!("{name}: {error}"))?;
     let title = args.log.file_name().map_or_else(String::new, |n| n.display().to_string());
     let out = args.out.clone().unwrap_or_else(|| args.log.with_extension("html"));
     if is_same_file(&args.log, &out) {

@@ -5,10 +5,12 @@
 //!  └──────────────> rows, run hash ────────────────────────────> first difference <────────┘
 //! ```
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ulog::reader::Log;
+use host_io::file;
+use ulog::reader::{Log, ReadError};
 
 mod compare;
 mod fly;
@@ -29,6 +31,9 @@ const CANNOT_FLY: u8 = 2;
 /// Exit code of a damaged log of which all that can be read is the same.
 const DAMAGED: u8 = 3;
 
+/// Longest log that is read, bytes: that of more than an hour at the full rate. It is read into memory.
+const LOG_MAX: u64 = 1 << 32;
+
 /// Options of `sitl replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
@@ -37,11 +42,19 @@ pub struct ReplayArgs {
     log: PathBuf,
 }
 
+/// Reads a flight log that the user names, whole, if it is an ordinary file of sane size.
+///
+/// # Errors
+/// [`ReadError`] says what is wrong with the file or with its first bytes.
+pub fn open_log(path: &Path) -> Result<Log, ReadError> {
+    Log::from_bytes(file::read(path, LOG_MAX).map_err(io::Error::other)?)
+}
+
 /// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
 /// nobody knows; 3: the log is damaged, and the same flight where it can be read.
 #[must_use]
 pub fn run(args: &ReplayArgs) -> u8 {
-    let recording = match Recording::open(&args.log) {
+    let recording = match open_log(&args.log).map_err(CannotFly::from).and_then(Recording::of) {
         Ok(recording) => recording,
         Err(reason) => return cannot(args, &reason),
     };

@@ -6,7 +6,7 @@ use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
-use flight_analysis::closed_loop::{FlightSetup, fly_spoken};
+use flight_analysis::closed_loop::{FlightSetup, fly_with_commands};
 use icd::tvc_jet;
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
@@ -43,7 +43,7 @@ struct Seen {
 fn seen() -> Seen {
     let setup = flight();
     let (mut truths, mut events) = (Vec::new(), Vec::new());
-    let end = fly_spoken(&setup, &[], &mut |moment| {
+    let end = fly_with_commands(&setup, &[], &mut |moment| {
         truths.push(*moment.truth);
         events.extend(moment.events.iter().filter_map(|event| match event.kind {
             EventKind::Script { event: kind, .. } => Some((event.time, kind)),

@@ -5,7 +5,7 @@ use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use plant_sim::io::{PlantArgs, Speed};
 
-use super::pace::Passing;
+use super::keys::PaceState;
 
 /// Options of a flight; each is explained by `sitl autopilot --help` and `sitl plant-sim --help`.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -141,8 +141,8 @@ impl LaunchArgs {
     }
 
     /// How simulation time passes at the start.
-    pub(super) fn passing(&self) -> Passing {
-        Passing::new(self.start_paused, self.speed())
+    pub(super) fn pace(&self) -> PaceState {
+        PaceState::new(self.start_paused, self.speed())
     }
 
     /// A word that is no speed is refused by [`LaunchArgs::check`].
@@ -152,7 +152,7 @@ impl LaunchArgs {
 
     /// The options for each process, after both have been asked whether they would start with them.
     pub(super) fn check(&self) -> Result<Options, OptionError> {
-        let options = Options { autopilot: self.autopilot_words(), plant: self.plant_words() };
+        let options = Options { autopilot: self.autopilot_options(), plant: self.plant_options() };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
         autopilot.own_law = self.own_law;
         let model = autopilot.model()?;
@@ -174,7 +174,7 @@ impl LaunchArgs {
         }
     }
 
-    fn autopilot_words(&self) -> Vec<String> {
+    fn autopilot_options(&self) -> Vec<String> {
         let mut words = Vec::new();
         add(&mut words, "--scenario", &self.scenario);
         add(&mut words, "--script", &self.script);
@@ -207,7 +207,7 @@ impl LaunchArgs {
         words
     }
 
-    fn plant_words(&self) -> Vec<String> {
+    fn plant_options(&self) -> Vec<String> {
         let mut words = Vec::new();
         add(&mut words, "--scenario", &self.scenario);
         add(&mut words, "--airframe", &self.airframe);

@@ -15,16 +15,15 @@ use host_io::clock;
 use plant_sim::io::PlantLine;
 
 use super::LaunchError;
-use super::keys::Key;
-use super::pace::Passing;
+use super::keys::{Key, PaceState};
 use super::screen::Screen;
 
 /// Lines that wait to be shown.
-const NEWS_MAX: usize = 256;
+const REPORTS_MAX: usize = 256;
 /// How often an ending child is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// Time for the last words of a child that has ended.
-const LAST_WORDS: Duration = Duration::from_millis(200);
+const LAST_LINES: Duration = Duration::from_millis(200);
 
 /// What a child reports.
 #[derive(Debug)]
@@ -39,12 +38,12 @@ pub(super) enum Report {
     /// The flight goes on.
     Status(StatusLine),
     /// Simulation time passes like this from here on.
-    Passing(Passing),
-    /// The operator wants something.
+    PaceState(PaceState),
+    /// The operator has pressed a key.
     Pressed(Key),
     /// A line for the operator.
-    Said {
-        /// Who says it.
+    Line {
+        /// Of which process.
         process: &'static str,
         /// What.
         line: String,
@@ -52,35 +51,35 @@ pub(super) enum Report {
 }
 
 /// Where the reports of both children arrive.
-pub(super) struct News {
+pub(super) struct Reports {
     sender: SyncSender<Report>,
     receiver: Receiver<Report>,
 }
 
-impl News {
+impl Reports {
     pub(super) fn channel() -> Self {
-        let (sender, receiver) = sync_channel(NEWS_MAX);
+        let (sender, receiver) = sync_channel(REPORTS_MAX);
         Self { sender, receiver }
     }
 
     /// For somebody else who has something to report.
-    pub(super) fn sender(&self) -> NewsSender {
-        NewsSender(self.sender.clone())
+    pub(super) fn sender(&self) -> ReportSender {
+        ReportSender(self.sender.clone())
     }
 
     /// Next report; `None` if none comes in time.
-    pub(super) fn next(&self, patience: Duration) -> Option<Report> {
-        self.receiver.recv_timeout(patience).ok()
+    pub(super) fn next(&self, timeout: Duration) -> Option<Report> {
+        self.receiver.recv_timeout(timeout).ok()
     }
 }
 
 /// Where reports go.
-pub(super) struct NewsSender(SyncSender<Report>);
+pub(super) struct ReportSender(SyncSender<Report>);
 
-impl NewsSender {
+impl ReportSender {
     /// Never waits: a full channel means that the operator's screen has stopped, and drops the report.
     /// False if nobody reads any more.
-    pub(super) fn tell(&self, report: Report) -> bool {
+    pub(super) fn send(&self, report: Report) -> bool {
         !matches!(self.0.try_send(report), Err(TrySendError::Disconnected(_)))
     }
 }
@@ -100,7 +99,7 @@ impl Child {
         name: &'static str,
         program: &Path,
         words: &[String],
-        news: &News,
+        reports: &Reports,
     ) -> Result<Self, LaunchError> {
         let failed = |source| LaunchError::Start { process: name, source };
         let mut process = Command::new(program)
@@ -115,43 +114,43 @@ impl Child {
             .map_err(failed)?;
         let input = process.stdin.take();
         if let Some(output) = process.stdout.take() {
-            forward(output, news.sender(), move |line| status(name, line)).map_err(failed)?;
+            forward(output, reports.sender(), move |line| status(name, line)).map_err(failed)?;
         }
         if let Some(errors) = process.stderr.take() {
-            let said = move |line| Report::Said { process: name, line };
-            forward(errors, news.sender(), said).map_err(failed)?;
+            let line_of = move |line| Report::Line { process: name, line };
+            forward(errors, reports.sender(), line_of).map_err(failed)?;
         }
         Ok(Self { name, process, input, last_line: "nothing".to_owned() })
     }
 
     /// Says a line to it. One that has ended is noticed elsewhere.
-    pub(super) fn tell(&mut self, line: &str) {
+    pub(super) fn send_line(&mut self, line: &str) {
         if let Some(input) = self.input.as_mut() {
             let _ = writeln!(input, "{line}").and_then(|()| input.flush());
         }
     }
 
     /// Remembers what it said last.
-    pub(super) fn hear(&mut self, process: &str, line: &str) {
+    pub(super) fn remember(&mut self, process: &str, line: &str) {
         if process == self.name {
             line.trim().clone_into(&mut self.last_line);
         }
     }
 
     /// If the process has ended: why, after its last words have been shown.
-    pub(super) fn ended(&mut self, news: &News, screen: &mut Screen) -> Option<LaunchError> {
+    pub(super) fn ended(&mut self, reports: &Reports, screen: &mut Screen) -> Option<LaunchError> {
         let status = match self.process.try_wait() {
             Ok(None) => return None,
             Ok(Some(status)) => status,
             Err(source) => return Some(source.into()),
         };
         // The other child may go on talking.
-        let deadline = clock::now() + LAST_WORDS;
+        let deadline = clock::now() + LAST_LINES;
         while clock::now() < deadline {
-            if let Some(Report::Said { process, line }) = news.next(LAST_WORDS) {
-                self.hear(process, &line);
+            if let Some(Report::Line { process, line }) = reports.next(LAST_LINES) {
+                self.remember(process, &line);
                 // Where the operator cannot read any more, the error below still tells.
-                let _ = screen.say(&format!("{process}: {line}"));
+                let _ = screen.message(&format!("{process}: {line}"));
             }
         }
         let (process, message) = (self.name, std::mem::take(&mut self.last_line));
@@ -185,21 +184,21 @@ fn status(process: &'static str, line: String) -> Report {
         }
         Ok(status) => Report::Status(status),
         Err(_) => match serde_json::from_str(&line) {
-            Ok(PlantLine::Pace { paused, speed }) => Report::Passing(Passing { paused, speed }),
-            Err(_) => Report::Said { process, line },
+            Ok(PlantLine::Pace { paused, speed }) => Report::PaceState(PaceState { paused, speed }),
+            Err(_) => Report::Line { process, line },
         },
     }
 }
 
 fn forward(
     stream: impl Read + Send + 'static,
-    news: NewsSender,
+    reports: ReportSender,
     report: impl Fn(String) -> Report + Send + 'static,
 ) -> std::io::Result<()> {
     let read = move || {
         for line in BufReader::new(stream).lines().map_while(Result::ok) {
             // Better lose lines than stop the child.
-            if !news.tell(report(line)) {
+            if !reports.send(report(line)) {
                 return;
             }
         }

@@ -4,20 +4,16 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use autopilot::io::status::Listening;
-use autopilot::io::status::{PlantState, StatusLine};
+use autopilot::io::status::{FlightStatus, Listening, PlantState, StatusLine};
 
-use super::keys;
-use super::pace::Passing;
+use super::keys::{self, PaceState};
 
-mod connect;
-mod plain;
 mod terminal;
+mod text;
 mod view;
-mod wrap;
 
 use terminal::Terminal;
-use view::State;
+use view::{State, compensator_text, fault_text};
 
 /// Time between two lines where the output is no terminal.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -45,18 +41,18 @@ pub(super) struct Screen {
 struct Change {
     compensator_active: bool,
     plant: PlantState,
-    passing: Passing,
+    pace: PaceState,
     faults: Vec<String>,
 }
 
 impl Screen {
-    pub(super) fn new(passing: Passing) -> Self {
-        let (state, terminal) = (State::new(passing), Terminal::open());
+    pub(super) fn new(pace: PaceState) -> Self {
+        let (state, terminal) = (State::new(pace), Terminal::open());
         Self { state, terminal, drawn: None, shown: None, measured: None, log: None }
     }
 
     /// A message of one of the processes or about them.
-    pub(super) fn say(&mut self, line: &str) -> io::Result<()> {
+    pub(super) fn message(&mut self, line: &str) -> io::Result<()> {
         self.state.message(line);
         if self.terminal.is_some() { Ok(()) } else { print(line) }
     }
@@ -72,7 +68,7 @@ impl Screen {
         if self.terminal.is_some() {
             return Ok(());
         }
-        connect::plain(ground_stations).iter().try_for_each(|line| print(line))?;
+        text::plain_lines(ground_stations).iter().try_for_each(|line| print(line))?;
         if has_keys { print(&keys::HELP.join(", ")) } else { Ok(()) }
     }
 
@@ -82,12 +78,12 @@ impl Screen {
             StatusLine::Flight(flight) => {
                 self.follow_pace(flight.t_s, now);
                 self.state.flight = Some(*flight);
-                if self.terminal.is_some() { Ok(()) } else { self.plain_line(now) }
+                if self.terminal.is_some() { Ok(()) } else { self.print_plain_line(now) }
             }
             StatusLine::FlightLog { path } => {
-                let said = self.say(&plain::flight_log(&path));
+                let printed = self.message(&flight_log(&path));
                 self.log = Some(path);
-                said
+                printed
             }
             StatusLine::Listening { .. } | StatusLine::NoPlant => Ok(()),
         }
@@ -105,34 +101,34 @@ impl Screen {
     }
 
     /// A line for the file, if it is time for one or something has changed.
-    fn plain_line(&mut self, now: Instant) -> io::Result<()> {
+    fn print_plain_line(&mut self, now: Instant) -> io::Result<()> {
         let Some(flight) = &self.state.flight else { return Ok(()) };
         let change = Change {
             compensator_active: flight.compensator_active,
             plant: flight.plant,
-            passing: self.state.passing,
-            faults: flight.faults.iter().map(view::fault_words).collect(),
+            pace: self.state.pace,
+            faults: flight.faults.iter().map(fault_text).collect(),
         };
         let due = self.shown.as_ref();
         if due.is_some_and(|(when, last)| *last == change && now - *when < PLAIN_EVERY) {
             return Ok(());
         }
         self.shown = Some((now, change));
-        print(&plain::line(flight, self.state.passing, self.state.achieved))
+        print(&plain_line(flight, self.state.pace, self.state.achieved))
     }
 
     /// Simulation time passes like this from here on.
-    pub(super) fn pass(&mut self, passing: Passing) {
-        if self.state.passing != passing {
-            self.state.passing = passing;
+    pub(super) fn set_pace(&mut self, pace: PaceState) {
+        if self.state.pace != pace {
+            self.state.pace = pace;
             self.measured = None;
             self.state.achieved = None;
         }
     }
 
     /// How simulation time passes.
-    pub(super) fn passing(&self) -> Passing {
-        self.state.passing
+    pub(super) fn pace(&self) -> PaceState {
+        self.state.pace
     }
 
     /// Simulation time per wall time over the last second or so, once it is known.
@@ -173,11 +169,11 @@ impl Screen {
             warnings.iter().skip(first).try_for_each(|line| print(line))?;
         }
         if let Some(flight) = &self.state.flight {
-            plain::outcome(flight).iter().try_for_each(|line| print(line))?;
+            outcome(flight).iter().try_for_each(|line| print(line))?;
         }
         if let Some(path) = &self.log {
-            print(&plain::flight_log(path))?;
-            print(&plain::how_to_draw(path, program))?;
+            print(&flight_log(path))?;
+            print(&how_to_draw(path, program))?;
         }
         Ok(())
     }
@@ -187,4 +183,87 @@ fn print(line: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{line}")?;
     out.flush()
+}
+
+/// The flight now.
+fn plain_line(flight: &FlightStatus, pace: PaceState, achieved: Option<f64>) -> String {
+    let FlightStatus { plant, t_s, altitude_m, airspeed_m_s, roll_deg, mode, .. } = flight;
+    let speed = pace.text(achieved);
+    // Single steps are to be seen.
+    let time = if pace.paused { format!("{t_s:11.3}") } else { format!("{t_s:9.1}") };
+    let (_, compensator) = compensator_text(flight);
+    let plant = match plant {
+        PlantState::Flying => "",
+        PlantState::OnGround => "   ON THE GROUND",
+        PlantState::Lost => "   PLANT LOST",
+    };
+    let faults = flight.faults.iter().map(|fault| format!("   fault: {}", fault_text(fault)));
+    let faults: String = faults.collect();
+    format!(
+        "t {time} s   altitude {altitude_m:6.0} m   speed {airspeed_m_s:6.1} m/s   roll {roll_deg:6.1} deg   \
+         compensator {compensator}   {mode}   {speed}{plant}{faults}"
+    )
+}
+
+/// What became of the flight, as far as it was reported.
+fn outcome(flight: &FlightStatus) -> Vec<String> {
+    let FlightStatus { plant, t_s, altitude_m, airspeed_m_s, .. } = flight;
+    let state = match plant {
+        PlantState::Flying => format!("in the air, {altitude_m:.0} m, {airspeed_m_s:.1} m/s"),
+        PlantState::OnGround => "on the ground: the flight is over".to_owned(),
+        PlantState::Lost => format!("the plant was lost in the air, at {altitude_m:.0} m"),
+    };
+    let (_, compensator) = compensator_text(flight);
+    let mut lines = vec![format!("ended at {t_s:.1} s   {state}   compensator {compensator}")];
+    lines.extend(
+        flight.faults.iter().map(|fault| format!("fault            {}", fault_text(fault))),
+    );
+    if flight.more_faults > 0 {
+        lines.push(format!("                 and {} more", flight.more_faults));
+    }
+    lines
+}
+
+/// Where the log of the flight is.
+fn flight_log(path: &Path) -> String {
+    format!("flight log       {}", path.display())
+}
+
+/// How to look at the log.
+fn how_to_draw(path: &Path, program: &Path) -> String {
+    format!("draw it          {} plot '{}'", program.display(), path.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use view::tests::flight;
+
+    #[test]
+    fn the_line_tells_a_switched_off_compensator_from_a_sleeping_one() {
+        let mut flight = flight();
+        let expected = "t      12.3 s   altitude   5000 m   speed  264.0 m/s   roll   -0.2 deg   \
+                        compensator asleep   Hold   x1.0";
+        let running = PaceState { paused: false, speed: Some(1.0) };
+        assert_eq!(plain_line(&flight, running, None), expected);
+        flight.compensator_active = true;
+        assert!(plain_line(&flight, running, None).contains("compensator fault seen, off"));
+        flight.fade = 0.5;
+        assert!(plain_line(&flight, running, None).contains("compensator ACTIVE 50 %"));
+        let paused = plain_line(&flight, PaceState { paused: true, speed: None }, None);
+        assert!(paused.starts_with("t      12.340 s ") && paused.ends_with("PAUSED"), "{paused}");
+    }
+
+    #[test]
+    fn after_the_flight_it_is_said_how_it_ended_and_what_was_broken() {
+        let mut flight = flight();
+        flight.faults = view::tests::faults(1);
+        let said = outcome(&flight);
+        assert!(said[0].starts_with("ended at 12.3 s   in the air, 5000 m"), "{said:?}");
+        assert!(said[1].ends_with("left elevator stuck at 30.0 deg, since 3.0 s"), "{said:?}");
+        flight.plant = PlantState::OnGround;
+        assert!(outcome(&flight)[0].contains("on the ground"));
+        flight.plant = PlantState::Lost;
+        assert!(outcome(&flight)[0].contains("the plant was lost in the air"));
+    }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::ControlHeader;
+use flight_management::autopilot::Settings;
 use flight_management::command::Intent;
 use flight_management::command::VehicleCommand;
 use flight_management::configuration::{self, DEFAULT_MODEL};
@@ -18,14 +19,7 @@ fn at(ms: u64) -> SimTime {
 
 fn encoder() -> Encoder<Vec<u8>> {
     let parameters = Parameters::default();
-    let header = ControlHeader {
-        version: String::new(),
-        wire_version: 0,
-        flight_rules: 0,
-        session: "00000001".to_owned(),
-        period_us: 2_000,
-        row_every: 1,
-        joined_in_flight: false,
+    let settings = Settings {
         model: configuration::aircraft_model("model", DEFAULT_MODEL).unwrap(),
         gains: parameters.gains,
         limits: parameters.limits,
@@ -33,8 +27,8 @@ fn encoder() -> Encoder<Vec<u8>> {
         references: ReferenceSchedule::default(),
         script: None,
         fault_injection: false,
-        parameter_hash: String::new(),
     };
+    let header = ControlHeader::new(settings, "00000001".to_owned(), 2_000, false);
     let begin = Begin { time: SimTime::ZERO, header };
     Encoder::begin(Vec::new(), begin, &parameters, LogRate::Full).unwrap()
 }

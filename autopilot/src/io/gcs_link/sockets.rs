@@ -1,11 +1,14 @@
-//! All sockets of the ground-station side behind one question: what happened?
+//! The sockets of the ground-station side: UDP to configured stations, a UDP and a TCP port for stations that call.
+//! None can hold up another.
 
+use core::time::Duration;
 use std::io;
 use std::net::SocketAddr;
 use std::task::{Context, Poll};
 
-use super::tcp::{TcpNews, TcpServer};
-use super::udp::{Udp, UdpNews};
+use tokio::net::{TcpListener, TcpSocket, TcpStream, UdpSocket};
+use tracing::{debug, warn};
+
 use super::{GcsError, Links, TCP_SERVER, UDP_CLIENT, UDP_SERVER};
 use crate::clock::WallTime;
 use crate::io::status::Listening;
@@ -15,6 +18,15 @@ use mavlink_services::peers::{Address, Connection};
 pub(super) const READ_MAX: usize = 2048;
 /// Kinds of sockets that take turns.
 const KINDS: usize = 3;
+/// Errors of a socket in a row after which the other sockets get their turn.
+const ERRORS_IN_A_ROW: usize = 16;
+/// TCP connections that may wait to be accepted.
+const BACKLOG: u32 = 16;
+/// What the system keeps for a TCP peer that does not read, bytes: a few seconds of telemetry. Beyond that telemetry
+/// is dropped here, so that a slow peer does not see the past.
+const SYSTEM_BUFFER: u32 = 32 * 1024;
+/// A TCP connection whose peer takes nothing for this long is closed, so that its place is free again.
+const STALL_MAX: Duration = Duration::from_secs(60);
 
 /// The sockets that were asked for.
 #[derive(Debug)]
@@ -115,10 +127,11 @@ impl Sockets {
     ) -> Poll<Arrival> {
         for i in 0..KINDS {
             let kind = (self.turn + i) % KINDS;
-            let arrival = match kind {
-                0 => poll_udp(&mut self.client, Address::UdpClient, cx, buffer),
-                1 => poll_udp(&mut self.server, Address::UdpServer, cx, buffer),
-                _ => poll_tcp(&mut self.tcp, cx, buffer, accepts_input, now),
+            let arrival = match (kind, &mut self.client, &mut self.server, &mut self.tcp) {
+                (0, Some(client), ..) => client.poll(cx, buffer, Address::UdpClient),
+                (1, _, Some(server), _) => server.poll(cx, buffer, Address::UdpServer),
+                (2, .., Some(tcp)) => tcp.poll(cx, buffer, accepts_input, now),
+                _ => Poll::Pending,
             };
             if arrival.is_ready() {
                 self.turn = kind + 1;
@@ -129,31 +142,255 @@ impl Sockets {
     }
 }
 
-fn poll_udp(
-    udp: &mut Option<Udp>,
-    address: impl Fn(SocketAddr) -> Address,
-    cx: &mut Context<'_>,
-    buffer: &mut [u8],
-) -> Poll<Arrival> {
-    let Some(udp) = udp else { return Poll::Pending };
-    udp.poll(cx, buffer).map(|news| match news {
-        UdpNews::Datagram { from, length } => Arrival::Datagram { from: address(from), length },
-        UdpNews::Writable => Arrival::Writable,
-    })
+/// A UDP socket, and the datagram that the system did not take yet.
+#[derive(Debug)]
+struct Udp {
+    socket: UdpSocket,
+    /// While there is one, nothing is read: input must not outrun its answers.
+    unsent: Option<(SocketAddr, Vec<u8>)>,
+    send_errors: u64,
 }
 
-fn poll_tcp(
-    tcp: &mut Option<TcpServer>,
-    cx: &mut Context<'_>,
-    buffer: &mut [u8],
-    accepts_input: &impl Fn(Connection) -> bool,
-    now: WallTime,
-) -> Poll<Arrival> {
-    let Some(tcp) = tcp else { return Poll::Pending };
-    tcp.poll(cx, buffer, accepts_input, now).map(|news| match news {
-        TcpNews::Opened { connection, from } => Arrival::Opened { connection, from },
-        TcpNews::Bytes { connection, length } => Arrival::Bytes { connection, length },
-        TcpNews::Writable => Arrival::Writable,
-        TcpNews::Closed(connection) => Arrival::Closed(connection),
-    })
+impl Udp {
+    async fn open(link: &'static str, address: SocketAddr) -> Result<Self, GcsError> {
+        #[expect(clippy::disallowed_methods, reason = "the ground-station link is I/O")]
+        let socket = UdpSocket::bind(address).await;
+        let socket = socket.map_err(|source| GcsError::Bind { link, address, source })?;
+        Ok(Self { socket, unsent: None, send_errors: 0 })
+    }
+
+    fn local_address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    fn can_send(&self) -> bool {
+        self.unsent.is_none()
+    }
+
+    /// Sends a datagram, or keeps it until the system takes it.
+    fn send(&mut self, to: SocketAddr, datagram: Vec<u8>) {
+        match self.socket.try_send_to(&datagram, to) {
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                self.unsent = Some((to, datagram));
+            }
+            Err(error) => {
+                self.send_errors += 1;
+                // The first of each doubling: a ground station that is not there is normal.
+                if self.send_errors.is_power_of_two() {
+                    warn!(%to, %error, errors = self.send_errors, "a datagram was not sent");
+                }
+            }
+        }
+    }
+
+    fn poll(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+        address: fn(SocketAddr) -> Address,
+    ) -> Poll<Arrival> {
+        while let Some((to, datagram)) = self.unsent.take() {
+            if self.socket.poll_send_ready(cx).is_pending() {
+                self.unsent = Some((to, datagram));
+                return Poll::Pending;
+            }
+            self.send(to, datagram);
+            if self.can_send() {
+                return Poll::Ready(Arrival::Writable);
+            }
+        }
+        for _ in 0..ERRORS_IN_A_ROW {
+            if self.socket.poll_recv_ready(cx).is_pending() {
+                break;
+            }
+            match self.socket.try_recv_from(buffer) {
+                Ok((length, from)) => {
+                    return Poll::Ready(Arrival::Datagram { from: address(from), length });
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                // It concerns an earlier send to somebody who is not there.
+                Err(error) => debug!(%error, "ground-station socket"),
+            }
+        }
+        // After too many errors: the other inputs and the deadline go on, and the next call reads again.
+        Poll::Pending
+    }
+}
+
+/// Listens, and holds the connections that were opened.
+#[derive(Debug)]
+pub(super) struct TcpServer {
+    listener: TcpListener,
+    clients: Vec<Client>,
+    next: u32,
+    /// Whose turn it is to be looked at first.
+    turn: usize,
+    accept_errors: u64,
+}
+
+#[derive(Debug)]
+struct Client {
+    connection: Connection,
+    remote: SocketAddr,
+    stream: TcpStream,
+    /// The part of a frame that the system did not take yet.
+    unsent: Vec<u8>,
+    /// When the system refused to take more.
+    stalled_since: WallTime,
+    broken: bool,
+}
+
+impl TcpServer {
+    pub(super) fn open(address: SocketAddr) -> Result<Self, GcsError> {
+        let failed = |source| GcsError::Bind { link: TCP_SERVER, address, source };
+        let listener = listen(address).map_err(failed)?;
+        Ok(Self { listener, clients: Vec::new(), next: 0, turn: 0, accept_errors: 0 })
+    }
+
+    pub(super) fn local_address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    pub(super) fn can_send(&self, connection: Connection) -> bool {
+        let client = self.clients.iter().find(|client| client.connection == connection);
+        client.is_some_and(|client| client.unsent.is_empty() && !client.broken)
+    }
+
+    /// Sends a frame, or keeps what the system does not take.
+    pub(super) fn send(&mut self, connection: Connection, frame: Vec<u8>, now: WallTime) {
+        let mut clients = self.clients.iter_mut();
+        // A connection that was closed just now.
+        let Some(client) = clients.find(|client| client.connection == connection) else { return };
+        client.unsent = frame;
+        client.stalled_since = now;
+        client.write();
+    }
+
+    /// Closes a connection. Returns who was at its other end.
+    pub(super) fn close(&mut self, connection: Connection) -> Option<SocketAddr> {
+        let at = self.clients.iter().position(|client| client.connection == connection)?;
+        Some(self.clients.swap_remove(at).remote)
+    }
+
+    /// A connection whose peer has stopped taking what it is sent.
+    pub(super) fn stalled(&self, now: WallTime) -> Option<Connection> {
+        let stalled = |client: &&Client| {
+            !client.unsent.is_empty() && now.since(client.stalled_since) > STALL_MAX
+        };
+        self.clients.iter().find(stalled).map(|client| client.connection)
+    }
+
+    /// Connections are looked at in turns, and each is read once in its turn.
+    pub(super) fn poll(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+        accepts_input: &impl Fn(Connection) -> bool,
+        now: WallTime,
+    ) -> Poll<Arrival> {
+        if let Poll::Ready(opened) = self.poll_accept(cx, now) {
+            return Poll::Ready(opened);
+        }
+        let count = self.clients.len();
+        for i in 0..count {
+            let at = (self.turn + i) % count;
+            let Some(client) = self.clients.get_mut(at) else { continue };
+            if let Poll::Ready(arrival) = client.poll(cx, buffer, accepts_input, now) {
+                self.turn = at + 1;
+                return Poll::Ready(arrival);
+            }
+        }
+        Poll::Pending
+    }
+
+    fn poll_accept(&mut self, cx: &mut Context<'_>, now: WallTime) -> Poll<Arrival> {
+        for _ in 0..ERRORS_IN_A_ROW {
+            let (stream, remote) = match self.listener.poll_accept(cx) {
+                Poll::Pending => break,
+                Poll::Ready(Ok(accepted)) => accepted,
+                Poll::Ready(Err(error)) => {
+                    self.accept_errors += 1;
+                    if self.accept_errors.is_power_of_two() {
+                        warn!(%error, errors = self.accept_errors, "a connection was not accepted");
+                    }
+                    continue;
+                }
+            };
+            if let Err(error) = stream.set_nodelay(true) {
+                // It has been closed already, as reading will tell; else it is served with some delay.
+                debug!(%remote, %error, "TCP_NODELAY");
+            }
+            let connection = Connection(self.next);
+            self.next = self.next.wrapping_add(1);
+            let unsent = Vec::new();
+            let client =
+                Client { connection, remote, stream, unsent, stalled_since: now, broken: false };
+            self.clients.push(client);
+            return Poll::Ready(Arrival::Opened { connection, from: remote });
+        }
+        Poll::Pending
+    }
+}
+
+fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // A server that has just ended leaves connections behind that would keep the port; one that still
+    // listens keeps it all the same.
+    socket.set_reuseaddr(true)?;
+    // Accepted connections inherit it.
+    socket.set_send_buffer_size(SYSTEM_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
+
+impl Client {
+    /// Writes what waits, as far as the system takes it. True if it took anything.
+    fn write(&mut self) -> bool {
+        match self.stream.try_write(&self.unsent) {
+            Ok(taken) => {
+                self.unsent.drain(..taken);
+                taken > 0
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => false,
+            Err(error) => {
+                debug!(remote = %self.remote, %error, "ground-station connection");
+                self.broken = true;
+                false
+            }
+        }
+    }
+
+    fn poll(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+        accepts_input: &impl Fn(Connection) -> bool,
+        now: WallTime,
+    ) -> Poll<Arrival> {
+        let connection = self.connection;
+        while !self.broken && !self.unsent.is_empty() {
+            if self.stream.poll_write_ready(cx).is_pending() {
+                break;
+            }
+            if self.write() {
+                self.stalled_since = now;
+            }
+            if self.unsent.is_empty() && !self.broken {
+                return Poll::Ready(Arrival::Writable);
+            }
+        }
+        while !self.broken && accepts_input(connection) {
+            if self.stream.poll_read_ready(cx).is_pending() {
+                return Poll::Pending;
+            }
+            match self.stream.try_read(buffer) {
+                Ok(0) => self.broken = true,
+                Ok(length) => return Poll::Ready(Arrival::Bytes { connection, length }),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(_) => self.broken = true,
+            }
+        }
+        if self.broken { Poll::Ready(Arrival::Closed(connection)) } else { Poll::Pending }
+    }
 }

@@ -5,7 +5,7 @@ use std::net::{TcpStream, UdpSocket};
 use std::task::Context;
 use std::thread::{self, JoinHandle};
 
-use super::tcp::TcpServer;
+use super::sockets::TcpServer;
 use super::*;
 use crate::config::{self, DEFAULT_MODEL};
 use crate::io::channels::{ControlChannels, channels};
@@ -232,11 +232,11 @@ fn a_connection_that_takes_nothing_for_a_minute_is_given_up_and_one_that_takes_a
         // Fills what the system keeps; true if it took anything.
         let fill = async |server: &mut TcpServer, now: WallTime| {
             let mut took = false;
-            let news = |cx: &mut Context<'_>, server: &mut TcpServer| {
+            let poll = |cx: &mut Context<'_>, server: &mut TcpServer| {
                 server.poll(cx, &mut [0; 16], &|_| false, now)
             };
-            let patience = Duration::from_millis(200);
-            while tokio::time::timeout(patience, poll_fn(|cx| news(cx, server))).await.is_ok() {
+            let timeout = Duration::from_millis(200);
+            while tokio::time::timeout(timeout, poll_fn(|cx| poll(cx, server))).await.is_ok() {
                 took = true;
                 while server.can_send(connection) {
                     server.send(connection, vec![0; 4_096], now);

@@ -11,7 +11,7 @@ fn put(folder: &Path, name: &str, size: usize) -> PathBuf {
 }
 
 #[test]
-fn logs_are_listed_by_age_and_everything_else_is_passed_over() {
+fn logs_are_listed_by_age_and_other_files_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let (folder, outside) = (folder.path().join("logs"), folder.path().join("outside.ulg"));
     assert_eq!(list(&folder).unwrap(), [], "no folder, no logs");
@@ -77,23 +77,23 @@ fn jobs_are_done_by_the_thread_and_their_outcomes_have_their_numbers() {
     let folder = tempfile::tempdir().unwrap();
     put(folder.path(), FIRST, 10);
     let mut logs = LogFolder::open(folder.path()).unwrap();
-    let mut ask = |number, task| {
+    let mut run = |number, task| {
         assert!(!logs.is_busy());
         logs.begin(LogJob { number, task });
         assert!(logs.is_busy());
         runtime.block_on(logs.outcome())
     };
     let read = |name: &str| LogTask::Read { name: name.to_owned(), offset: 0, length: 3 };
-    let done = ask(7, read(FIRST));
+    let done = run(7, read(FIRST));
     assert_eq!(done, LogDone { number: 7, result: Ok(LogOutcome::Read(vec![7; 3])) });
-    assert!(ask(8, read(SECOND)).result.is_err());
+    assert!(run(8, read(SECOND)).result.is_err());
     let erased = Erased { removed: 1, in_use: 0, failed: 0 };
-    assert_eq!(ask(9, LogTask::Erase).result, Ok(LogOutcome::Erased(erased)));
-    assert_eq!(ask(10, LogTask::List).result, Ok(LogOutcome::Listed(Vec::new())));
+    assert_eq!(run(9, LogTask::Erase).result, Ok(LogOutcome::Erased(erased)));
+    assert_eq!(run(10, LogTask::List).result, Ok(LogOutcome::Listed(Vec::new())));
 }
 
 #[test]
-fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_nobody_asks_any_more() {
+fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_no_station_requests_it() {
     use crate::io::recorder::folder::make_room;
     let folder = tempfile::tempdir().unwrap();
     let (first, second) = (put(folder.path(), FIRST, 100), put(folder.path(), SECOND, 100));
@@ -107,7 +107,7 @@ fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_nobody_asks_any
     jobs.send(LogJob { number: 1, task: LogTask::List }).unwrap();
     assert!(held.next_job(&theirs, Duration::from_millis(1)).is_some());
     make_room(folder.path(), 0);
-    assert!(first.exists(), "somebody still asks");
+    assert!(first.exists(), "it is still requested");
     let late =
         thread::spawn(move || held.next_job(&theirs, Duration::from_millis(1)).map(|_| held));
     while first.exists() {

@@ -1,4 +1,4 @@
-//! The folder of the logs: names, and room for new ones.
+//! The folder of the logs: names, when they were begun, and room for new ones.
 
 use std::fs::{self, File};
 use std::io;
@@ -9,6 +9,9 @@ use tracing::{info, warn};
 
 /// Endings of the files that count and that may be removed.
 const ENDINGS: [&str; 2] = ["ulg", "tlog"];
+/// Characters of `yyyymmdd-hhmmss`.
+const STAMP: usize = 15;
+const DAY_S: u64 = 86_400;
 
 /// Creates the folder if need be, and writes to it once.
 pub fn prepare(folder: &Path) -> io::Result<()> {
@@ -38,6 +41,55 @@ pub fn stamp(utc_s: u64) -> String {
     let year = era * 400 + year + next;
     let (hour, minute) = (second / 3_600, second / 60 % 60);
     format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{:02}", second % 60)
+}
+
+/// When a log with this name was begun, seconds since 1970, UTC; `None` if it is not the name of a flight
+/// log: `yyyymmdd-hhmmss-<hash of the session, 8 hex digits>.ulg`.
+#[must_use]
+pub fn flight_log_begun(name: &str) -> Option<u64> {
+    let (stamp, rest) = name.split_at_checked(STAMP)?;
+    let session = rest.strip_prefix('-')?.strip_suffix(".ulg")?;
+    let is_hex = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+    let is_session = session.len() == 8 && session.bytes().all(is_hex);
+    if is_session { begun(stamp) } else { None }
+}
+
+fn begun(stamp: &str) -> Option<u64> {
+    let digits = |from: usize, to: usize| -> Option<u64> {
+        let text = stamp.get(from..to)?;
+        text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
+    };
+    if stamp.len() != STAMP || stamp.get(8..9) != Some("-") {
+        return None;
+    }
+    let (year, month, day) = (digits(0, 4)?, digits(4, 6)?, digits(6, 8)?);
+    let (hour, minute, second) = (digits(9, 11)?, digits(11, 13)?, digits(13, 15)?);
+    let is_date = year >= 1970
+        && (1..=12).contains(&month)
+        && (1..=days_of_month(year, month)).contains(&day);
+    if !is_date || hour > 23 || minute > 59 || second > 59 {
+        return None;
+    }
+    let years: u64 = (1970..year).map(days_of_year).sum();
+    let months: u64 = (1..month).map(|month| days_of_month(year, month)).sum();
+    Some((years + months + day - 1) * DAY_S + hour * 3600 + minute * 60 + second)
+}
+
+fn is_leap(year: u64) -> bool {
+    (year.is_multiple_of(4) && !year.is_multiple_of(100)) || year.is_multiple_of(400)
+}
+
+fn days_of_year(year: u64) -> u64 {
+    if is_leap(year) { 366 } else { 365 }
+}
+
+fn days_of_month(year: u64, month: u64) -> u64 {
+    match month {
+        2 if is_leap(year) => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
 }
 
 /// Removes the oldest logs until they have at most `limit` bytes together. A log that is being written stays, and so
@@ -87,8 +139,8 @@ fn logs(folder: &Path) -> io::Result<Vec<(String, PathBuf, u64)>> {
 /// `yyyymmdd-hhmmss`, then anything, then one of the endings.
 fn is_log(name: &str) -> bool {
     let Some((stem, ending)) = name.rsplit_once('.') else { return false };
-    let stamp = stem.as_bytes().get(..15).unwrap_or_default();
-    let is_stamp = stamp.len() == 15
+    let stamp = stem.as_bytes().get(..STAMP).unwrap_or_default();
+    let is_stamp = stamp.len() == STAMP
         && stamp.iter().enumerate().all(|(at, byte)| match at {
             8 => *byte == b'-',
             _ => byte.is_ascii_digit(),
@@ -140,5 +192,34 @@ mod tests {
         assert!(prepare(&file.join("logs")).is_err());
         prepare(&folder.path().join("a/b")).unwrap();
         assert_eq!(fs::read_dir(folder.path().join("a/b")).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_name_leads_back_to_its_second() {
+        for utc_s in (0..4_102_444_800).step_by(86_400 * 3 + 4321) {
+            assert_eq!(flight_log_begun(&name(utc_s, "0000000a")), Some(utc_s));
+        }
+    }
+
+    #[test]
+    fn only_names_that_the_program_gives_are_names_of_logs() {
+        let good = "20261121-081257-0123abcf.ulg";
+        assert_eq!(flight_log_begun(good), Some(1_795_248_777));
+        for bad in [
+            "",
+            "notes.ulg",
+            "20261121-081257.ulg",
+            "20261121-081257-0123abcg.ulg",
+            "20261121-081257-0123abcf.ulg.bak",
+            "20261321-081257-0123abcf.ulg",
+            "20260229-081257-0123abcf.ulg",
+            "20261121-246057-0123abcf.ulg",
+            "+0261121-081257-0123abcf.ulg",
+            "../261121-081257-0123abcf.ulg",
+            "ä0261121-08125-0123abcf.ulg",
+            "20261121-081257.tlog",
+        ] {
+            assert_eq!(flight_log_begun(bad), None, "{bad}");
+        }
     }
 }

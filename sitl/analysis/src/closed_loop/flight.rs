@@ -3,10 +3,14 @@
 //! It carries what the link carries: at most [`REPORTS_MAX`] reports come with a control step, one request leaves with
 //! its answer. So a flight in one process and one through two processes agree to the bit.
 
-use core::ops::ControlFlow;
+use core::iter::Zip;
+use core::ops::{ControlFlow, RangeFrom};
+use core::slice;
 use std::collections::VecDeque;
+use std::iter::Peekable;
 
 use autopilot::autopilot::{Autopilot, Settings};
+use autopilot::command::{Command, Intent};
 use autopilot::event::{Event, Snapshot};
 use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Moment, Recorded};
@@ -14,11 +18,11 @@ use flight_control::StepLog;
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use plant_sim::{Plant, PlantSetup, SetupError};
+use plant_sim::{Plant, PlantSetup, SetupError, Truth};
 
-use super::{End, Record};
+use super::{End, FlightSetup, Record, settings};
 
-/// Where in a flight plant and autopilot talk.
+/// An exchange of packets between plant and autopilot: where in the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exchange {
     /// Control steps flown before it.
@@ -34,7 +38,7 @@ pub struct Exchange {
 pub struct Tick<'a> {
     /// Where in the flight.
     pub exchange: Exchange,
-    /// What the sensors said.
+    /// Sensor values.
     pub sensors: &'a Sensors,
     /// What the laws made of it: every signal of the step, the commands included.
     pub log: &'a StepLog,
@@ -56,7 +60,7 @@ impl Tick<'_> {
 
 /// Who gives inputs to a flight, and looks at it.
 pub trait Operator {
-    /// What ends a flight early.
+    /// Why a flight ends early.
     type Stop;
 
     /// One tick, after its control step.
@@ -75,7 +79,7 @@ pub trait Operator {
     /// What the plant reports in this exchange.
     fn report(&mut self, _exchange: &Exchange, _report: &PlantReport) {}
 
-    /// What the autopilot asks of the plant in this exchange.
+    /// The request to the plant in this exchange.
     fn request(
         &mut self,
         _exchange: &Exchange,
@@ -114,7 +118,7 @@ pub struct Flown<S> {
     pub stopped: Option<S>,
 }
 
-/// Flies until `until`, the ground, a restart that an operator asks for, or the operator's end.
+/// Flies until `until`, the ground, a restart that an operator requests, or the operator's end.
 ///
 /// # Errors
 /// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
@@ -144,7 +148,7 @@ struct Flight {
     events: Vec<Event>,
     /// Control steps flown.
     step: u64,
-    /// A restart was asked for.
+    /// A restart was requested.
     is_over: bool,
 }
 
@@ -187,7 +191,7 @@ impl Flight {
         operator: &mut O,
     ) -> ControlFlow<O::Stop, Actuators> {
         let here = self.here(Moment::Step);
-        self.hear_reports(&here, REPORTS_MAX, operator);
+        self.take_reports(&here, REPORTS_MAX, operator);
         self.take_inputs(&here, operator);
         let actuators = self.autopilot.step(here.time, sensors).actuators();
         self.gather_events();
@@ -201,7 +205,7 @@ impl Flight {
             plant: &self.plant,
         })?;
         self.events.clear();
-        self.ask(&here, operator)?;
+        self.send_request(&here, operator)?;
         ControlFlow::Continue(actuators)
     }
 
@@ -213,11 +217,11 @@ impl Flight {
         operator: &mut O,
     ) -> ControlFlow<O::Stop, Actuators> {
         let here = self.here(moment);
-        self.hear_reports(&here, usize::MAX, operator);
+        self.take_reports(&here, usize::MAX, operator);
         self.take_inputs(&here, operator);
         let actuators = self.autopilot.hold(sensors, moment == Moment::OnGround);
         self.gather_events();
-        self.ask(&here, operator)?;
+        self.send_request(&here, operator)?;
         operator.held(&here)?;
         ControlFlow::Continue(actuators)
     }
@@ -246,7 +250,7 @@ impl Flight {
         }
     }
 
-    fn hear_reports<O: Operator>(&mut self, here: &Exchange, count: usize, operator: &mut O) {
+    fn take_reports<O: Operator>(&mut self, here: &Exchange, count: usize, operator: &mut O) {
         for _ in 0..count {
             let Some(report) = self.replies.pop_front().or_else(|| self.plant.pop_report()) else {
                 return;
@@ -256,8 +260,12 @@ impl Flight {
         }
     }
 
-    /// What the autopilot asks of the plant leaves with its answer to a packet, and the reply comes with the next one.
-    fn ask<O: Operator>(&mut self, here: &Exchange, operator: &mut O) -> ControlFlow<O::Stop> {
+    /// A request to the plant leaves with the answer to a packet, and the reply comes with the next one.
+    fn send_request<O: Operator>(
+        &mut self,
+        here: &Exchange,
+        operator: &mut O,
+    ) -> ControlFlow<O::Stop> {
         let request = self.autopilot.next_request();
         operator.request(here, request.as_ref())?;
         let Some(PlantRequest { number: request, action }) = request else {
@@ -270,7 +278,7 @@ impl Flight {
             }
             PlantAction::ListFaults => self.plant.list_faults(),
             PlantAction::Restart => self.is_over = true,
-            // Time passes as fast as it can here; whoever asks is told that it is so.
+            // Time passes as fast as it can here; the request is confirmed all the same.
             PlantAction::Pace(pace) => {
                 let (request, at) = (Some(request), here.time);
                 self.replies.push_back(PlantReport::Paced { request, pace, at });
@@ -281,5 +289,74 @@ impl Flight {
 
     fn gather_events(&mut self) {
         self.events.extend(std::iter::from_fn(|| self.autopilot.pop_event()));
+    }
+}
+
+/// An operator's command at a time. Such a flight repeats to the bit like any other.
+#[derive(Debug, Clone)]
+pub struct TimedCommand {
+    /// It is taken before the control step of the first tick at or after this time.
+    pub at: SimTime,
+    /// What.
+    pub command: Command,
+}
+
+/// One tick of such a flight.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a> {
+    /// The plant's truth at the tick.
+    pub truth: &'a Truth,
+    /// What the autopilot shows at the tick.
+    pub snapshot: &'a Snapshot,
+    /// What has happened since the tick before.
+    pub events: &'a [Event],
+}
+
+/// Flies a setup from its start to its end and hands every tick to `sink`. `commands` is in the order of time.
+///
+/// # Errors
+/// [`SetupError`] if the plant cannot start.
+pub fn fly_with_commands(
+    setup: &FlightSetup,
+    commands: &[TimedCommand],
+    sink: &mut dyn FnMut(&Observation),
+) -> Result<End, SetupError> {
+    fly_while(setup, commands, &mut |observation| {
+        sink(observation);
+        true
+    })
+}
+
+/// The same, ended by a `sink` that says false.
+///
+/// # Errors
+/// [`SetupError`] if the plant cannot start.
+pub fn fly_while(
+    setup: &FlightSetup,
+    commands: &[TimedCommand],
+    sink: &mut dyn FnMut(&Observation) -> bool,
+) -> Result<End, SetupError> {
+    let mut commander = Commander { commands: commands.iter().zip(1..).peekable(), sink };
+    Ok(run(&setup.plant, &settings(setup), setup.duration, &mut commander)?.end)
+}
+
+struct Commander<'a> {
+    /// With the numbers of their intents.
+    commands: Peekable<Zip<slice::Iter<'a, TimedCommand>, RangeFrom<u32>>>,
+    sink: &'a mut dyn FnMut(&Observation) -> bool,
+}
+
+impl Operator for Commander<'_> {
+    type Stop = ();
+
+    fn input(&mut self, exchange: &Exchange) -> Option<Recorded> {
+        let (timed, number) = self.commands.next_if(|(timed, _)| timed.at <= exchange.time)?;
+        Some(Recorded::Intent(Intent { number, command: timed.command.clone() }))
+    }
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let snapshot = tick.snapshot;
+        let observation = Observation { truth: &tick.plant.truth(), snapshot, events: tick.events };
+        if (self.sink)(&observation) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 }

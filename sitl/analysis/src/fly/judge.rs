@@ -1,15 +1,19 @@
-//! Looks at every tick of a flight: measures it, writes its row, and ends it when the aircraft is lost.
+//! Looks at every tick of a flight: measures it, writes its row and its entries of the flight log, and ends it when the
+//! aircraft is lost.
 
 use core::ops::ControlFlow;
+use std::io;
 
 use autopilot::own_law::OwnLaw;
+use autopilot::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Recorded, Step};
 use flight_control::DesignModel;
+use host_io::session;
 use icd::SimTime;
 use icd::fault::{PlantReport, PlantRequest};
+use plant_sim::io::header::PlantHeader;
 use plant_sim::{FlightLimits, Plant};
 
 use super::FlyError;
-use super::log::FlightLog;
 use super::measures::{Measured, Measures};
 use super::outcome::{Fate, Loss, LossBy, Outcome};
 use crate::closed_loop::{Exchange, FlightSetup, Flown, Operator, Tick, run, settings};
@@ -21,10 +25,10 @@ use crate::table::{self, Columns};
 #[derive(Default)]
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
-    pub(super) table: Option<&'a mut super::files::Output>,
+    pub(super) table: Option<&'a mut super::outcome::Output>,
     /// The flight log.
     pub(super) log: Option<FlightLog>,
-    /// Told of each second of simulation time.
+    /// Counts the seconds of simulation time.
     pub(super) progress: Option<&'a Progress>,
     /// What flies where `CTL_LAW` is 9.
     pub(super) own_law: Option<OwnLaw>,
@@ -91,7 +95,7 @@ struct Judge<'a> {
     altitude_m: [f64; 2],
     loss: Option<Loss>,
     stops_at_loss: bool,
-    /// Simulation time of the next word to the progress.
+    /// Simulation time of the next count of the progress.
     next_second: SimTime,
     keep: Keep<'a>,
 }
@@ -182,5 +186,77 @@ impl Operator for Judge<'_> {
             Some(log) => until_failed(log.landed(exchange, plant)),
             None => ControlFlow::Continue(()),
         }
+    }
+}
+
+/// The flight log in memory, with the entries that the recorder of the autopilot's process gets.
+#[derive(Debug)]
+pub(super) struct FlightLog(Encoder<Vec<u8>>);
+
+impl FlightLog {
+    /// Begins the log of a flight of the scenario with this name.
+    pub(super) fn begin(scenario: &str, setup: &FlightSetup) -> Result<Self, FlyError> {
+        // There is no link; the seed tells one flight from another.
+        let session = session::shown(setup.plant.seed);
+        let period_us = setup.plant.period.as_micros();
+        let header = ControlHeader::new(settings(setup), session, period_us, false);
+        let version = header.version.clone();
+        let begin = Begin { time: SimTime::ZERO, header };
+        let mut log = Encoder::begin(Vec::new(), begin, &setup.parameters, LogRate::Events)?;
+        let plant =
+            PlantHeader { version, scenario: scenario.to_owned(), setup: setup.plant.clone() };
+        let json = serde_json::to_vec(&plant).map_err(io::Error::from)?;
+        log.add(Entry::Piece { index: 0, count: 1, bytes: json.into() })?;
+        Ok(Self(log))
+    }
+
+    /// A control step and what has happened.
+    pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
+        let snapshot = tick.snapshot;
+        let plant = tick.plant;
+        let demand = &snapshot.demand;
+        self.0.add(Entry::Step(Step {
+            time: tick.exchange.time,
+            sensors: *tick.sensors,
+            actuators: tick.log.actuators(),
+            log: *tick.log,
+            mode: snapshot.mode,
+            references: [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s],
+            terminated: snapshot.terminated,
+            truth: Some(plant.truth().to_row(plant.on_ground(), plant.is_broken())),
+        }))?;
+        for event in tick.events {
+            self.0.add(Entry::Event(*event))?;
+        }
+        Ok(())
+    }
+
+    /// What the plant reports. A log in memory takes everything; what fails is found at the next tick.
+    pub(super) fn report(&mut self, exchange: &Exchange, report: &PlantReport) {
+        if let Some(entry) = Entry::of_report(exchange.time, report) {
+            let _ = self.0.add(entry);
+        }
+    }
+
+    /// What the autopilot asks of the plant.
+    pub(super) fn request(
+        &mut self,
+        exchange: &Exchange,
+        request: PlantRequest,
+    ) -> Result<(), FlyError> {
+        let Exchange { time, moment, .. } = *exchange;
+        let what = Recorded::Request(request);
+        Ok(self.0.add(Entry::Recorded { time, moment, what })?)
+    }
+
+    /// The aircraft is on the ground.
+    pub(super) fn landed(&mut self, exchange: &Exchange, plant: &Plant) -> Result<(), FlyError> {
+        let row = plant.truth().to_row(plant.on_ground(), plant.is_broken());
+        Ok(self.0.add(Entry::Ground { time: exchange.time, row })?)
+    }
+
+    /// Its bytes.
+    pub(super) fn end(self) -> Result<Vec<u8>, FlyError> {
+        Ok(self.0.end(End::Stopped)?)
     }
 }

@@ -2,24 +2,15 @@
 //!
 //! Each limit is the one of the claim's row in docs/claims.md.
 
-use super::case2::{AT_LIMIT_AFTER_S, AT_LIMIT_DEG};
 use super::cases::{Flown, Runs};
-use super::claim::{Claim, ClaimResult, Limit};
-use super::estimates::{Axis, error_over_jump};
+use super::claim::Limit::{AtLeast, AtMost, Exactly};
+use super::claim::{Claim, ClaimResult};
+use super::claims::{AT_LIMIT_AFTER_S, AT_LIMIT_DEG, Axis, error_over_jump};
 use super::trace::{Trace, column};
 use crate::metrics::{DEG, fraction, max, max_abs, mean, min};
 
 const INACTIVE: Claim = Claim { id: "3", text: "without a fault the compensator is inactive" };
 const NOISE: Claim = Claim { id: "4", text: "the outcomes survive noise and air" };
-
-/// Healthy estimates stay below this fraction of the activation level.
-const HEALTHY_LEVEL: f64 = 0.9;
-/// Settled roll of case 2 in noise, deg.
-const SETTLED_DEG: (f64, f64) = (7.5, 12.5);
-/// rms of the estimation error, percent of the jump.
-const EQUAL_PERCENT: f64 = 22.0;
-/// The lateral nozzle is at its limit at least this much of the time, percent.
-const AT_LIMIT_PERCENT: f64 = 95.0;
 
 /// Without a fault the compensator never wakes, and arming it changes nothing, to the bit.
 #[must_use]
@@ -37,22 +28,17 @@ pub fn claim_3(flown: &Flown) -> Vec<ClaimResult> {
             applied.nozzle_yaw_rad,
         ]
     }));
-    let none = Limit::Exactly(0.0);
-    vec![
-        INACTIVE.check(
-            format!("case {case}: ticks with the compensator active"),
-            active_ticks(armed),
+    let (active, differing) = (active_ticks(armed), differing_ticks(armed, off));
+    INACTIVE.check_all([
+        (&format!("case {case}: ticks with the compensator active"), active, "ticks", Exactly(0.0)),
+        (&format!("case {case}: largest compensation"), demand / DEG, "deg", Exactly(0.0)),
+        (
+            &format!("case {case}: ticks at which armed and off differ in a bit"),
+            differing,
             "ticks",
-            none,
+            Exactly(0.0),
         ),
-        INACTIVE.check(format!("case {case}: largest compensation"), demand / DEG, "deg", none),
-        INACTIVE.check(
-            format!("case {case}: ticks at which armed and off differ in a bit"),
-            differing_ticks(armed, off),
-            "ticks",
-            none,
-        ),
-    ]
+    ])
 }
 
 fn active_ticks(run: &Trace) -> f64 {
@@ -70,7 +56,7 @@ fn differing_ticks(a: &Trace, b: &Trace) -> f64 {
     u32::try_from(different + unpaired).map_or(f64::INFINITY, f64::from)
 }
 
-/// What claim 4 looks at in the three runs of one case under one seed.
+/// What claim 4 measures in the three runs of one case under one seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noisy {
     name: String,
@@ -147,42 +133,24 @@ pub fn claim_4(flights: &[Noisy]) -> Vec<ClaimResult> {
         flights.iter().filter(|f| offends(f)).map(|f| f.name.clone()).collect()
     };
     let settled = || flights.iter().filter_map(|f| f.settled_rad).map(|phi| phi / DEG);
-    let (low, high) = SETTLED_DEG;
-    vec![
+    let runs = vec![
         NOISE.check_none("lost without fault", which(|f| f.no_fault_lost)),
         NOISE.check_none("not lost with PID only", which(|f| !f.pid_only_lost)),
         NOISE.check_none("lost with the compensator", which(|f| f.compensated_lost)),
         NOISE.check_none("with a sign other than in 1e and 2e", which(|f| f.wrong_signs)),
         NOISE.check_none("activated without a fault", which(|f| f.false_alarm)),
-        NOISE.check(
-            "largest healthy z2, over its level",
-            max(flights.iter().map(|f| f.healthy_level)),
-            "-",
-            Limit::AtMost(HEALTHY_LEVEL),
-        ),
-        NOISE.check(
-            "case 2: smallest mean roll of the last 10 s",
-            min(settled()),
-            "deg",
-            Limit::AtLeast(low),
-        ),
-        NOISE.check(
-            "case 2: largest mean roll of the last 10 s",
-            max(settled()),
-            "deg",
-            Limit::AtMost(high),
-        ),
-        NOISE.check(
-            "largest rms of z2 - F from 1 s after the fault on, over the jump",
-            100.0 * max(flights.iter().map(|f| f.error_over_jump)),
-            "%",
-            Limit::AtMost(EQUAL_PERCENT),
-        ),
-        NOISE.check(
-            "case 2: smallest share of the time with the lateral nozzle at its limit",
-            100.0 * min(flights.iter().filter_map(|f| f.at_limit)),
-            "%",
-            Limit::AtLeast(AT_LIMIT_PERCENT),
-        ),
-    ]
+    ];
+    let healthy = max(flights.iter().map(|f| f.healthy_level));
+    let error = 100.0 * max(flights.iter().map(|f| f.error_over_jump));
+    let at_limit = 100.0 * min(flights.iter().filter_map(|f| f.at_limit));
+    let error_measure = "largest rms of z2 - F from 1 s after the fault on, over the jump";
+    let limit_measure = "case 2: smallest share of the time with the lateral nozzle at its limit";
+    let values = NOISE.check_all([
+        ("largest healthy z2, over its level", healthy, "-", AtMost(0.9)),
+        ("case 2: smallest mean roll of the last 10 s", min(settled()), "deg", AtLeast(7.5)),
+        ("case 2: largest mean roll of the last 10 s", max(settled()), "deg", AtMost(12.5)),
+        (error_measure, error, "%", AtMost(22.0)),
+        (limit_measure, at_limit, "%", AtLeast(95.0)),
+    ]);
+    [runs, values].concat()
 }

@@ -105,6 +105,15 @@ impl Claim {
         }
     }
 
+    /// Holds measured values against their limits: measure, value, unit, limit.
+    #[must_use]
+    pub fn check_all<const N: usize>(
+        self,
+        rows: [(&str, f64, &'static str, Limit); N],
+    ) -> Vec<ClaimResult> {
+        rows.map(|(measure, value, unit, limit)| self.check(measure, value, unit, limit)).to_vec()
+    }
+
     /// Counts the runs that did what they must not; there must be none.
     #[must_use]
     pub fn check_none(self, measure: impl Into<String>, offenders: Vec<String>) -> ClaimResult {

@@ -1,4 +1,5 @@
-//! Three comparisons that the paper does not make, so that a reader can judge what the compensator itself adds.
+//! What the paper does not do: three comparisons, so that a reader can judge what the compensator itself adds, and
+//! flights with other parameters.
 
 use std::array;
 
@@ -9,10 +10,13 @@ use rayon::prelude::*;
 
 use super::cases::{Case, Conditions, Flown, Run, Runs, fly_once};
 use super::claim::ClaimResult;
-use super::estimates::Axis;
+use super::claims::Axis;
+use super::model_error::UnknownDerivative;
 use super::trace::{Trace, column};
-use super::{PaperError, both, case1, case2, in_process};
+use super::{PaperError, both, claims, in_process};
 use crate::closed_loop::FlightSetup;
+use crate::configuration::AircraftArgs;
+use crate::linearize::linearize;
 use crate::metrics::{mean, rms, travel};
 
 /// Seeds over which the healthy flights in turbulence are averaged.
@@ -39,7 +43,7 @@ pub struct Comparisons {
     pub ganged: [Ganged; 2],
 }
 
-/// One case with the observer that is not told the compensation, beside the normal one.
+/// One case with the observer that does not get the compensation, beside the normal one.
 #[derive(Debug, Clone)]
 pub struct Literal {
     /// Mean z2 of the last 10 s, rad/s², by axis.
@@ -168,26 +172,9 @@ fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, PaperError> {
         no_fault_off: flown.no_fault_off.clone(),
         pid_only: flown.pid_only.clone(),
     };
-    let mut results = case_claims(&flown.runs());
+    let mut results = claims::of_case(&flown.runs());
     results.extend(both::claim_3(&flown));
     Ok(results)
-}
-
-fn case_claims(runs: &Runs) -> Vec<ClaimResult> {
-    match runs.case.number {
-        1 => case1::claims(runs),
-        _ => case2::claims(runs),
-    }
-}
-
-/// The claims about how well the aircraft flies, without and with the fault: those that any controller can meet.
-///
-/// That the nozzle stays still in the climb is left out: it does so by design, or moves by design.
-fn performance_claims(runs: &Runs) -> Vec<ClaimResult> {
-    match runs.case.number {
-        1 => [case1::smooth_climb(runs), case1::claim_1c(runs)].concat(),
-        _ => [case2::claim_2a(runs), case2::claim_2c(runs)].concat(),
-    }
 }
 
 fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
@@ -201,9 +188,9 @@ fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
         Runs { case: &case, no_fault: &no_fault, pid_only: &flown.pid_only, compensated: &faulty };
     let pid = Runs { compensated: &flown.pid_only, ..flown.runs() };
     Ok(Ganged {
-        pid_only: performance_claims(&pid),
-        ganged: performance_claims(&runs),
-        two_step: performance_claims(&flown.runs()),
+        pid_only: claims::of_performance(&pid),
+        ganged: claims::of_performance(&runs),
+        two_step: claims::of_performance(&flown.runs()),
         flights: [
             Summary::of(&flown.pid_only),
             Summary::of(&faulty),
@@ -302,4 +289,100 @@ impl Healthy {
             array::from_fn(|i| mean(all.iter().map(fields[i])));
         Self { roll_rms_rad, roll_rate_rms_rad_s, aileron_rad_s, nozzle_rad_s }
     }
+}
+
+/// A parameter that a reader will doubt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Doubt {
+    /// Letters (docs/parameter-set.md).
+    pub name: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// The value to try instead, of surfaces that of the left one.
+    pub instead: f64,
+    /// Where that value comes from.
+    pub why: &'static str,
+}
+
+/// Values of the F-16 (NASA S-119 model at 2.5 deg of incidence), from which the aircraft departs, and the two
+/// other ratios of yaw to roll that were tried.
+pub const DOUBTS: [Doubt; 12] = [
+    f16("Cmde", "pitch moment of an elevator", -0.28),
+    f16("CLde", "lift of an elevator", 0.218),
+    f16("Clda", "roll moment of an aileron", 0.073_75),
+    f16("Cma", "pitch stiffness", 0.05),
+    f16("Cnb", "yaw stiffness", 0.212),
+    f16("Clb", "dihedral effect", -0.115),
+    f16("Clp", "roll damping", -0.43),
+    f16("CD0", "drag, which sets the thrust and with it the nozzle's authority", 0.020),
+    f16("Cndr", "yaw moment of the rudder", -0.0859),
+    ratio("rCnde", "yaw over roll moment of an elevator", 0.15),
+    ratio("rCnde", "yaw over roll moment of an elevator", 0.22),
+    ratio("rCnda", "yaw over roll moment of the ailerons", 0.15),
+];
+
+const fn f16(name: &'static str, meaning: &'static str, instead: f64) -> Doubt {
+    Doubt { name, meaning, instead, why: "F-16" }
+}
+
+const fn ratio(name: &'static str, meaning: &'static str, instead: f64) -> Doubt {
+    Doubt { name, meaning, instead, why: "not equal to the other one" }
+}
+
+/// What becomes of the claims with another value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The parameter.
+    pub doubt: Doubt,
+    /// This project's value.
+    pub value: f64,
+    /// Limits of claims 1 and 2 that are met, and how many there are; `None` if the aircraft cannot be trimmed
+    /// or modelled.
+    pub held: Option<(usize, usize)>,
+    /// Claims of which a limit is not met.
+    pub broken: Vec<&'static str>,
+}
+
+/// How the outcomes depend on the parameters that a reader will doubt: the paper prints none. Each is replaced, the
+/// controller's model derived anew, and both cases flown again.
+///
+/// # Errors
+/// [`PaperError`] if a file or a value is not what it should be.
+pub fn sensitivity(
+    conditions: &Conditions,
+    aircraft: &AircraftArgs,
+) -> Result<Vec<Sensitivity>, PaperError> {
+    let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..*conditions };
+    let cases = [Case::with(1, &still, aircraft)?, Case::with(2, &still, aircraft)?];
+    DOUBTS.par_iter().map(|doubt| with_other_value(&cases, doubt)).collect()
+}
+
+fn with_other_value(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, PaperError> {
+    let mut airframe = cases[0].setup.plant.airframe.clone();
+    let unknown = || UnknownDerivative { name: doubt.name.to_owned() };
+    let value = airframe.set_derivative(doubt.name, doubt.instead).ok_or_else(unknown)?;
+
+    let mut results = Vec::new();
+    for case in cases {
+        let mut case = case.with_airframe(airframe.clone());
+        let model = linearize(&case.setup.plant, &[]).ok().filter(|b| b.validate().is_ok());
+        let Some(model) = model else {
+            return Ok(Sensitivity { doubt: *doubt, value, held: None, broken: Vec::new() });
+        };
+        case.setup.model = model;
+        let fly = |run| case.fly(run, &in_process);
+        let (no_fault, pid_only, compensated) =
+            (fly(Run::NoFault)?, fly(Run::PidOnly)?, fly(Run::Compensated)?);
+        let runs = Runs {
+            case: &case,
+            no_fault: &no_fault,
+            pid_only: &pid_only,
+            compensated: &compensated,
+        };
+        results.extend(claims::of_case(&runs));
+    }
+    let mut broken: Vec<_> = results.iter().filter(|r| !r.pass).map(|r| r.id).collect();
+    broken.dedup();
+    let held = results.iter().filter(|r| r.pass).count();
+    Ok(Sensitivity { doubt: *doubt, value, held: Some((held, results.len())), broken })
 }

@@ -4,18 +4,17 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use maud::{Markup, PreEscaped, html};
+use plant_sim::FlightLimits;
 
 use crate::chart::Figure;
+use crate::metrics::DEG;
 use crate::page;
-use crate::paper::case1::REFERENCE_M;
-use crate::paper::case2::REFERENCE_DEG;
 use crate::paper::claim::ClaimResult;
-use crate::paper::comparisons::Comparisons;
-use crate::paper::sensitivity::Sensitivity;
+use crate::paper::claims::{Axis, JUMP_S, REFERENCE_DEG, REFERENCE_M};
+use crate::paper::comparisons::{
+    Comparisons, Ganged, Healthy, Literal, Sensitivity, Summary, Turbulence,
+};
 use crate::paper::{Evaluation, Link, Options};
-
-mod comparisons;
-mod honesty;
 
 /// What is a significant digit in a table of measured values.
 const DIGITS: i32 = 4;
@@ -32,7 +31,7 @@ pub fn page(
     let body = html! {
         h1 { "Two-step fault-tolerant control: the paper, flown" }
         (summary(evaluation))
-        (honesty::what_this_is(&evaluation.flown[0].case.setup.plant.airframe.limits))
+        (what_this_is(&evaluation.flown[0].case.setup.plant.airframe.limits))
         h2 { "What was flown" }
         (flown(options, evaluation))
         h2 { "Figures" }
@@ -40,11 +39,11 @@ pub fn page(
         h2 { "Claims" }
         (claims(&evaluation.results))
         h2 { "What the compensator itself contributes" }
-        (comparisons::literal(&comparisons.literal))
-        (comparisons::always_on(comparisons))
-        (comparisons::ganged(&comparisons.ganged))
+        (literal(&comparisons.literal))
+        (always_on(comparisons))
+        (ganged(&comparisons.ganged))
         h2 { "What a reader should doubt" }
-        (honesty::doubts(sensitivity))
+        (doubts(sensitivity))
     };
     page::page("Two-step fault-tolerant control: the paper, flown", "", &body)
 }
@@ -94,7 +93,7 @@ fn flown(options: &Options, evaluation: &Evaluation) -> Markup {
         table {
             tr { th { "Earth" } td { (earth_name(options)) } }
             tr { th { "Control period" } td { (number(1.0e3 * options.period.as_seconds())) " ms" } }
-            tr { th { "Integration step" } td { (number(f64::from(options.step_us) / 1.0e3)) " ms, RK4" } }
+            tr { th { "Integration step" } td { (number(f64::from(options.step_us()) / 1.0e3)) " ms, RK4" } }
             tr { th { "Gyro noise" } td { (number(noise)) " deg/s rms of each control sample" } }
             tr { th { "Turbulence" } td { (number(options.turbulence_m_s)) " m/s rms (Dryden)" } }
             tr { th { "Seed" } td { (options.seed) } }
@@ -204,6 +203,268 @@ pub fn text_table(results: &[ClaimResult]) -> String {
     writeln!(text, "{held} of {} limits hold", results.len())
         .expect("writing to a String cannot fail");
     text
+}
+
+/// (a) The observer as equations 21 to 23 literally say.
+fn literal(cases: &[Literal; 2]) -> Markup {
+    html! {
+        h3 { "(a) The observer as equations 21 to 23 literally say" }
+        p {
+            "Read literally, the observer is not told the compensation. What the compensation does then looks like "
+            "a second disturbance against the first, and z2 settles at what is left of F. Means of the last 10 s:"
+        }
+        table {
+            thead { tr {
+                th { "Case" } th { "Axis" } th.number { "z2, rad/s²" } th.number { "F, rad/s²" }
+                th.number { "z2 / F" }
+            } }
+            tbody { @for (number_of_case, case) in (1..).zip(cases) {
+                @for (axis, (z2, fault)) in Axis::ALL.iter().zip(case.z2.iter().zip(&case.fault)) {
+                    @if fault.abs() > NOTHING { tr {
+                        td { (number_of_case) } td { (axis.name()) }
+                        td.number { (number(*z2)) } td.number { (number(*fault)) }
+                        td.number { (number(z2 / fault)) }
+                    } }
+                }
+            } }
+        }
+        table {
+            thead { tr {
+                th { "Case" } th { "Flight" } th { "Lost" } th.number { "Roll, mean of the last 10 s, deg" }
+                th.number { "Altitude at the end, m" } th.number { "below the no-fault run, m" }
+            } }
+            tbody { @for (number_of_case, case) in (1..).zip(cases) {
+                @for (name, flight) in [
+                    ("no fault", &case.no_fault), ("informed observer", &case.informed),
+                    ("literal observer", &case.flight),
+                ] {
+                    tr {
+                        td { (number_of_case) } td { (name) } (ending(flight))
+                        td.number { (number(case.no_fault.end_altitude_m - flight.end_altitude_m)) }
+                    }
+                }
+            } }
+        }
+    }
+}
+
+/// An axis on which the fault does nothing has no ratio worth showing, rad/s².
+const NOTHING: f64 = 0.01;
+
+/// Three cells: whether lost, mean roll, altitude at the end. A tumbling aircraft has no mean roll.
+fn ending(flight: &Summary) -> Markup {
+    let (lost, roll) = match flight.lost_s {
+        Some(t) => (format!("at {} s", number(t)), "-".to_owned()),
+        None => ("no".to_owned(), number(flight.roll_rad / DEG)),
+    };
+    html! {
+        td { (lost) } td.number { (roll) } td.number { (number(flight.end_altitude_m)) }
+    }
+}
+
+/// (b) Always on against switched.
+fn always_on(all: &Comparisons) -> Markup {
+    html! {
+        h3 { "(b) Always on against switched" }
+        p {
+            "The paper argues for a compensator that wakes with a fault, and does not test one that is always on. "
+            "Healthy level flight with gyro noise, means over " (all.turbulence[0].flights) " seeds:"
+        }
+        table {
+            thead { tr {
+                th { "Turbulence" } th { "Compensator" } th.number { "Roll, rms, deg" }
+                th.number { "Roll rate, rms, deg/s" } th.number { "Aileron travel, deg/s" }
+                th.number { "Nozzle travel, deg/s" }
+            } }
+            tbody { @for t in &all.turbulence {
+                (healthy(t, "switched", &t.switched))
+                (healthy(t, "always on", &t.always_on))
+            } }
+        }
+        @for t in &all.turbulence { (price(t)) }
+        @for (number_of_case, results) in (1..).zip(&all.always_on) {
+            p { "Case " (number_of_case) " with the compensator always on: " (count(results)) }
+        }
+    }
+}
+
+/// What always on costs in healthy flight.
+fn price(t: &Turbulence) -> Markup {
+    let change = |of: fn(&Healthy) -> f64| {
+        let percent = 100.0 * (of(&t.always_on) / of(&t.switched) - 1.0);
+        format!("{percent:+.1} %")
+    };
+    html! { p {
+        "At " (number(t.turbulence_m_s)) " m/s always on changes the rms of the roll angle by "
+        (change(|h| h.roll_rms_rad)) " and the travel of the aileron by " (change(|h| h.aileron_rad_s))
+        ", and keeps the nozzle moving by " (number(t.always_on.nozzle_rad_s / DEG))
+        " deg/s where the switched compensator moves it by " (number(t.switched.nozzle_rad_s / DEG)) " deg/s."
+    } }
+}
+
+fn healthy(t: &Turbulence, name: &str, h: &Healthy) -> Markup {
+    html! { tr {
+        td { (number(t.turbulence_m_s)) " m/s rms" } td { (name) }
+        td.number { (number(h.roll_rms_rad / DEG)) }
+        td.number { (number(h.roll_rate_rms_rad_s / DEG)) }
+        td.number { (number(h.aileron_rad_s / DEG)) }
+        td.number { (number(h.nozzle_rad_s / DEG)) }
+    } }
+}
+
+fn count(results: &[ClaimResult]) -> String {
+    let held = results.iter().filter(|r| r.pass).count();
+    let failed = failed_ids(results);
+    let broken = if failed.is_empty() {
+        "none is broken".to_owned()
+    } else {
+        format!("broken: {}", failed.join(", "))
+    };
+    format!("{held} of {} limits hold; {broken}.", results.len())
+}
+
+/// (c) The same effectors without observer.
+fn ganged(cases: &[Ganged; 2]) -> Markup {
+    html! {
+        h3 { "(c) The same effectors without observer" }
+        p {
+            "The paper gives the nozzle to the compensator alone, so a part of the benefit is the nozzle\u{2019}s. Here "
+            "the PID has the nozzle too, ganged by a static law: nozzle pitch = -(elevator - trim), nozzle yaw = "
+            "4 sideslip - 0.4 r. No observer, no compensator. The limits are those of claims a and c (how well the "
+            "aircraft flies without and with the fault), each controller against its own flight without fault."
+        }
+        table {
+            thead { tr {
+                th { "Case" } th { "Controller" } th { "Lost" } th.number { "Roll, mean of the last 10 s, deg" }
+                th.number { "Altitude at the end, m" } th { "Limits of claims a and c" }
+            } }
+            tbody { @for (number_of_case, case) in (1..).zip(cases) {
+                @for (name, results, flight) in [
+                    ("PID only", &case.pid_only, &case.flights[0]),
+                    ("PID with ganged nozzle", &case.ganged, &case.flights[1]),
+                    ("two-step", &case.two_step, &case.flights[2]),
+                ] {
+                    tr {
+                        td { (number_of_case) } td { (name) } (ending(flight))
+                        td { (count(results)) }
+                    }
+                }
+            } }
+        }
+        @for (number_of_case, case) in (1..).zip(cases) {
+            (verdict(number_of_case, case))
+        }
+        (broken_limits(cases))
+    }
+}
+
+/// How much of the benefit is the nozzle's.
+fn verdict(case: u32, g: &Ganged) -> Markup {
+    let held = |results: &[ClaimResult]| results.iter().filter(|r| r.pass).count();
+    let (pid, ganged, two_step) = (held(&g.pid_only), held(&g.ganged), held(&g.two_step));
+    let [_, flight, _] = &g.flights;
+    html! { p {
+        "Case " (case) ": of " (g.two_step.len()) " limits the PID alone meets " (pid)
+        ", with the ganged nozzle " (ganged) ", the two-step controller " (two_step) ". "
+        @match flight.lost_s {
+            Some(t) => {
+                "With the ganged nozzle the aircraft is lost at " (number(t)) " s: here survival is the "
+                "compensator\u{2019}s."
+            }
+            None => {
+                "The ganged nozzle, without any estimate of the fault, keeps the aircraft in the air: survival is "
+                "the nozzle\u{2019}s. "
+                @if ganged < two_step { "The estimate adds " (two_step - ganged) " limits." }
+                @else { "By these limits the estimate adds nothing." }
+            }
+        }
+    } }
+}
+
+fn broken_limits(cases: &[Ganged; 2]) -> Markup {
+    let broken = || cases.iter().flat_map(|case| &case.ganged).filter(|r| !r.pass);
+    html! {
+        @if broken().next().is_some() {
+            p { "Limits that the ganged nozzle breaks:" }
+            table {
+                thead { tr {
+                    th { "Claim" } th { "Measured" } th.number { "Value" } th.number { "Limit" } th { "Unit" }
+                } }
+                tbody { @for r in broken() { tr {
+                    td { (r.id) } td { (r.measure) } td.number { (number(r.value)) }
+                    td.number { (r.limit) } td { (r.unit) }
+                } } }
+            }
+        }
+    }
+}
+
+/// Paper, and what could and could not be compared with it.
+fn what_this_is(limits: &FlightLimits) -> Markup {
+    html! {
+        p {
+            "The paper is Wang, Chen, Ren, Liu, \u{201c}Two-Step Robust Fault-Tolerant Controller Design Based on "
+            "NESO for UAVs with Actuator Faults and Disturbances\u{201d}, Drones 2025, 9(3), 183. It prints no "
+            "parameters of the aircraft and no gains, and its curves were not available to compare with. So this "
+            "page does not say that the curves are those of the paper. It says whether, with one documented set of "
+            "parameters and gains, every outcome occurs that the paper describes in words. The limits below put "
+            "numbers on those words; they are this project\u{2019}s."
+        }
+        p {
+            "A flight is lost when the magnitude of the roll angle passes " (degrees(limits.roll_rad))
+            ", of the angle of attack " (degrees(limits.alpha_rad)) ", of the sideslip " (degrees(limits.beta_rad))
+            ", of the pitch angle " (degrees(limits.pitch_rad)) ", or when the altitude falls below "
+            (number(limits.altitude_min_m)) " m, at any time. F is the true angular acceleration minus that which the "
+            "controller\u{2019}s model gives for healthy effectors at their modelled positions. The jump is the "
+            "largest magnitude of F within " (number(JUMP_S)) " s of the fault."
+        }
+    }
+}
+
+fn degrees(angle_rad: f64) -> String {
+    format!("{} deg", number(angle_rad / DEG))
+}
+
+/// The parameters that carry the result, and what happens with others.
+fn doubts(sensitivity: &[Sensitivity]) -> Markup {
+    html! {
+        p {
+            "The aircraft is built from an F-16 model, and departs from it where the paper\u{2019}s outcomes could "
+            "not occur otherwise: with the elevators of an F-16 a jammed one has several times the moment of the "
+            "nozzle, and with its ailerons the PID alone does not lose the roll axis. Weak ailerons and elevators, "
+            "the drag (it sets the thrust of level flight, and with it what the nozzle can do), the yaw that an "
+            "elevator and an aileron make with their roll being exactly in the same ratio, and a rudder with more "
+            "yaw moment than the fin are therefore choices, and the results rest on them. For each, both cases were "
+            "flown again in still air with the other value, the controller being told, gains unchanged, and the "
+            "limits of claims 1 and 2 counted:"
+        }
+        table {
+            thead { tr {
+                th { "Parameter" } th { "What" } th.number { "Here" } th.number { "Instead" } th { "Because" }
+                th.number { "Limits held" } th { "Claims broken" }
+            } }
+            tbody { @for s in sensitivity { tr {
+                td { (s.doubt.name) }
+                td { (s.doubt.meaning) }
+                td.number { (number(s.value)) }
+                td.number { (number(s.doubt.instead)) }
+                td { (s.doubt.why) }
+                @match s.held {
+                    Some((held, of)) => {
+                        td.number { (held) " of " (of) }
+                        td { (if s.broken.is_empty() { "none".to_owned() } else { s.broken.join(", ") }) }
+                    }
+                    None => { td.number { "none" } td { "cannot be trimmed or controlled" } }
+                }
+            } } }
+        }
+        p {
+            "The observer is told the compensation that was applied; the paper\u{2019}s equations 21 to 23 leave it "
+            "out, while its error equation 26 holds only if it is in. When the compensator wakes is not in the "
+            "paper either: here |z2| must exceed a level for some time, because the residual z - y returns to zero "
+            "once the observer has converged. Speed hold, limits, lags and rates are this project\u{2019}s too."
+        }
+    }
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ fn options(out: &Path) -> Options {
         earth: EarthModel::Flat,
         period: PERIOD,
         // One step a period: these tests are about the judges, not about the last digit of the flight.
-        step_us: PERIOD.as_micros(),
+        step_us: Some(PERIOD.as_micros()),
         gyro_noise_deg_s: 0.0,
         turbulence_m_s: 0.0,
         seed: 1,
@@ -77,7 +77,7 @@ fn assert_fails(
 
 #[test]
 fn every_limit_of_claims_1a_and_1b_fails_for_a_flight_spoilt_in_its_sense() {
-    let claims = |f: &Flown| [case1::claim_1a(&f.runs()), case1::claim_1b(&f.runs())].concat();
+    let claims = |f: &Flown| [claims::claim_1a(&f.runs()), claims::claim_1b(&f.runs())].concat();
     assert_fails(
         &CASE_1,
         claims,
@@ -128,7 +128,7 @@ fn every_limit_of_claims_1a_and_1b_fails_for_a_flight_spoilt_in_its_sense() {
 
 #[test]
 fn every_limit_of_claims_1c_and_1d_fails_for_a_flight_spoilt_in_its_sense() {
-    let claims = |f: &Flown| [case1::claim_1c(&f.runs()), case1::claim_1d(&f.runs())].concat();
+    let claims = |f: &Flown| [claims::claim_1c(&f.runs()), claims::claim_1d(&f.runs())].concat();
     assert_fails(
         &CASE_1,
         claims,
@@ -189,7 +189,7 @@ fn every_limit_of_claims_1c_and_1d_fails_for_a_flight_spoilt_in_its_sense() {
 fn every_limit_of_claim_1e_fails_for_a_flight_spoilt_in_its_sense() {
     assert_fails(
         &CASE_1,
-        |f| case1::claim_1e(&f.runs()),
+        |f| claims::claim_1e(&f.runs()),
         &[
             ("1e", "F in roll just after the fault", |f| {
                 edit(&mut f.compensated, 3.4, 3.6, |s| s.row.fault_p_rad_s2 *= -1.0);
@@ -240,7 +240,7 @@ fn every_limit_of_claim_1e_fails_for_a_flight_spoilt_in_its_sense() {
 fn every_limit_of_claims_2a_to_2c_fails_for_a_flight_spoilt_in_its_sense() {
     let claims = |f: &Flown| {
         let runs = f.runs();
-        [case2::claim_2a(&runs), case2::claim_2b(&runs), case2::claim_2c(&runs)].concat()
+        [claims::claim_2a(&runs), claims::claim_2b(&runs), claims::claim_2c(&runs)].concat()
     };
     assert_fails(
         &CASE_2,
@@ -284,7 +284,7 @@ fn every_limit_of_claims_2a_to_2c_fails_for_a_flight_spoilt_in_its_sense() {
 
 #[test]
 fn every_limit_of_claims_2d_and_2e_fails_for_a_flight_spoilt_in_its_sense() {
-    let claims = |f: &Flown| [case2::claim_2d(&f.runs()), case2::claim_2e(&f.runs())].concat();
+    let claims = |f: &Flown| [claims::claim_2d(&f.runs()), claims::claim_2e(&f.runs())].concat();
     assert_fails(
         &CASE_2,
         claims,

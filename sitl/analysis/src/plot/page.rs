@@ -3,9 +3,8 @@
 use maud::{Markup, PreEscaped, html};
 use ulog::reader::{Log, ParameterValue};
 
-use super::events::marks;
+use super::events::{Happened, Kind, marks};
 use super::flight::Flight;
-use super::happened::{Happened, Kind};
 use super::panels::{self, Group};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};

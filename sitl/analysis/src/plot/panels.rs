@@ -4,9 +4,8 @@ use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
-use super::events::spans;
+use super::events::{FaultSpan, Kind, spans};
 use super::flight::Flight;
-use super::happened::{FaultSpan, Kind};
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Band, Curve, Panel, Rule};

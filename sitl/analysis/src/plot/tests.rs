@@ -1,6 +1,6 @@
 use super::*;
 use crate::replay::testing::{self, Without};
-use crate::replay::tests::{setup, spoken};
+use crate::replay::tests::{commands, setup};
 
 mod hostile;
 
@@ -10,7 +10,7 @@ fn page_of(bytes: Vec<u8>) -> String {
 
 #[test]
 fn the_page_has_every_figure_and_needs_no_network() {
-    let page = page_of(testing::log(&setup(3), &spoken(), Without::default()));
+    let page = page_of(testing::log(&setup(3), &commands(), Without::default()));
     for word in [
         "The log is complete.",
         "Altitude above the ellipsoid",
@@ -49,14 +49,14 @@ fn the_page_has_every_figure_and_needs_no_network() {
 
 #[test]
 fn every_drawing_is_one_that_a_rasteriser_understands() {
-    let page = page_of(testing::log(&setup(1), &spoken(), Without::default()));
+    let page = page_of(testing::log(&setup(1), &commands(), Without::default()));
     let drawings: Vec<&str> = page
         .match_indices("<svg")
         .map(|(start, _)| &page[start..start + page[start..].find("</svg>").unwrap() + 6])
         .collect();
     assert!(drawings.len() >= 22, "{}", drawings.len());
     for drawing in drawings {
-        assert!(crate::chart::raster::png(drawing).is_ok(), "{}", &drawing[..200]);
+        assert!(crate::chart::drawing::png(drawing).is_ok(), "{}", &drawing[..200]);
         assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{}", &drawing[..200]);
     }
 }
@@ -64,7 +64,7 @@ fn every_drawing_is_one_that_a_rasteriser_understands() {
 #[test]
 fn a_log_with_some_of_the_rows_has_every_figure_too() {
     let page =
-        page_of(testing::log(&setup(3), &spoken(), Without { rows: 10, ..Without::default() }));
+        page_of(testing::log(&setup(3), &commands(), Without { rows: 10, ..Without::default() }));
     for word in [
         "The log is complete.",
         "one of 10 control steps, and all of them around events",
@@ -82,7 +82,7 @@ fn a_log_with_some_of_the_rows_has_every_figure_too() {
 #[test]
 fn a_log_without_truth_or_headers_is_drawn_and_says_what_is_missing() {
     let without = Without { truth: true, ..Without::default() };
-    let page = page_of(testing::log(&setup(1), &spoken(), without));
+    let page = page_of(testing::log(&setup(1), &commands(), without));
     assert!(page.contains("Not in this log: the truth of the plant"), "{}", &page[..3_000]);
     assert!(page.contains("left elevator: stuck") && !page.contains(">true F<"));
     let without = Without { headers: true, ..Without::default() };
@@ -93,7 +93,7 @@ fn a_log_without_truth_or_headers_is_drawn_and_says_what_is_missing() {
 
 #[test]
 fn a_log_that_was_cut_off_is_drawn_up_to_there() {
-    let bytes = testing::log(&setup(2), &spoken(), Without::default());
+    let bytes = testing::log(&setup(2), &commands(), Without::default());
     let page = page_of(bytes[..bytes.len() / 2 + 1].to_vec());
     assert!(page.contains("The log was cut off") && page.contains("the log breaks off here"));
 }
@@ -159,7 +159,7 @@ fn a_damaged_log_is_not_called_complete_and_pairs_its_rows_by_time() {
 
 #[test]
 fn the_table_names_the_axis_that_woke_the_compensator() {
-    let bytes = testing::log(&setup(3), &spoken(), Without::default());
+    let bytes = testing::log(&setup(3), &commands(), Without::default());
     let log = Log::from_bytes(bytes.clone()).unwrap();
     let active = log.column("control", "compensator_active").unwrap();
     let first = active.iter().position(|active| *active > 0.0).unwrap();

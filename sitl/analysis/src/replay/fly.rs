@@ -133,7 +133,7 @@ pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, 
     let mut replay = Replay::new(recording, each);
     // A log has its own end.
     let until = SimTime::from_micros(u64::MAX);
-    let flown = run(&recording.plant.setup, &recording.settings(), until, &mut replay)?;
+    let flown = run(&recording.plant.setup, &recording.control.settings(), until, &mut replay)?;
     Ok(Verdict {
         steps: replay.hash.steps(),
         run_hash: replay.hash.hex(),
@@ -267,7 +267,7 @@ impl<'a> Replay<'a> {
             commands: Rows::new(log, "commands", every),
             control: Rows::new(log, "control", every),
             truth: Rows::new(log, "truth", every),
-            names: Names::new(&recording.settings().model.effectors.list),
+            names: Names::new(&recording.control.settings().model.effectors.list),
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
             waiting: 0,

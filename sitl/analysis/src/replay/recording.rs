@@ -1,11 +1,9 @@
 //! What a replay needs of a log: headers, inputs in order, and the rows to compare with.
 
-use autopilot::command::Configuration;
 use std::collections::{BTreeSet, VecDeque};
-use std::path::Path;
 
-use autopilot::autopilot::Settings;
 use autopilot::command::Command;
+use autopilot::command::Configuration;
 use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
 use flight_control::aircraft_model::AircraftModelError;
@@ -15,8 +13,6 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use ulog::format::Field;
 use ulog::reader::{Damage, Log, ReadError, Row, Topic};
-
-use crate::flight_log;
 
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
@@ -117,15 +113,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads a log.
-    ///
-    /// # Errors
-    /// [`CannotFly`] says what is missing.
-    pub fn open(path: &Path) -> Result<Self, CannotFly> {
-        Self::of(flight_log::open(path)?)
-    }
-
-    /// Of a log that was read.
+    /// Of a log.
     ///
     /// # Errors
     /// [`CannotFly`] says what is missing.
@@ -279,22 +267,6 @@ impl Recording {
             remarks.push(format!("rows of {lost_ms} ms were lost while the log was written"));
         }
         remarks
-    }
-
-    /// The control side as it was at the first packet.
-    #[must_use]
-    pub fn settings(&self) -> Settings {
-        let ControlHeader { model, gains, limits, navigation, references, script, .. } =
-            &self.control;
-        Settings {
-            model: *model,
-            gains: *gains,
-            limits: *limits,
-            navigation: *navigation,
-            references: references.clone(),
-            script: script.clone(),
-            fault_injection: self.control.fault_injection,
-        }
     }
 
     #[cfg(test)]

@@ -3,17 +3,16 @@
 use autopilot::autopilot::Autopilot;
 use autopilot::command::{Command, Intent};
 use autopilot::recorder::topics::{self, Place};
-use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded, RunHash};
+use autopilot::recorder::{ControlHeader, Moment, Recorded, RunHash};
 use icd::fault::{PlantAction, PlantReport};
-use icd::wire;
 use plant_sim::Plant;
 use plant_sim::io::header::PlantHeader;
 use ulog::writer::{Data, Definitions, Row, Topic, Value};
 
 use crate::closed_loop::{FlightSetup, settings};
 
-/// What an operator wants, and before which control step.
-pub type Spoken = (u64, Moment, Command);
+/// An operator's command, and before which control step it comes.
+pub type StepCommand = (u64, Moment, Command);
 
 /// What a log leaves out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -26,25 +25,13 @@ pub struct Without {
 }
 
 /// Flies a setup and writes its log.
-pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> {
+pub fn log(setup: &FlightSetup, commands: &[StepCommand], without: Without) -> Vec<u8> {
     let mut plant = Plant::new(&setup.plant).unwrap();
     let settings = settings(setup);
+    let period_us = setup.plant.period.as_micros();
     let control = ControlHeader {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        wire_version: wire::VERSION,
-        flight_rules: FLIGHT_RULES,
-        session: "00000007".to_owned(),
-        period_us: setup.plant.period.as_micros(),
         row_every: without.rows.max(1),
-        joined_in_flight: false,
-        model: settings.model,
-        gains: settings.gains,
-        limits: settings.limits,
-        navigation: settings.navigation,
-        references: settings.references.clone(),
-        script: settings.script.clone(),
-        fault_injection: settings.fault_injection,
-        parameter_hash: String::new(),
+        ..ControlHeader::new(settings.clone(), "00000007".to_owned(), period_us, false)
     };
     let header = PlantHeader {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -54,7 +41,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
     let mut writer = Writer::new(without, &control, &header);
     let mut autopilot = Autopilot::new(&settings);
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
-    let mut spoken = spoken.iter().zip(1..).peekable();
+    let mut commands = commands.iter().zip(1..).peekable();
     let mut reply = None;
     let mut hash = RunHash::default();
     loop {
@@ -80,7 +67,7 @@ pub fn log(setup: &FlightSetup, spoken: &[Spoken], without: Without) -> Vec<u8> 
                 autopilot.handle_report(&report);
             }
             while let Some(((_, _, command), number)) =
-                spoken.next_if(|((at, when, _), _)| *at == step && *when == moment)
+                commands.next_if(|((at, when, _), _)| *at == step && *when == moment)
             {
                 let intent = Intent { number, command: command.clone() };
                 writer.recorded(place, &Recorded::Intent(intent.clone()));

@@ -15,7 +15,7 @@ use icd::tvc_jet;
 use icd::{ControlPeriod, FaultRequest, SimTime};
 use ulog::reader::Log;
 
-use super::testing::{self, Spoken, Without};
+use super::testing::{self, StepCommand, Without};
 use super::*;
 use crate::closed_loop::FlightSetup;
 use crate::paper::cases::{Case, Conditions};
@@ -48,7 +48,7 @@ fn jam(onset: Onset) -> Command {
 }
 
 /// Everything that an operator may do, in flight and while time stands still.
-pub fn spoken() -> Vec<Spoken> {
+pub fn commands() -> Vec<StepCommand> {
     let mut gains = Gains::REFERENCE;
     gains.pid.roll.k_p *= 1.1;
     let script = "at 1.6 s: fail rudder 50 % left\nwhen roll passes 1 deg: altitude 3200 m\n";
@@ -78,7 +78,7 @@ fn replay(bytes: Vec<u8>) -> Result<Verdict, CannotFly> {
 
 #[test]
 fn a_flight_with_every_kind_of_input_is_flown_again_bit_for_bit() {
-    let bytes = testing::log(&setup(2), &spoken(), Without::default());
+    let bytes = testing::log(&setup(2), &commands(), Without::default());
     let recording = Recording::of(Log::from_bytes(bytes.clone()).unwrap()).unwrap();
     assert_eq!(recording.remarks(), [""; 0]);
     let verdict = replay(bytes).unwrap();
@@ -91,13 +91,13 @@ const SPARSE: Without = Without { truth: false, footer: false, headers: false, r
 
 #[test]
 fn a_log_with_some_of_the_rows_is_flown_again_bit_for_bit() {
-    let bytes = testing::log(&setup(2), &spoken(), SPARSE);
+    let bytes = testing::log(&setup(2), &commands(), SPARSE);
     let verdict = replay(bytes.clone()).unwrap();
     assert!(verdict.is_same(), "{verdict}");
     // The last row is that of step 1000, as it happens.
     assert_eq!(verdict.steps, 1_001);
     let without_footer = Without { footer: true, ..SPARSE };
-    let verdict = replay(testing::log(&setup(2), &spoken(), without_footer)).unwrap();
+    let verdict = replay(testing::log(&setup(2), &commands(), without_footer)).unwrap();
     assert!(verdict.is_same() && verdict.logged_hash.is_none(), "{verdict}");
     for part in [3, 5, 7] {
         let verdict = replay(bytes[..bytes.len() * part / 8].to_vec()).unwrap();
@@ -146,7 +146,7 @@ fn a_damaged_log_with_some_of_the_rows_is_the_same_flight_where_it_can_be_read()
 
 #[test]
 fn without_its_inputs_it_is_another_flight() {
-    let bytes = testing::log(&setup(1), &spoken(), Without::default());
+    let bytes = testing::log(&setup(1), &commands(), Without::default());
     let mut recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
     recording.forget_inputs();
     let verdict = fly(&recording, &mut |_| {}).unwrap();
@@ -170,7 +170,7 @@ fn a_changed_sensor_value_is_found_at_its_tick_and_by_its_name() {
 
 #[test]
 fn a_changed_input_is_another_request() {
-    let bytes = testing::log(&setup(1), &spoken(), Without::default());
+    let bytes = testing::log(&setup(1), &commands(), Without::default());
     let text = String::from_utf8_lossy(&bytes).into_owned();
     assert!(text.contains("\"target\":2"));
     let from = b"\"target\":2";
@@ -194,7 +194,7 @@ fn inputs_of_earlier_logs_name_their_effector() {
 
 #[test]
 fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
-    let bytes = testing::log(&setup(2), &spoken(), Without::default());
+    let bytes = testing::log(&setup(2), &commands(), Without::default());
     for part in [3, 4, 5, 7] {
         let cut = bytes[..bytes.len() * part / 8 + part].to_vec();
         let recording = Recording::of(Log::from_bytes(cut).unwrap()).unwrap();
@@ -211,8 +211,8 @@ fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
 fn a_flight_ends_on_the_ground() {
     let mut setup = setup(10);
     setup.plant.start.altitude_m = 60.0;
-    let spoken = [(0, Moment::Step, Command::Vehicle(VehicleCommand::Terminate))];
-    let bytes = testing::log(&setup, &spoken, Without::default());
+    let commands = [(0, Moment::Step, Command::Vehicle(VehicleCommand::Terminate))];
+    let bytes = testing::log(&setup, &commands, Without::default());
     let verdict = replay(bytes).unwrap();
     assert!(verdict.is_same(), "{verdict}");
     assert!(verdict.steps < 5_000, "{}", verdict.steps);
@@ -247,8 +247,8 @@ fn what_cannot_be_flown_says_why() {
 }
 
 /// A log with sync messages that lost some bytes in its middle.
-fn damaged(spoken: &[Spoken], without: Without) -> Vec<u8> {
-    let mut bytes = testing::log(&setup(2), spoken, without);
+fn damaged(commands: &[StepCommand], without: Without) -> Vec<u8> {
+    let mut bytes = testing::log(&setup(2), commands, without);
     let middle = bytes.len() / 2;
     bytes[middle..middle + 3_000].fill(0xFF);
     bytes
@@ -256,7 +256,7 @@ fn damaged(spoken: &[Spoken], without: Without) -> Vec<u8> {
 
 #[test]
 fn a_damaged_log_is_the_same_flight_where_it_can_be_read() {
-    let bytes = damaged(&spoken(), Without::default());
+    let bytes = damaged(&commands(), Without::default());
     let recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
     assert!(recording.remarks().concat().contains("damaged: byte"), "{:?}", recording.remarks());
     let verdict = fly(&recording, &mut |_| {}).unwrap();
@@ -269,7 +269,7 @@ fn a_damaged_log_is_the_same_flight_where_it_can_be_read() {
     assert!(said.starts_with(&expected) && said.contains("same run hash"), "{said}");
     // Also without a footer.
     let verdict =
-        replay(damaged(&spoken(), Without { footer: true, ..Without::default() })).unwrap();
+        replay(damaged(&commands(), Without { footer: true, ..Without::default() })).unwrap();
     assert_eq!(verdict.outcome(), Outcome::SameWhereReadable, "{verdict}");
 }
 
@@ -294,7 +294,7 @@ fn a_difference_before_the_damage_is_another_flight_and_one_behind_it_may_be_a_l
 
 #[test]
 fn zeros_behind_a_log_cost_nothing() {
-    let mut bytes = testing::log(&setup(1), &spoken(), Without::default());
+    let mut bytes = testing::log(&setup(1), &commands(), Without::default());
     bytes.extend_from_slice(&[0; 4096]);
     let recording = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap();
     assert!(recording.is_damaged());

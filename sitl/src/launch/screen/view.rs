@@ -2,13 +2,10 @@
 
 use std::collections::VecDeque;
 
-use autopilot::io::status::Listening;
-use autopilot::io::status::{FaultPhase, FaultStatus, FlightStatus, PlantState};
+use autopilot::io::status::{FaultPhase, FaultStatus, FlightStatus, Listening, PlantState};
 
-use super::connect;
-use super::wrap::{cut, fields};
-use crate::launch::keys;
-use crate::launch::pace::Passing;
+use super::text::{self, cut, fields};
+use crate::launch::keys::{self, PaceState};
 
 /// Messages of the two processes that are remembered.
 const MESSAGES_MAX: usize = 100;
@@ -44,7 +41,7 @@ pub(super) struct Line {
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) flight: Option<FlightStatus>,
-    pub(super) passing: Passing,
+    pub(super) pace: PaceState,
     /// Simulation time per wall time, once it has been measured.
     pub(super) achieved: Option<f64>,
     /// Where ground stations can be, once it is known.
@@ -55,9 +52,9 @@ pub(super) struct State {
 }
 
 impl State {
-    pub(super) fn new(passing: Passing) -> Self {
+    pub(super) fn new(pace: PaceState) -> Self {
         let messages = VecDeque::with_capacity(MESSAGES_MAX);
-        Self { flight: None, passing, achieved: None, stations: None, keys: false, messages }
+        Self { flight: None, pace, achieved: None, stations: None, keys: false, messages }
     }
 
     /// Remembers a message; of too many the oldest is forgotten.
@@ -113,14 +110,14 @@ impl State {
         };
         let t_s = flight.t_s;
         // Single steps are to be seen.
-        let time = if self.passing.paused { format!("{t_s:.3} s") } else { format!("{t_s:.1} s") };
+        let time = if self.pace.paused { format!("{t_s:.3} s") } else { format!("{t_s:.1} s") };
         let (tone, state) = match flight.plant {
             PlantState::Flying => (Tone::Heading, "flying"),
             PlantState::OnGround => (Tone::Alarm, "ON THE GROUND"),
             PlantState::Lost => (Tone::Alarm, "PLANT LOST"),
         };
-        let pace = self.passing.words(self.achieved);
-        row(tone, "Two-Step", &[state.to_owned(), flight.mode.clone(), time, pace], width)
+        let speed = self.pace.text(self.achieved);
+        row(tone, "Two-Step", &[state.to_owned(), flight.mode.clone(), time, speed], width)
     }
 }
 
@@ -157,7 +154,7 @@ fn without_sign(value: f64, digits: usize) -> f64 {
 }
 
 /// The compensator's state in words, and how serious it is.
-pub(super) fn compensator_words(flight: &FlightStatus) -> (Tone, String) {
+pub(super) fn compensator_text(flight: &FlightStatus) -> (Tone, String) {
     match (flight.compensator_active, flight.fade) {
         (false, fade) if fade <= 0.0 => (Tone::Good, "asleep".to_owned()),
         (true, fade) if fade <= 0.0 => (Tone::Warning, "fault seen, off".to_owned()),
@@ -166,7 +163,7 @@ pub(super) fn compensator_words(flight: &FlightStatus) -> (Tone, String) {
 }
 
 fn compensator(flight: &FlightStatus, width: usize) -> Vec<Line> {
-    let (tone, words) = compensator_words(flight);
+    let (tone, words) = compensator_text(flight);
     let level = format!("estimate {:.2} of its level", flight.level);
     let mut lines = row(tone, "compensator", &[format!("{words:<16}"), level], width);
     let uses = &flight.compensation;
@@ -188,7 +185,7 @@ fn compensator(flight: &FlightStatus, width: usize) -> Vec<Line> {
 const AUTHORITY_LOW_PCT: f64 = 10.0;
 
 /// A fault and where it stands.
-pub(super) fn fault_words(fault: &FaultStatus) -> String {
+pub(super) fn fault_text(fault: &FaultStatus) -> String {
     let FaultStatus { what, phase, at_s } = fault;
     match phase {
         FaultPhase::Active => format!("{what}, since {at_s:.1} s"),
@@ -201,7 +198,7 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
     if flight.faults.is_empty() {
         return row(Tone::Good, "faults", &["none".to_owned()], width);
     }
-    let mut words: Vec<String> = flight.faults.iter().take(FAULTS_MAX).map(fault_words).collect();
+    let mut words: Vec<String> = flight.faults.iter().take(FAULTS_MAX).map(fault_text).collect();
     let more = flight.faults.len() - words.len() + flight.more_faults;
     if more > 0
         && let Some(last) = words.last_mut()
@@ -216,7 +213,7 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
 
 /// Where to connect and how to break something: each command is a line of its own.
 fn help(stations: &Listening, width: usize) -> Vec<Line> {
-    let parts = connect::parts(stations);
+    let parts = text::parts(stations);
     let mut lines = Vec::new();
     if !parts.is_empty() {
         lines.push(line(Tone::Plain, String::new()));

@@ -5,7 +5,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::closed_loop::FlightSetup;
 use crate::replay::testing::{self, Without};
-use crate::replay::tests::{setup, spoken};
+use crate::replay::tests::{commands, setup};
 use crate::{plot, replay};
 
 /// Control steps of the logs that are damaged here, and a bound for their replay.
@@ -22,7 +22,7 @@ fn below(random: &mut ChaCha8Rng, limit: usize) -> usize {
 /// A log of a quarter of a second with every kind of input.
 fn small(without: Without) -> Vec<u8> {
     let setup = FlightSetup { duration: icd::SimTime::from_micros(250_000), ..setup(1) };
-    testing::log(&setup, &spoken(), without)
+    testing::log(&setup, &commands(), without)
 }
 
 /// Flips bits, overwrites, cuts, repeats, and moves pieces.

@@ -1,4 +1,4 @@
-use super::super::wrap::columns;
+use super::super::text::columns;
 use super::*;
 use autopilot::io::status::{AppliedCompensation, References};
 use std::net::SocketAddr;
@@ -36,7 +36,7 @@ pub(in super::super) fn faults(count: usize) -> Vec<FaultStatus> {
 }
 
 fn state(flight: FlightStatus) -> State {
-    let mut state = State::new(Passing { paused: false, speed: Some(1.0) });
+    let mut state = State::new(PaceState { paused: false, speed: Some(1.0) });
     let at = |port| SocketAddr::from(([127, 0, 0, 1], port));
     state.stations = Some(Listening {
         clients: vec![at(14_550), at(14_540)],
@@ -133,7 +133,7 @@ fn faults_compensator_and_authority_are_shown_as_they_change() {
 fn the_title_says_what_the_plant_does_and_how_time_passes() {
     let title = |plant, paused| {
         let mut state = state(FlightStatus { plant, ..flight() });
-        state.passing.paused = paused;
+        state.pace.paused = paused;
         state.lines(80, 24).swap_remove(0)
     };
     let flying = title(PlantState::Flying, false);
@@ -149,7 +149,7 @@ fn the_title_says_what_the_plant_does_and_how_time_passes() {
 
 #[test]
 fn without_ground_stations_nothing_is_said_about_them_and_without_a_flight_it_waits() {
-    let mut state = State::new(Passing { paused: false, speed: None });
+    let mut state = State::new(PaceState { paused: false, speed: None });
     state.stations = Some(Listening::default());
     let lines = state.lines(80, 24);
     assert!(lines[0].text.contains("waiting for the aircraft"));
@@ -158,7 +158,7 @@ fn without_ground_stations_nothing_is_said_about_them_and_without_a_flight_it_wa
 
 #[test]
 fn of_too_many_messages_the_newest_stay() {
-    let mut state = State::new(Passing { paused: false, speed: None });
+    let mut state = State::new(PaceState { paused: false, speed: None });
     for n in 0..MESSAGES_MAX + 5 {
         state.message(&n.to_string());
     }

@@ -1,8 +1,7 @@
-//! Where to connect and how to break something, as lines that can be copied.
+//! Text in a given number of columns, and lines that can be copied: where to connect and how to break something.
 
 use autopilot::io::status::Listening;
-
-use super::wrap::columns;
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// Before each command.
 const INDENT: &str = "  ";
@@ -29,7 +28,7 @@ impl Command {
     /// In one line where that fits; a shell takes it also in several.
     pub(super) fn lines(&self, width: usize) -> Vec<String> {
         match self {
-            Self::Console(text) => vec![super::wrap::cut(&format!("{INDENT}{text}"), width)],
+            Self::Console(text) => vec![cut(&format!("{INDENT}{text}"), width)],
             Self::Shell(text) => shell_lines(text, width),
         }
     }
@@ -58,7 +57,7 @@ fn shell_lines(text: &str, width: usize) -> Vec<String> {
         }
     }
     lines.push(line);
-    lines.iter().map(|line| super::wrap::cut(line, width)).collect()
+    lines.iter().map(|line| cut(line, width)).collect()
 }
 
 /// How to reach the aircraft and how to break it; empty if there can be no ground station.
@@ -102,7 +101,7 @@ const QGROUNDCONTROL_PORT: u16 = 14_550;
 const DEFAULT_CONNECT: &str = "udpin:127.0.0.1:14540";
 
 /// The same as plain lines, with the other addresses.
-pub(super) fn plain(stations: &Listening) -> Vec<String> {
+pub(super) fn plain_lines(stations: &Listening) -> Vec<String> {
     let Listening { clients, udp_server, tcp_server } = stations;
     let called: Vec<String> = clients.iter().map(|station| format!("udp {station}")).collect();
     let udp = udp_server.map(|port| format!("udp {port}"));
@@ -125,6 +124,60 @@ pub(super) fn plain(stations: &Listening) -> Vec<String> {
     lines
 }
 
+/// Between two fields.
+const GAP: &str = "   ";
+
+/// The columns that a text takes on a terminal.
+pub(super) fn columns(text: &str) -> usize {
+    text.width()
+}
+
+/// The text in at most `width` columns, with a sign where it was cut. What would move the cursor is left out.
+pub(super) fn cut(text: &str, width: usize) -> String {
+    let shown: String = text.chars().filter(|c| !c.is_control()).collect();
+    if columns(&shown) <= width {
+        return shown;
+    }
+    let (mut short, mut used) = (String::new(), 1);
+    for c in shown.chars() {
+        used += c.width().unwrap_or(0);
+        if used > width {
+            break;
+        }
+        short.push(c);
+    }
+    if width > 0 {
+        short.push('~');
+    }
+    short
+}
+
+/// Fields behind a name. Those that do not fit go on in lines below, indented as deep as the name is long; where the
+/// screen is too narrow for that, by two columns.
+pub(super) fn fields(name: &str, fields: &[String], width: usize) -> Vec<String> {
+    let widest = fields.iter().map(|field| columns(field.trim_end())).max().unwrap_or(0);
+    let is_narrow = columns(name) + widest > width;
+    let (mut lines, mut line, mut is_empty) = (Vec::new(), name.to_owned(), true);
+    let indent = if is_narrow { "  ".to_owned() } else { " ".repeat(columns(name)) };
+    if is_narrow && !name.trim().is_empty() {
+        lines.push(cut(name.trim_end(), width));
+        line.clone_from(&indent);
+    }
+    for field in fields {
+        let gap = if is_empty { "" } else { GAP };
+        if !is_empty && columns(&line) + gap.len() + columns(field.trim_end()) > width {
+            lines.push(cut(line.trim_end(), width));
+            line.clone_from(&indent);
+        } else {
+            line.push_str(gap);
+        }
+        line.push_str(field);
+        is_empty = false;
+    }
+    lines.push(cut(line.trim_end(), width));
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,7 +194,7 @@ mod tests {
             udp_server: Some(at(18_570)),
             tcp_server: Some(at(5_760)),
         };
-        let words = |listening: &Listening| plain(listening).join("\n");
+        let words = |listening: &Listening| plain_lines(listening).join("\n");
         let all = words(&listening);
         assert!(all.contains("called at udp 127.0.0.1:14550, udp 127.0.0.1:14540"), "{all}");
         assert!(all.contains("connect to udp 127.0.0.1:18570, tcp 127.0.0.1:5760"), "{all}");
@@ -155,7 +208,7 @@ mod tests {
         assert!(words(&listening).contains("--connect tcp:127.0.0.1:5760"));
         listening.tcp_server = None;
         assert!(words(&listening).contains("--connect udpout:127.0.0.1:18570"));
-        assert!(plain(&Listening::default()).is_empty());
+        assert!(plain_lines(&Listening::default()).is_empty());
     }
 
     #[test]
@@ -164,5 +217,28 @@ mod tests {
         assert_eq!(command.lines(44), ["  mavproxy.py --master=udpin:127.0.0.1:14550"]);
         let lines = ["  mavproxy.py \\", "  --master=udpin:127.0.0.1:14550"];
         assert_eq!(command.lines(43), lines);
+    }
+
+    #[test]
+    fn what_fits_stays_and_what_does_not_ends_with_a_sign() {
+        assert_eq!(cut("altitude", 8), "altitude");
+        assert_eq!(cut("altitude", 7), "altitu~");
+        assert_eq!(cut("altitude", 1), "~");
+        assert_eq!(cut("altitude", 0), "");
+        assert_eq!(cut("a\x1b[2Jb\r\n", 10), "a[2Jb", "nothing moves the cursor");
+        assert_eq!(
+            cut("\u{98db}\u{884c}\u{6a5f}", 5),
+            "\u{98db}\u{884c}~",
+            "wide letters take two columns"
+        );
+    }
+
+    #[test]
+    fn fields_go_on_below_their_first() {
+        let values = ["roll 10".to_owned(), "pitch 20".to_owned()];
+        assert_eq!(fields("left  ", &values, 24), ["left  roll 10   pitch 20"]);
+        assert_eq!(fields("left  ", &values, 23), ["left  roll 10", "      pitch 20"]);
+        assert_eq!(fields("left  ", &values, 12), ["left", "  roll 10", "  pitch 20"]);
+        assert_eq!(fields("left  ", &values, 8), ["left", "  roll ~", "  pitch~"]);
     }
 }
