@@ -1,4 +1,4 @@
-//! What happened in a flight, in the order of time, from rows and inputs of its log.
+//! Events of a flight, in the order of time, from rows and inputs of its log.
 
 use std::collections::HashMap;
 
@@ -11,14 +11,14 @@ use icd::record::effector_field;
 use icd::{ControlPeriod, Effector, EffectorList};
 use ulog::reader::Topic;
 
-use super::flight::Flight;
+use super::flight::{FaultSpan, Flight, Kind, LogEvent};
 use crate::chart::curve::Point;
 use crate::chart::panel::Mark;
 use crate::chart::{Ink, Pattern};
 
 /// A limit that is left for a shorter time than this has not been left, s.
 const GAP_S: f64 = 1.0;
-/// A limit that is reached for a shorter time than this is not told, s.
+/// A limit that is reached for a shorter time than this is no event, s.
 const SHORT_S: f64 = 0.1;
 
 /// Longest control period with room for rounding, s.
@@ -26,22 +26,22 @@ const PERIOD_MAX_S: f64 = ControlPeriod::MAX_MICROS as f64 * 1.01e-6;
 /// A report comes with one of the next packets, s.
 const REPORT_LATE_S: f64 = 0.1;
 
-/// What happened this long before the first row or after the last one is of the flight, s.
+/// An event this long before the first row or after the last one is of the flight, s.
 const STRAY_S: f64 = 60.0;
 
-/// Finds faults and what happened, and takes out what happened at a time that the flight does not have.
+/// Finds faults and events, and takes out events at a time that the flight does not have.
 pub fn find(flight: &mut Flight) {
     flight.faults = faults(flight);
-    flight.happened = happened(flight);
-    let all = flight.happened.len();
+    flight.events = timeline(flight);
+    let all = flight.events.len();
     let near = (flight.span.0 - STRAY_S, flight.span.1 + STRAY_S);
-    flight.happened.retain(|what| (near.0..=near.1).contains(&what.t_s));
-    flight.strays = all - flight.happened.len();
+    flight.events.retain(|what| (near.0..=near.1).contains(&what.t_s));
+    flight.strays = all - flight.events.len();
 }
 
 /// The lines on the time axes, with the numbers of the table.
-pub fn marks(happened: &[Happened]) -> Vec<Mark> {
-    let numbered = happened.iter().zip(1..).filter(|(what, _)| what.kind.is_marked());
+pub fn marks(events: &[LogEvent]) -> Vec<Mark> {
+    let numbered = events.iter().zip(1..).filter(|(what, _)| what.kind.is_marked());
     numbered
         .map(|(what, number)| Mark {
             x: what.t_s,
@@ -69,7 +69,7 @@ pub fn spans(points: &[Point], gap_s: f64) -> Vec<(f64, f64)> {
     spans
 }
 
-/// When which fault acted: from the truth, and what the plant told of its faults.
+/// When which fault acted: from the truth, and what the plant reported of its faults.
 pub fn faults(flight: &Flight) -> Vec<FaultSpan> {
     let mut faults: Vec<FaultSpan> = if flight.has("truth") {
         flight.effectors.all().flat_map(|effector| of_truth(flight, effector)).collect()
@@ -116,7 +116,7 @@ fn kind_of(code: f64) -> Option<u8> {
 
 /// One row of the topic `fault`.
 struct Report {
-    told_s: f64,
+    reported_s: f64,
     at_s: f64,
     id: u64,
     effector: Option<Effector>,
@@ -138,12 +138,12 @@ impl Report {
     }
 }
 
-/// What the plant told of its faults.
+/// What the plant has reported of its faults.
 #[derive(Default)]
 struct Reports {
     all: Vec<Report>,
-    /// Of each effector and kind: when they were told, s, and which they are, in the order of that time.
-    told: HashMap<(usize, u8), Vec<(f64, usize)>>,
+    /// Of each effector and kind: when they were reported, s, and which they are, in the order of that time.
+    reported: HashMap<(usize, u8), Vec<(f64, usize)>>,
     /// Of each effector: when something changed, s, in order.
     changes: [Vec<f64>; Effector::MAX],
 }
@@ -152,7 +152,7 @@ impl Reports {
     fn of(topic: &Topic<'_>) -> Self {
         let rows = topic.rows().filter_map(|row| {
             Some(Report {
-                told_s: row.timestamp_us() as f64 * 1.0e-6,
+                reported_s: row.timestamp_us() as f64 * 1.0e-6,
                 at_s: row.value("at_us")? * 1.0e-6,
                 id: row.unsigned("id")?,
                 effector: usize::try_from(row.unsigned("effector")?)
@@ -166,21 +166,25 @@ impl Reports {
         let mut reports = Self { all: rows.collect(), ..Self::default() };
         for (index, report) in reports.all.iter().enumerate() {
             let Some(effector) = report.effector else { continue };
-            let told = reports.told.entry((effector.index(), report.code)).or_default();
-            told.push((report.told_s, index));
+            let reported = reports.reported.entry((effector.index(), report.code)).or_default();
+            reported.push((report.reported_s, index));
             reports.changes[effector.index()].push(report.at_s);
         }
-        reports.told.values_mut().for_each(|told| told.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        reports
+            .reported
+            .values_mut()
+            .for_each(|reported| reported.sort_by(|a, b| a.0.total_cmp(&b.0)));
         reports.changes.iter_mut().for_each(|at_s| at_s.sort_by(f64::total_cmp));
         reports
     }
 
-    /// A fault in words: with the numbers of the plant's last report about it.
+    /// Text of a fault: with the numbers of the plant's last report about it.
     fn describe(&self, flight: &Flight, effector: Effector, code: f64, until_s: f64) -> String {
         let report = kind_of(code).and_then(|kind| {
-            let told = self.told.get(&(effector.index(), kind))?;
-            let count = told.partition_point(|(told_s, _)| *told_s <= until_s + REPORT_LATE_S);
-            self.all.get(told.get(count.checked_sub(1)?)?.1)
+            let reported = self.reported.get(&(effector.index(), kind))?;
+            let count =
+                reported.partition_point(|(reported_s, _)| *reported_s <= until_s + REPORT_LATE_S);
+            self.all.get(reported.get(count.checked_sub(1)?)?.1)
         });
         let text = |report: &Report| report.text(&flight.effectors);
         report.map_or_else(|| format!("fault of kind {code}"), text)
@@ -195,7 +199,7 @@ impl Reports {
     }
 }
 
-/// Without truth: from what the plant told.
+/// Without truth: from what the plant reported.
 fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
     let Some(topic) = flight.log.topic("fault") else { return Vec::new() };
     let reports = Reports::of(&topic).all;
@@ -217,38 +221,38 @@ fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
     faults
 }
 
-/// Everything that happened.
-pub fn happened(flight: &Flight) -> Vec<Happened> {
+/// All events in the order of time.
+fn timeline(flight: &Flight) -> Vec<LogEvent> {
     let mut all = Vec::new();
     for fault in &flight.faults {
         let FaultSpan { effector, span, lasts, text } = fault;
         let effector = flight.effectors.name(*effector);
-        let told = |t_s, text| Happened { t_s, kind: Kind::Fault, text };
-        all.push(told(span.0, format!("{effector}: {text}")));
+        let event = |t_s, text| LogEvent { t_s, kind: Kind::Fault, text };
+        all.push(event(span.0, format!("{effector}: {text}")));
         if !lasts {
-            all.push(told(span.1, format!("{effector}: no longer {text}")));
+            all.push(event(span.1, format!("{effector}: no longer {text}")));
         }
     }
     all.extend(inputs(flight));
-    all.extend(told(flight));
+    all.extend(logged_texts(flight));
     all.extend(compensator(flight));
     all.extend(saturations(flight));
     all.extend(modes(flight));
     if let Some(t_s) = on_ground(flight) {
         let text = "the aircraft touches the ground".to_owned();
-        all.push(Happened { t_s, kind: Kind::Flight, text });
+        all.push(LogEvent { t_s, kind: Kind::Flight, text });
     }
     all.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     let text = match flight.log.info_text("end") {
         Some(why) => format!("the log ends: {why}"),
         None => "the log breaks off here".to_owned(),
     };
-    all.push(Happened { t_s: flight.span.1, kind: Kind::Flight, text });
+    all.push(LogEvent { t_s: flight.span.1, kind: Kind::Flight, text });
     all
 }
 
-fn inputs(flight: &Flight) -> Vec<Happened> {
-    let mut all: Vec<Happened> = Vec::new();
+fn inputs(flight: &Flight) -> Vec<LogEvent> {
+    let mut all: Vec<LogEvent> = Vec::new();
     // The running stream: where it is in the list, what it is, how many.
     let mut stream: Option<(usize, &str, usize)> = None;
     for (t_s, what) in &flight.inputs {
@@ -261,7 +265,7 @@ fn inputs(flight: &Flight) -> Vec<Happened> {
                         Some((place, running, count)) if running == name => (place, count + 1),
                         _ => {
                             let text = String::new();
-                            all.push(Happened { t_s: *t_s, kind: Kind::Input, text });
+                            all.push(LogEvent { t_s: *t_s, kind: Kind::Input, text });
                             (all.len() - 1, 1)
                         }
                     };
@@ -276,13 +280,13 @@ fn inputs(flight: &Flight) -> Vec<Happened> {
             Recorded::PlantBack => (Kind::Flight, "the plant is back".to_owned()),
             Recorded::Request(_) => continue,
         };
-        all.push(Happened { t_s: *t_s, kind, text });
+        all.push(LogEvent { t_s: *t_s, kind, text });
     }
     all
 }
 
-/// What only the words of the log say: scripts and refusals.
-fn told(flight: &Flight) -> impl Iterator<Item = Happened> {
+/// What only the texts of the log have: scripts and refusals.
+fn logged_texts(flight: &Flight) -> impl Iterator<Item = LogEvent> {
     flight.log.texts().iter().filter_map(|text| {
         let kind = if text.text.contains(" refused: ") {
             Kind::Refusal
@@ -292,11 +296,11 @@ fn told(flight: &Flight) -> impl Iterator<Item = Happened> {
             return None;
         };
         let t_s = text.timestamp_us as f64 * 1.0e-6;
-        Some(Happened { t_s, kind, text: text.text.clone() })
+        Some(LogEvent { t_s, kind, text: text.text.clone() })
     })
 }
 
-/// Streams come many times a second; they are told once.
+/// Streams come many times a second; each is one event.
 const fn stream_name(command: &Command) -> &'static str {
     match command {
         Command::Vehicle(VehicleCommand::Sticks(_)) => "positions of a pilot's sticks",
@@ -304,8 +308,8 @@ const fn stream_name(command: &Command) -> &'static str {
     }
 }
 
-fn compensator(flight: &Flight) -> Vec<Happened> {
-    let told = |t_s, text: &str| Happened { t_s, kind: Kind::Compensator, text: text.to_owned() };
+fn compensator(flight: &Flight) -> Vec<LogEvent> {
+    let event = |t_s, text: &str| LogEvent { t_s, kind: Kind::Compensator, text: text.to_owned() };
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
     let levels = AXES.map(|axis| flight.signal("control", &format!("level_{axis}"), 1.0));
     let mut all = Vec::new();
@@ -315,9 +319,9 @@ fn compensator(flight: &Flight) -> Vec<Happened> {
         let about = about.unwrap_or_default();
         let text =
             format!("the compensator wakes: something acts{about} that the model does not expect");
-        all.push(told(from, &text));
+        all.push(event(from, &text));
         if to < flight.span.1 {
-            all.push(told(to, "the compensator goes back to sleep"));
+            all.push(event(to, "the compensator goes back to sleep"));
         }
     }
     all
@@ -343,12 +347,12 @@ const LIMITS: [(&str, &str); 6] = [
     ("thrust_saturated", "engine"),
 ];
 
-fn saturations(flight: &Flight) -> Vec<Happened> {
+fn saturations(flight: &Flight) -> Vec<LogEvent> {
     let of = |(column, name): (&str, &str)| {
         let flags = flight.signal("control", column, 1.0).unwrap_or_default();
         let name = name.to_owned();
         let spans = spans(&flags, GAP_S).into_iter().filter(|(from, to)| to - from >= SHORT_S);
-        spans.map(move |(from, to)| Happened {
+        spans.map(move |(from, to)| LogEvent {
             t_s: from,
             kind: Kind::Saturation,
             text: format!("{name} at the limit, for {:.1} s", to - from),
@@ -383,98 +387,18 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
     spans
 }
 
-fn modes(flight: &Flight) -> Vec<Happened> {
-    let told = |(t_s, _, name): &(f64, f64, &str)| Happened {
+fn modes(flight: &Flight) -> Vec<LogEvent> {
+    let event = |(t_s, _, name): &(f64, f64, &str)| LogEvent {
         t_s: *t_s,
         kind: Kind::Mode,
         text: format!("mode {name}"),
     };
-    mode_spans(flight).iter().map(told).collect()
+    mode_spans(flight).iter().map(event).collect()
 }
 
-/// No control step is flown on the ground, so no row says it: the autopilot's words do.
+/// No control step is flown on the ground, so no row has it: the autopilot's texts do.
 fn on_ground(flight: &Flight) -> Option<f64> {
     let texts = flight.log.texts().iter();
     let mut contacts = texts.filter(|text| text.text.starts_with("Ground contact"));
     contacts.next().map(|text| text.timestamp_us as f64 * 1.0e-6)
-}
-
-/// What kind of thing happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A fault begins or ends.
-    Fault,
-    /// An operator gave a command.
-    Input,
-    /// The script does something.
-    Script,
-    /// Something that was wanted is not done.
-    Refusal,
-    /// The compensator wakes or sleeps.
-    Compensator,
-    /// An effector is at its limit.
-    Saturation,
-    /// The mode changes.
-    Mode,
-    /// The link to the plant, the ground, the end.
-    Flight,
-}
-
-impl Kind {
-    /// Name for people.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fault => "fault",
-            Self::Input => "input",
-            Self::Script => "script",
-            Self::Refusal => "refusal",
-            Self::Compensator => "compensator",
-            Self::Saturation => "limit",
-            Self::Mode => "mode",
-            Self::Flight => "flight",
-        }
-    }
-
-    /// Colour as `#rrggbb`.
-    pub const fn colour(self) -> &'static str {
-        match self {
-            Self::Fault => "#b3161b",
-            Self::Input => "#1f5fbf",
-            Self::Script => "#00707a",
-            Self::Refusal => "#a03a78",
-            Self::Compensator => "#0a6b2e",
-            Self::Saturation => "#8a5a00",
-            Self::Mode => "#5b3fa0",
-            Self::Flight => "#444444",
-        }
-    }
-
-    /// It has a line on every time axis.
-    pub const fn is_marked(self) -> bool {
-        !matches!(self, Self::Saturation | Self::Mode | Self::Refusal)
-    }
-}
-
-/// Something that happened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Happened {
-    /// Simulation time, s.
-    pub t_s: f64,
-    /// What kind of thing.
-    pub kind: Kind,
-    /// In plain words.
-    pub text: String,
-}
-
-/// A fault from its onset to its end.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FaultSpan {
-    /// Which effector.
-    pub effector: Effector,
-    /// From and to, s; to the end of the log if it still acts.
-    pub span: (f64, f64),
-    /// It still acts when the log ends.
-    pub lasts: bool,
-    /// How it fails.
-    pub text: String,
 }

@@ -5,14 +5,13 @@ use std::collections::HashMap;
 use autopilot::recorder::{ControlHeader, Recorded};
 use flight_control::{DesignModel, NavigationState};
 use icd::record::{FieldName, TRUTH_HEAD, effector_field};
-use icd::{EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
+use icd::{Effector, EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
 use ulog::reader::{Log, Topic};
 
 use super::NothingToDraw;
-use super::events::{FaultSpan, Happened};
 use crate::chart::curve::{Point, thin};
 use crate::closed_loop;
 use crate::replay;
@@ -42,7 +41,7 @@ pub struct Flight {
     /// When which fault acted; empty until the events are found.
     pub faults: Vec<FaultSpan>,
     /// What happened, in the order of time; empty until the events are found.
-    pub happened: Vec<Happened>,
+    pub events: Vec<LogEvent>,
     /// Which rows can be drawn.
     times: Times,
     /// Entries that happened at a time that the flight does not have.
@@ -77,7 +76,7 @@ impl Flight {
             inputs,
             unread,
             faults: Vec::new(),
-            happened: Vec::new(),
+            events: Vec::new(),
             times,
             strays: 0,
         };
@@ -195,6 +194,86 @@ fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
 /// A longer gap between two rows is none of a flight, us: a log has a row each 20 ms, and a damaged place of this
 /// length would be tens of megabytes.
 const GAP_MAX_US: u64 = 600_000_000;
+
+/// Kind of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A fault begins or ends.
+    Fault,
+    /// An operator gave a command.
+    Input,
+    /// The script does something.
+    Script,
+    /// A refused command.
+    Refusal,
+    /// The compensator wakes or sleeps.
+    Compensator,
+    /// An effector is at its limit.
+    Saturation,
+    /// The mode changes.
+    Mode,
+    /// The link to the plant, the ground, the end.
+    Flight,
+}
+
+impl Kind {
+    /// Name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fault => "fault",
+            Self::Input => "input",
+            Self::Script => "script",
+            Self::Refusal => "refusal",
+            Self::Compensator => "compensator",
+            Self::Saturation => "limit",
+            Self::Mode => "mode",
+            Self::Flight => "flight",
+        }
+    }
+
+    /// Colour as `#rrggbb`.
+    pub const fn colour(self) -> &'static str {
+        match self {
+            Self::Fault => "#b3161b",
+            Self::Input => "#1f5fbf",
+            Self::Script => "#00707a",
+            Self::Refusal => "#a03a78",
+            Self::Compensator => "#0a6b2e",
+            Self::Saturation => "#8a5a00",
+            Self::Mode => "#5b3fa0",
+            Self::Flight => "#444444",
+        }
+    }
+
+    /// It has a line on every time axis.
+    pub const fn is_marked(self) -> bool {
+        !matches!(self, Self::Saturation | Self::Mode | Self::Refusal)
+    }
+}
+
+/// An event of the flight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogEvent {
+    /// Simulation time, s.
+    pub t_s: f64,
+    /// Its kind.
+    pub kind: Kind,
+    /// Text for people.
+    pub text: String,
+}
+
+/// A fault from its onset to its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaultSpan {
+    /// Which effector.
+    pub effector: Effector,
+    /// From and to, s; to the end of the log if it still acts.
+    pub span: (f64, f64),
+    /// It still acts when the log ends.
+    pub lasts: bool,
+    /// How it fails.
+    pub text: String,
+}
 
 /// Which rows of each topic have a time that can be drawn.
 ///

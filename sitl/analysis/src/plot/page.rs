@@ -1,10 +1,10 @@
-//! The page: header, what happened, figures, what is missing, and what the autopilot said.
+//! The page: header, events, figures, what is missing, and the texts of the autopilot.
 
 use maud::{Markup, PreEscaped, html};
 use ulog::reader::{Log, ParameterValue};
 
-use super::events::{Happened, Kind, marks};
-use super::flight::Flight;
+use super::events::marks;
+use super::flight::{Flight, Kind, LogEvent};
 use super::panels::{self, Group};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
@@ -30,14 +30,14 @@ const TEXT_MAX: usize = 2_000;
 
 /// The page of a flight.
 pub fn page(title: &str, flight: &Flight) -> String {
-    let marks = marks(&flight.happened);
+    let marks = marks(&flight.events);
     let title = format!("Flight {title}");
     let body = html! {
         h1 { (title) }
         (verdict(flight))
         (header(flight))
         h2 { "What happened" }
-        (table(&flight.happened))
+        (table(&flight.events))
         h2 { "Track and modes" }
         (track(flight))
         @for group in panels::groups(flight) { (figures(group, flight, &marks)) }
@@ -125,13 +125,13 @@ fn header(flight: &Flight) -> Markup {
     }
 }
 
-fn table(happened: &[Happened]) -> Markup {
-    let hidden = happened.len().saturating_sub(ROWS_MAX);
+fn table(events: &[LogEvent]) -> Markup {
+    let hidden = events.len().saturating_sub(ROWS_MAX);
     html! {
         p { "The numbers stand above the lines in the figures; point at a line to read it there." }
         table.wide.events {
             thead { tr { th.number { "" } th.number { "Time, s" } th { "Kind" } th { "What" } } }
-            tbody { @for (what, number) in happened.iter().take(ROWS_MAX).zip(1..) {
+            tbody { @for (what, number) in events.iter().take(ROWS_MAX).zip(1..) {
                 tr.first {
                     td.number { (number) }
                     td.number { (format!("{:.3}", what.t_s)) }

@@ -4,8 +4,8 @@ use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
-use super::events::{FaultSpan, Kind, spans};
-use super::flight::Flight;
+use super::events::spans;
+use super::flight::{FaultSpan, Flight, Kind};
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Band, Curve, Panel, Rule};
@@ -16,17 +16,17 @@ const TALL: f64 = 230.0;
 /// Height of one of many.
 const LOW: f64 = 170.0;
 
-/// What happened, or was measured.
+/// A measured or true signal.
 const MAIN: Ink = Ink::new("#0050aa", Pattern::Solid);
-/// What was wanted.
-const WANTED: Ink = Ink::new("#c81e1e", Pattern::Dashed);
+/// Its reference or command.
+const REFERENCE: Ink = Ink::new("#c81e1e", Pattern::Dashed);
 /// A second signal of the same kind.
 const SECOND: Ink = Ink::new("#c86e00", Pattern::Solid);
 /// A third one.
 const THIRD: Ink = Ink::new("#007d37", Pattern::Solid);
-/// What is estimated, with the noise of its source.
+/// An estimate, with the noise of its source.
 const ESTIMATED: Ink = Ink::new("#6ea0d7", Pattern::Solid).wide(1.0);
-/// What was true, where something else is estimated.
+/// The truth beside an estimate.
 const TRUE: Ink = Ink::new("#964600", Pattern::Solid).wide(1.0);
 
 /// A figure: panels under one heading, with a sentence.
@@ -103,14 +103,14 @@ fn path(flight: &Flight) -> Group {
         flight,
         &[
             signal("sensors", "altitude_m", 1.0, "altitude", MAIN),
-            signal("control", "altitude_reference_m", 1.0, "reference", WANTED),
+            signal("control", "altitude_reference_m", 1.0, "reference", REFERENCE),
         ],
     );
     let speed = curves(
         flight,
         &[
             signal("sensors", "airspeed_m_s", 1.0, "true airspeed", MAIN),
-            signal("control", "airspeed_reference_m_s", 1.0, "reference", WANTED),
+            signal("control", "airspeed_reference_m_s", 1.0, "reference", REFERENCE),
         ],
     );
     let panels = [
@@ -119,8 +119,7 @@ fn path(flight: &Flight) -> Group {
     ];
     Group {
         title: "Altitude and airspeed",
-        caption: "The reference is what the controller is asked for, after its own slew limit."
-            .to_owned(),
+        caption: "The reference is the one of the controller, after its own slew limit.".to_owned(),
         panels: panels.into_iter().flatten().collect(),
     }
 }
@@ -138,7 +137,7 @@ fn attitude(flight: &Flight) -> Group {
         roll.push(curve("roll angle", |angles| angles.phi));
         pitch.push(curve("pitch angle", |angles| angles.theta));
     }
-    let reference = signal("control", "roll_reference_rad", DEG, "reference", WANTED);
+    let reference = signal("control", "roll_reference_rad", DEG, "reference", REFERENCE);
     roll.extend(curves(flight, &[reference]));
     let panels = [
         panel("Roll angle (right wing down positive)", "roll, deg", 10.0, TALL, roll),
@@ -278,7 +277,7 @@ fn compensator(flight: &Flight) -> Group {
         let demand = format!("compensation_{column}");
         let applied = format!("applied_{column}");
         let signals = [
-            signal("control", &demand, DEG, "demanded", WANTED),
+            signal("control", &demand, DEG, "demanded", REFERENCE),
             signal("control", &applied, DEG, "applied, after limits", MAIN),
         ];
         let Some(mut panel) = panel(title, "deg", 2.0, LOW, curves(flight, &signals)) else {
@@ -330,7 +329,7 @@ fn effectors(flight: &Flight) -> Group {
         let signals = [
             signal("truth", &effect, scale, "what acts, after faults", SECOND),
             signal("truth", &position, scale, "true position", MAIN),
-            signal("commands", &command, scale, "command", WANTED),
+            signal("commands", &command, scale, "command", REFERENCE),
         ];
         let mut panel =
             panel(title(list.name(effector)), y_label, span_min, LOW, curves(flight, &signals))?;
