@@ -17,14 +17,14 @@ use crate::io::plant_link::{PlantLink, PlantLinkError, RECEIVE_TIMEOUT};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
 use crate::io::status::{self, Listening, StatusLine, StatusSource};
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan, KeyFileError};
-use flight_management::autopilot::{Autopilot, Settings};
+use flight_management::autopilot::Autopilot;
 use flight_management::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
 use mavlink_services::mission::SavedPlanError;
 
 mod args;
 mod ground_stations;
 
-pub use args::{AutopilotArgs, ControlSetup, Ftc, LawArgs, RecordingArgs, ScriptArgs};
+pub use args::{AutopilotArgs, Ftc, LawArgs, RecordingArgs, ScriptArgs};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
 
 /// Why the autopilot ended in order.
@@ -111,16 +111,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     ];
     summaries.iter().flatten().for_each(|summary| info!("{summary}"));
     let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
-    let (control, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
-    let settings = Settings {
-        model: control.model,
-        gains: parameters.gains,
-        limits: parameters.limits,
-        navigation: parameters.navigation,
-        references: control.references,
-        script: control.script,
-        fault_injection: parameters.failure.enabled,
-    };
+    let (settings, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
     let address = args.plant_link;
     let socket =
         LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;

@@ -15,7 +15,6 @@ use std::time::Duration;
 
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::io::status::StatusLine;
-use autopilot::run::ControlSetup;
 use host_io::session;
 use host_io::tick_log::{Kind, TickLogReader};
 use nix::sys::signal::{Signal, kill};
@@ -26,7 +25,7 @@ use plant_sim::io::FlightReport;
 use crate::arrangement::Arrangement;
 use crate::process::Process;
 pub use crate::process::UdpFlightError;
-use flight_analysis::closed_loop::{End, FlightSetup, Record};
+use flight_analysis::closed_loop::{End, FlightSetup, Record, settings};
 
 /// How often the autopilot is checked while the plant flies.
 const WATCH_EVERY: Duration = Duration::from_millis(50);
@@ -81,18 +80,9 @@ fn fly_processes(
     folder: &Path,
     logs: Option<&Logs<'_>>,
 ) -> Result<FlightReport, UdpFlightError> {
-    let control = ControlSetup {
-        model: setup.model,
-        gains: setup.parameters.gains,
-        limits: setup.parameters.limits,
-        navigation: setup.parameters.navigation,
-        fault_injection: setup.parameters.failure.enabled,
-        references: setup.references.clone(),
-        script: setup.script.clone(),
-    };
     let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
     write(&plant_file, &postcard::to_stdvec(&setup.plant)?)?;
-    write(&control_file, &postcard::to_stdvec(&control)?)?;
+    write(&control_file, &postcard::to_stdvec(&settings(setup))?)?;
 
     let mut autopilot = Command::new(program);
     autopilot.args([

@@ -12,6 +12,7 @@ use flight_control::{
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
+use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Configuration, Intent, Outcome, ScriptCommand, VehicleCommand};
 use crate::event::{Event, EventKind, Snapshot};
@@ -34,8 +35,8 @@ mod scripts;
 /// Requests that wait for the plant; one leaves with each control step.
 const REQUESTS_MAX: usize = 32;
 
-/// What the control side is made of at start.
-#[derive(Debug, Clone)]
+/// The control side of a flight at its start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The controller's model of the aircraft.
     pub model: AircraftModel,
@@ -45,12 +46,12 @@ pub struct Settings {
     pub limits: ReferenceLimits,
     /// Guidance.
     pub navigation: NavigationParameters,
+    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
+    pub fault_injection: bool,
     /// References by time.
     pub references: ReferenceSchedule,
     /// What begins with each flight.
     pub script: Option<Arc<Script>>,
-    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
-    pub fault_injection: bool,
 }
 
 /// The control side of the flight software.

@@ -84,60 +84,61 @@ pub(crate) fn fault_kinds() -> String {
 /// Text of an operator's command to an aircraft with these effectors; `None` for streams.
 #[must_use]
 pub fn command_text(command: &Command, effectors: &EffectorList) -> Option<String> {
+    match command {
+        Command::Vehicle(command) => vehicle_text(command),
+        Command::Plant(action) => Some(plant_text(action, effectors)),
+        Command::Configuration(configuration) => {
+            let text = match configuration {
+                Configuration::Gains(_) => "gains",
+                Configuration::Limits(_) => "limits of references",
+                Configuration::Navigation(_) => "parameters of the guidance",
+                Configuration::FaultInjection(true) => "fault injection allowed",
+                Configuration::FaultInjection(false) => "fault injection refused",
+            };
+            Some(text.to_owned())
+        }
+        Command::Script(ScriptCommand::Run(script)) => Some(format!("script {}", script.name())),
+        Command::Script(ScriptCommand::Stop) => Some("stop the script".to_owned()),
+    }
+}
+
+fn vehicle_text(command: &VehicleCommand) -> Option<String> {
+    use VehicleCommand as V;
     Some(match command {
-        Command::Vehicle(VehicleCommand::Setpoint(_))
-        | Command::Vehicle(VehicleCommand::Sticks(_)) => return None,
-        Command::Vehicle(VehicleCommand::Mode(mode)) => format!("mode {mode}"),
-        Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(m))) => {
-            format!("altitude {m:.1} m")
-        }
-        Command::Vehicle(VehicleCommand::Refer(Reference::Airspeed(m_s))) => {
-            format!("airspeed {m_s:.1} m/s")
-        }
-        Command::Vehicle(VehicleCommand::Refer(Reference::Roll(rad))) => {
-            format!("roll {:.1} deg", rad.to_degrees())
-        }
-        Command::Vehicle(VehicleCommand::Refer(Reference::Course(rad))) => {
-            format!("course {:.1} deg", rad.to_degrees())
-        }
-        Command::Configuration(Configuration::Gains(_)) => "gains".to_owned(),
-        Command::Configuration(Configuration::Limits(_)) => "limits of references".to_owned(),
-        Command::Configuration(Configuration::Navigation(_)) => {
-            "parameters of the guidance".to_owned()
-        }
-        Command::Plant(PlantAction::Fault(FaultRequest::Inject { target, kind, timing })) => {
+        V::Setpoint(_) | V::Sticks(_) => return None,
+        V::Mode(mode) => format!("mode {mode}"),
+        V::Refer(Reference::Altitude(m)) => format!("altitude {m:.1} m"),
+        V::Refer(Reference::Airspeed(m_s)) => format!("airspeed {m_s:.1} m/s"),
+        V::Refer(Reference::Roll(rad)) => format!("roll {:.1} deg", rad.to_degrees()),
+        V::Refer(Reference::Course(rad)) => format!("course {:.1} deg", rad.to_degrees()),
+        V::Reposition(_) => "reposition".to_owned(),
+        V::Plan(plan) => format!("plan of {} items", plan.items.len()),
+        V::PlanItem(item) => format!("item {item} of the plan"),
+        V::Continue => "go on with the plan".to_owned(),
+        V::Home(_) => "home".to_owned(),
+        V::Terminate => "terminate the flight".to_owned(),
+        V::LinkLost(_) => "the ground station is silent".to_owned(),
+        V::LinkBack => "the ground station is back".to_owned(),
+    })
+}
+
+fn plant_text(action: &PlantAction, effectors: &EffectorList) -> String {
+    match action {
+        PlantAction::Fault(FaultRequest::Inject { target, kind, timing }) => {
             let kind = kind.described(target.class(effectors));
             format!("fault: {} {kind}{timing}", target.name(effectors))
         }
-        Command::Plant(PlantAction::Fault(FaultRequest::Clear { target })) => {
+        PlantAction::Fault(FaultRequest::Clear { target }) => {
             format!("mend {}", target.name(effectors))
         }
-        Command::Plant(PlantAction::Fault(FaultRequest::ClearAll)) => "mend everything".to_owned(),
-        Command::Plant(PlantAction::Restart) => "new flight".to_owned(),
-        Command::Vehicle(VehicleCommand::Reposition(_)) => "reposition".to_owned(),
-        Command::Vehicle(VehicleCommand::Plan(plan)) => {
-            format!("plan of {} items", plan.items.len())
-        }
-        Command::Vehicle(VehicleCommand::PlanItem(item)) => format!("item {item} of the plan"),
-        Command::Vehicle(VehicleCommand::Continue) => "go on with the plan".to_owned(),
-        Command::Vehicle(VehicleCommand::Home(_)) => "home".to_owned(),
-        Command::Vehicle(VehicleCommand::Terminate) => "terminate the flight".to_owned(),
-        Command::Vehicle(VehicleCommand::LinkLost(_)) => "the ground station is silent".to_owned(),
-        Command::Vehicle(VehicleCommand::LinkBack) => "the ground station is back".to_owned(),
-        Command::Plant(PlantAction::ListFaults) => "the autopilot asks for the faults".to_owned(),
-        Command::Script(ScriptCommand::Run(script)) => format!("script {}", script.name()),
-        Command::Script(ScriptCommand::Stop) => "stop the script".to_owned(),
-        Command::Configuration(Configuration::FaultInjection(true)) => {
-            "fault injection allowed".to_owned()
-        }
-        Command::Configuration(Configuration::FaultInjection(false)) => {
-            "fault injection refused".to_owned()
-        }
-        Command::Plant(PlantAction::Pace(Pace::Pause)) => "pause".to_owned(),
-        Command::Plant(PlantAction::Pace(Pace::Run)) => "run".to_owned(),
-        Command::Plant(PlantAction::Pace(Pace::Step(periods))) => format!("step {periods} periods"),
-        Command::Plant(PlantAction::Pace(Pace::Speed(speed))) => format!("speed x{speed}"),
-    })
+        PlantAction::Fault(FaultRequest::ClearAll) => "mend everything".to_owned(),
+        PlantAction::Restart => "new flight".to_owned(),
+        PlantAction::ListFaults => "the autopilot asks for the faults".to_owned(),
+        PlantAction::Pace(Pace::Pause) => "pause".to_owned(),
+        PlantAction::Pace(Pace::Run) => "run".to_owned(),
+        PlantAction::Pace(Pace::Step(periods)) => format!("step {periods} periods"),
+        PlantAction::Pace(Pace::Speed(speed)) => format!("speed x{speed}"),
+    }
 }
 
 #[cfg(test)]

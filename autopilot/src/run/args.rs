@@ -5,10 +5,9 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, Gains, MainLaw};
+use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, MainLaw};
 use host_io::{Wait, file};
 use icd::EffectorList;
-use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::RunError;
@@ -17,10 +16,10 @@ use crate::config::{self, ConfigError, Model};
 use crate::io::gcs_link::Links;
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
 use ::recorder::LogRate;
+use flight_management::autopilot::Settings;
 use flight_management::own_law::OwnLaw;
-use flight_management::parameters::{self, NavigationParameters, Parameters, ReferenceLimits};
+use flight_management::parameters::{self, Parameters};
 use flight_management::script::Script;
-use flight_management::vehicle::schedule::ReferenceSchedule;
 
 /// Name of the model that comes with the program, for messages.
 const DEFAULT_MODEL_NAME: &str = "tvc_jet.toml";
@@ -225,25 +224,6 @@ pub struct AutopilotArgs {
     pub with_parent: bool,
 }
 
-/// What defines the control side of a flight, as it is handed to a process.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ControlSetup {
-    /// The controller's model of the aircraft.
-    pub model: AircraftModel,
-    /// Gains.
-    pub gains: Gains,
-    /// References that are accepted.
-    pub limits: ReferenceLimits,
-    /// Guidance.
-    pub navigation: NavigationParameters,
-    /// Scripts may break the aircraft.
-    pub fault_injection: bool,
-    /// References by time.
-    pub references: ReferenceSchedule,
-    /// What begins with each flight.
-    pub script: Option<Arc<Script>>,
-}
-
 impl AutopilotArgs {
     /// The sockets for ground stations that options and file ask for; `None` if there are to be none.
     ///
@@ -317,7 +297,7 @@ impl AutopilotArgs {
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
-    pub fn control_setup(&self) -> Result<(ControlSetup, Parameters), RunError> {
+    pub fn control_setup(&self) -> Result<(Settings, Parameters), RunError> {
         let model = self.model()?;
         self.control_setup_over(&model.aircraft, &model.defaults)
     }
@@ -330,7 +310,7 @@ impl AutopilotArgs {
         &self,
         model: &AircraftModel,
         over: &Parameters,
-    ) -> Result<(ControlSetup, Parameters), RunError> {
+    ) -> Result<(Settings, Parameters), RunError> {
         let mut parameters = *over;
         if let Some(path) = &self.setup {
             let setup = read_setup(path)?;
@@ -362,7 +342,7 @@ impl AutopilotArgs {
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
         let fault_injection = failure.enabled;
         let setup =
-            ControlSetup { model, gains, limits, navigation, fault_injection, references, script };
+            Settings { model, gains, limits, navigation, fault_injection, references, script };
         Ok((setup, parameters))
     }
 }
@@ -379,10 +359,10 @@ fn read_scenario(name: &str) -> Result<String, ConfigError> {
     })
 }
 
-fn read_setup(path: &Path) -> Result<ControlSetup, RunError> {
+fn read_setup(path: &Path) -> Result<Settings, RunError> {
     let refused = || RunError::Setup { path: path.to_path_buf() };
     let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
-    let setup: ControlSetup = postcard::from_bytes(&bytes).map_err(|_| refused())?;
+    let setup: Settings = postcard::from_bytes(&bytes).map_err(|_| refused())?;
     let file = path.display().to_string();
     let model = setup.model.validate();
     model.map_err(|source| ConfigError::Model { file, source })?;

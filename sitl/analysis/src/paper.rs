@@ -125,31 +125,11 @@ pub enum PaperError {
         /// The scenario file.
         file: &'static str,
     },
-    /// A run of a case could not be flown.
-    #[error("case {case}, {run}: {reason}")]
+    /// A flight could not be flown.
+    #[error("{flight}: {reason}")]
     Flight {
-        /// 1 or 2.
-        case: u32,
-        /// Which run.
-        run: &'static str,
-        /// Why.
-        reason: FlightError,
-    },
-    /// A run with a changed aircraft could not be flown.
-    #[error("case {case}, {aircraft}: {reason}")]
-    Dispersed {
-        /// 1 or 2.
-        case: u32,
-        /// What was changed.
-        aircraft: String,
-        /// Why.
-        reason: FlightError,
-    },
-    /// A healthy flight in turbulence could not be flown.
-    #[error("healthy flight in turbulence of {turbulence_m_s} m/s: {reason}")]
-    Turbulence {
-        /// Intensity, m/s rms.
-        turbulence_m_s: f64,
+        /// Which one.
+        flight: String,
         /// Why.
         reason: FlightError,
     },

@@ -203,10 +203,9 @@ impl Case {
     /// # Errors
     /// [`PaperError::Flight`] names case and run.
     pub fn fly(&self, run: Run, fly: &Fly) -> Result<Trace, PaperError> {
-        fly_to_the_end(&self.run(run), fly).map_err(|reason| PaperError::Flight {
-            case: self.number,
-            run: run.name(),
-            reason,
+        fly_to_the_end(&self.run(run), fly).map_err(|reason| {
+            let flight = format!("case {}, {}", self.number, run.name());
+            PaperError::Flight { flight, reason }
         })
     }
 

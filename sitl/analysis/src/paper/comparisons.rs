@@ -221,9 +221,10 @@ fn turbulence(
             let mut case = Case { setup: level.clone(), ..case.clone() }.under(&conditions);
             case.setup.parameters.gains.selection.compensator = mode;
             let flight = fly_once(&case.setup, &in_process);
-            flight
-                .map(|trace| Healthy::of(&trace))
-                .map_err(|reason| PaperError::Turbulence { turbulence_m_s, reason })
+            flight.map(|trace| Healthy::of(&trace)).map_err(|reason| {
+                let flight = format!("healthy flight in turbulence of {turbulence_m_s} m/s");
+                PaperError::Flight { flight, reason }
+            })
         });
         flights.collect::<Result<Vec<Healthy>, PaperError>>().map(|all| Healthy::mean(&all))
     };

@@ -167,10 +167,9 @@ fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Change
 fn judge(case: &Case, changed: &Changed) -> Result<Judged, PaperError> {
     let case = case.with_airframe(changed.airframe.clone());
     let fly = |run: Run| {
-        verdict(&case, run).map_err(|reason| PaperError::Dispersed {
-            case: case.number,
-            aircraft: changed.name.clone(),
-            reason,
+        verdict(&case, run).map_err(|reason| {
+            let flight = format!("case {}, {}", case.number, changed.name);
+            PaperError::Flight { flight, reason }
         })
     };
     let of_claim = matches!(changed.kind, Kind::Single | Kind::Joint { of_claim: true, .. });

@@ -97,31 +97,32 @@ fn panel(
     Some(Panel { title: title.into(), y_label, y, height, curves, ..Panel::default() })
 }
 
+/// A panel of signals: title, label of the values, smallest span, height.
+type Plan<'a> = (&'static str, &'static str, f64, f64, &'a [Signal<'a>]);
+
+fn group(flight: &Flight, title: &'static str, caption: &str, plans: &[Plan<'_>]) -> Group {
+    let panels = plans.iter().filter_map(|(title, y_label, span_min, height, signals)| {
+        panel(*title, y_label, *span_min, *height, curves(flight, signals))
+    });
+    Group { title, caption: caption.to_owned(), panels: panels.collect() }
+}
+
 /// Measured, or the truth where the log has it: the truth is what the sensors report, but for the gyros.
 fn path(flight: &Flight) -> Group {
-    let altitude = curves(
-        flight,
-        &[
-            signal("sensors", "altitude_m", 1.0, "altitude", MAIN),
-            signal("control", "altitude_reference_m", 1.0, "reference", REFERENCE),
-        ],
-    );
-    let speed = curves(
-        flight,
-        &[
-            signal("sensors", "airspeed_m_s", 1.0, "true airspeed", MAIN),
-            signal("control", "airspeed_reference_m_s", 1.0, "reference", REFERENCE),
-        ],
-    );
-    let panels = [
-        panel("Altitude above the ellipsoid", "altitude, m", 20.0, TALL, altitude),
-        panel("True airspeed", "airspeed, m/s", 5.0, TALL, speed),
+    let altitude = [
+        signal("sensors", "altitude_m", 1.0, "altitude", MAIN),
+        signal("control", "altitude_reference_m", 1.0, "reference", REFERENCE),
     ];
-    Group {
-        title: "Altitude and airspeed",
-        caption: "The reference is the one of the controller, after its own slew limit.".to_owned(),
-        panels: panels.into_iter().flatten().collect(),
-    }
+    let speed = [
+        signal("sensors", "airspeed_m_s", 1.0, "true airspeed", MAIN),
+        signal("control", "airspeed_reference_m_s", 1.0, "reference", REFERENCE),
+    ];
+    let plans: [Plan<'_>; 2] = [
+        ("Altitude above the ellipsoid", "altitude, m", 20.0, TALL, &altitude),
+        ("True airspeed", "airspeed, m/s", 5.0, TALL, &speed),
+    ];
+    let caption = "The reference is what the controller is asked for, after its own slew limit.";
+    group(flight, "Altitude and airspeed", caption, &plans)
 }
 
 fn attitude(flight: &Flight) -> Group {
@@ -167,23 +168,19 @@ fn air(flight: &Flight) -> Group {
         signal("sensors", "angle_of_attack_rad", DEG, "angle of attack", MAIN),
         signal("sensors", "sideslip_rad", DEG, "sideslip (wind from the right positive)", SECOND),
     ];
-    let load = [signal("truth", "load_factor_g", 1.0, "normal load factor", MAIN)];
-    let mut load = curves(flight, &load);
-    if load.is_empty() {
-        // Measured: minus the z component of the accelerometers.
-        let standard = -1.0 / 9.806_65;
-        let name = "normal load factor, measured";
-        load = curves(flight, &[signal("sensors", "specific_force_z_m_s2", standard, name, MAIN)]);
-    }
-    let panels = [
-        panel("Angle of attack and sideslip", "angle, deg", 4.0, TALL, curves(flight, &attack)),
-        panel("Normal load factor (1 g in level flight)", "load factor, g", 0.5, LOW, load),
+    // Measured: minus the z component of the accelerometers.
+    let measured = -1.0 / 9.806_65;
+    let name = "normal load factor, measured";
+    let load = if flight.signal("truth", "load_factor_g", 1.0).is_some() {
+        [signal("truth", "load_factor_g", 1.0, "normal load factor", MAIN)]
+    } else {
+        [signal("sensors", "specific_force_z_m_s2", measured, name, MAIN)]
+    };
+    let plans: [Plan<'_>; 2] = [
+        ("Angle of attack and sideslip", "angle, deg", 4.0, TALL, &attack),
+        ("Normal load factor (1 g in level flight)", "load factor, g", 0.5, LOW, &load),
     ];
-    Group {
-        title: "Air",
-        caption: "Both angles are those of the air, gusts included.".to_owned(),
-        panels: panels.into_iter().flatten().collect(),
-    }
+    group(flight, "Air", "Both angles are those of the air, gusts included.", &plans)
 }
 
 fn rates(flight: &Flight) -> Group {
@@ -192,12 +189,8 @@ fn rates(flight: &Flight) -> Group {
         signal("sensors", "body_rate_q_rad_s", DEG, "q, pitch rate", SECOND),
         signal("sensors", "body_rate_r_rad_s", DEG, "r, yaw rate", THIRD),
     ];
-    let panels = panel("Body rates", "rate, deg/s", 4.0, TALL, curves(flight, &signals));
-    Group {
-        title: "Body rates",
-        caption: "As the gyros report them, with their noise.".to_owned(),
-        panels: panels.into_iter().collect(),
-    }
+    let plans: [Plan<'_>; 1] = [("Body rates", "rate, deg/s", 4.0, TALL, &signals)];
+    group(flight, "Body rates", "As the gyros report them, with their noise.", &plans)
 }
 
 /// Axes of the estimate: name, letter, column of z2.
