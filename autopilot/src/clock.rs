@@ -21,7 +21,7 @@ pub fn now() -> WallTime {
     WallTime::ZERO + read().saturating_duration_since(start)
 }
 
-/// UNIX time at [`WallTime::ZERO`] by the computer's calendar, us; `None` if that is before 1970. Told to
+/// UNIX time at [`WallTime::ZERO`] by the computer's calendar, us; `None` if that is before 1970. Sent to
 /// ground stations and used for nothing else.
 #[must_use]
 #[expect(clippy::disallowed_methods, reason = "the one look at the calendar of the process")]

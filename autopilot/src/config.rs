@@ -1,6 +1,6 @@
 //! Files that the autopilot reads at start: its model of the aircraft, its part of a scenario, scripts.
 //!
-//! What stands in them is read by [`crate::configuration`], without files.
+//! Their texts are parsed by [`crate::configuration`], without files.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! `sitl actions`: buttons of QGroundControl that break something, for any aircraft.
 //!
-//! Each button is one MAV_CMD_USER_1 (docs/commands.md, section Faults). What it does is said in the words of scripts.
+//! Each button is one MAV_CMD_USER_1 (docs/commands.md, section Faults). The syntax of a fault is that of scripts.
 
 use std::error::Error;
 use std::fs;
@@ -54,7 +54,7 @@ struct Button {
 /// Writes both files.
 ///
 /// # Errors
-/// What is wrong with the airframe, with the words of a fault, or with the folder.
+/// What is wrong with the airframe, with the text of a fault, or with the folder.
 pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check()?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;

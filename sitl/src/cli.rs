@@ -40,7 +40,7 @@ pub struct Cli {
 }
 
 /// The program `sitl`: reads the command line and reports errors on standard error. `own_law` is a law that
-/// the caller brings: it flies unless `--law` says otherwise.
+/// the caller brings: it flies unless `--law` names another one.
 #[must_use]
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
     host_io::console::show();
@@ -119,10 +119,10 @@ pub struct EnvelopeArgs {
     out: PathBuf,
 }
 
-/// Does what the command line says.
+/// Carries out the command line.
 ///
 /// # Errors
-/// Whatever keeps it from being done, in words for the operator.
+/// Why it cannot be done, as a text for the operator.
 pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
     // This executable starts itself for the two processes.
     let program = std::env::current_exe()?;
@@ -151,7 +151,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The exit code says whether all checked claims hold.
+/// The exit code is that of success if all checked claims hold.
 fn fly_paper(options: &paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
     let outcome = match options.link {
         Link::InProcess => paper::run(options, &paper::in_process),

@@ -49,7 +49,7 @@ pub enum EchoError {
     Pin(#[from] cpu::PinError),
 }
 
-/// Echoes until the standard input ends, or asks an echo.
+/// Echoes until the standard input ends, or measures an echo.
 ///
 /// # Errors
 /// [`EchoError`] if there is no socket or no such core.
@@ -57,7 +57,7 @@ pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
     args.cpu.map_or(Ok(()), cpu::pin_this_thread)?;
     match args.to {
         None => serve(args.wait),
-        Some(to) => ask(args, to),
+        Some(to) => measure(args, to),
     }
 }
 
@@ -71,20 +71,20 @@ fn serve(wait: Wait) -> Result<(), EchoError> {
     let mut buffer = [0; PACKET_MAX + 1];
     while !stop.is_requested() {
         if let Some((_, from)) = socket.receive_from(&mut buffer)? {
-            // What does not leave is asked for again.
+            // What does not leave is requested again.
             let _ = socket.send_to(&answer, from);
         }
     }
     Ok(())
 }
 
-fn ask(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
+fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
     let mut socket = LinkSocket::connect("echo", "echo link", to, args.wait, RECEIVE_TIMEOUT)?;
     let (question, _) = packets();
     let mut buffer = [0; PACKET_MAX + 1];
     let mut round_trips = |count: u64| -> io::Result<()> {
         for _ in 0..count {
-            // What does not leave is a lost round trip, and the next one is asked for.
+            // What does not leave is a lost round trip, and the next one follows.
             let _ = socket.send(&question);
             socket.receive(&mut buffer)?;
         }

@@ -31,7 +31,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 const START_MAX: Duration = Duration::from_secs(10);
 /// Time for the autopilot to notice that the plant has ended: it waits a second for a packet.
 const NOTICE_MAX: Duration = Duration::from_secs(3);
-/// Time for a child to end when it is told to.
+/// Time for a child to end on request.
 const END_MAX: Duration = Duration::from_secs(2);
 
 /// Why the flight could not go on.
@@ -45,7 +45,7 @@ pub enum LaunchError {
     Start {
         /// Which one.
         process: &'static str,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// A child ended.
@@ -153,7 +153,7 @@ impl Flight<'_> {
         Ok(())
     }
 
-    /// The plant has ended by itself: the autopilot runs on until it has noticed, so that it can tell the ground
+    /// The plant has ended by itself: the autopilot runs on until it has noticed, so that it can inform the ground
     /// stations.
     fn await_notice(&self, reports: &Reports) {
         let deadline = clock::now() + NOTICE_MAX;

@@ -1,7 +1,31 @@
 //! Starts plant and autopilot as two processes, watches them, and is the command line of the project.
 //!
 //! Everything that flies in one process, measures, draws and reports is the crate [`flight_analysis`], whose modules are
-//! here under their own names.
+//! here under their own names. [`cli::main`] is the program; [`udp_flight::fly_udp`] flies a setup through both processes,
+//! to the same bits as [`closed_loop::fly`]:
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use icd::ControlPeriod;
+//! use plant_sim::EarthModel;
+//! use sitl::paper::cases::{Case, Conditions};
+//! use sitl::udp_flight::fly_udp;
+//!
+//! let conditions = Conditions {
+//!     earth: EarthModel::Wgs84,
+//!     period: ControlPeriod::DEFAULT,
+//!     step_us: 1_000,
+//!     gyro_noise_rad_s: 0.0,
+//!     turbulence_m_s: 0.0,
+//!     seed: 1,
+//! };
+//! let setup = Case::new(1, &conditions)?.setup;
+//! let program = Path::new("target/release/sitl");
+//! let end = fly_udp(program, &setup, &mut |record| println!("{} m", record.truth.altitude_m))?;
+//! assert!(!end.on_ground);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub use flight_analysis::{
     chart, closed_loop, configuration, design, envelope, false_alarms, fly, linearize, margins,

@@ -14,7 +14,7 @@ pub enum UdpFlightError {
     System {
         /// What was tried.
         what: &'static str,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// A process ended with an error.

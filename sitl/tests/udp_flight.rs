@@ -106,7 +106,7 @@ fn more_faults_in_one_step_than_may_wait_for_an_answer_act_at_the_same_ticks_ove
 }
 
 #[test]
-fn a_setup_that_cannot_fly_is_told_by_the_process_that_finds_it() {
+fn a_setup_that_cannot_fly_is_reported_by_the_process_that_finds_it() {
     let mut setup = setup(&["plant-sim"], &["autopilot"], 1);
     setup.plant.start.airspeed_m_s = 5.0;
     match fly_udp(program(), &setup, &mut |_| {}) {

@@ -29,7 +29,7 @@ pub struct RunHash {
 }
 
 impl RunHash {
-    /// One control step: what the sensors said and what was commanded of so many effectors.
+    /// One control step: sensor values, and commands of so many effectors.
     pub fn step(
         &mut self,
         time: SimTime,

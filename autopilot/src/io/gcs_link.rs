@@ -112,7 +112,7 @@ pub enum GcsError {
         link: &'static str,
         /// The requested address.
         address: SocketAddr,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// A ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
@@ -138,7 +138,7 @@ pub enum GcsError {
     Store {
         /// Which file.
         name: &'static str,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// No thread for the log folder.

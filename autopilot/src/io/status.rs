@@ -255,7 +255,7 @@ pub fn channel() -> (StatusSource, StatusPrinter) {
 /// Starts the thread that prints, and asks the process to end when nobody reads any more.
 ///
 /// # Errors
-/// What the system says, if it refuses a thread.
+/// The error of the system, if it refuses a thread.
 pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::Result<()> {
     let StatusPrinter { wanted, lines } = printer;
     let print_all = move || {

@@ -67,7 +67,7 @@ impl Tlog {
         match entries.try_send(Entry { at, frame: frame.to_vec() }) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => self.left_out(1),
-            // The writer has ended, and said why.
+            // The writer has ended, and has logged why.
             Err(TrySendError::Disconnected(_)) => self.entries = None,
         }
     }

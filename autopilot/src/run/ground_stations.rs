@@ -235,7 +235,7 @@ mod tests {
     "#;
 
     #[test]
-    fn without_a_word_only_loopback_is_touched() {
+    fn without_options_only_loopback_is_used() {
         let links = links(&[], "").unwrap();
         assert_eq!(links.clients, [at("127.0.0.1:14550"), at("127.0.0.1:14540")]);
         assert_eq!(links.client_bind, at("127.0.0.1:0"));
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn the_file_is_obeyed_and_the_command_line_wins() {
+    fn the_command_line_wins_over_the_file() {
         let from_file = links(&[], FILE).unwrap();
         assert_eq!(from_file.clients, [at("127.0.0.1:1"), at("192.0.2.7:2")]);
         assert_eq!(from_file.client_bind, at("0.0.0.0:0"), "one of them is elsewhere");
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_words_are_told_with_the_allowed_form() {
+    fn wrong_addresses_are_refused_with_the_allowed_form() {
         for option in ["--gcs=here", "--gcs-tcp=5760", "--gcs-udp-server=localhost:1"] {
             let message = parse(&[option]).unwrap_err().to_string();
             assert!(message.contains("IP:PORT or none"), "{message}");

@@ -1,7 +1,7 @@
 //! Charts: panels of curves over time, over the ground or over anything else, drawn as SVG and turned into PNG.
 //!
 //! A curve is one path, however many points it has, so that a browser can show the page of a long flight. What the mouse
-//! points at says what it is.
+//! points at shows what it is.
 
 pub mod axis;
 pub mod curve;

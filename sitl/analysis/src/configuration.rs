@@ -65,7 +65,7 @@ pub enum ConfigurationError {
     /// Neither a scenario that comes with the program nor a file.
     #[error("{name}: there is no such scenario and no such file; the scenarios are {known}")]
     NoScenario {
-        /// What was asked for.
+        /// The requested one.
         name: String,
         /// What there is.
         known: String,
@@ -75,7 +75,7 @@ pub enum ConfigurationError {
     Syntax {
         /// The file.
         file: String,
-        /// What the parser says.
+        /// The error of the parser.
         source: Box<toml::de::Error>,
     },
     /// A `--set` that cannot be made.
@@ -166,7 +166,7 @@ impl AircraftArgs {
         Ok(settings::check_keys(&self.settings)?)
     }
 
-    /// The same for a command that has `options` of its own for some keys, whatever a scenario says.
+    /// The same for a command that has `options` of its own for some keys, whatever a scenario has.
     ///
     /// # Errors
     /// [`ConfigurationError`] names the nearest key, or the option that is meant.

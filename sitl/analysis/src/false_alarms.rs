@@ -72,7 +72,7 @@ pub enum StudyError {
     Read {
         /// Which one.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// A file or folder cannot be written.
@@ -80,7 +80,7 @@ pub enum StudyError {
     Write {
         /// Which one.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// The figure cannot be drawn.

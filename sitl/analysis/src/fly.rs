@@ -40,7 +40,7 @@ use judge::{FlightLog, Keep};
 use outcome::{FIGURES, Folder, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE};
 use seeds::Seeds;
 
-/// A scenario that does not say how long it is flown is flown for this time, s.
+/// Duration of a scenario without one, s.
 const DURATION_S: f64 = 60.0;
 /// Exit status: every aircraft was kept.
 const KEPT: u8 = 0;
@@ -140,7 +140,7 @@ pub enum FlyError {
     /// `--out` is something else.
     #[error("--out {}: this is no folder", path.display())]
     NoFolder {
-        /// What was asked for.
+        /// The requested one.
         path: PathBuf,
     },
     /// A file or folder cannot be written.
@@ -162,7 +162,7 @@ pub enum FlyError {
     Figures(#[from] plot::NothingToDraw),
 }
 
-/// Flies and says what became of it. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
+/// Flies and reports the outcome. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
 #[must_use]
 pub fn run(args: &FlyArgs) -> u8 {
     match args.fly() {
@@ -175,7 +175,7 @@ pub fn run(args: &FlyArgs) -> u8 {
     }
 }
 
-/// What `outcome.json` says of one flight or of many.
+/// Content of `outcome.json`: one flight or many.
 #[derive(Serialize)]
 struct Written<'a, T> {
     program: &'static str,
@@ -196,7 +196,7 @@ struct Many<'a> {
 }
 
 impl FlyArgs {
-    /// Takes a law that the program brings; it flies unless `--law` says otherwise.
+    /// Takes a law that the program brings; it flies unless `--law` names another one.
     pub fn bring(&mut self, own_law: Option<OwnLaw>) {
         self.own_law = own_law;
         if own_law.is_some() {
@@ -298,7 +298,7 @@ impl FlyArgs {
         }
     }
 
-    /// The flight that the options ask for.
+    /// The flight of the options.
     fn setup(&self) -> Result<FlightSetup, FlyError> {
         let aircraft = &self.aircraft;
         aircraft.check()?;

@@ -90,7 +90,7 @@ struct Laws {
     compensator: Option<CompensatorLaw>,
 }
 
-/// A loop with what it can stand, and what flights say of it.
+/// A loop with what it can stand, and flights that confirm it.
 struct Row {
     effectors: &'static str,
     margins: Margins,
@@ -104,7 +104,7 @@ struct Flights {
     delay: Option<bool>,
 }
 
-/// Prints the table of every law that is asked for.
+/// Prints the table of every requested law.
 ///
 /// # Errors
 /// What is wrong with a file, an option or a parameter; or that there is no steady flight at the design point.
@@ -314,24 +314,24 @@ struct Changed<'a> {
 
 impl<'a> Changed<'a> {
     fn new(group: &'a [usize], gain: f64, delay: usize, flies: ClosedLoop) -> Self {
-        let steady = flies.clone().ask();
+        let steady = flies.clone().command();
         let under_way = std::iter::repeat_n(steady, delay).collect();
         Self { group, gain, flies, steady, under_way }
     }
 
-    /// One period; what the laws asked of the first of the group.
+    /// One period; the command to the first of the group.
     fn period(&mut self) -> f64 {
-        let asked = self.flies.ask();
-        self.under_way.push_back(asked);
-        let late = self.under_way.pop_front().unwrap_or(asked);
-        let mut commands = asked;
+        let commanded = self.flies.command();
+        self.under_way.push_back(commanded);
+        let late = self.under_way.pop_front().unwrap_or(commanded);
+        let mut commands = commanded;
         for i in self.group {
             let effector = self.flies.effectors()[*i];
             let steady = self.steady[effector];
             commands[effector] = steady + self.gain * (late[effector] - steady);
         }
         self.flies.go_on(&commands);
-        self.group.first().map_or(0.0, |i| asked[self.flies.effectors()[*i]])
+        self.group.first().map_or(0.0, |i| commanded[self.flies.effectors()[*i]])
     }
 }
 

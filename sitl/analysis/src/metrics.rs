@@ -1,6 +1,6 @@
 //! Measures of signals, each defined once. When an aircraft is lost stands in its airframe file.
 //!
-//! Angles in rad, times in s. Every function is total: no values give NaN unless the doc says otherwise, and a
+//! Angles in rad, times in s. Every function is total: no values give NaN unless the doc has something else, and a
 //! NaN in a signal comes out as NaN. A NaN passes no limit, so neither can hide a failure.
 
 /// One degree, rad.

@@ -39,7 +39,7 @@ const AFTER_S: f64 = 200.0;
 /// The longest flight, s.
 const DURATION_S: f64 = 7_200.0;
 
-/// What the mission takes from an option, whatever a scenario says.
+/// What the mission takes from an option, whatever a scenario has.
 const OPTIONS: [(&str, &str); 5] = [
     ("plant.seed", "--seed"),
     ("plant.earth", "--earth"),
@@ -242,7 +242,7 @@ impl TrackPoint {
 /// Flies the demonstration and draws it.
 ///
 /// # Errors
-/// What keeps it from being flown or drawn, in words for the operator.
+/// What keeps it from being flown or drawn, as a text for the operator.
 pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
@@ -419,7 +419,7 @@ fn parts(flown: &Flown, track: &[Point]) -> Vec<(Vec<Point>, Ink)> {
     parts
 }
 
-/// What an item is, in a few words.
+/// Short text of an item.
 fn name(number: u16, action: &Action) -> String {
     match action {
         Action::LoiterTurns { turns, .. } => format!("{number}: {turns:.0} turn"),

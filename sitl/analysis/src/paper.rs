@@ -119,7 +119,7 @@ pub enum PaperError {
         /// The scenario file.
         file: &'static str,
     },
-    /// A case must say how long it is flown.
+    /// A case must have a duration.
     #[error("{file}: [plant] duration_s is missing")]
     NoDuration {
         /// The scenario file.
@@ -181,12 +181,12 @@ pub struct Evaluation {
 /// Flies in this process.
 ///
 /// # Errors
-/// What the plant says about the setup.
+/// [`plant_sim::SetupError`] of the plant.
 pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
     Ok(fly(setup, sink)?)
 }
 
-/// What every run takes from an option, whatever a scenario says.
+/// What every run takes from an option, whatever a scenario has.
 const OPTIONS: [(&str, &str); 4] = [
     ("plant.seed", "--seed"),
     ("plant.earth", "--earth"),

@@ -32,7 +32,7 @@ pub struct PlotArgs {
 /// Draws the flight of a log.
 ///
 /// # Errors
-/// In words for the operator: a log that cannot be read, or a page that cannot be written.
+/// a log that cannot be read, or a page that cannot be written.
 pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
     let name = args.log.display();
     let log = replay::open_log(&args.log).map_err(|error| format!("{name}: {error}"))?;
@@ -63,7 +63,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 pub struct Page {
     /// The page.
     pub html: String,
-    /// What the log has and the page does not, and why; the page says it, too.
+    /// What the log has and the page does not, and why; it is on the page, too.
     pub not_drawn: Vec<String>,
 }
 

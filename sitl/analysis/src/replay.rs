@@ -45,13 +45,13 @@ pub struct ReplayArgs {
 /// Reads a flight log that the user names, whole, if it is an ordinary file of sane size.
 ///
 /// # Errors
-/// [`ReadError`] says what is wrong with the file or with its first bytes.
+/// [`ReadError`] names what is wrong with the file or with its first bytes.
 pub fn open_log(path: &Path) -> Result<Log, ReadError> {
     Log::from_bytes(file::read(path, LOG_MAX).map_err(io::Error::other)?)
 }
 
 /// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
-/// nobody knows; 3: the log is damaged, and the same flight where it can be read.
+/// whether it is the same is unknown; 3: the log is damaged, and the same flight where it can be read.
 #[must_use]
 pub fn run(args: &ReplayArgs) -> u8 {
     let recording = match open_log(&args.log).map_err(CannotFly::from).and_then(Recording::of) {
@@ -81,7 +81,7 @@ pub fn run(args: &ReplayArgs) -> u8 {
 /// Flies the bytes of a file again, whatever they are, for `steps_max` control steps at most.
 ///
 /// # Errors
-/// [`CannotFly`] says why there is no flight in them.
+/// [`CannotFly`] is the reason why there is no flight in them.
 pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, CannotFly> {
     let recording = Recording::of(Log::from_bytes(bytes)?)?.up_to(steps_max);
     fly(&recording, &mut |_| {})

@@ -35,7 +35,7 @@ impl fmt::Display for Setting {
 /// A setting that cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SettingError {
-    /// Nobody knows the key.
+    /// The key is unknown.
     #[error("--set {key}: there is no such key{}", nearest.as_ref().map_or_else(String::new, |key| format!("; the nearest is {key}")))]
     Unknown {
         /// The key.
@@ -50,7 +50,7 @@ pub enum SettingError {
         key: String,
         /// The list.
         list: String,
-        /// The entry asked for.
+        /// The requested entry.
         number: usize,
         /// One more than the list has.
         max: usize,

@@ -89,7 +89,7 @@ columns! {
     fault_q_rad_s2,
     /// True fault acceleration F in yaw, rad/s².
     fault_r_rad_s2,
-    /// 1 while the detector says that something is wrong, also where the compensator is off; else 0.
+    /// 1 while the detector is awake, also where the compensator is off; else 0.
     compensator_active,
     /// Normal load factor, g.
     nz_g,
@@ -109,13 +109,13 @@ columns! {
     cmd_nozzle_yaw_rad,
     /// Commanded thrust, N.
     cmd_thrust_n,
-    /// Aileron that the main controller asks for, before limits, rad.
+    /// Aileron that the main controller commands, before limits, rad.
     main_aileron_rad,
-    /// Aileron that the compensator asks for, before limits, rad.
+    /// Aileron that the compensator commands, before limits, rad.
     ucf_aileron_rad,
-    /// Nozzle pitch that the compensator asks for, before limits, rad.
+    /// Nozzle pitch that the compensator commands, before limits, rad.
     ucf_nozzle_pitch_rad,
-    /// Nozzle yaw that the compensator asks for, before limits, rad.
+    /// Nozzle yaw that the compensator commands, before limits, rad.
     ucf_nozzle_yaw_rad,
 }
 

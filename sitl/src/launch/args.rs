@@ -128,7 +128,7 @@ pub enum OptionError {
     Plant(#[from] plant_sim::io::RunError),
 }
 
-/// What clap says, without its label and its hint.
+/// The message of clap, without its label and its hint.
 fn without_frame(message: &str) -> String {
     let text = message.strip_prefix("error: ").unwrap_or(message);
     text.split("\n\n").next().unwrap_or(text).to_owned()
@@ -150,7 +150,7 @@ impl LaunchArgs {
         self.speed.as_ref().and_then(|speed| speed.parse().ok()).unwrap_or(Speed::REAL_TIME)
     }
 
-    /// The options for each process, after both have been asked whether they would start with them.
+    /// The options for each process, after checking that both would start with them.
     pub(super) fn check(&self) -> Result<Options, OptionError> {
         let options = Options { autopilot: self.autopilot_options(), plant: self.plant_options() };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
@@ -166,7 +166,7 @@ impl LaunchArgs {
         Ok(options)
     }
 
-    /// Takes a law that the program brings; it flies unless `--law` says otherwise.
+    /// Takes a law that the program brings; it flies unless `--law` names another one.
     pub(crate) fn bring(&mut self, own_law: Option<OwnLaw>) {
         self.own_law = own_law;
         if own_law.is_some() {

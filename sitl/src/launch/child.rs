@@ -22,7 +22,7 @@ use super::screen::Screen;
 const REPORTS_MAX: usize = 256;
 /// How often an ending child is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// Time for the last words of a child that has ended.
+/// Time for the last lines of a child that has ended.
 const LAST_LINES: Duration = Duration::from_millis(200);
 
 /// What a child reports.
@@ -94,7 +94,7 @@ pub(super) struct Child {
 }
 
 impl Child {
-    /// Starts `program` with these words. Its standard output is status, its standard error is for people.
+    /// Starts `program` with these options. Its standard output is status, its standard error is for people.
     pub(super) fn start(
         name: &'static str,
         program: &Path,
@@ -130,14 +130,14 @@ impl Child {
         }
     }
 
-    /// Remembers what it said last.
+    /// Remembers its last line.
     pub(super) fn remember(&mut self, process: &str, line: &str) {
         if process == self.name {
             line.trim().clone_into(&mut self.last_line);
         }
     }
 
-    /// If the process has ended: why, after its last words have been shown.
+    /// If the process has ended: why, after its last lines have been shown.
     pub(super) fn ended(&mut self, reports: &Reports, screen: &mut Screen) -> Option<LaunchError> {
         let status = match self.process.try_wait() {
             Ok(None) => return None,
@@ -149,7 +149,7 @@ impl Child {
         while clock::now() < deadline {
             if let Some(Report::Line { process, line }) = reports.next(LAST_LINES) {
                 self.remember(process, &line);
-                // Where the operator cannot read any more, the error below still tells.
+                // Where the operator cannot read any more, the error below still says why.
                 let _ = screen.message(&format!("{process}: {line}"));
             }
         }

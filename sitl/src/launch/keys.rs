@@ -73,7 +73,7 @@ impl Keys {
     /// Ctrl-C and Ctrl-\ remain signals. Ctrl-Z becomes a key, since the screen is given back before the process stops.
     ///
     /// # Errors
-    /// What the system says, if it refuses a thread or to switch.
+    /// The error of the system, if it refuses a thread or to switch.
     pub(super) fn listen(take: impl Fn(Key) -> bool + Send + 'static) -> io::Result<Option<Self>> {
         let terminal = io::stdin();
         if !terminal.is_terminal() || is_in_background(&terminal) {
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_mean_what_the_help_says() {
+    fn keys_do_what_the_help_lists() {
         let typed: Vec<Key> = keys(b" sS-+1q.\x1a").collect();
         let expected = [
             Key::PauseOrRun,
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn the_operator_reads_what_is_wanted_until_it_is_known_what_is_achieved() {
+    fn the_requested_speed_is_shown_until_the_achieved_one_is_known() {
         let words = |paused, speed, achieved| PaceState { paused, speed }.text(achieved);
         assert_eq!(words(true, Some(1.0), Some(1.0)), "PAUSED");
         assert_eq!(words(false, None, None), "max");

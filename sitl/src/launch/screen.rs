@@ -255,12 +255,12 @@ mod tests {
     }
 
     #[test]
-    fn after_the_flight_it_is_said_how_it_ended_and_what_was_broken() {
+    fn after_the_flight_its_end_and_its_faults_are_printed() {
         let mut flight = flight();
         flight.faults = view::tests::faults(1);
-        let said = outcome(&flight);
-        assert!(said[0].starts_with("ended at 12.3 s   in the air, 5000 m"), "{said:?}");
-        assert!(said[1].ends_with("left elevator stuck at 30.0 deg, since 3.0 s"), "{said:?}");
+        let lines = outcome(&flight);
+        assert!(lines[0].starts_with("ended at 12.3 s   in the air, 5000 m"), "{lines:?}");
+        assert!(lines[1].ends_with("left elevator stuck at 30.0 deg, since 3.0 s"), "{lines:?}");
         flight.plant = PlantState::OnGround;
         assert!(outcome(&flight)[0].contains("on the ground"));
         flight.plant = PlantState::Lost;

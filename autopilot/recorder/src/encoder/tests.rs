@@ -61,17 +61,17 @@ fn jam(state: FaultState) -> FaultEntry {
 }
 
 #[test]
-fn a_fault_is_told_once_however_often_the_plant_falls_silent() {
+fn a_fault_is_logged_once_however_often_the_plant_falls_silent() {
     let acting = jam(FaultState::Active { since: at(2) });
-    let told =
+    let reported =
         |ms, entry| [Entry::Fault { time: at(ms), entry }, event(ms, EventKind::Fault(entry))];
-    let mut entries: Vec<Entry> = told(2, acting).into();
+    let mut entries: Vec<Entry> = reported(2, acting).into();
     for silence in [10, 20] {
         entries.push(event(silence, EventKind::PlantLost));
         entries.push(event(silence, EventKind::PlantBack));
     }
-    entries.extend(told(30, acting));
-    entries.extend(told(40, jam(FaultState::Ended { at: at(40) })));
+    entries.extend(reported(30, acting));
+    entries.extend(reported(40, jam(FaultState::Ended { at: at(40) })));
     let log = Log::from_bytes(bytes(entries)).unwrap();
     let texts: Vec<&str> = log.texts().iter().map(|text| text.text.as_str()).collect();
     let count = |part: &str| texts.iter().filter(|text| text.starts_with(part)).count();
@@ -80,13 +80,13 @@ fn a_fault_is_told_once_however_often_the_plant_falls_silent() {
 }
 
 #[test]
-fn the_autopilots_own_question_is_not_told_as_a_command_of_somebody() {
+fn the_autopilots_own_request_is_not_logged_as_a_command_of_an_operator() {
     let texts = texts(vec![command(2, 1, Command::Plant(PlantAction::ListFaults))]);
     assert_eq!(texts[0].1, "Input: the autopilot asks for the faults");
 }
 
 #[test]
-fn texts_never_run_backwards_and_a_refusal_says_what_was_refused() {
+fn texts_are_in_the_order_of_time_and_a_refusal_names_the_input() {
     let climb = Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(99_000.0)));
     let why = VehicleRefusal::OutOfRange {
         what: "altitude",

@@ -318,7 +318,7 @@ impl TcpServer {
                 }
             };
             if let Err(error) = stream.set_nodelay(true) {
-                // It has been closed already, as reading will tell; else it is served with some delay.
+                // It has been closed already, as reading will show; else it is served with some delay.
                 debug!(%remote, %error, "TCP_NODELAY");
             }
             let connection = Connection(self.next);

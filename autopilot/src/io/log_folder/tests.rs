@@ -50,7 +50,7 @@ fn only_logs_of_the_folder_are_read_and_a_read_ends_with_the_file() {
 }
 
 #[test]
-fn erasing_leaves_what_is_written_and_what_is_no_flight_log() {
+fn erasing_leaves_logs_that_are_written_and_other_files() {
     let outer = tempfile::tempdir().unwrap();
     let folder = outer.path().join("logs");
     fs::create_dir(&folder).unwrap();

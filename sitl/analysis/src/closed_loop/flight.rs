@@ -71,7 +71,7 @@ pub trait Operator {
         None
     }
 
-    /// The next input of this exchange, before its step; asked until there is none.
+    /// The next input of this exchange, before its step; called until there is none.
     fn input(&mut self, _exchange: &Exchange) -> Option<Recorded> {
         None
     }
@@ -327,7 +327,7 @@ pub fn fly_with_commands(
     })
 }
 
-/// The same, ended by a `sink` that says false.
+/// The same, ended by a `sink` that returns false.
 ///
 /// # Errors
 /// [`SetupError`] if the plant cannot start.

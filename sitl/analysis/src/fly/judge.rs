@@ -43,7 +43,7 @@ enum Stop {
     Failed(FlyError),
 }
 
-/// Flies a setup and says what became of it; ends it with the loss of the aircraft if `stops_at_loss`.
+/// Flies a setup and reports the outcome; ends it with the loss of the aircraft if `stops_at_loss`.
 pub(super) fn fly(
     setup: &FlightSetup,
     stops_at_loss: bool,
@@ -238,7 +238,7 @@ impl FlightLog {
         }
     }
 
-    /// What the autopilot asks of the plant.
+    /// A request to the plant.
     pub(super) fn request(
         &mut self,
         exchange: &Exchange,

@@ -23,10 +23,10 @@ pub struct ClosedLoop {
     effectors: Vec<Effector>,
 }
 
-/// x' = A x + B u with A for commands that stay, and C x, the change of the commands that the laws ask for.
+/// x' = A x + B u with A for commands that stay, and C x, the change of the commands that the laws command.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// States in which everything that the laws ask for is ignored by the plant.
+    /// States in which everything that the laws command is ignored by the plant.
     pub a: DMatrix<f64>,
     /// From the commands of the effectors, rad or N.
     pub b: DMatrix<f64>,
@@ -58,7 +58,7 @@ impl ClosedLoop {
         let periods = SETTLING_S / setup.period.as_seconds();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
         for _ in 0..periods as u64 {
-            let commands = settled.ask();
+            let commands = settled.command();
             settled.go_on(&commands);
         }
         Ok(settled)
@@ -69,8 +69,8 @@ impl ClosedLoop {
         &self.effectors
     }
 
-    /// What the laws ask for now. Their states move on.
-    pub fn ask(&mut self) -> PerEffector<f64> {
+    /// Commands of the laws now. Their states move on.
+    pub fn command(&mut self) -> PerEffector<f64> {
         // Every sample is good, so the navigator remembers nothing.
         let state = Navigator::default().step(self.plant.time(), &self.plant.sense());
         self.control.step(&state, &self.demand).actuators().commands
@@ -122,7 +122,7 @@ impl ClosedLoop {
         self.control.states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
     }
 
-    /// One period from `x` with `commands`: the states after it, and what the laws asked for.
+    /// One period from `x` with `commands`: the states after it, and the commands of the laws.
     fn period(
         &self,
         x: &DVector<f64>,
@@ -130,9 +130,9 @@ impl ClosedLoop {
     ) -> (DVector<f64>, DVector<f64>) {
         let mut other = self.clone();
         other.set_states(x);
-        let asked = other.ask();
+        let commanded = other.command();
         other.go_on(commands);
-        (other.states(), self.inputs(&asked))
+        (other.states(), self.inputs(&commanded))
     }
 
     fn inputs(&self, commands: &PerEffector<f64>) -> DVector<f64> {
@@ -147,7 +147,7 @@ impl ClosedLoop {
     pub fn linearise(&self, amplitude: f64) -> Linear {
         let mut here = self.clone();
         let x = here.states();
-        let steady = here.ask();
+        let steady = here.command();
         let list = &self.plant.dynamics().airframe().effectors;
         let width = |effector: Effector| {
             let servo = &self.plant.dynamics().airframe().servos[effector];

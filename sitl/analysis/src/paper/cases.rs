@@ -269,7 +269,7 @@ fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::Flight
 /// Flies a setup for its duration.
 ///
 /// # Errors
-/// What the flight says.
+/// The error of the flight.
 pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightError> {
     let model = DesignModel::new(setup.model);
     let mut samples = Vec::new();

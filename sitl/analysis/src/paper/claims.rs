@@ -457,7 +457,7 @@ fn equals(claim: Claim, run: &Trace, fault_s: f64, axis: Axis, percent: f64) -> 
     )
 }
 
-/// The fault accelerates each axis to the side that the paper says.
+/// The fault accelerates each axis to the side that the paper states.
 fn fault_signs(claim: Claim, run: &Trace, t_s: f64, signs: &[(Axis, f64)]) -> Vec<ClaimResult> {
     let one = |(axis, sign): &(Axis, f64)| {
         let value = run.at(t_s).map_or(f64::NAN, |sample| axis.fault(&sample.row));

@@ -33,7 +33,7 @@ const SETTLED_S: f64 = 10.0;
 /// All three.
 #[derive(Debug, Clone)]
 pub struct Comparisons {
-    /// The observer as equations 21 to 23 literally say, case by case.
+    /// The observer of equations 21 to 23, taken literally, case by case.
     pub literal: [Literal; 2],
     /// Claims of the faults with the compensator always on, case by case.
     pub always_on: [Vec<ClaimResult>; 2],
@@ -239,7 +239,7 @@ fn turbulence(
 /// Roll angle zero, as in the paper, instead of the course that a flight without references holds.
 const LEVEL: &str = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n";
 
-/// Level flight with nothing asked and nothing broken.
+/// Level flight without references and faults.
 fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
     let like = &case.setup.plant;
     let effectors = &like.airframe.effectors;

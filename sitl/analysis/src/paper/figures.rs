@@ -77,7 +77,7 @@ struct Signal {
     value: fn(&Row) -> f64,
     /// The value is an angle in deg that runs on at half a turn.
     is_heading: bool,
-    /// After the loss the value tumbles about and says nothing; only the altitude goes on.
+    /// After the loss the value has no meaning; only the altitude goes on.
     ends_when_lost: bool,
     /// Smallest height of the panel, in the unit of the values.
     span_min: f64,

@@ -205,7 +205,7 @@ pub fn text_table(results: &[ClaimResult]) -> String {
     text
 }
 
-/// (a) The observer as equations 21 to 23 literally say.
+/// (a) The observer of equations 21 to 23, taken literally.
 fn literal(cases: &[Literal; 2]) -> Markup {
     html! {
         h3 { "(a) The observer as equations 21 to 23 literally say" }
@@ -489,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn the_terminal_table_says_what_failed() {
+    fn the_terminal_table_marks_what_failed() {
         let claim = Claim { id: "1a", text: "no fault: climb is smooth" };
         let results = [
             claim.check("overshoot", 3.0, "m", Limit::AtMost(20.0)),

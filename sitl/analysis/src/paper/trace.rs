@@ -33,7 +33,7 @@ impl Sample {
     pub fn of(model: &DesignModel, record: &Record) -> Self {
         let (truth, log) = (&record.truth, &record.log);
         let fault = fault_acceleration(model, record);
-        let (at, told) = (&truth.deflections, &log.commands);
+        let (at, command) = (&truth.deflections, &log.commands);
         let attitude = truth.euler();
         let row = Row {
             t_s: truth.time.as_seconds(),
@@ -63,14 +63,14 @@ impl Sample {
             fault_r_rad_s2: fault.z,
             compensator_active: f64::from(u8::from(log.compensator_active)),
             nz_g: truth.normal_load_factor_g,
-            cmd_left_aileron_rad: told[tvc_jet::LEFT_AILERON],
-            cmd_right_aileron_rad: told[tvc_jet::RIGHT_AILERON],
-            cmd_left_elevator_rad: told[tvc_jet::LEFT_ELEVATOR],
-            cmd_right_elevator_rad: told[tvc_jet::RIGHT_ELEVATOR],
-            cmd_rudder_rad: told[tvc_jet::RUDDER],
-            cmd_nozzle_pitch_rad: told[tvc_jet::NOZZLE_PITCH],
-            cmd_nozzle_yaw_rad: told[tvc_jet::NOZZLE_YAW],
-            cmd_thrust_n: told[tvc_jet::ENGINE],
+            cmd_left_aileron_rad: command[tvc_jet::LEFT_AILERON],
+            cmd_right_aileron_rad: command[tvc_jet::RIGHT_AILERON],
+            cmd_left_elevator_rad: command[tvc_jet::LEFT_ELEVATOR],
+            cmd_right_elevator_rad: command[tvc_jet::RIGHT_ELEVATOR],
+            cmd_rudder_rad: command[tvc_jet::RUDDER],
+            cmd_nozzle_pitch_rad: command[tvc_jet::NOZZLE_PITCH],
+            cmd_nozzle_yaw_rad: command[tvc_jet::NOZZLE_YAW],
+            cmd_thrust_n: command[tvc_jet::ENGINE],
             main_aileron_rad: log.main.aileron_rad,
             ucf_aileron_rad: log.compensation.aileron_rad,
             ucf_nozzle_pitch_rad: log.compensation.nozzle_pitch_rad,
@@ -115,7 +115,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// From the ticks of a flight, in order, one each control period; `on_ground` says how it ended, `limits` when the
+    /// From the ticks of a flight, in order, one each control period; `on_ground` is how it ended, `limits` when the
     /// aircraft counts as lost.
     #[must_use]
     pub fn new(

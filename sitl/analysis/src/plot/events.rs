@@ -337,7 +337,7 @@ fn farthest(levels: &[Option<Vec<Point>>; 3], row: usize) -> Option<&'static str
     known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 
-/// Columns of the flags, and what they say.
+/// Columns of the flags, and what is at its limit.
 const LIMITS: [(&str, &str); 6] = [
     ("aileron_saturated", "ailerons"),
     ("elevator_saturated", "elevators"),

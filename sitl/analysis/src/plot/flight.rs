@@ -19,16 +19,16 @@ use crate::replay;
 /// Topics that have a row in each control step.
 const TICKING: [&str; 4] = ["sensors", "control", "commands", "truth"];
 
-/// A flight as its log tells it.
+/// The flight of a log.
 #[derive(Debug)]
 pub struct Flight {
     /// The log.
     pub log: Log,
     /// The effectors of the aircraft.
     pub effectors: EffectorList,
-    /// What the control side was made of, if the log says.
+    /// The control side, if the log has it.
     pub control: Option<ControlHeader>,
-    /// The scenario, if the log says.
+    /// The scenario, if the log has it.
     pub plant: Option<PlantHeader>,
     /// First and last time, s.
     pub span: (f64, f64),
@@ -187,7 +187,7 @@ impl Flight {
 const STATE: &[&str; 10] = TRUTH_HEAD.first_chunk().expect("the truth begins with the state");
 
 fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
-    // A page without a header is better than none; the page says what is missing.
+    // A page without a header is better than none; the page names what is missing.
     serde_json::from_str(log.info_text(key)?).ok()
 }
 
@@ -334,7 +334,7 @@ impl Times {
         }
     }
 
-    /// Why some rows are not drawn, in words; `None` where all are.
+    /// Why some rows are not drawn, `None` where all are.
     pub fn remark(&self) -> Option<String> {
         let (topic, us) = self.first_stray.as_ref()?;
         let (rows, verb) = if self.strays == 1 { ("row", "is") } else { ("rows", "are") };

@@ -215,7 +215,7 @@ fn figures(group: Group, flight: &Flight, marks: &[Mark]) -> Markup {
 
 fn texts(log: &Log) -> Markup {
     html! {
-        h2 { "What the autopilot said" }
+        h2 { "Texts of the autopilot" }
         details {
             summary { (log.texts().len()) " lines" }
             table.wide { @for text in log.texts().iter().take(ROWS_MAX) {

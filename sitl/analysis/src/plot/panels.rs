@@ -36,7 +36,7 @@ pub struct Group {
     pub title: &'static str,
     /// What one sees.
     pub caption: String,
-    /// The panels; without one the figure says what is missing.
+    /// The panels; without one the figure names what is missing.
     pub panels: Vec<Panel<'static>>,
 }
 

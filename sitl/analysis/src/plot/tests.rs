@@ -80,7 +80,7 @@ fn a_log_with_some_of_the_rows_has_every_figure_too() {
 }
 
 #[test]
-fn a_log_without_truth_or_headers_is_drawn_and_says_what_is_missing() {
+fn a_log_without_truth_or_headers_is_drawn_and_names_what_is_missing() {
     let without = Without { truth: true, ..Without::default() };
     let page = page_of(testing::log(&setup(1), &commands(), without));
     assert!(page.contains("Not in this log: the truth of the plant"), "{}", &page[..3_000]);

@@ -15,9 +15,9 @@ pub struct Difference {
     pub time: SimTime,
     /// Topic and signal.
     pub signal: String,
-    /// What the log says.
+    /// Value in the log.
     pub logged: String,
-    /// What was flown.
+    /// Value of the flight.
     pub flown: String,
 }
 

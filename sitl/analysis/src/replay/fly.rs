@@ -44,7 +44,7 @@ pub enum Outcome {
     SameWhereReadable,
     /// Another flight.
     Different,
-    /// It differs behind a damage, which may have taken an input: nobody knows.
+    /// It differs behind a damage, which may have taken an input: unknown.
     Unknown,
 }
 
@@ -125,7 +125,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Flies the log again up to its end, its first difference, or the ground; `each` hears the number of each step.
+/// Flies the log again up to its end, its first difference, or the ground; `each` gets the number of each step.
 ///
 /// # Errors
 /// [`CannotFly::Start`] if the plant refuses the setup.
@@ -161,7 +161,7 @@ struct Replay<'a> {
     /// Inputs that waited before the present exchange.
     waiting: usize,
     /// An input of the present exchange was taken.
-    heard: bool,
+    taken: bool,
 }
 
 type Checked = Result<(), Box<Difference>>;
@@ -192,14 +192,14 @@ impl Operator for Replay<'_> {
 
     fn input(&mut self, exchange: &Exchange) -> Option<Recorded> {
         let Exchange { step, moment, .. } = *exchange;
-        let between = moment != Moment::Step && !self.heard;
+        let between = moment != Moment::Step && !self.taken;
         let input = self.inputs.pop_front_if(|input| {
             let is_now = moment == Moment::Step
                 || input.moment == moment
                 || (between && input.moment == Moment::Between);
             is_now && input.step == step && !matches!(input.what, Recorded::Request(_))
         })?;
-        self.heard |= input.moment == moment;
+        self.taken |= input.moment == moment;
         Some(input.what)
     }
 
@@ -224,7 +224,7 @@ impl Operator for Replay<'_> {
 
     /// Something was taken or left in an exchange of this kind before the next control step.
     fn holds(&mut self, exchange: &Exchange) -> bool {
-        self.heard = false;
+        self.taken = false;
         self.waiting = self.inputs.len();
         let mut now = self.inputs.iter().take_while(|input| input.step == exchange.step);
         now.any(|input| input.moment == exchange.moment)
@@ -271,7 +271,7 @@ impl<'a> Replay<'a> {
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
             waiting: 0,
-            heard: false,
+            taken: false,
             recording,
             each,
         }

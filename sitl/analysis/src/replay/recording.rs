@@ -39,7 +39,7 @@ pub enum CannotFly {
     Header {
         /// Which one.
         header: &'static str,
-        /// What the parser says.
+        /// The error of the parser.
         why: String,
         /// Versions of the log.
         theirs: String,
@@ -63,7 +63,7 @@ pub enum CannotFly {
         /// Which, and their range.
         why: ParameterError,
     },
-    /// The autopilot came in while the aircraft was flying: nobody knows what it was then.
+    /// The autopilot came in while the aircraft was flying, in an unknown state.
     #[error(
         "the autopilot joined a flight under way, so the state at the log's first tick is not known"
     )]
@@ -116,7 +116,7 @@ impl Recording {
     /// Of a log.
     ///
     /// # Errors
-    /// [`CannotFly`] says what is missing.
+    /// [`CannotFly`] names what is missing.
     pub fn of(log: Log) -> Result<Self, CannotFly> {
         let name = log.info_text("sys_name").unwrap_or("missing");
         if name != "Two-Step" {
@@ -281,7 +281,7 @@ impl Recording {
     }
 }
 
-/// The part of the control header that says whether the flight can be flown again.
+/// The part of the control header that decides whether the flight can be flown again.
 #[derive(Deserialize)]
 struct Rules {
     #[serde(default)]

@@ -264,9 +264,9 @@ fn a_damaged_log_is_the_same_flight_where_it_can_be_read() {
     assert_eq!(verdict.steps, 1_001);
     assert!((1..100).contains(&verdict.missing), "{verdict}");
     let readable = 1_001 - verdict.missing;
-    let said = verdict.to_string();
+    let text = verdict.to_string();
     let expected = format!("damaged; all {readable} readable control steps are the same");
-    assert!(said.starts_with(&expected) && said.contains("same run hash"), "{said}");
+    assert!(text.starts_with(&expected) && text.contains("same run hash"), "{text}");
     // Also without a footer.
     let verdict =
         replay(damaged(&commands(), Without { footer: true, ..Without::default() })).unwrap();

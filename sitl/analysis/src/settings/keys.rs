@@ -1,6 +1,6 @@
-//! The keys that the readers of scenario, airframe and model files know, found by asking the readers.
+//! The keys that the readers of scenario, airframe and model files know, found by probing the readers.
 //!
-//! Each reader is a type that serde fills. It is filled here from nothing: whatever it asks for is written down as a
+//! Each reader is a type that serde fills. It is filled here from nothing: whatever it requests is noted as a
 //! key and answered with a number or an empty text. So a key that a reader learns is known here without a list.
 
 use std::collections::BTreeSet;
@@ -20,7 +20,7 @@ use serde::de::{
     MapAccess, SeqAccess, VariantAccess, Visitor,
 };
 
-/// The type of error that has nothing to say: a reader that does not take what it is given ends its part of the list.
+/// An error without content: a reader that does not take what it is given ends its part of the list.
 type Nothing = serde::de::value::Error;
 
 /// Keys of all files; an entry of a list is `N`.
@@ -70,21 +70,21 @@ pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> 
 }
 
 fn gather<T: DeserializeOwned>(root: &str, keys: &mut BTreeSet<String>) {
-    // A reader that is not content with zeros has named its keys before it says so.
-    let _ = T::deserialize(Asked { path: root.to_owned(), keys });
+    // A reader that is not content with zeros has named its keys before it fails.
+    let _ = T::deserialize(Probe { path: root.to_owned(), keys });
 }
 
 /// Stands for a value at a place, whatever it is.
-struct Asked<'a> {
+struct Probe<'a> {
     path: String,
     keys: &'a mut BTreeSet<String>,
 }
 
-impl Asked<'_> {
-    fn below(&mut self, word: &str) -> Asked<'_> {
+impl Probe<'_> {
+    fn below(&mut self, word: &str) -> Probe<'_> {
         let path =
             if self.path.is_empty() { word.to_owned() } else { format!("{}.{word}", self.path) };
-        Asked { path, keys: self.keys }
+        Probe { path, keys: self.keys }
     }
 
     fn is_key(&mut self) {
@@ -101,7 +101,7 @@ macro_rules! leaves {
     };
 }
 
-impl<'de> Deserializer<'de> for Asked<'_> {
+impl<'de> Deserializer<'de> for Probe<'_> {
     type Error = Nothing;
 
     leaves! {
@@ -153,7 +153,7 @@ impl<'de> Deserializer<'de> for Asked<'_> {
 
     fn deserialize_seq<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
-        visitor.visit_seq(Entries { asked: self, left: 1 })
+        visitor.visit_seq(Entries { probe: self, left: 1 })
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(
@@ -162,7 +162,7 @@ impl<'de> Deserializer<'de> for Asked<'_> {
         visitor: V,
     ) -> Result<V::Value, Nothing> {
         self.is_key();
-        visitor.visit_seq(Entries { asked: self, left: len })
+        visitor.visit_seq(Entries { probe: self, left: len })
     }
 
     fn deserialize_tuple_struct<V: Visitor<'de>>(
@@ -177,7 +177,7 @@ impl<'de> Deserializer<'de> for Asked<'_> {
     fn deserialize_map<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
         self.below(ANY).is_key();
-        visitor.visit_map(Fields { asked: self, names: &[] })
+        visitor.visit_map(Fields { probe: self, names: &[] })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -186,7 +186,7 @@ impl<'de> Deserializer<'de> for Asked<'_> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Nothing> {
-        visitor.visit_map(Fields { asked: self, names: fields })
+        visitor.visit_map(Fields { probe: self, names: fields })
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -197,13 +197,13 @@ impl<'de> Deserializer<'de> for Asked<'_> {
     ) -> Result<V::Value, Nothing> {
         self.is_key();
         let first = variants.first().ok_or_else(|| Nothing::custom("no variant"))?;
-        visitor.visit_enum(First { asked: self, variant: first })
+        visitor.visit_enum(First { probe: self, variant: first })
     }
 }
 
 /// The fields of a struct, one after the other.
 struct Fields<'a> {
-    asked: Asked<'a>,
+    probe: Probe<'a>,
     names: &'static [&'static str],
 }
 
@@ -224,10 +224,10 @@ impl<'de> MapAccess<'de> for Fields<'_> {
             return Err(Nothing::custom("no field"));
         };
         self.names = rest;
-        seed.deserialize(self.asked.below(name)).inspect_err(|_| {
+        seed.deserialize(self.probe.below(name)).inspect_err(|_| {
             // The reader stops here: of the rest only the names are known.
             for name in rest {
-                self.asked.below(name).is_key();
+                self.probe.below(name).is_key();
             }
         })
     }
@@ -235,7 +235,7 @@ impl<'de> MapAccess<'de> for Fields<'_> {
 
 /// Entries of a list, all alike.
 struct Entries<'a> {
-    asked: Asked<'a>,
+    probe: Probe<'a>,
     left: usize,
 }
 
@@ -250,30 +250,30 @@ impl<'de> SeqAccess<'de> for Entries<'_> {
             return Ok(None);
         }
         self.left -= 1;
-        seed.deserialize(self.asked.below("N")).map(Some)
+        seed.deserialize(self.probe.below("N")).map(Some)
     }
 }
 
 /// The first variant of an enum: a choice is one key, whatever is chosen.
 struct First<'a> {
-    asked: Asked<'a>,
+    probe: Probe<'a>,
     variant: &'static str,
 }
 
 impl<'a, 'de> EnumAccess<'de> for First<'a> {
     type Error = Nothing;
-    type Variant = Asked<'a>;
+    type Variant = Probe<'a>;
 
     fn variant_seed<V: DeserializeSeed<'de>>(
         self,
         seed: V,
-    ) -> Result<(V::Value, Asked<'a>), Nothing> {
+    ) -> Result<(V::Value, Probe<'a>), Nothing> {
         let variant: StrDeserializer<'_, Nothing> = self.variant.into_deserializer();
-        Ok((seed.deserialize(variant)?, self.asked))
+        Ok((seed.deserialize(variant)?, self.probe))
     }
 }
 
-impl<'de> VariantAccess<'de> for Asked<'_> {
+impl<'de> VariantAccess<'de> for Probe<'_> {
     type Error = Nothing;
 
     fn unit_variant(self) -> Result<(), Nothing> {

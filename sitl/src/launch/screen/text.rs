@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_stays_and_what_does_not_ends_with_a_sign() {
+    fn a_text_that_is_too_long_is_cut_and_marked() {
         assert_eq!(cut("altitude", 8), "altitude");
         assert_eq!(cut("altitude", 7), "altitu~");
         assert_eq!(cut("altitude", 1), "~");

@@ -116,7 +116,7 @@ fn timestamp(bytes: &[u8], topic: &str, us: u64) -> usize {
 }
 
 #[test]
-fn a_flipped_bit_of_a_timestamp_does_not_stretch_the_page_and_is_told() {
+fn a_flipped_bit_of_a_timestamp_does_not_stretch_the_page_and_is_reported() {
     let bytes = small(Without::default());
     let whole = plot::of_bytes(bytes.clone()).unwrap();
     assert_eq!(whole.not_drawn, [""; 0]);

@@ -130,7 +130,7 @@ fn faults_compensator_and_authority_are_shown_as_they_change() {
 }
 
 #[test]
-fn the_title_says_what_the_plant_does_and_how_time_passes() {
+fn the_title_has_the_state_of_the_plant_and_the_pace() {
     let title = |plant, paused| {
         let mut state = state(FlightStatus { plant, ..flight() });
         state.pace.paused = paused;
@@ -148,7 +148,7 @@ fn the_title_says_what_the_plant_does_and_how_time_passes() {
 }
 
 #[test]
-fn without_ground_stations_nothing_is_said_about_them_and_without_a_flight_it_waits() {
+fn without_ground_stations_there_is_no_help_and_without_a_flight_it_waits() {
     let mut state = State::new(PaceState { paused: false, speed: None });
     state.stations = Some(Listening::default());
     let lines = state.lines(80, 24);
