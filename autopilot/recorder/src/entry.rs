@@ -36,7 +36,7 @@ pub enum Entry {
         /// The fault.
         entry: FaultEntry,
     },
-    /// Something happened.
+    /// An event of the autopilot.
     Event(Event),
     /// A text that ground stations get.
     Text {

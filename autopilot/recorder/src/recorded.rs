@@ -22,7 +22,7 @@ pub enum Recorded {
     PlantBack,
 }
 
-/// Where in the flight something happened, beside the number of control steps flown before it.
+/// The kind of exchange to which an entry belongs, beside the number of control steps flown before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moment {
     /// In the exchange of a control step.

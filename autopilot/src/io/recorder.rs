@@ -281,7 +281,7 @@ impl Recorder {
         self.moment = Moment::Between;
     }
 
-    /// Something happened.
+    /// An event of the autopilot.
     pub fn event(&mut self, event: Event) {
         self.push(Entry::Event(event));
     }

@@ -99,7 +99,7 @@ pub struct TrackPoint {
 pub struct Flown {
     /// The track.
     pub track: Vec<TrackPoint>,
-    /// What has happened to the plan, and when (s).
+    /// Events of the plan, with their times, s.
     pub events: Vec<(f64, EventKind)>,
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Sockets {
     turn: usize,
 }
 
-/// What happened at a socket.
+/// Something new at a socket.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Arrival {
     /// A datagram of this length was read.

@@ -67,16 +67,16 @@ pub struct Band {
     pub label: String,
 }
 
-/// A vertical line: something that happened.
+/// A vertical line: an event.
 #[derive(Debug, Clone)]
 pub struct Mark {
     /// Where on the x axis; s if it is time.
     pub x: f64,
-    /// Number in a table of what happened, if there is one.
+    /// Number in a table of events, if there is one.
     pub number: Option<usize>,
     /// How it looks.
     pub ink: Ink,
-    /// What happened.
+    /// What it is.
     pub label: String,
 }
 
@@ -127,7 +127,7 @@ pub struct Panel<'a> {
     pub bands: Vec<Band>,
     /// Points of interest.
     pub symbols: Vec<Symbol>,
-    /// What happened.
+    /// Events.
     pub marks: &'a [Mark],
 }
 

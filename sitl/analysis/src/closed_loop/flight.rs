@@ -44,7 +44,7 @@ pub struct Tick<'a> {
     pub log: &'a StepLog,
     /// What the autopilot shows.
     pub snapshot: &'a Snapshot,
-    /// What has happened since the tick before.
+    /// Events since the tick before.
     pub events: &'a [Event],
     /// The plant at the tick, for its truth.
     pub plant: &'a Plant,
@@ -308,7 +308,7 @@ pub struct Observation<'a> {
     pub truth: &'a Truth,
     /// What the autopilot shows at the tick.
     pub snapshot: &'a Snapshot,
-    /// What has happened since the tick before.
+    /// Events since the tick before.
     pub events: &'a [Event],
 }
 

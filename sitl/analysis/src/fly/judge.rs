@@ -210,7 +210,7 @@ impl FlightLog {
         Ok(Self(log))
     }
 
-    /// A control step and what has happened.
+    /// A control step and its events.
     pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
         let snapshot = tick.snapshot;
         let plant = tick.plant;

@@ -1,4 +1,4 @@
-//! A log as a flight: headers, signals by name, faults, and what happened.
+//! A log as a flight: headers, signals by name, faults and events.
 
 use std::collections::HashMap;
 
@@ -40,11 +40,11 @@ pub struct Flight {
     pub unread: Option<String>,
     /// When which fault acted; empty until the events are found.
     pub faults: Vec<FaultSpan>,
-    /// What happened, in the order of time; empty until the events are found.
+    /// Events in the order of time; empty until they are found.
     pub events: Vec<LogEvent>,
     /// Which rows can be drawn.
     times: Times,
-    /// Entries that happened at a time that the flight does not have.
+    /// Events at a time that the flight does not have.
     pub strays: usize,
 }
 
