@@ -2,22 +2,65 @@
 
 use std::io::IsTerminal;
 
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
+
+/// The environment variable that says which lines are shown, for example `debug` or `info,autopilot=trace`.
+const VARIABLE: &str = "RUST_LOG";
 
 /// Shows `info` and above; the environment variable `RUST_LOG` changes that.
 ///
 /// A second call changes nothing.
 pub fn show() {
-    let filter = EnvFilter::builder().with_default_directive(LevelFilter::INFO.into());
-    // An error means that somebody has done it already.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter.from_env_lossy())
+    let directives = std::env::var(VARIABLE).unwrap_or_default();
+    let (shown, problem) = match targets(&directives) {
+        Ok(targets) => (targets, None),
+        Err(problem) => (Targets::new().with_default(LevelFilter::INFO), Some(problem)),
+    };
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
         // A reader that went away must not end the flight.
-        .log_internal_errors(false)
-        .try_init();
+        .log_internal_errors(false);
+    // An error means that somebody has done it already.
+    let is_first = tracing_subscriber::registry().with(shown).with(lines).try_init().is_ok();
+    if let (Some(problem), true) = (problem, is_first) {
+        tracing::warn!("{VARIABLE}: {directives:?} is not used: {problem}");
+    }
+}
+
+/// Targets and their levels; what has none is shown from `info` on.
+fn targets(directives: &str) -> Result<Targets, tracing_subscriber::filter::ParseError> {
+    let targets = match directives.trim() {
+        "" => Targets::new(),
+        directives => directives.parse()?,
+    };
+    Ok(match targets.default_level() {
+        Some(_) => targets,
+        None => targets.with_default(LevelFilter::INFO),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use tracing::Level;
+
+    use super::*;
+
+    #[test]
+    fn lines_are_shown_from_info_on_unless_the_variable_says_otherwise() {
+        let shows = |directives: &str, target, level| {
+            targets(directives).unwrap().would_enable(target, &level)
+        };
+        assert!(shows("", "any", Level::INFO));
+        assert!(!shows("", "any", Level::DEBUG));
+        assert!(shows("debug", "any", Level::DEBUG));
+        assert!(shows("autopilot=trace", "autopilot::run", Level::TRACE));
+        assert!(shows("autopilot=trace", "plant_sim", Level::INFO));
+        assert!(!shows("autopilot=off", "autopilot", Level::ERROR));
+        assert!(targets("autopilot=loud").is_err());
+    }
 }

@@ -7,8 +7,9 @@ pub mod axis;
 pub mod curve;
 pub mod drawing;
 pub mod panel;
+pub mod raster;
 
-pub use drawing::RasterError;
+pub use raster::RasterError;
 
 use drawing::{Drawing, LETTER};
 use panel::{LEFT, Panel};
@@ -79,7 +80,7 @@ impl Figure {
     /// # Errors
     /// [`RasterError`] if the rasteriser does not understand the drawing.
     pub fn files(&self) -> Result<[(String, Vec<u8>); 2], RasterError> {
-        let png = drawing::png(&self.svg)?;
+        let png = raster::png(&self.svg)?;
         Ok([
             (format!("{}.svg", self.name), self.svg.clone().into_bytes()),
             (format!("{}.png", self.name), png),

@@ -56,7 +56,7 @@ fn every_drawing_is_one_that_a_rasteriser_understands() {
         .collect();
     assert!(drawings.len() >= 22, "{}", drawings.len());
     for drawing in drawings {
-        assert!(crate::chart::drawing::png(drawing).is_ok(), "{}", &drawing[..200]);
+        assert!(crate::chart::raster::png(drawing).is_ok(), "{}", &drawing[..200]);
         assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{}", &drawing[..200]);
     }
 }
