@@ -9,14 +9,12 @@ use std::sync::Arc;
 use flight_control::{
     AircraftModel, Authority, FlightControl, Gains, NavigationState, Navigator, StepLog,
 };
-use icd::fault::{PlantAction, PlantReport, PlantRequest};
-use icd::pace::Pace;
+use icd::fault::PlantRequest;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Configuration, Intent, Outcome, ScriptCommand, VehicleCommand};
 use crate::event::{Event, EventKind, Snapshot};
-use crate::own_law::Brought;
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::Script;
 use crate::termination;
@@ -24,12 +22,13 @@ use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
-use event_queue::{EVENTS_MAX, push};
+use event_queue::{EVENTS_MAX, EventQueue};
+use own_law::Brought;
 use scripts::Scripts;
 
 mod event_queue;
-mod own_law;
-mod report_time;
+pub mod own_law;
+mod plant_requests;
 mod scripts;
 
 /// Requests that wait for the plant; one leaves with each control step.
@@ -77,10 +76,7 @@ pub struct Autopilot {
     /// Commands for a new flight: the plant has been asked once for all of them.
     restarts: Vec<u32>,
     scripts: Scripts,
-    events: VecDeque<Event>,
-    dropped_events: u64,
-    /// Of these, the ones that somebody was told of.
-    reported_dropped: u64,
+    events: EventQueue,
 }
 
 impl Autopilot {
@@ -108,9 +104,7 @@ impl Autopilot {
             unanswered: Vec::with_capacity(REQUESTS_MAX),
             restarts: Vec::with_capacity(REQUESTS_MAX),
             scripts: Scripts::new(script.clone(), *fault_injection),
-            events: VecDeque::with_capacity(EVENTS_MAX + 1),
-            dropped_events: 0,
-            reported_dropped: 0,
+            events: EventQueue::new(),
         }
     }
 
@@ -144,8 +138,8 @@ impl Autopilot {
     /// The vehicle and the laws.
     fn fly(&mut self, state: &NavigationState) -> &StepLog {
         let time = state.time;
-        let (events, dropped) = (&mut self.events, &mut self.dropped_events);
-        let mut publish = |kind| push(events, dropped, Event { time, kind });
+        let events = &mut self.events;
+        let mut publish = |kind| events.push(time, kind);
         let command =
             self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
         let own = self.own_law.as_mut().map(Brought::law);
@@ -201,68 +195,6 @@ impl Autopilot {
         actuators
     }
 
-    /// Next request for the plant; at most one leaves with each answer.
-    pub fn next_request(&mut self) -> Option<PlantRequest> {
-        let request = self.requests.pop_front()?;
-        match request.action {
-            // The answer is the new flight.
-            PlantAction::Restart => {}
-            // The answers are reports like any other.
-            PlantAction::ListFaults => {
-                let outcome = Outcome::Done;
-                self.publish(EventKind::Outcome { number: request.number, outcome });
-            }
-            PlantAction::Fault(_) | PlantAction::Pace(_) => self.unanswered.push(request.number),
-        }
-        Some(request)
-    }
-
-    /// Takes what the plant reports.
-    pub fn handle_report(&mut self, report: &PlantReport) {
-        let (at, kind) = match *report {
-            PlantReport::FaultReply { request, reply } => {
-                if !self.was_asked(request) || self.answer_script(request, Some(&reply)) {
-                    return;
-                }
-                let outcome = Outcome::Plant(reply);
-                (
-                    report_time::of_reply(&reply).unwrap_or(self.time),
-                    EventKind::Outcome { number: request, outcome },
-                )
-            }
-            PlantReport::Started { positions } => {
-                if self.latest.is_none() {
-                    self.flight.start_at(&positions);
-                }
-                return;
-            }
-            PlantReport::Fault(entry) => {
-                (report_time::of_fault(&entry.state, self.time), EventKind::Fault(entry))
-            }
-            PlantReport::GroundContact { at } => {
-                self.on_ground = true;
-                self.stop_script();
-                (at, EventKind::GroundContact)
-            }
-            PlantReport::Paced { request, pace, at } => {
-                if let Some(number) = request.filter(|number| self.was_asked(*number)) {
-                    self.publish(EventKind::Outcome { number, outcome: Outcome::Done });
-                }
-                (at, EventKind::Paced(pace))
-            }
-        };
-        push(&mut self.events, &mut self.dropped_events, Event { time: at, kind });
-    }
-
-    /// Whether the plant owed an answer with this number; it does not any more.
-    fn was_asked(&mut self, request: u32) -> bool {
-        let place = self.unanswered.iter().position(|number| *number == request);
-        if let Some(place) = place {
-            self.unanswered.swap_remove(place);
-        }
-        place.is_some()
-    }
-
     /// Takes a command of an operator. The outcome comes as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
         let Intent { number, command } = intent;
@@ -306,38 +238,13 @@ impl Autopilot {
         }
     }
 
-    /// Refuses a pace that is out of range.
-    fn check_action(&self, action: PlantAction) -> Result<(), VehicleRefusal> {
-        let refused = |what, unit, value, (min, max)| {
-            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
-        };
-        match action {
-            PlantAction::Pace(pace @ Pace::Step(periods)) if !pace.is_valid() => {
-                let limits = (1.0, f64::from(Pace::STEPS_MAX));
-                refused("step", "periods", f64::from(periods), limits)
-            }
-            PlantAction::Pace(pace @ Pace::Speed(speed)) if !pace.is_valid() => {
-                refused("simulation speed", "x real time", speed, Pace::SPEED)
-            }
-            // Time has ended for an aircraft on the ground.
-            PlantAction::Pace(Pace::Step(_)) => self.can_fly(),
-            PlantAction::Pace(Pace::Pause | Pace::Run | Pace::Speed(_))
-            | PlantAction::Fault(_)
-            | PlantAction::ListFaults
-            | PlantAction::Restart => Ok(()),
-        }
-    }
-
     /// Hands a command to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
     fn command_vehicle(&mut self, command: VehicleCommand) -> Result<(), VehicleRefusal> {
         if !matches!(command, VehicleCommand::Plan(_) | VehicleCommand::PlanItem(_)) {
             self.can_fly()?;
         }
-        let Self { vehicle, rules, events, dropped_events, time, .. } = self;
-        let time = *time;
-        let publish = &mut |event| {
-            push(events, dropped_events, Event { time, kind: EventKind::Vehicle(event) });
-        };
+        let Self { vehicle, rules, events, time, .. } = self;
+        let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
         match command {
             VehicleCommand::Mode(mode) => vehicle.change_mode(mode, rules, publish),
             VehicleCommand::Refer(reference) => vehicle.refer(reference, rules),
@@ -363,81 +270,20 @@ impl Autopilot {
         }
     }
 
-    /// Queues a request for the plant, or publishes why it cannot.
-    fn request(&mut self, number: u32, action: PlantAction) {
-        let outcome = if !self.in_flight {
-            Outcome::Refused(VehicleRefusal::NoFlight)
-        } else if action == PlantAction::Restart && !self.restarts.is_empty() {
-            if self.restarts.len() < REQUESTS_MAX {
-                // One new flight is enough for everybody who wants one.
-                self.restarts.push(number);
-                return;
-            }
-            Outcome::NoAnswer
-        } else if !self.has_room_for_request() {
-            Outcome::NoAnswer
-        } else {
-            if action == PlantAction::Restart {
-                self.restarts.push(number);
-            }
-            self.requests.push_back(PlantRequest { number, action });
-            return;
-        };
-        self.publish(EventKind::Outcome { number, outcome });
-    }
-
-    fn has_room_for_request(&self) -> bool {
-        self.requests.len() + self.unanswered.len() < REQUESTS_MAX
-    }
-
-    /// The plant has been silent for too long: what it was asked is answered in its place.
-    pub fn plant_lost(&mut self) {
-        self.in_flight = false;
-        self.abandon_requests();
-        self.resolve_restarts(Outcome::NoAnswer);
-        self.publish(EventKind::PlantLost);
-    }
-
-    /// The plant has been silent and goes on with the same flight.
-    pub fn plant_back(&mut self) {
-        self.in_flight = true;
-        self.publish(EventKind::PlantBack);
-    }
-
-    fn abandon_requests(&mut self) {
-        let waiting = self.requests.drain(..).map(|request| request.number);
-        let numbers: Vec<u32> = waiting.chain(self.unanswered.drain(..)).collect();
-        for number in numbers {
-            if !self.restarts.contains(&number) && !self.answer_script(number, None) {
-                self.publish(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
-            }
-        }
-    }
-
-    fn resolve_restarts(&mut self, outcome: Outcome) {
-        for number in std::mem::take(&mut self.restarts) {
-            self.publish(EventKind::Outcome { number, outcome });
-        }
-    }
-
     /// Queues an event at the time of the last tick; also one that only the process knows, as that a log was removed.
     pub fn publish(&mut self, kind: EventKind) {
-        push(&mut self.events, &mut self.dropped_events, Event { time: self.time, kind });
+        self.events.push(self.time, kind);
     }
 
     /// Oldest event not fetched yet. After the last one, whether any were lost.
     pub fn pop_event(&mut self) -> Option<Event> {
-        self.events.pop_front().or_else(|| {
-            let lost = self.dropped_events - self.reported_dropped;
-            self.reported_dropped = self.dropped_events;
-            (lost > 0).then_some(Event { time: self.time, kind: EventKind::EventsLost(lost) })
-        })
+        self.events.pop(self.time)
     }
 
     /// Events dropped because nobody fetched them.
     #[must_use]
     pub fn dropped_events(&self) -> u64 {
-        self.dropped_events
+        self.events.dropped()
     }
 
     /// The latest tick, once there was one.

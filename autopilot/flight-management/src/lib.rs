@@ -27,9 +27,10 @@ pub mod configuration;
 pub mod event;
 pub mod event_text;
 pub mod fault_list;
-pub mod own_law;
 pub mod parameters;
 pub mod script;
 pub mod termination;
 pub mod transitions;
 pub mod vehicle;
+
+pub use autopilot::own_law;

@@ -15,7 +15,6 @@ mod document;
 mod failure;
 mod faults;
 mod groups;
-mod nearest;
 mod saved;
 mod table;
 
@@ -31,12 +30,11 @@ pub use groups::{
     LinkParameters, MODE_SLOTS, ModeSwitchParameters, SticksLossAction, StreamParameters,
     SwitchChannel, SwitchMode,
 };
-pub use nearest::{changes, nearest};
 pub use saved::{
     SavedError, SavedProblem, from_text, has_only_parameters, set_from_table, set_from_text,
     to_text,
 };
-pub use table::table;
+pub use table::{changes, nearest, table};
 
 /// All parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]

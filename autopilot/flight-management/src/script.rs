@@ -23,7 +23,6 @@ mod fault;
 mod parser;
 mod quantity;
 mod run;
-mod words;
 
 pub use error::{Problem, ScriptError};
 pub use quantity::{Condition, Crossing, Quantity};

@@ -2,20 +2,51 @@
 
 use std::collections::VecDeque;
 
+use icd::SimTime;
+
 use crate::event::{Event, EventKind};
 use crate::script::ScriptEvent;
 
 /// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
 pub(super) const EVENTS_MAX: usize = 256;
 
-/// When there is no room, the oldest event of the least important kind is dropped, the new one included.
-pub(super) fn push(events: &mut VecDeque<Event>, dropped: &mut u64, event: Event) {
-    events.push_back(event);
-    if events.len() > EVENTS_MAX {
-        let ranks = events.iter().map(|event| rank(&event.kind)).enumerate();
-        let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
-        events.remove(victim);
-        *dropped += 1;
+/// Events that wait to be fetched.
+#[derive(Debug)]
+pub(super) struct EventQueue {
+    events: VecDeque<Event>,
+    dropped: u64,
+    /// Of these, the ones that an event has reported.
+    reported: u64,
+}
+
+impl EventQueue {
+    pub(super) fn new() -> Self {
+        Self { events: VecDeque::with_capacity(EVENTS_MAX + 1), dropped: 0, reported: 0 }
+    }
+
+    /// When there is no room, the oldest event of the least important kind is dropped, the new one included.
+    pub(super) fn push(&mut self, time: SimTime, kind: EventKind) {
+        self.events.push_back(Event { time, kind });
+        if self.events.len() > EVENTS_MAX {
+            let ranks = self.events.iter().map(|event| rank(&event.kind)).enumerate();
+            let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
+            self.events.remove(victim);
+            self.dropped += 1;
+        }
+    }
+
+    /// The oldest event. After the last one, whether any were lost.
+    pub(super) fn pop(&mut self, now: SimTime) -> Option<Event> {
+        self.events.pop_front().or_else(|| {
+            let lost = self.dropped - self.reported;
+            self.reported = self.dropped;
+            (lost > 0).then_some(Event { time: now, kind: EventKind::EventsLost(lost) })
+        })
+    }
+
+    /// Events dropped because nobody fetched them.
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped
     }
 }
 

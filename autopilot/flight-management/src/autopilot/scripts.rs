@@ -1,5 +1,4 @@
-//! The script of the flight: what it wants takes the ways of everybody else's commands, in the step and before the
-//! vehicle.
+//! The script of the flight: its lines are executed like commands of operators, in the step and before the vehicle.
 
 use std::sync::Arc;
 
@@ -7,15 +6,15 @@ use arrayvec::ArrayVec;
 use flight_control::NavigationState;
 use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest, Target};
 
-use super::{Autopilot, EVENTS_MAX, Event, REQUESTS_MAX, push};
+use super::{Autopilot, EVENTS_MAX, REQUESTS_MAX};
 use crate::command::FIRST_SCRIPT_REQUEST;
 use crate::event::EventKind;
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::vehicle::VehicleRefusal;
 
 /// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
-const ASKED_MAX: usize = 8;
-const _: () = assert!(ASKED_MAX < REQUESTS_MAX);
+const PENDING_MAX: usize = 8;
+const _: () = assert!(PENDING_MAX < REQUESTS_MAX);
 /// Lines that are executed in one control step; the rest of what is due follows in the next ones. A line is up to
 /// three events.
 const LINES_PER_STEP: usize = 32;
@@ -26,19 +25,19 @@ const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 pub(super) struct Scripts {
     /// Begins with each flight.
     scenario: Option<Arc<Script>>,
-    /// Faults may be asked for (`SYS_FAILURE_EN`).
+    /// Scripts may inject faults (`SYS_FAILURE_EN`).
     pub(super) may_fail: bool,
     running: Option<Run>,
-    /// What the plant has not answered.
-    asked: ArrayVec<Asked, ASKED_MAX>,
+    /// Requests that the plant has not answered.
+    pending: ArrayVec<Pending, PENDING_MAX>,
     last_number: u32,
     /// The script that these requests belong to.
-    asker: u32,
+    requester: u32,
 }
 
 /// A request on its way.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
+struct Pending {
     number: u32,
     line: u16,
     /// `None` for all of them.
@@ -47,14 +46,14 @@ struct Asked {
 
 impl Scripts {
     pub(super) fn new(scenario: Option<Arc<Script>>, may_fail: bool) -> Self {
-        let asked = ArrayVec::new();
+        let pending = ArrayVec::new();
         Self {
             scenario,
             may_fail,
             running: None,
-            asked,
+            pending,
             last_number: FIRST_SCRIPT_REQUEST,
-            asker: 0,
+            requester: 0,
         }
     }
 
@@ -64,13 +63,13 @@ impl Scripts {
     }
 
     fn has_room(&self) -> bool {
-        !self.asked.is_full()
+        !self.pending.is_full()
     }
 
     /// A number for a request of this line, about this target.
     fn number(&mut self, line: u16, target: Option<Target>) -> u32 {
         self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
-        self.asked.push(Asked { number: self.last_number, line, target });
+        self.pending.push(Pending { number: self.last_number, line, target });
         self.last_number
     }
 }
@@ -79,7 +78,7 @@ impl Autopilot {
     /// A flight begins: what ran is over, and the scenario's script begins.
     pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
         self.stop_script();
-        self.scripts.asked.clear();
+        self.scripts.pending.clear();
         // A flight does not depend on the flights before it.
         self.scripts.last_number = FIRST_SCRIPT_REQUEST;
         let Some(script) = self.scripts.scenario.clone() else { return };
@@ -99,8 +98,8 @@ impl Autopilot {
         }
         self.stop_script();
         let id = script.id();
-        self.scripts.asked.clear();
-        self.scripts.asker = id;
+        self.scripts.pending.clear();
+        self.scripts.requester = id;
         self.scripts.running = Some(Run::new(script));
         self.publish_script_event(id, ScriptEvent::Began);
         Ok(())
@@ -137,22 +136,19 @@ impl Autopilot {
     }
 
     fn execute(&mut self, line: u16, action: Action) -> Result<(), VehicleRefusal> {
-        let Self { vehicle, rules, events, dropped_events, time, .. } = self;
-        let time = *time;
+        let Self { vehicle, rules, events, time, .. } = self;
         match action {
-            Action::Fault(request) => self.ask_for(line, request),
+            Action::Fault(request) => self.request_fault(line, request),
             Action::Refer(reference) => vehicle.refer(reference, rules),
             Action::Mode(mode) => {
-                let publish = &mut |event| {
-                    push(events, dropped_events, Event { time, kind: EventKind::Vehicle(event) });
-                };
+                let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
                 vehicle.change_mode(mode, rules, publish)
             }
             Action::Say | Action::End => Ok(()),
         }
     }
 
-    fn ask_for(&mut self, line: u16, request: FaultRequest) -> Result<(), VehicleRefusal> {
+    fn request_fault(&mut self, line: u16, request: FaultRequest) -> Result<(), VehicleRefusal> {
         if !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
@@ -166,10 +162,10 @@ impl Autopilot {
         if number < FIRST_SCRIPT_REQUEST {
             return false;
         }
-        let asked = &mut self.scripts.asked;
-        let place = asked.iter().position(|asked| asked.number == number);
+        let pending = &mut self.scripts.pending;
+        let place = pending.iter().position(|request| request.number == number);
         let Some(place) = place else { return true };
-        let Asked { line, target, .. } = asked.swap_remove(place);
+        let Pending { line, target, .. } = pending.swap_remove(place);
         let why = match reply {
             None => LineRefusal::NoAnswer,
             Some(FaultReply::Refused(refusal)) => LineRefusal::Plant { target, refusal: *refusal },
@@ -180,7 +176,7 @@ impl Autopilot {
                 | FaultReply::Cleared { .. },
             ) => return true,
         };
-        self.publish_script_event(self.scripts.asker, ScriptEvent::LineRefused { line, why });
+        self.publish_script_event(self.scripts.requester, ScriptEvent::LineRefused { line, why });
         true
     }
 

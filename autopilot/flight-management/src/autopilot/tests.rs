@@ -6,8 +6,9 @@ use crate::configuration::{self, DEFAULT_MODEL};
 use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference, VehicleEvent};
-use icd::fault::PlantAction;
 use icd::fault::{FaultReply, FaultRequest, Refusal};
+use icd::fault::{PlantAction, PlantReport};
+use icd::pace::Pace;
 use icd::tvc_jet;
 use icd::{FaultKind, PerEffector};
 

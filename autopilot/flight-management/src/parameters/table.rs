@@ -1,14 +1,12 @@
 //! The rows of the parameter table.
 
-use std::sync::LazyLock;
-
-use flight_control::gains::tunables;
-
 use super::{
     AllocationMode, Choice, CompensatorLaw, CompensatorMode, Get, Kind, MainLaw, ObserverMode,
     Parameter, Set, SticksLossAction,
 };
 use crate::vehicle::LinkLossAction;
+use flight_control::gains::tunables;
+use std::sync::LazyLock;
 
 /// All parameters, in the order of their index on the wire.
 #[must_use]
@@ -27,10 +25,10 @@ pub fn table() -> &'static [Parameter] {
             get: Get::Gain(tunable.get),
             set: Set::Gain(tunable.set),
         });
-        let failure = failure::rows();
+        let failure = services::failure_rows();
         let own = [LAWS, REFERENCES, &failure, GUIDANCE, LINK_LOSS, LINK_SILENCE, LINK_TIMES];
-        let [channel, slots] = mode_switch::ROWS;
-        let stations = [station::ROWS, channel, slots];
+        let [channel, slots] = services::MODE_SWITCH_ROWS;
+        let stations = [services::STATION_ROWS, channel, slots];
         own.concat()
             .into_iter()
             .chain(stations.concat())
@@ -110,9 +108,7 @@ macro_rules! choices {
     };
 }
 
-mod failure;
-mod mode_switch;
-mod station;
+mod services;
 
 const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_MODE", gains.selection.compensator, "When the compensator acts":
@@ -202,3 +198,27 @@ const STREAMS: &[Parameter] = numbers! { Real, "Streams";
     "STR_FTC_HZ", "Hz", 0.1 to 100.0, streams.compensator_hz,
         "Messages about the compensator where nothing else is asked for, wall time";
 };
+
+/// The parameter whose name takes the fewest changes of letters.
+#[must_use]
+pub fn nearest(name: &str) -> Option<&'static str> {
+    let upper = name.to_uppercase();
+    table().iter().map(|row| row.name).min_by_key(|known| changes(&upper, known))
+}
+
+/// Letters to put in, take out or change on the way from one word to another (Levenshtein 1966).
+#[must_use]
+pub fn changes(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (index, letter) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = index + 1;
+        for (place, other) in to.iter().enumerate() {
+            let changed = diagonal + usize::from(letter != *other);
+            diagonal = row[place + 1];
+            row[place + 1] = changed.min(diagonal + 1).min(row[place] + 1);
+        }
+    }
+    row[to.len()]
+}

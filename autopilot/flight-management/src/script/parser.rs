@@ -1,9 +1,8 @@
 //! Text to sequences of lines.
 
-use super::cursor::{Cursor, SECONDS};
+use super::cursor::{self, Cursor, SECONDS, Word};
 use super::error::{Problem, ScriptError};
 use super::quantity::{Condition, Crossing, ROWS};
-use super::words::{self, Word};
 use super::{Action, LINES_MAX, Line, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger, fault};
 use crate::vehicle::schedule::AIRSPEED_M_S;
 use crate::vehicle::{Mode, Reference};
@@ -34,7 +33,7 @@ pub(super) fn sequences(
     let mut count = 0;
     for (line, number) in text.lines().zip(1_u16..) {
         let at = usize::from(number);
-        let words = words::split(line, at)?;
+        let words = cursor::split(line, at)?;
         let Some(first) = words.first() else { continue };
         let column = first.column;
         let mut cursor = Cursor::new(&words, at);
@@ -88,7 +87,7 @@ fn read(
     let trigger = trigger(cursor)?;
     let action = action(cursor, effectors)?;
     cursor.end()?;
-    Ok(Line { number, text: words::joined(words), trigger, action })
+    Ok(Line { number, text: cursor::joined(words), trigger, action })
 }
 
 fn trigger(cursor: &mut Cursor) -> Result<Trigger, ScriptError> {

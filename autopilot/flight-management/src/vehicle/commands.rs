@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use super::hold::Hold;
+use super::altitude::Pilot;
+use super::circle::Hold;
 use super::offboard::Offboard;
 use super::plan::{Plan, Progress};
 use super::position::Position;
 use super::rules::{check_place, radius};
-use super::sticks::Pilot;
 use super::{
     LinkLossAction, Mode, Place, Reference, Reposition, Rules, Setpoint, Site, Sticks, Vehicle,
     VehicleRefusal, WindEstimate,

@@ -6,10 +6,10 @@ use flight_control::Demand;
 use flight_control::guidance::hold_course;
 
 use super::VehicleRefusal;
-use super::circling::{Flown, Orbit};
+use super::circle::{Flown, Orbit};
 use super::geodesy::Site;
-use super::navigation::Navigation;
 use super::plan::{Action, Item, Plan, Progress};
+use super::report::Navigation;
 use super::rules::Rules;
 use super::situation::Situation;
 use crate::vehicle::VehicleEvent;
@@ -17,7 +17,6 @@ use crate::vehicle::VehicleEvent;
 mod begin;
 mod leg;
 mod loiter;
-mod look_ahead;
 
 use begin::Otherwise;
 use leg::Leg;

@@ -9,7 +9,7 @@ use flight_control::guidance::hold_course;
 
 use super::VehicleRefusal;
 use super::altitude::ClimbReference;
-use super::circling::{Flown, Orbit};
+use super::circle::{Flown, Orbit};
 use super::geodesy::{LocalAxes, Site};
 use super::request::{Reference, Setpoint};
 use super::rules::{Checked, Rules};

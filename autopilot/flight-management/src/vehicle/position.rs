@@ -10,11 +10,11 @@ use flight_control::guidance::{Steering, hold_course};
 
 use super::VehicleRefusal;
 use super::altitude::ClimbReference;
-use super::circling::Flown;
+use super::altitude::check;
+use super::circle::Flown;
 use super::request::Sticks;
 use super::rules::Rules;
 use super::situation::Situation;
-use super::sticks::check;
 
 /// A stick that is closer to its centre counts as centred, of 1.
 const CENTRE: f64 = 0.05;

@@ -1,5 +1,6 @@
-//! What may be asked of the vehicle: values in SI and radians, already finite, not yet checked against limits.
+//! Requests to the vehicle, and why it refuses them. Values are in SI and radians, finite, not yet checked against limits.
 
+use super::Mode;
 use flight_control::NavigationState;
 use icd::Ned;
 use serde::{Deserialize, Serialize};
@@ -101,4 +102,137 @@ pub enum LinkLossAction {
     Hold,
     /// Fly home.
     Return,
+}
+
+/// Why the vehicle does not do what was asked. The text is for the operator.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum VehicleRefusal {
+    /// Outside the reference limits.
+    #[error(
+        "{what} {} {unit} is outside {} to {} {unit}",
+        digits(*value), digits(*min), digits(*max)
+    )]
+    OutOfRange {
+        /// Which reference.
+        what: &'static str,
+        /// Unit of the numbers.
+        unit: &'static str,
+        /// Asked for.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// A number of a plan that cannot be flown.
+    #[error("item {item}: {what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
+    ItemOutOfRange {
+        /// Which item, from 0.
+        item: u16,
+        /// Which number of it.
+        what: &'static str,
+        /// Unit of the numbers.
+        unit: &'static str,
+        /// Asked for.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// A jump to an item that does not exist, or an operator's command to select one.
+    #[error("there is no item {item}: the plan has {items}")]
+    NoSuchItem {
+        /// Which was asked for, from 0.
+        item: u16,
+        /// How many there are.
+        items: u16,
+    },
+    /// Jumps that lead to each other without anything to fly between them.
+    #[error("item {item} jumps in a circle without a point to fly to")]
+    EndlessJump {
+        /// Where it was noticed, from 0.
+        item: u16,
+    },
+    /// More items than a plan may have.
+    #[error("{items} items are too many: at most {max}")]
+    PlanTooLong {
+        /// How many.
+        items: usize,
+        /// How many are allowed.
+        max: usize,
+    },
+    /// Mission needs a plan.
+    #[error("there is no plan: upload one first")]
+    NoPlan,
+    /// Only a plan that was begun and is not complete goes on.
+    #[error("no plan is paused")]
+    NoPausedPlan,
+    /// Only in Offboard.
+    #[error("setpoints need Offboard")]
+    NotOffboard,
+    /// Only in Position and Altitude.
+    #[error("stick positions need Position or Altitude")]
+    NotPiloted,
+    /// Only in Position and Offboard.
+    #[error("a roll reference needs Position or Offboard")]
+    NoRollHere,
+    /// Only in Position.
+    #[error("a course reference needs Position")]
+    NoCourseHere,
+    /// Only in Hold, or with the flag that changes to it.
+    #[error("a new position needs Hold, or the flag that changes to it")]
+    NotHold,
+    /// The altitude belongs to the mode.
+    #[error("{0} sets the altitude itself: change to Hold first")]
+    AltitudeIsTaken(Mode),
+    /// No plant, or it has gone silent: there is nothing to fly.
+    #[error("no aircraft is connected")]
+    NoFlight,
+    /// The aircraft is on the ground.
+    #[error("the flight is over")]
+    FlightOver,
+    /// Only a new flight undoes it.
+    #[error("the flight was terminated")]
+    Terminated,
+    /// Nothing may be broken on purpose.
+    #[error("fault injection is off (SYS_FAILURE_EN 0)")]
+    FaultInjectionOff,
+    /// There is nothing to stop.
+    #[error("no script runs")]
+    NoScript,
+}
+
+/// One decimal, or two where one would tell another number: a limit of 0.01 is not 0.0.
+fn digits(value: f64) -> String {
+    let one = format!("{value:.1}");
+    let two = format!("{value:.2}");
+    if value.abs() < 1.0 && !two.ends_with('0') { two } else { one }
+}
+
+impl VehicleRefusal {
+    /// The same request may be accepted later: in another mode, with another plan, in another flight.
+    #[must_use]
+    pub const fn is_temporary(&self) -> bool {
+        match self {
+            Self::OutOfRange { .. }
+            | Self::ItemOutOfRange { .. }
+            | Self::NoSuchItem { .. }
+            | Self::EndlessJump { .. }
+            | Self::PlanTooLong { .. }
+            | Self::FaultInjectionOff => false,
+            Self::NoPlan
+            | Self::NoPausedPlan
+            | Self::NotOffboard
+            | Self::NotPiloted
+            | Self::NoRollHere
+            | Self::NoCourseHere
+            | Self::NotHold
+            | Self::AltitudeIsTaken(_)
+            | Self::NoFlight
+            | Self::FlightOver
+            | Self::Terminated
+            | Self::NoScript => true,
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::command::Configuration;
 use crate::command::ScriptCommand;
+use icd::fault::PlantReport;
 use icd::tvc_jet;
 
 fn with_script(text: &str) -> Autopilot {

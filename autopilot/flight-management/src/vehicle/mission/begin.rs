@@ -6,7 +6,7 @@ use super::leg::{Leg, LegPhase, Ramp};
 use super::loiter::{Loiter, Until};
 use super::{LOOP_MIN_S, Mission, Task, Tick};
 use crate::vehicle::VehicleEvent;
-use crate::vehicle::circling::Orbit;
+use crate::vehicle::circle::Orbit;
 use crate::vehicle::geodesy::Site;
 use crate::vehicle::plan::{Action, Circle, Item, Point};
 

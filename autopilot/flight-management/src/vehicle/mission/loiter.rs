@@ -6,7 +6,7 @@ use flight_control::Demand;
 use flight_control::guidance::Horizontal;
 
 use super::leg::Ramp;
-use crate::vehicle::circling::{Flown, Orbit};
+use crate::vehicle::circle::{Flown, Orbit};
 use crate::vehicle::geodesy::Site;
 use crate::vehicle::rules::Rules;
 use crate::vehicle::situation::Situation;
