@@ -5,11 +5,8 @@ use icd::Ned;
 
 use flight_management::event::{EventKind, Snapshot};
 use flight_management::fault_list::FaultList;
-use flight_management::vehicle::{Mode, Place};
-use flight_management::vehicle::{
-    VehicleEvent,
-    geodesy::{Horizon, Site},
-};
+use flight_management::vehicle::geodesy::{Horizon, Site};
+use flight_management::vehicle::{Mode, Place, VehicleEvent};
 
 /// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
 /// leftover from before the last event.

@@ -12,7 +12,7 @@ mod message;
 
 pub use message::{
     CommandMessage, ItemWords, ListKind, LogRequest, ManualControl, Message, MissionItem, ParamSet,
-    PositionTarget, SerialControl, SetupSigning, StreamRequest, decode,
+    PositionTarget, SerialControl, SetMode, SetupSigning, StreamRequest, decode,
 };
 
 /// System and component id of an autopilot whose MAV_SYS_ID was not set.

@@ -1,60 +1,45 @@
 //! COMMAND_LONG and COMMAND_INT: exactly one final COMMAND_ACK for each copy received.
 //!
-//! A command is answered at once, or, where the aircraft has to say something, when it has. SET_MODE takes
-//! the same way without an acknowledgement: the next heartbeat shows the mode, and a text says why it was refused.
+//! A command is answered at once, or, where the aircraft decides, when its answer has come. SET_MODE is handled in the
+//! same way without an acknowledgement: the next heartbeat shows the mode, and a text says why it was refused.
 
-#![expect(deprecated, reason = "ground stations still send SET_MODE")]
-
-use ::mavlink::dialects::common::{MavModeFlag, MavResult, MavSeverity, SET_MODE_DATA};
-use arrayvec::ArrayVec;
-use flight_management::command::ScriptCommand;
-use flight_management::command::VehicleCommand;
+use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;
 
-use super::codec::{CommandMessage, Encoded};
-use super::context::{Context, From};
-use super::modes;
-use super::peers::Peers;
-use super::pending::{OnAcceptance, Part, Pending};
-use super::refused::Refused;
+use crate::codec::{CommandMessage, Encoded, Identity, Message, SetMode};
+use crate::command::pending::{OnAcceptance, Part, Pending};
+use crate::command_error::CommandError;
+use crate::param::PREFLIGHT_STORAGE;
+use crate::peers::From;
 use crate::wall_time::WallTime;
-use flight_management::command::{Command, Outcome};
+use crate::{Service, Shared, failure, modes};
+use flight_management::command::{Command, Outcome, ScriptCommand, VehicleCommand};
 use flight_management::vehicle::Mode;
 
 mod fields;
-mod home;
 mod messages;
-mod mission;
-mod places;
+mod navigation;
+mod pending;
 mod references;
-mod script;
 mod simulation;
 mod state;
-pub mod table;
 
-/// What a rule may look at and use.
-struct Asking<'a, 'b> {
+/// Who sent a command, and what its rule may read and use.
+struct Caller<'a> {
     from: From,
     now: WallTime,
-    ctx: &'a mut Context<'b>,
+    shared: &'a mut Shared,
 }
 
-/// What a command comes to.
+/// What a rule decides about a command.
 #[derive(Debug, Default)]
 struct Decision {
     /// Messages that answer it.
-    shown: Vec<Encoded>,
-    /// What is up to the aircraft; without any the command is accepted at once.
-    asked: Vec<Asked>,
+    answers: Vec<Encoded>,
+    /// Commands to the aircraft, with the fault of each; without any the command is accepted at once.
+    intents: Vec<(Command, Option<FaultRequest>)>,
     /// What the operator should know once it is accepted.
     note: Option<String>,
-}
-
-#[derive(Debug)]
-struct Asked {
-    command: Command,
-    /// What it breaks or mends.
-    fault: Option<FaultRequest>,
 }
 
 impl Decision {
@@ -64,21 +49,16 @@ impl Decision {
     }
 
     /// Accepted, and these messages are the answer.
-    fn show(shown: Vec<Encoded>) -> Self {
-        Self { shown, ..Self::default() }
+    fn answer(answers: Vec<Encoded>) -> Self {
+        Self { answers, ..Self::default() }
     }
 
-    /// Up to the aircraft.
-    fn ask(command: impl Into<Command>) -> Self {
-        Self::ask_all([command.into()])
+    /// The aircraft decides.
+    fn pass_on(command: impl Into<Command>) -> Self {
+        Self { intents: vec![(command.into(), None)], ..Self::default() }
     }
 
-    fn ask_all(commands: impl IntoIterator<Item = Command>) -> Self {
-        let asked = commands.into_iter().map(|command| Asked { command, fault: None });
-        Self { asked: asked.collect(), ..Self::default() }
-    }
-
-    fn noting(self, note: impl Into<Option<String>>) -> Self {
+    fn with_note(self, note: impl Into<Option<String>>) -> Self {
         Self { note: note.into(), ..self }
     }
 }
@@ -87,19 +67,72 @@ impl Decision {
 #[derive(Debug, Default)]
 pub struct CommandService {
     pending: Pending,
-    /// The latest step of the simulation that had a number and was taken.
+    /// The latest step of the simulation that had a number and was accepted.
     numbered_step: Option<(From, CommandMessage)>,
+}
+
+impl Service for CommandService {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        match message {
+            Message::Command(command) if command.id != PREFLIGHT_STORAGE => {
+                self.handle_command(from, command, now, shared);
+            }
+            Message::SetMode(SetMode { is_custom, main, sub }) => {
+                let mode = modes::requested(*is_custom, *main, *sub, shared.streams);
+                let begun = mode.and_then(|mode| {
+                    self.begin(
+                        from,
+                        None,
+                        Decision::pass_on(VehicleCommand::Mode(mode)),
+                        now,
+                        shared,
+                    )
+                });
+                if let Err(error) = begun {
+                    report(error, now, shared);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn handle_outcome(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
+        let accepted = self.pending.resolve(number, outcome, now, shared);
+        if let Some((from, command)) = accepted
+            && simulation::is_numbered_step(&command)
+        {
+            self.numbered_step = Some((from, command));
+        }
+    }
+
+    fn requester_of(&self, mode: Mode) -> Option<Identity> {
+        self.pending.requester_of(mode)
+    }
+
+    /// Reports progress to waiting ground stations, and answers the commands that got no outcome in time.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        self.pending.poll(now, shared);
+    }
+
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
+        self.pending.next_deadline()
+    }
 }
 
 impl CommandService {
     /// Takes one copy of a command.
-    pub fn handle(
+    fn handle_command(
         &mut self,
         from: From,
         command: &CommandMessage,
         now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
+        shared: &mut Shared,
     ) {
         let result = match self.pending.join(from, command) {
             Some(joined) => joined.map(|()| None),
@@ -107,48 +140,15 @@ impl CommandService {
             None if self.numbered_step == Some((from, *command)) => {
                 Ok(Some(MavResult::MAV_RESULT_ACCEPTED))
             }
-            None => table::decide(command, &mut Asking { from, now, ctx })
-                .and_then(|decision| self.begin(from, Some(command), decision, now, ctx, out)),
+            None => decide(command, &mut Caller { from, now, shared })
+                .and_then(|decision| self.begin(from, Some(command), decision, now, shared)),
         };
         let result = match result {
             Ok(None) => return,
             Ok(Some(result)) => result,
-            Err(refused) => report_refusal(refused, now, ctx),
+            Err(error) => report(error, now, shared),
         };
-        out.answer(from.peer, Encoded::command_ack(command.id, result, from.sender));
-    }
-
-    /// SET_MODE.
-    pub fn handle_set_mode(
-        &mut self,
-        from: From,
-        data: &SET_MODE_DATA,
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
-        let [_, _, main, sub] = data.custom_mode.to_le_bytes();
-        let has_custom_flag =
-            data.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED);
-        self.ask_for_mode(from, has_custom_flag, (main, sub), now, ctx, out);
-    }
-
-    /// Asks for PX4's main and sub mode without an acknowledgement: SET_MODE, and the mode switch.
-    pub fn ask_for_mode(
-        &mut self,
-        from: From,
-        has_custom_flag: bool,
-        (main, sub): (u8, u8),
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
-        let begun = modes::requested(has_custom_flag, main, sub, ctx.streams()).and_then(|mode| {
-            self.begin(from, None, Decision::ask(VehicleCommand::Mode(mode)), now, ctx, out)
-        });
-        if let Err(refused) = begun {
-            report_refusal(refused, now, ctx);
-        }
+        shared.peers.answer(from.peer, Encoded::command_ack(command.id, result, from.sender));
     }
 
     /// `None`: the acknowledgement comes later.
@@ -158,83 +158,53 @@ impl CommandService {
         command: Option<&CommandMessage>,
         decision: Decision,
         now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) -> Result<Option<MavResult>, Refused> {
-        let Decision { shown, asked, note } = decision;
-        if !asked.is_empty() && (!self.pending.has_room() || ctx.intents.room() < asked.len()) {
-            return Err(Refused::for_now("Too many commands are waiting"));
+        shared: &mut Shared,
+    ) -> Result<Option<MavResult>, CommandError> {
+        let Decision { answers, intents, note } = decision;
+        if !intents.is_empty()
+            && (!self.pending.has_room() || shared.intents.room() < intents.len())
+        {
+            return Err(CommandError::temporary("Too many commands are waiting"));
         }
-        for message in shown {
-            out.answer(from.peer, message);
+        for message in answers {
+            shared.peers.answer(from.peer, message);
         }
-        if asked.is_empty() {
+        if intents.is_empty() {
             if let Some(note) = note {
-                ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, note);
+                shared.texts.inform(now, note);
             }
             return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
         }
-        let steers = asked.iter().any(|asked| steers(&asked.command, ctx.aircraft.mode()));
-        let mode = asked.iter().find_map(|asked| match asked.command {
-            Command::Vehicle(VehicleCommand::Mode(mode)) => Some(mode),
-            _ => None,
+        let commands = || intents.iter().map(|(command, _)| command);
+        let steers = commands().any(|command| steers(command, shared.aircraft.mode()));
+        let mode = commands().find_map(mode_of);
+        let parts = intents.into_iter().filter_map(|(command, fault)| {
+            shared.intents.push(command).map(|number| Part { number, fault })
         });
-        let mut parts = ArrayVec::new();
-        for Asked { command, fault } in asked {
-            if let Some(number) = ctx.intents.push(command) {
-                parts.push(Part { number, fault });
-            }
-        }
-        self.pending.open(from, command, parts, OnAcceptance { note, steers, mode }, now);
+        let on_acceptance = OnAcceptance { note, steers, mode };
+        self.pending.open(from, command, parts.collect(), on_acceptance, now);
         Ok(None)
-    }
-
-    /// Takes a change of mode: if somebody has asked for it, it has control before the outcome says so.
-    pub fn handle_mode(&mut self, mode: Mode, ctx: &mut Context) {
-        if let Some(from) = self.pending.asker_of(mode) {
-            ctx.control.take(from.sender);
-        }
-    }
-
-    /// Takes the outcome of an intent.
-    pub fn handle_outcome(
-        &mut self,
-        number: u32,
-        outcome: &Outcome,
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
-        let accepted = self.pending.resolve(number, outcome, now, ctx, out);
-        if let Some((from, command)) = accepted
-            && simulation::is_numbered_step(&command)
-        {
-            self.numbered_step = Some((from, command));
-        }
-    }
-
-    /// Reports progress to waiting ground stations, and answers the commands that got no outcome in time.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
-        self.pending.poll(now, ctx, out);
-    }
-
-    /// When the next answer or progress report is due.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        self.pending.next_deadline()
     }
 }
 
 /// The result for the acknowledgement; the reason goes to the operators.
-fn report_refusal(refused: Refused, now: WallTime, ctx: &mut Context) -> MavResult {
-    if let Some(reason) = refused.reason {
-        ctx.texts.refuse(now, reason);
+fn report(error: CommandError, now: WallTime, shared: &mut Shared) -> MavResult {
+    if let Some(reason) = error.reason {
+        shared.texts.warn(now, reason);
     }
-    refused.result
+    error.result
 }
 
-/// Whether a command steers the aircraft. Breaking or mending it does not, nor does the pace of the simulation; an
-/// item of the plan and home steer only the mode that flies to them.
+/// The mode that a command requests.
+pub(super) fn mode_of(command: &Command) -> Option<Mode> {
+    match command {
+        Command::Vehicle(VehicleCommand::Mode(mode)) => Some(*mode),
+        _ => None,
+    }
+}
+
+/// Whether a command steers the aircraft. Faults and the pace of the simulation do not; an item of the
+/// plan and home steer only the mode that flies to them.
 pub(super) fn steers(command: &Command, mode: Mode) -> bool {
     match command {
         Command::Vehicle(command) => match command {
@@ -250,4 +220,57 @@ pub(super) fn steers(command: &Command, mode: Mode) -> bool {
         Command::Script(ScriptCommand::Run(script)) => script.steers(),
         _ => false,
     }
+}
+
+type Rule = fn(&CommandMessage, &mut Caller) -> Result<Decision, CommandError>;
+
+/// Number of each command (MAV_CMD), its name and its rule.
+const RULES: [(u16, &str, Rule); 34] = [
+    (17, "NAV_LOITER_UNLIM", navigation::loiter),
+    (20, "NAV_RETURN_TO_LAUNCH", state::return_home),
+    (21, "NAV_LAND", state::land),
+    (22, "NAV_TAKEOFF", state::take_off),
+    (31, "NAV_LOITER_TO_ALT", navigation::loiter_to_altitude),
+    (34, "DO_ORBIT", navigation::orbit),
+    (176, "DO_SET_MODE", state::set_mode),
+    (178, "DO_CHANGE_SPEED", references::change_speed),
+    (179, "DO_SET_HOME", navigation::set_home),
+    (185, "DO_FLIGHTTERMINATION", state::terminate),
+    (186, "DO_CHANGE_ALTITUDE", references::change_altitude),
+    (189, "DO_LAND_START", state::land),
+    (192, "DO_REPOSITION", navigation::reposition),
+    (193, "DO_PAUSE_CONTINUE", navigation::pause_or_continue),
+    (224, "DO_SET_MISSION_CURRENT", navigation::set_mission_item),
+    (241, "PREFLIGHT_CALIBRATION", state::calibrate),
+    (246, "PREFLIGHT_REBOOT_SHUTDOWN", simulation::restart),
+    (262, "DO_SET_STANDARD_MODE", state::set_standard_mode),
+    (300, "MISSION_START", navigation::start_mission),
+    (400, "COMPONENT_ARM_DISARM", state::arm_or_disarm),
+    (401, "RUN_PREARM_CHECKS", state::prearm_checks),
+    (410, "GET_HOME_POSITION", messages::home_position),
+    (failure::INJECT_FAILURE, "INJECT_FAILURE", simulation::fault),
+    (510, "GET_MESSAGE_INTERVAL", messages::interval),
+    (511, "SET_MESSAGE_INTERVAL", messages::set_interval),
+    (512, "REQUEST_MESSAGE", messages::request),
+    (519, "REQUEST_PROTOCOL_VERSION", messages::protocol_version),
+    (520, "REQUEST_AUTOPILOT_CAPABILITIES", messages::capabilities),
+    (failure::USER_1, "USER_1", simulation::fault),
+    (simulation::USER_2, "USER_2", simulation::pace),
+    (simulation::USER_3, "USER_3", simulation::script),
+    (43_000, "GUIDED_CHANGE_SPEED", references::guided_speed),
+    (43_001, "GUIDED_CHANGE_ALTITUDE", references::guided_altitude),
+    (43_002, "GUIDED_CHANGE_HEADING", references::guided_heading),
+];
+
+/// What a command comes to.
+fn decide(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
+    match RULES.iter().find(|(id, ..)| *id == command.id) {
+        Some((.., rule)) => rule(command, caller),
+        None => Err(CommandError::without_text(MavResult::MAV_RESULT_UNSUPPORTED)),
+    }
+}
+
+/// Number and name of each command that is understood.
+pub fn known() -> impl Iterator<Item = (u16, &'static str)> {
+    RULES.iter().map(|(id, name, _)| (*id, *name))
 }

@@ -7,14 +7,14 @@
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::{COMPONENT_METADATA_DATA, CompMetadataType};
-use icd::EffectorList;
-use serde_json::{Value, json};
+use icd::{Effector, EffectorKind, EffectorList};
+use serde_json::{Map, Value, json};
 
-use super::codec::Encoded;
-use flight_management::parameters::Parameters;
-
-mod actuators;
-mod parameters;
+use crate::codec::Encoded;
+use flight_management::parameters::{
+    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FaultParameter,
+    Kind, Parameter, Parameters, fault_parameters, table,
+};
 
 /// File with which a ground station begins.
 const GENERAL: &str = "general.json";
@@ -37,8 +37,8 @@ impl Metadata {
     /// For an aircraft with these effectors and these defaults of its parameters.
     #[must_use]
     pub fn new(effectors: &EffectorList, defaults: &Parameters) -> Self {
-        let parameters = parameters::description(effectors, defaults);
-        let contents = [parameters, events(), actuators::description(effectors)];
+        let parameters = parameter_file(effectors, defaults);
+        let contents = [parameters, events(), actuator_file(effectors)];
         let texts = contents.map(|content| Arc::from(content.to_string()));
         let names = DESCRIPTIONS.map(|(_, name)| name);
         let descriptions: Vec<_> = names.into_iter().zip(texts).collect();
@@ -99,6 +99,216 @@ pub fn crc32(content: &[u8]) -> u32 {
     let mut hasher = crc32fast::Hasher::new_with_initial(u32::MAX);
     hasher.update(content);
     !hasher.finalize()
+}
+
+/// Figures that a value should show, its default and its smallest value included.
+const FIGURES: i32 = 4;
+/// Most places behind the point that are shown.
+const PLACES_MAX: i32 = 12;
+
+/// The file.
+fn parameter_file(effectors: &EffectorList, defaults: &Parameters) -> Value {
+    let own = table().iter().map(|row| tunable(row, row.value(defaults)));
+    let others = COMPATIBILITY.iter().map(compatibility);
+    let others = others.chain(fault_parameters(effectors).map(|row| fault(&row, effectors)));
+    let all: Vec<Value> = own.chain(others).collect();
+    json!({ "version": 1, "parameters": all })
+}
+
+fn tunable(row: &Parameter, default: f64) -> Value {
+    let mut entry = Map::new();
+    let mut put = |key: &str, value: Value| drop(entry.insert(key.to_owned(), value));
+    put("name", row.name.into());
+    put("type", type_name(row.kind).into());
+    put("group", row.group.into());
+    put("category", "Standard".into());
+    put("shortDesc", row.meaning.into());
+    put("longDesc", long_text(row).into());
+    put("min", row.min.into());
+    put("max", row.max.into());
+    put("default", default.into());
+    put("decimalPlaces", decimal_places(row, default).into());
+    put("rebootRequired", row.at_restart.into());
+    if row.unit != "-" {
+        put("units", row.unit.into());
+    }
+    if !row.choices.is_empty() {
+        let values = row.choices.iter();
+        let values =
+            values.map(|choice| json!({"value": choice.value, "description": choice.label}));
+        put("values", values.collect());
+    }
+    Value::Object(entry)
+}
+
+fn long_text(row: &Parameter) -> String {
+    let Parameter { meaning, min, max, unit, .. } = row;
+    let range = if row.choices.is_empty() {
+        let unit = if *unit == "-" { "" } else { unit };
+        format!("From {min} to {max} {unit}").trim_end().to_owned()
+    } else {
+        let labels = row.choices.iter().map(|choice| format!("{} {}", choice.value, choice.label));
+        labels.collect::<Vec<_>>().join("; ")
+    };
+    let when = if row.at_restart { "when the vehicle starts again" } else { "at once" };
+    format!("{meaning}. {range}. A change acts {when}.")
+}
+
+fn compatibility(row: &CompatibilityParameter) -> Value {
+    let mut entry = json!({
+        "name": row.name,
+        "type": type_name(row.kind),
+        "group": COMPATIBILITY_GROUP,
+        "category": "System",
+        "shortDesc": row.title,
+        "longDesc": format!(
+            "Read-only: a parameter of PX4 that ground stations look for. Its value is there for the station and has no \
+             effect. {}.",
+            row.reason
+        ),
+        "default": row.value,
+        "decimalPlaces": if row.kind == Kind::Int { 0 } else { 2 },
+        "readOnly": true,
+    });
+    if !row.label.is_empty()
+        && let Some(entry) = entry.as_object_mut()
+    {
+        let only = json!([{ "value": row.value, "description": row.label }]);
+        entry.insert("values".to_owned(), only);
+    }
+    entry
+}
+
+fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
+    let what = effectors.name(row.effector);
+    let values = FAULT_CHOICES.iter();
+    let values: Vec<Value> =
+        values.map(|choice| json!({"value": choice.value, "description": choice.label})).collect();
+    json!({
+        "name": row.name.as_str(),
+        "type": type_name(Kind::Int),
+        "group": "Break an effector",
+        "category": "Standard",
+        "shortDesc": format!("What acts on the {what}"),
+        "longDesc": format!(
+            "Setting it breaks the {what} as the command INJECT_FAILURE does, with the sizes and times of FLT_*; 0 mends \
+             it. The value is what acts, else what acts next, whoever ordered it. Each flight begins with 0."
+        ),
+        "min": 0,
+        "max": FAULT_CHOICES.len() - 1,
+        "default": 0,
+        "decimalPlaces": 0,
+        "rebootRequired": false,
+        "values": values,
+    })
+}
+
+fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Int => "Int32",
+        Kind::Real => "Float",
+    }
+}
+
+/// Places behind the point with which the smallest value of interest shows its figures.
+fn decimal_places(row: &Parameter, default: f64) -> i32 {
+    if row.kind == Kind::Int {
+        return 0;
+    }
+    let sizes = [default, row.min].map(f64::abs);
+    let smallest = sizes.into_iter().filter(|size| *size > 0.0).fold(row.max.abs(), f64::min);
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number is small")]
+    let exponent = libm::floor(libm::log10(smallest)) as i32;
+    (FIGURES - 1 - exponent).clamp(1, PLACES_MAX)
+}
+
+/// A group of effectors: label, type, which kinds.
+type Group = (&'static str, &'static str, fn(EffectorKind) -> bool);
+
+/// All of them.
+const GROUPS: [Group; 3] = [
+    ("Aerodynamic surfaces", "servo", EffectorKind::is_surface),
+    ("Nozzle", "servo", EffectorKind::is_nozzle),
+    ("Engine", "motor", |kind| matches!(kind, EffectorKind::Engine)),
+];
+
+/// The file for an aircraft with these effectors.
+fn actuator_file(effectors: &EffectorList) -> Value {
+    let places = || (1_usize..).zip(effectors.all());
+    let channels: Vec<Value> = places()
+        .map(|(place, effector)| json!({ "label": title(effectors, effector), "param-index": place }))
+        .collect();
+    let functions: Map<String, Value> = places()
+        .map(|(place, effector)| {
+            let label = title(effectors, effector);
+            let function = json!({ "label": label, "exclude-from-actuator-testing": true });
+            (place.to_string(), function)
+        })
+        .collect();
+    let mut types = Map::new();
+    types.insert("DEFAULT".into(), json!({ "values": { "min": -1, "max": 1, "default": 0 } }));
+    for (name, is_angle, min) in [("servo", true, -1), ("motor", false, 0)] {
+        let of_unit: Vec<usize> = places()
+            .filter(|(_, effector)| effectors.is_angle(*effector) == is_angle)
+            .map(|(place, _)| place)
+            .collect();
+        if let (Some(first), Some(last)) = (of_unit.first(), of_unit.last()) {
+            let entry = json!({
+                "values": { "min": min, "max": 1, "default": 0 },
+                "function-min": first,
+                "function-max": last,
+            });
+            types.insert(name.into(), entry);
+        }
+    }
+    json!({
+        "version": 2,
+        "show-ui-if": "false",
+        "outputs_v1": [{
+            "label": "Effectors",
+            "subgroups": [{ "per-channel-parameters": [], "channels": channels }],
+        }],
+        "functions_v1": functions,
+        "mixer_v1": {
+            "actuator-types": types,
+            "config": [{
+                "title": title_of_aircraft(effectors),
+                "actuators": GROUPS.iter().filter_map(|group| self::group(effectors, group)).collect::<Vec<_>>(),
+            }],
+        },
+    })
+}
+
+/// What the aircraft is, by what it has.
+fn title_of_aircraft(effectors: &EffectorList) -> &'static str {
+    if effectors.only(EffectorKind::NozzlePitch).is_some() {
+        "Jet with thrust vectoring"
+    } else {
+        "Aircraft with surfaces"
+    }
+}
+
+fn group(effectors: &EffectorList, (label, kind, is_in): &Group) -> Option<Value> {
+    let members: Vec<String> = effectors
+        .all()
+        .filter(|effector| effectors.kind(*effector).is_some_and(is_in))
+        .map(|effector| title(effectors, effector))
+        .collect();
+    (!members.is_empty()).then(|| {
+        json!({
+            "group-label": label,
+            "actuator-type": kind,
+            "count": members.len(),
+            "item-label-prefix": members,
+            "per-item-parameters": [],
+        })
+    })
+}
+
+/// The name with a capital letter.
+fn title(effectors: &EffectorList, effector: Effector) -> String {
+    let mut letters = effectors.name(effector).chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

@@ -29,9 +29,9 @@ struct Station {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Silence {
     /// None was ever heard: nobody can be lost.
-    NobodyYet,
+    NoStation,
     /// The station that counts is heard.
-    Heard,
+    Connected,
     /// The first of these systems fell silent and the second has taken over.
     TakenOver(u8, u8),
     /// The station that steered, or where none did every station, is silent.
@@ -65,7 +65,7 @@ impl Control {
     }
 
     /// A heartbeat of a ground station.
-    pub fn hear(&mut self, sender: Identity, now: WallTime) {
+    pub fn receive_heartbeat(&mut self, sender: Identity, now: WallTime) {
         let system = sender.system;
         if self.holder.is_none() {
             self.holder = Some(Holder { system, has_steered: false });
@@ -86,8 +86,8 @@ impl Control {
     }
 
     /// Looks who is silent for `timeout`, and gives control on where nobody has steered.
-    pub fn look(&mut self, now: WallTime, timeout: Duration) -> Silence {
-        let Some(latest) = self.latest() else { return Silence::NobodyYet };
+    pub fn check_silence(&mut self, now: WallTime, timeout: Duration) -> Silence {
+        let Some(latest) = self.latest() else { return Silence::NoStation };
         let is_silent = |station: Station| now.since(station.heard) >= timeout;
         let has_steered = self.holder.is_some_and(|holder| holder.has_steered);
         match self.holding().filter(|station| is_silent(*station)) {
@@ -97,7 +97,7 @@ impl Control {
                 Silence::TakenOver(silent.system, latest.system)
             }
             None if is_silent(latest) => Silence::Lost,
-            None => Silence::Heard,
+            None => Silence::Connected,
         }
     }
 
@@ -135,17 +135,21 @@ mod tests {
     #[test]
     fn nobody_is_lost_before_anybody_was_heard() {
         let mut control = Control::default();
-        assert_eq!(control.look(seconds(1_000), TIMEOUT), Silence::NobodyYet);
+        assert_eq!(control.check_silence(seconds(1_000), TIMEOUT), Silence::NoStation);
         control.take(station(9));
-        assert_eq!(control.look(seconds(2_000), TIMEOUT), Silence::NobodyYet, "no heartbeats");
+        assert_eq!(
+            control.check_silence(seconds(2_000), TIMEOUT),
+            Silence::NoStation,
+            "no heartbeats"
+        );
         assert_eq!(control.next_silence(TIMEOUT), None);
     }
 
     #[test]
     fn the_first_station_has_control_until_another_commands() {
         let mut control = Control::default();
-        control.hear(station(255), seconds(0));
-        control.hear(station(245), seconds(0));
+        control.receive_heartbeat(station(255), seconds(0));
+        control.receive_heartbeat(station(245), seconds(0));
         assert_eq!(control.holder(), Some(255));
         control.take(station(245));
         assert_eq!(control.holder(), Some(245));
@@ -154,42 +158,49 @@ mod tests {
     #[test]
     fn control_passes_on_when_a_holder_that_never_steered_is_silent_and_another_is_heard() {
         let mut control = Control::default();
-        control.hear(station(255), seconds(0));
-        control.hear(station(245), seconds(5));
-        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        control.receive_heartbeat(station(255), seconds(0));
+        control.receive_heartbeat(station(245), seconds(5));
+        assert_eq!(control.check_silence(seconds(9), TIMEOUT), Silence::Connected);
         assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
-        assert_eq!(control.look(seconds(10), TIMEOUT), Silence::TakenOver(255, 245));
-        assert_eq!(control.look(seconds(11), TIMEOUT), Silence::Heard, "told once");
-        assert_eq!(control.look(seconds(15), TIMEOUT), Silence::Lost);
+        assert_eq!(control.check_silence(seconds(10), TIMEOUT), Silence::TakenOver(255, 245));
+        assert_eq!(control.check_silence(seconds(11), TIMEOUT), Silence::Connected, "told once");
+        assert_eq!(control.check_silence(seconds(15), TIMEOUT), Silence::Lost);
     }
 
     #[test]
     fn a_holder_that_has_steered_is_lost_although_others_are_heard() {
         let mut control = Control::default();
-        control.hear(station(255), seconds(0));
+        control.receive_heartbeat(station(255), seconds(0));
         control.take(station(255));
-        control.hear(station(245), seconds(9));
-        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
+        control.receive_heartbeat(station(245), seconds(9));
+        assert_eq!(control.check_silence(seconds(9), TIMEOUT), Silence::Connected);
         assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
         for second in 10..200 {
             // More of them than the table has room for.
-            control.hear(Identity { system: second, component: 1 }, seconds(u64::from(second)));
-            assert_eq!(control.look(seconds(u64::from(second)), TIMEOUT), Silence::Lost);
+            control.receive_heartbeat(
+                Identity { system: second, component: 1 },
+                seconds(u64::from(second)),
+            );
+            assert_eq!(control.check_silence(seconds(u64::from(second)), TIMEOUT), Silence::Lost);
         }
         assert_eq!(control.holder(), Some(255));
         control.take(station(199));
-        assert_eq!(control.look(seconds(200), TIMEOUT), Silence::Heard, "the new holder");
+        assert_eq!(
+            control.check_silence(seconds(200), TIMEOUT),
+            Silence::Connected,
+            "the new holder"
+        );
     }
 
     #[test]
     fn while_a_program_without_heartbeats_has_control_the_last_station_stands_in() {
         let mut control = Control::default();
-        control.hear(station(255), seconds(0));
+        control.receive_heartbeat(station(255), seconds(0));
         control.take(station(9));
-        assert_eq!(control.look(seconds(9), TIMEOUT), Silence::Heard);
-        control.hear(station(245), seconds(9));
-        assert_eq!(control.look(seconds(18), TIMEOUT), Silence::Heard);
-        assert_eq!(control.look(seconds(19), TIMEOUT), Silence::Lost);
+        assert_eq!(control.check_silence(seconds(9), TIMEOUT), Silence::Connected);
+        control.receive_heartbeat(station(245), seconds(9));
+        assert_eq!(control.check_silence(seconds(18), TIMEOUT), Silence::Connected);
+        assert_eq!(control.check_silence(seconds(19), TIMEOUT), Silence::Lost);
         assert_eq!(control.holder(), Some(9));
     }
 
@@ -197,7 +208,7 @@ mod tests {
     fn the_table_of_stations_is_bounded_and_keeps_who_was_heard_last() {
         let mut control = Control::default();
         for system in 1..=200 {
-            control.hear(station(system), seconds(u64::from(system)));
+            control.receive_heartbeat(station(system), seconds(u64::from(system)));
         }
         assert_eq!(control.stations.len(), STATIONS_MAX);
         assert_eq!(control.latest().map(|station| station.system), Some(200));

@@ -24,19 +24,19 @@
 //! effector, which has the last word.
 
 use flight_control::AircraftModel;
-use icd::EffectorList;
-use icd::fault::{Refusal, Target, TargetClass};
+use icd::fault::{FailureType, Onset, Refusal, Target, TargetClass};
+use icd::{EffectorList, SimTime};
 
-use super::codec::CommandMessage;
-use super::refused::Refused;
+use crate::codec::CommandMessage;
+use crate::command_error::CommandError;
+use crate::convert;
+use crate::failure::order::{Failure, FaultOrder, Instances, Unit, Value, ValueError};
 use flight_management::parameters::Parameters;
 
-mod command;
-pub mod order;
-mod value;
-mod words;
+pub use crate::failure::order::Requests;
 
-pub use order::Requests;
+pub mod order;
+pub mod units;
 
 /// MAV_CMD_INJECT_FAILURE.
 pub const INJECT_FAILURE: u16 = 420;
@@ -51,7 +51,7 @@ pub fn unit_and_instance(
 ) -> (&'static str, u8) {
     let target = target.into();
     let instance = target.effector().map_or(1, |effector| effectors.instance(effector));
-    (order::Unit::of(target, effectors).name().unwrap_or("unit"), instance)
+    (Unit::of(target, effectors).name().unwrap_or("unit"), instance)
 }
 
 /// A refusal of the plant in the units of what it is about.
@@ -79,7 +79,169 @@ pub fn requests(
     command: &CommandMessage,
     parameters: &Parameters,
     model: &AircraftModel,
-) -> Result<Requests, Refused> {
-    let order = command::order(command, &model.effectors.list)?;
+) -> Result<Requests, CommandError> {
+    let order = order_of(command, &model.effectors.list)?;
     order::requests(&order, parameters, model)
 }
+
+/// Reasons, each with the targets for which it was given.
+#[derive(Debug, Default)]
+pub struct Reasons(Vec<(String, Vec<Target>)>);
+
+impl Reasons {
+    /// One more; a target is named, a command without targets has the bare reason.
+    pub fn add(&mut self, reason: String, target: Option<Target>) {
+        match self.0.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, targets)) => targets.extend(target),
+            None => self.0.push((reason, target.into_iter().collect())),
+        }
+    }
+
+    /// One more, in the units of its target.
+    pub fn refuse(&mut self, refusal: &Refusal, target: Option<Target>, effectors: &EffectorList) {
+        self.add(refused(refusal, target, effectors), target);
+    }
+
+    /// They name what they are about.
+    #[must_use]
+    pub fn names_targets(&self) -> bool {
+        self.0.iter().any(|(_, targets)| !targets.is_empty())
+    }
+
+    /// There is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All of them in words.
+    #[must_use]
+    pub fn text(&self, all: &EffectorList) -> String {
+        let of = |(reason, targets): &(String, Vec<Target>)| {
+            if targets.is_empty() {
+                reason.clone()
+            } else {
+                format!("{}: {reason}", names(targets, all))
+            }
+        };
+        self.0.iter().map(of).collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// The order in a fault command, for an aircraft with these effectors.
+///
+/// # Errors
+/// What is not a whole number, not known or does not fit together.
+pub fn order_of(
+    command: &CommandMessage,
+    effectors: &EffectorList,
+) -> Result<FaultOrder, CommandError> {
+    let [unit, failure_type, ..] = command.params;
+    let unit = Unit::of_code(integer("unit", unit)?);
+    let code = integer("type", failure_type)?;
+    unit.check(effectors)?;
+    let failure = FailureType::from_code(code).map(Failure::Type).ok_or_else(|| {
+        let last = FailureType::ALL.len() - 1;
+        let reason = format!("Fault refused: no failures of type {code}, there are 0 to {last}");
+        CommandError::unsupported(reason)
+    })?;
+    let instances = instances(command)?;
+    if unit == Unit::EVERYTHING {
+        check_everything(command, failure, instances)?;
+    }
+    let order = FaultOrder::new(unit, failure, instances);
+    if command.id == USER_1 { with_numbers(order, command) } else { Ok(order) }
+}
+
+/// Everything at once is only mended.
+fn check_everything(
+    command: &CommandMessage,
+    failure: Failure,
+    instances: Instances,
+) -> Result<(), CommandError> {
+    if command.id != USER_1 {
+        return Err(CommandError::unsupported(
+            "Fault refused: unit -1 is only known to USER_1 (31010)",
+        ));
+    }
+    if failure != Failure::OK || instances != Instances::All {
+        return Err(CommandError::denied(
+            "Fault refused: unit -1 mends everything, with type 0 and instance 0",
+        ));
+    }
+    Ok(())
+}
+
+/// What USER_1 says beyond 420.
+fn with_numbers(order: FaultOrder, command: &CommandMessage) -> Result<FaultOrder, CommandError> {
+    let [_, _, _, kind, value, ramp, onset] = command.params;
+    let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));
+    let onset = if is_given(onset) {
+        let seconds = convert::decimal(onset);
+        let at = SimTime::from_seconds(seconds).ok_or_else(|| {
+            CommandError::denied(format!("Fault refused: onset p7 = {seconds} s is no time"))
+        })?;
+        Onset::At(at)
+    } else {
+        Onset::AtOnce
+    };
+    let value = if is_given(kind) {
+        let code = integer("kind of value", kind)?;
+        let number = convert::decimal(value);
+        if !number.is_finite() {
+            return Err(CommandError::denied("Fault refused: the value p5 is not finite"));
+        }
+        Some(Value::of_user_1(code, number).map_err(|error| {
+            let reason = format!("Fault refused: {error}");
+            match error {
+                ValueError::NoKind { .. } => CommandError::unsupported(reason),
+                _ => CommandError::denied(reason),
+            }
+        })?)
+    } else if is_given(value) {
+        return Err(CommandError::denied("Fault refused: p5 has a value, but p4 no kind"));
+    } else {
+        None
+    };
+    Ok(FaultOrder { value, ramp_s, onset, ..order })
+}
+
+/// p3 goes before p4, which counts only where p3 is NaN.
+fn instances(command: &CommandMessage) -> Result<Instances, CommandError> {
+    let [_, _, instance, mask, ..] = command.params;
+    if !instance.is_nan() {
+        let number = integer("instance", instance)?;
+        let number = u32::try_from(number)
+            .map_err(|_| CommandError::denied(format!("Fault refused: no instance {number}")))?;
+        return Ok(if number == 0 { Instances::All } else { Instances::One(number) });
+    }
+    if command.id == USER_1 {
+        return Err(CommandError::denied("Fault refused: instance p3 is not given"));
+    }
+    let bits = integer("mask of instances", mask)?;
+    let bits = u32::try_from(bits).map_err(|_| {
+        CommandError::denied(format!("Fault refused: mask {bits} names no instances"))
+    })?;
+    Ok(Instances::Mask(bits))
+}
+
+/// Both zero and NaN mean "not given" in p4 to p7.
+fn is_given(value: f32) -> bool {
+    !value.is_nan() && value != 0.0
+}
+
+/// A parameter that stands for a whole number.
+fn integer(what: &str, value: f32) -> Result<i32, CommandError> {
+    let value = f64::from(value);
+    if value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "whole and in range, as just checked"
+        )]
+        return Ok(value as i32);
+    }
+    Err(CommandError::denied(format!("Fault refused: {what} {value} is no whole number")))
+}
+
+#[cfg(test)]
+mod tests;

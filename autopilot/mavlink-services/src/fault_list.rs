@@ -2,11 +2,10 @@
 //! autopilot joins a flight, the plant comes back after a silence, or events were lost).
 
 use icd::EffectorList;
-use icd::fault::FaultEntry;
-use icd::fault::PlantAction;
+use icd::fault::{FaultEntry, PlantAction};
 
-use super::failure;
-use super::intents::Intents;
+use crate::wall_time::WallTime;
+use crate::{Service, Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
@@ -22,34 +21,36 @@ pub fn lines(list: &FaultList, effectors: &EffectorList) -> impl Iterator<Item =
     })
 }
 
-/// Asks the plant for its list where reports can have been missed.
+/// Requests the list from the plant where reports can have been missed.
 #[derive(Debug, Default)]
-pub struct ListRequest {
+pub struct FaultListRequest {
     is_wanted: bool,
-    /// Number of the intent that is on its way.
-    asked: Option<u32>,
+    /// Number of the intent that is open.
+    open: Option<u32>,
 }
 
-impl ListRequest {
-    /// Takes what happened.
-    pub fn handle_event(&mut self, kind: &EventKind) {
-        match *kind {
+impl Service for FaultListRequest {
+    fn handle_outcome(&mut self, number: u32, outcome: &Outcome, _: WallTime, _: &mut Shared) {
+        if self.open == Some(number) {
+            self.open = None;
+            // Without a flight there is nothing to list.
+            self.is_wanted |= *outcome == Outcome::NoAnswer;
+        }
+    }
+
+    fn handle_event(&mut self, event: &EventKind, _: WallTime, _: &mut Shared) {
+        match *event {
             EventKind::FlightBegan { joined_in_flight } => self.is_wanted = joined_in_flight,
             EventKind::PlantBack | EventKind::EventsLost(_) => self.is_wanted = true,
-            EventKind::Outcome { number, outcome } if self.asked == Some(number) => {
-                self.asked = None;
-                // Without a flight there is nothing to list.
-                self.is_wanted |= outcome == Outcome::NoAnswer;
-            }
             _ => {}
         }
     }
 
-    /// Asks, as soon as there is room.
-    pub fn poll(&mut self, intents: &mut Intents) {
-        if self.is_wanted && self.asked.is_none() {
-            self.asked = intents.push(PlantAction::ListFaults);
-            self.is_wanted = self.asked.is_none();
+    /// Requests it as soon as there is room for the intent.
+    fn poll(&mut self, _: WallTime, shared: &mut Shared) {
+        if self.is_wanted && self.open.is_none() {
+            self.open = shared.intents.push(PlantAction::ListFaults);
+            self.is_wanted = self.open.is_none();
         }
     }
 }
@@ -57,6 +58,7 @@ impl ListRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::world::World;
     use icd::SimTime;
     use icd::fault::{FaultKind, FaultState, Timing};
     use icd::tvc_jet;
@@ -91,20 +93,22 @@ mod tests {
     }
 
     #[test]
-    fn the_plant_is_asked_once_and_again_only_where_it_gave_no_answer() {
-        let (mut request, mut intents) = (ListRequest::default(), Intents::default());
-        request.poll(&mut intents);
-        assert!(intents.is_empty());
-        request.handle_event(&EventKind::FlightBegan { joined_in_flight: true });
-        request.poll(&mut intents);
-        request.poll(&mut intents);
-        let number = intents.pop().unwrap().number;
-        assert!(intents.is_empty(), "asked once");
-        request.handle_event(&EventKind::Outcome { number, outcome: Outcome::NoAnswer });
-        request.poll(&mut intents);
-        let number = intents.pop().unwrap().number;
-        request.handle_event(&EventKind::Outcome { number, outcome: Outcome::Done });
-        request.poll(&mut intents);
-        assert!(intents.is_empty());
+    fn the_list_is_requested_once_and_again_only_after_a_request_without_answer() {
+        let mut shared = World::waiting().ground.shared;
+        let now = WallTime::ZERO;
+        let mut request = FaultListRequest::default();
+        request.poll(now, &mut shared);
+        assert!(shared.intents.is_empty());
+        request.handle_event(&EventKind::FlightBegan { joined_in_flight: true }, now, &mut shared);
+        request.poll(now, &mut shared);
+        request.poll(now, &mut shared);
+        let number = shared.intents.pop().unwrap().number;
+        assert!(shared.intents.is_empty(), "requested once");
+        request.handle_outcome(number, &Outcome::NoAnswer, now, &mut shared);
+        request.poll(now, &mut shared);
+        let number = shared.intents.pop().unwrap().number;
+        request.handle_outcome(number, &Outcome::Done, now, &mut shared);
+        request.poll(now, &mut shared);
+        assert!(shared.intents.is_empty());
     }
 }

@@ -8,20 +8,19 @@
 //! that comes again soon is answered as it was the first time, unless it asks what is there now.
 
 use core::time::Duration;
+use std::sync::Arc;
 
 use ::mavlink::dialects::common::FILE_TRANSFER_PROTOCOL_DATA;
 use arrayvec::ArrayVec;
 
-use super::codec::Encoded;
-use super::component_metadata::crc32;
-use super::context::{Context, From};
-use super::peers::Peers;
-use super::scripts::Upload;
+use crate::codec::{Encoded, Message};
+use crate::component_metadata::crc32;
+use crate::ftp::payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
+use crate::peers::{From, Peers};
+use crate::scripts::{FileProblem, Upload};
 use crate::wall_time::WallTime;
-use files::Content;
-use payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
+use crate::{Service, Shared};
 
-mod files;
 mod payload;
 
 /// Open files of one client.
@@ -86,38 +85,58 @@ pub struct FtpService {
     next_burst: WallTime,
 }
 
-impl FtpService {
-    /// Takes one request: the 251 bytes of FILE_TRANSFER_PROTOCOL.
-    pub fn handle(
-        &mut self,
-        from: From,
-        bytes: &[u8; LENGTH],
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
+impl Service for FtpService {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        let Message::Ftp(bytes) = message else { return };
         let Some(request) = Request::parse(bytes) else { return };
         let client = self.client(from, now);
         if let Some((asked, reply, at)) = &client.latest
-            && asked == bytes
+            && *asked == **bytes
             && now.since(*at) < REPEATED_WITHIN
         {
-            return send(out, from, reply.clone());
+            return send(&mut shared.peers, from, reply.clone());
         }
-        match client.answer(&request, ctx) {
+        match client.answer(&request, shared) {
             Some(reply) => {
                 let is_question = matches!(
                     request.operation(),
                     Operation::ListDirectory | Operation::CalculateCrc32
                 );
-                client.latest = (!is_question).then(|| (*bytes, reply.clone(), now));
-                send(out, from, reply);
+                client.latest = (!is_question).then(|| (**bytes, reply.clone(), now));
+                send(&mut shared.peers, from, reply);
             }
             // A burst, which begins with the next poll; asked for again, it begins again.
             None => client.latest = None,
         }
     }
 
+    /// Sends what is due of each burst, and forgets who is gone.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        self.clients.retain(|client| {
+            shared.peers.knows(client.from.peer) && now.since(client.heard) < SILENCE
+        });
+        if now < self.next_burst {
+            return;
+        }
+        for client in self.clients.iter_mut().filter(|client| client.burst.is_some()) {
+            self.next_burst = now + BURST_INTERVAL;
+            for _ in 0..BURST {
+                if shared.peers.room(client.from.peer) < ROOM_MIN {
+                    break;
+                }
+                let Some(reply) = client.continue_burst() else { break };
+                send(&mut shared.peers, client.from, reply);
+            }
+        }
+    }
+
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
+        let is_sending = self.clients.iter().any(|client| client.burst.is_some());
+        is_sending.then_some(self.next_burst)
+    }
+}
+
+impl FtpService {
     fn client(&mut self, from: From, now: WallTime) -> &mut Client {
         let known = self.clients.iter().position(|client| client.from == from);
         let place = known.unwrap_or_else(|| {
@@ -135,32 +154,6 @@ impl FtpService {
         client.heard = now;
         client
     }
-
-    /// Sends what is due of each burst, and forgets who is gone.
-    pub fn poll(&mut self, now: WallTime, _ctx: &mut Context, out: &mut Peers) {
-        self.clients
-            .retain(|client| out.knows(client.from.peer) && now.since(client.heard) < SILENCE);
-        if now < self.next_burst {
-            return;
-        }
-        for client in self.clients.iter_mut().filter(|client| client.burst.is_some()) {
-            self.next_burst = now + BURST_INTERVAL;
-            for _ in 0..BURST {
-                if out.room(client.from.peer) < ROOM_MIN {
-                    break;
-                }
-                let Some(reply) = client.continue_burst() else { break };
-                send(out, client.from, reply);
-            }
-        }
-    }
-
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        let is_sending = self.clients.iter().any(|client| client.burst.is_some());
-        is_sending.then_some(self.next_burst)
-    }
 }
 
 impl Client {
@@ -170,37 +163,37 @@ impl Client {
     }
 
     /// `None`: a burst begins.
-    fn answer(&mut self, request: &Request<'_>, ctx: &mut Context) -> Option<Reply> {
+    fn answer(&mut self, request: &Request<'_>, shared: &mut Shared) -> Option<Reply> {
         let answer = match request.operation() {
             Operation::Nothing => Ok(request.ack(&[])),
-            Operation::TerminateSession => self.terminate(request, ctx),
+            Operation::TerminateSession => self.terminate(request, shared),
             Operation::ResetSessions => {
                 for session in core::mem::take(&mut self.sessions) {
-                    session.end(ctx);
+                    session.end(shared);
                 }
                 self.burst = None;
                 Ok(request.ack(&[]))
             }
-            Operation::ListDirectory => list(request, ctx),
-            Operation::OpenFileReadOnly => self.open(request, ctx),
+            Operation::ListDirectory => list(request, shared),
+            Operation::OpenFileReadOnly => self.open(request, shared),
             Operation::ReadFile => self.read(request),
             Operation::CalculateCrc32 => {
-                find(request, ctx).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
+                find(request, shared).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
             }
             Operation::BurstReadFile => match self.begin_burst(request) {
                 Ok(()) => return None,
                 Err(problem) => Err(problem),
             },
-            Operation::CreateFile => self.create(request, true, ctx),
-            Operation::OpenFileWriteOnly => self.create(request, false, ctx),
-            Operation::WriteFile => self.write(request, ctx),
-            Operation::TruncateFile => files::writable(request).and_then(|name| {
-                let done = ctx.scripts.truncate(name, request.offset);
-                done.map(|()| request.ack(&[])).map_err(files::problem)
+            Operation::CreateFile => self.create(request, true, shared),
+            Operation::OpenFileWriteOnly => self.create(request, false, shared),
+            Operation::WriteFile => self.write(request, shared),
+            Operation::TruncateFile => writable(request).and_then(|name| {
+                let done = shared.scripts.truncate(name, request.offset);
+                done.map(|()| request.ack(&[])).map_err(problem_of)
             }),
-            Operation::RemoveFile => files::writable(request).and_then(|name| {
-                let done = ctx.scripts.remove(name);
-                done.map(|()| request.ack(&[])).map_err(files::problem)
+            Operation::RemoveFile => writable(request).and_then(|name| {
+                let done = shared.scripts.remove(name);
+                done.map(|()| request.ack(&[])).map_err(problem_of)
             }),
             Operation::Change => Err(Problem::FileProtected),
             Operation::Unknown => Err(Problem::UnknownCommand),
@@ -220,8 +213,8 @@ impl Client {
         }
     }
 
-    fn open(&mut self, request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
-        let content = find(request, ctx)?;
+    fn open(&mut self, request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
+        let content = find(request, shared)?;
         let size = u32::try_from(content.bytes().len()).unwrap_or(u32::MAX);
         let number = self.begin(request, File::Read(content))?;
         Ok(request.ack(&size.to_le_bytes()).of_session(number))
@@ -232,9 +225,9 @@ impl Client {
         &mut self,
         request: &Request<'_>,
         truncate: bool,
-        ctx: &mut Context,
+        shared: &mut Shared,
     ) -> Result<Reply, Problem> {
-        let name = files::writable(request)?;
+        let name = writable(request)?;
         // One that this client has begun before goes on no more.
         self.sessions.retain(
             |session| !matches!(&session.file, File::Write(upload) if upload.name() == name),
@@ -242,7 +235,7 @@ impl Client {
         if self.sessions.is_full() {
             return Err(Problem::NoSessionsAvailable);
         }
-        let upload = ctx.scripts.open(name, truncate).map_err(files::problem)?;
+        let upload = shared.scripts.open(name, truncate).map_err(problem_of)?;
         let number = self.begin(request, File::Write(upload))?;
         Ok(request.ack(&[]).of_session(number))
     }
@@ -256,21 +249,21 @@ impl Client {
         Ok(number)
     }
 
-    fn write(&self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+    fn write(&self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
         let File::Write(upload) = &self.session(request.session)?.file else {
             return Err(Problem::InvalidSession);
         };
         if request.size == 0 {
             return Err(Problem::InvalidDataSize);
         }
-        let done = ctx.scripts.write(upload, request.offset, request.data);
-        done.map(|()| request.ack(&[])).map_err(files::problem)
+        let done = shared.scripts.write(upload, request.offset, request.data);
+        done.map(|()| request.ack(&[])).map_err(problem_of)
     }
 
-    fn terminate(&mut self, request: &Request<'_>, ctx: &mut Context) -> Result<Reply, Problem> {
+    fn terminate(&mut self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
         let is_it = |session: &Session| session.number == request.session;
         let place = self.sessions.iter().position(is_it).ok_or(Problem::InvalidSession)?;
-        self.sessions.remove(place).end(ctx);
+        self.sessions.remove(place).end(shared);
         self.burst.take_if(|burst| burst.session == request.session);
         Ok(request.ack(&[]))
     }
@@ -330,22 +323,22 @@ impl Client {
 
 impl Session {
     /// A script that was written is read, and the operator told what it is.
-    fn end(self, ctx: &mut Context) {
+    fn end(self, shared: &mut Shared) {
         if let File::Write(upload) = self.file {
-            ctx.scripts.finish(&upload, ctx.texts);
+            shared.scripts.finish(&upload, &mut shared.texts);
         }
     }
 }
 
-fn find(request: &Request<'_>, ctx: &Context) -> Result<Content, Problem> {
-    let found = request.path().and_then(|path| files::find(path, ctx));
+fn find(request: &Request<'_>, shared: &Shared) -> Result<Content, Problem> {
+    let found = request.path().and_then(|path| content_at(path, shared));
     found.ok_or(Problem::FileNotFound)
 }
 
 /// Entries from number `offset` on.
-fn list(request: &Request<'_>, ctx: &Context) -> Result<Reply, Problem> {
+fn list(request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
     let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
-    let entries = request.path().and_then(|path| files::entries(path, first, DATA_MAX, ctx));
+    let entries = request.path().and_then(|path| entries(path, first, DATA_MAX, shared));
     let entries = entries.ok_or(Problem::FileNotFound)?;
     if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
 }
@@ -358,12 +351,89 @@ fn part(content: &Content, offset: u32, size: usize) -> Result<&[u8], Problem> {
     Ok(&rest[..rest.len().min(size)])
 }
 
-fn send(out: &mut Peers, from: From, reply: Reply) {
+fn send(peers: &mut Peers, from: From, reply: Reply) {
     let message = FILE_TRANSFER_PROTOCOL_DATA {
         target_network: 0,
         target_system: from.sender.system,
         target_component: from.sender.component,
         payload: reply.bytes(),
     };
-    out.answer(from.peer, Encoded::new(&message));
+    peers.answer(from.peer, Encoded::new(&message));
+}
+
+/// Name of the folder of the scripts.
+const SCRIPTS: &str = "scripts";
+
+/// What a file has in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Content {
+    /// It is the same for the life of the process.
+    Fixed(Arc<str>),
+    /// As it was when it was opened.
+    Kept(Arc<[u8]>),
+}
+
+impl Content {
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Fixed(text) => text.as_bytes(),
+            Self::Kept(bytes) => bytes,
+        }
+    }
+}
+
+/// The name of a script, if the path has the form of one.
+fn script_name(path: &str) -> Option<&str> {
+    let (folder, name) = path.split_once('/')?;
+    (folder == SCRIPTS).then(|| name.trim_matches('/'))
+}
+
+/// The name of the script that a request wants to change.
+fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
+    request.path().and_then(script_name).ok_or(Problem::FileProtected)
+}
+
+/// The file at `path`, which has no slash around it.
+fn content_at(path: &str, shared: &Shared) -> Option<Content> {
+    if let Some(name) = script_name(path) {
+        return shared.scripts.content(name).map(|content| Content::Kept(content.into()));
+    }
+    let mut files = shared.metadata.files().iter();
+    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(Arc::clone(text)))
+}
+
+/// The entries of a folder, each as it is sent; `None` if there is no such folder.
+fn listed(path: &str, shared: &Shared) -> Option<Vec<String>> {
+    let file = |name: &str, size: usize| format!("F{name}\t{size}\0");
+    match path {
+        "" | "." => {
+            let files = shared.metadata.files().iter();
+            let files = files.map(|(name, text)| file(name, text.len()));
+            Some(files.chain([format!("D{SCRIPTS}\0")]).collect())
+        }
+        SCRIPTS => Some(shared.scripts.files().map(|(name, size)| file(name, size)).collect()),
+        _ => None,
+    }
+}
+
+/// Entries of a folder from number `first` on, as many as fit into `room` bytes.
+fn entries(path: &str, first: usize, room: usize, shared: &Shared) -> Option<Vec<u8>> {
+    let mut text = Vec::new();
+    for entry in listed(path, shared)?.into_iter().skip(first) {
+        if text.len() + entry.len() > room {
+            break;
+        }
+        text.extend_from_slice(entry.as_bytes());
+    }
+    Some(text)
+}
+
+/// In the words of the protocol.
+fn problem_of(problem: FileProblem) -> Problem {
+    match problem {
+        FileProblem::NotFound => Problem::FileNotFound,
+        FileProblem::Name => Problem::FileProtected,
+        FileProblem::NoSpace => Problem::NoSpace,
+        FileProblem::Superseded => Problem::InvalidSession,
+    }
 }

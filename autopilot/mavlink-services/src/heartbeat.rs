@@ -7,11 +7,12 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::{HEARTBEAT_DATA, MavAutopilot, MavModeFlag, MavState, MavType};
 
-use super::aircraft::{Aircraft, Phase};
-use super::codec::Encoded;
-use super::modes;
-use super::peers::{Peer, Peers};
+use crate::aircraft::{Aircraft, Phase};
+use crate::codec::Encoded;
+use crate::peers::Peer;
 use crate::wall_time::WallTime;
+use crate::{Service, Shared, modes};
+use flight_management::event::EventKind;
 use flight_management::vehicle::Mode;
 
 /// Interval between heartbeats, wall time.
@@ -33,45 +34,38 @@ pub enum HeartbeatIdentity {
 /// Sends heartbeats.
 #[derive(Debug, Default)]
 pub struct Heartbeat {
-    identity: HeartbeatIdentity,
     last: Option<(WallTime, HEARTBEAT_DATA)>,
-    /// Who has got one.
+    /// The peers that have received one.
     greeted: Vec<Peer>,
 }
 
-impl Heartbeat {
-    /// Has not sent any.
-    #[must_use]
-    pub fn new(identity: HeartbeatIdentity) -> Self {
-        Self { identity, ..Self::default() }
+impl Service for Heartbeat {
+    /// A change is published at once.
+    fn handle_event(&mut self, _: &EventKind, now: WallTime, shared: &mut Shared) {
+        self.poll(now, shared);
     }
 
-    /// Sends one if it is time or if something changed; to who has just come in any case.
-    pub fn poll(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        let content = content(self.identity, aircraft);
-        let is_due = self
-            .last
-            .as_ref()
-            .is_none_or(|(sent, last)| now.since(*sent) >= INTERVAL || *last != content);
-        if is_due {
-            out.announce(&Encoded::new(&content));
-            self.greeted.clear();
-            self.greeted.extend(out.all());
+    /// Sends one to all if it is time or if something changed, else to the peers that are new.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        let Shared { aircraft, host, peers, .. } = shared;
+        let content = content(host.identity, aircraft);
+        let last = self.last.as_ref();
+        if last.is_none_or(|(sent, last)| now.since(*sent) >= INTERVAL || *last != content) {
+            peers.announce(&Encoded::new(&content));
+            self.greeted = peers.all().collect();
             self.last = Some((now, content));
             return;
         }
-        self.greeted.retain(|peer| out.knows(*peer));
-        let new: Vec<Peer> = out.all().filter(|peer| !self.greeted.contains(peer)).collect();
+        self.greeted.retain(|peer| peers.knows(*peer));
+        let new: Vec<Peer> = peers.all().filter(|peer| !self.greeted.contains(peer)).collect();
         for peer in new {
-            out.answer(peer, Encoded::new(&content));
+            peers.answer(peer, Encoded::new(&content));
             self.greeted.push(peer);
         }
     }
 
-    /// When the next one is due.
-    #[must_use]
-    pub fn next_deadline(&self) -> WallTime {
-        self.last.as_ref().map_or(WallTime::ZERO, |(sent, _)| *sent + INTERVAL)
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
+        Some(self.last.as_ref().map_or(WallTime::ZERO, |(sent, _)| *sent + INTERVAL))
     }
 }
 

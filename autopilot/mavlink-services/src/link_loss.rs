@@ -1,86 +1,81 @@
 //! Silence of the controlling ground station: what it leads to is a parameter (`NAV_DLL_ACT`), after how long another
 //! (`COM_DL_LOSS_T`, wall time: a paused simulation loses nobody).
 //!
-//! The link is lost when the station that has steered is silent, also when others are heard (see
-//! [`super::control`]). It is back when that station is heard again, or when an accepted order gives control
-//! to another one that is heard. Both the loss and its end are intents, so that they act on the flight at a
-//! tick of its own.
+//! The link is lost when the station that has commanded is silent, even while others send heartbeats (see
+//! [`super::control`]). It is back when that station sends again, or when an accepted command gives control to another
+//! station that sends. Both the loss and its end are intents, so that they act on the flight at a tick of their own.
 
 use core::time::Duration;
-use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::{MavSeverity, MavType};
 
-use super::aircraft::{Aircraft, Phase};
-use super::context::{Context, From};
-use super::control::{Control, Silence};
+use crate::aircraft::Phase;
+use crate::codec::Message;
+use crate::control::Silence;
+use crate::peers::From;
 use crate::wall_time::WallTime;
-use flight_management::command::Command;
+use crate::{Service, Shared};
+use flight_management::command::VehicleCommand;
+use flight_management::event::EventKind;
 use flight_management::parameters::Parameters;
 
-/// Listens to the heartbeats of ground stations.
+/// Reports the loss and the return of the link.
 #[derive(Debug, Default)]
 pub struct LinkLoss {
     /// The vehicle has received the loss of the link.
     loss_reported: bool,
 }
 
-impl LinkLoss {
-    /// Takes a heartbeat: who sent it and its MAV_TYPE.
-    pub fn hear(&mut self, from: From, mav_type: u8, now: WallTime, ctx: &mut Context) {
-        if mav_type == MavType::MAV_TYPE_GCS as u8 {
-            ctx.control.hear(from.sender, now);
-            self.poll(now, ctx);
+impl Service for LinkLoss {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        if *message == Message::Heartbeat(MavType::MAV_TYPE_GCS as u8) {
+            shared.control.receive_heartbeat(from.sender, now);
+            self.poll(now, shared);
         }
     }
 
-    /// A flight began: its vehicle knows nothing of a lost link.
-    pub fn begin_flight(&mut self) {
-        self.loss_reported = false;
-    }
-
-    /// Does what is due.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
-        if ctx.aircraft.phase() != Phase::Flying {
-            return;
-        }
-        match ctx.control.look(now, loss_timeout(ctx.parameters)) {
-            Silence::NobodyYet => {}
-            Silence::Lost if !self.loss_reported => {
-                let command =
-                    Command::Vehicle(VehicleCommand::LinkLost(ctx.parameters.link.loss_action));
-                // Without room now there is room at the next poll.
-                self.loss_reported = ctx.intents.push(command).is_some();
-            }
-            Silence::Lost => {}
-            Silence::Heard => self.report_link_back(ctx),
-            Silence::TakenOver(left, holder) => {
-                let text = format!("Ground station {left} is silent: {holder} takes over");
-                ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
-                self.report_link_back(ctx);
-            }
-        }
-    }
-
-    fn report_link_back(&mut self, ctx: &mut Context) {
-        if self.loss_reported && ctx.intents.push(VehicleCommand::LinkBack).is_some() {
+    /// An event may have given control to another station. The vehicle of a new flight knows nothing of a lost link.
+    fn handle_event(&mut self, event: &EventKind, now: WallTime, shared: &mut Shared) {
+        if let EventKind::FlightBegan { .. } = event {
             self.loss_reported = false;
         }
+        self.poll(now, shared);
     }
 
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(
-        &self,
-        control: &Control,
-        parameters: &Parameters,
-        aircraft: &Aircraft,
-    ) -> Option<WallTime> {
-        if self.loss_reported || aircraft.phase() != Phase::Flying {
-            // The next heartbeat or event decides.
-            return None;
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        if shared.aircraft.phase() != Phase::Flying {
+            return;
         }
-        control.next_silence(loss_timeout(parameters))
+        match shared.control.check_silence(now, loss_timeout(&shared.parameters)) {
+            Silence::NoStation => {}
+            Silence::Lost if !self.loss_reported => {
+                let command = VehicleCommand::LinkLost(shared.parameters.link.loss_action);
+                // Without room now there is room at the next poll.
+                self.loss_reported = shared.intents.push(command).is_some();
+            }
+            Silence::Lost => {}
+            Silence::Connected => self.report_link_back(shared),
+            Silence::TakenOver(left, holder) => {
+                let text = format!("Ground station {left} is silent: {holder} takes over");
+                shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);
+                self.report_link_back(shared);
+            }
+        }
+    }
+
+    /// Once the loss is reported, the next heartbeat or event decides.
+    fn next_deadline(&self, shared: &Shared) -> Option<WallTime> {
+        let is_watching = !self.loss_reported && shared.aircraft.phase() == Phase::Flying;
+        let timeout = loss_timeout(&shared.parameters);
+        is_watching.then(|| shared.control.next_silence(timeout)).flatten()
+    }
+}
+
+impl LinkLoss {
+    fn report_link_back(&mut self, shared: &mut Shared) {
+        if self.loss_reported && shared.intents.push(VehicleCommand::LinkBack).is_some() {
+            self.loss_reported = false;
+        }
     }
 }
 

@@ -11,19 +11,13 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::MavSeverity;
 
-use super::codec::LogRequest;
-use super::context::{Context, From};
-use super::peers::{Peer, Peers};
-use super::statustext::StatusTexts;
+use crate::codec::{LogRequest, Message};
+use crate::logs::client::{Client, Part};
+use crate::peers::{From, Peer};
 use crate::wall_time::WallTime;
-use client::Client;
-use ranges::Part;
+use crate::{Service, Shared};
 
 mod client;
-mod job;
-mod ranges;
-
-pub use job::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
 
 /// Ground stations at the same time. One more takes the place of one that fetches nothing, if there is one, and
 /// of several the one that has asked for nothing for longest.
@@ -65,23 +59,11 @@ enum Erasing {
     Job(u64),
 }
 
-impl LogService {
-    /// From now on there is a folder with logs.
-    pub fn open_folder(&mut self) {
-        self.has_folder = true;
-    }
-
-    /// Takes one request.
-    pub fn handle(
-        &mut self,
-        from: From,
-        request: LogRequest,
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
+impl Service for LogService {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        let Message::Log(request) = *message else { return };
         if !self.has_folder {
-            return answer_without_folder(from, request, now, ctx.texts, out);
+            return answer_without_folder(from, request, now, shared);
         }
         match request {
             LogRequest::List { first, last } => {
@@ -98,6 +80,54 @@ impl LogService {
                 }
             }
         }
+    }
+
+    /// Sends what is due, and forgets who is gone.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        self.clients.retain(|client| shared.peers.knows(client.peer));
+        if now < self.next_burst || !self.clients.iter().any(Client::is_ready) {
+            return;
+        }
+        let takes_more =
+            |client: &&Client| client.is_ready() && shared.peers.bulk_room(client.peer) > 0;
+        let ready = self.clients.iter().filter(takes_more).count();
+        if ready == 0 {
+            self.next_burst = now + RETRY;
+            return;
+        }
+        let elapsed = now.since(self.latest_burst).clamp(BURST_INTERVAL, CATCH_UP_MAX);
+        self.latest_burst = now;
+        let mut sent = false;
+        for client in self.clients.iter_mut().filter(|client| client.is_ready()) {
+            if client.is_fetching() && !shared.peers.was_heard(client.peer, now, SILENCE) {
+                client.end();
+                continue;
+            }
+            let sets_pace = client.asks_in_pieces() || shared.peers.is_connection(client.peer);
+            let time = if sets_pace { MESSAGE_TIME } else { DATAGRAM_TIME };
+            let messages = elapsed.as_micros() / time.as_micros();
+            let share = (usize::try_from(messages).unwrap_or(1) / ready).max(1);
+            for _ in 0..share {
+                if shared.peers.bulk_room(client.peer) == 0 {
+                    break;
+                }
+                let Some(message) = client.next(now, &mut shared.texts) else { break };
+                shared.peers.bulk(client.peer, message);
+                sent = true;
+            }
+        }
+        self.next_burst = now + if sent { BURST_INTERVAL } else { RETRY };
+    }
+
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
+        self.clients.iter().any(Client::is_ready).then_some(self.next_burst)
+    }
+}
+
+impl LogService {
+    /// From now on there is a folder with logs.
+    pub fn open_folder(&mut self) {
+        self.has_folder = true;
     }
 
     fn client(&mut self, peer: Peer, now: WallTime) -> &mut Client {
@@ -140,11 +170,11 @@ impl LogService {
     }
 
     /// Takes what became of a job. Nobody may want it any more.
-    pub fn handle_done(&mut self, done: LogDone, now: WallTime, ctx: &mut Context) {
+    pub fn handle_done(&mut self, done: LogDone, now: WallTime, shared: &mut Shared) {
         if self.erasing == Erasing::Job(done.number) {
             self.erasing = Erasing::No;
             let (severity, text) = erased_text(&done);
-            ctx.texts.reply(severity, now, text);
+            shared.texts.reply(severity, now, text);
             return;
         }
         let waits = |client: &&mut Client| {
@@ -152,67 +182,19 @@ impl LogService {
         };
         let Some(client) = self.clients.iter_mut().find(waits) else { return };
         if let Err(problem) = client.take_done(done) {
-            ctx.texts.refuse(now, problem);
+            shared.texts.warn(now, problem);
         }
-    }
-
-    /// Sends what is due, and forgets who is gone.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
-        self.clients.retain(|client| out.knows(client.peer));
-        if now < self.next_burst || !self.clients.iter().any(Client::is_ready) {
-            return;
-        }
-        let takes_more = |client: &&Client| client.is_ready() && out.bulk_room(client.peer) > 0;
-        let ready = self.clients.iter().filter(takes_more).count();
-        if ready == 0 {
-            self.next_burst = now + RETRY;
-            return;
-        }
-        let elapsed = now.since(self.latest_burst).clamp(BURST_INTERVAL, CATCH_UP_MAX);
-        self.latest_burst = now;
-        let mut sent = false;
-        for client in self.clients.iter_mut().filter(|client| client.is_ready()) {
-            if client.is_fetching() && !out.was_heard(client.peer, now, SILENCE) {
-                client.end();
-                continue;
-            }
-            let sets_pace = client.asks_in_pieces() || out.is_connection(client.peer);
-            let time = if sets_pace { MESSAGE_TIME } else { DATAGRAM_TIME };
-            let messages = elapsed.as_micros() / time.as_micros();
-            let share = (usize::try_from(messages).unwrap_or(1) / ready).max(1);
-            for _ in 0..share {
-                if out.bulk_room(client.peer) == 0 {
-                    break;
-                }
-                let Some(message) = client.next(now, ctx.texts) else { break };
-                out.bulk(client.peer, message);
-                sent = true;
-            }
-        }
-        self.next_burst = now + if sent { BURST_INTERVAL } else { RETRY };
-    }
-
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        self.clients.iter().any(Client::is_ready).then_some(self.next_burst)
     }
 }
 
-fn answer_without_folder(
-    from: From,
-    request: LogRequest,
-    now: WallTime,
-    texts: &mut StatusTexts,
-    out: &mut Peers,
-) {
+fn answer_without_folder(from: From, request: LogRequest, now: WallTime, shared: &mut Shared) {
     match request {
-        LogRequest::List { .. } => out.answer(from.peer, client::no_logs()),
+        LogRequest::List { .. } => shared.peers.answer(from.peer, client::no_logs()),
         LogRequest::Data { id, offset, .. } => {
-            texts.refuse(now, "There is no log folder (--log-dir)");
-            out.answer(from.peer, client::data(id, offset, &[]));
+            shared.texts.warn(now, "There is no log folder (--log-dir)");
+            shared.peers.answer(from.peer, client::data(id, offset, &[]));
         }
-        LogRequest::Erase => texts.refuse(now, "There is no log folder (--log-dir)"),
+        LogRequest::Erase => shared.texts.warn(now, "There is no log folder (--log-dir)"),
         LogRequest::End => {}
     }
 }
@@ -235,4 +217,73 @@ fn erased_text(done: &LogDone) -> (MavSeverity, String) {
         return (MavSeverity::MAV_SEVERITY_WARNING, text);
     }
     (MavSeverity::MAV_SEVERITY_INFO, text)
+}
+
+/// One finished or growing log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogFile {
+    /// Name of the file in the log folder.
+    pub name: String,
+    /// Bytes when it was listed; what does not fit saturates.
+    pub size: u32,
+    /// When it was begun, seconds since 1970, UTC.
+    pub utc_s: u32,
+}
+
+/// Something to do, with the number that its outcome will have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogJob {
+    /// Never used twice.
+    pub number: u64,
+    /// What to do.
+    pub task: LogTask,
+}
+
+/// What to do in the log folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LogTask {
+    /// List the logs, oldest first.
+    List,
+    /// Read a piece of one.
+    Read {
+        /// Name of the file.
+        name: String,
+        /// First byte.
+        offset: u32,
+        /// Bytes.
+        length: usize,
+    },
+    /// Remove all logs that nobody is writing.
+    Erase,
+}
+
+/// What became of a job.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogDone {
+    /// Number of the job.
+    pub number: u64,
+    /// What came of it, or what the system says.
+    pub result: Result<LogOutcome, String>,
+}
+
+/// What came of a job.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LogOutcome {
+    /// The logs, oldest first.
+    Listed(Vec<LogFile>),
+    /// The bytes; fewer than asked for where the file ends before.
+    Read(Vec<u8>),
+    /// How the logs were removed.
+    Erased(Erased),
+}
+
+/// Logs that were removed, and those that were not.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Erased {
+    /// Removed.
+    pub removed: usize,
+    /// Somebody is writing them.
+    pub in_use: usize,
+    /// Could not be removed.
+    pub failed: usize,
 }

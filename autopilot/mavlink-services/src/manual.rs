@@ -13,18 +13,19 @@
 //! wall time, Altitude ends as `NAV_RCL_ACT` says; Position goes on with centred sticks.
 
 use core::time::Duration;
-use flight_management::command::VehicleCommand;
 
 use ::mavlink::dialects::common::MavSeverity;
 
-use super::aircraft::{Aircraft, Phase};
-use super::codec::{ManualControl, Message};
-use super::context::{Context, From};
-use super::control::Control;
-use super::fall_back::FallBack;
+use crate::aircraft::{Aircraft, Phase};
+use crate::codec::{ManualControl, Message};
+use crate::fallback::Fallback;
+use crate::peers::From;
 use crate::wall_time::WallTime;
+use crate::{Service, Shared};
+use flight_management::command::VehicleCommand;
+use flight_management::event::EventKind;
 use flight_management::parameters::{Parameters, SticksLossAction};
-use flight_management::vehicle::{Mode, Sticks};
+use flight_management::vehicle::{Mode, Sticks, VehicleEvent};
 
 /// The vehicle gets at most one position in this time, however fast they come.
 const INTERVAL: Duration = Duration::from_millis(10);
@@ -47,179 +48,170 @@ const CHANNELS: usize = 3;
 #[derive(Debug, Clone, Copy)]
 struct Pilot {
     system: u8,
-    heard: WallTime,
+    received: WallTime,
     sticks: Sticks,
     /// Channels that are overridden, us.
     channels: [Option<u16>; CHANNELS],
 }
 
-/// Follows the sticks.
+impl Pilot {
+    fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
+        now.since(self.received) <= stick_timeout(parameters)
+    }
+}
+
+/// The latest stick positions of each system, those of the latest sender last.
+#[derive(Debug, Default)]
+pub struct Pilots(Vec<Pilot>);
+
+impl Pilots {
+    /// Stick positions of this system came a moment ago.
+    #[must_use]
+    pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
+        self.of(Some(system)).is_some_and(|pilot| pilot.is_fresh(now, parameters))
+    }
+
+    fn of(&self, system: Option<u8>) -> Option<&Pilot> {
+        self.0.iter().find(|pilot| Some(pilot.system) == system)
+    }
+
+    fn remove(&mut self, system: u8) {
+        self.0.retain(|pilot| pilot.system != system);
+    }
+
+    fn replace(&mut self, pilot: Pilot) {
+        self.remove(pilot.system);
+        if self.0.len() >= PILOTS_MAX {
+            self.0.remove(0);
+        }
+        self.0.push(pilot);
+    }
+}
+
+/// Passes the sticks of the station that has control on to the vehicle.
 #[derive(Debug, Default)]
 pub struct Manual {
-    pilots: Vec<Pilot>,
     /// The latest position has not been passed on yet.
     is_new: bool,
     passed_on: Option<WallTime>,
-    /// Hold was requested.
-    fall_back: FallBack,
+    fallback: Fallback,
     /// The vehicle follows sticks in Position and has not been given centred ones since.
     steers: bool,
-    /// This system moves its sticks without having control, and that has been said.
+    /// This system moves its sticks without having control, which has been reported.
     reported_uncontrolled: Option<u8>,
 }
 
-impl Manual {
-    /// Takes stick positions.
-    pub fn handle(&mut self, from: From, message: &Message, now: WallTime, ctx: &mut Context) {
+impl Service for Manual {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
         let system = from.sender.system;
-        match message {
+        let (sticks, channels) = match message {
             // A joystick moves one aircraft, so "all" is not enough.
             Message::ManualControl(control) if control.target != ALL => {
                 let Some(sticks) = of_joystick(control) else { return };
-                self.take(system, sticks, [None; CHANNELS], now);
+                (sticks, [None; CHANNELS])
             }
             Message::RcOverride([roll, pitch, throttle, ..]) => {
-                let before = self.pilot(system).map_or([None; CHANNELS], |pilot| pilot.channels);
+                let before = shared.pilots.of(Some(system));
+                let before = before.map_or([None; CHANNELS], |pilot| pilot.channels);
                 let given = [*roll, *pitch, *throttle];
                 let channels = core::array::from_fn(|i| channel(given[i], before[i]));
                 if channels == [None; CHANNELS] {
                     // All released: these are no sticks any more.
-                    self.pilots.retain(|pilot| pilot.system != system);
-                    return;
+                    return shared.pilots.remove(system);
                 }
-                self.take(system, of_channels(channels), channels, now);
+                (of_channels(channels), channels)
             }
             _ => return,
-        }
-        if ctx.control.holder().is_none() && flies_by_sticks(ctx.aircraft) {
-            ctx.control.take(from.sender);
-        }
-        if ctx.control.holder() == Some(system) {
-            self.is_new = true;
-            self.pass_on(now, ctx);
-        } else {
-            self.complain(system, now, ctx);
-        }
-    }
-
-    fn pilot(&self, system: u8) -> Option<&Pilot> {
-        self.pilots.iter().find(|pilot| pilot.system == system)
-    }
-
-    fn take(
-        &mut self,
-        system: u8,
-        sticks: Sticks,
-        channels: [Option<u16>; CHANNELS],
-        now: WallTime,
-    ) {
-        self.pilots.retain(|pilot| pilot.system != system);
-        if self.pilots.len() >= PILOTS_MAX {
-            // The order is that of hearing.
-            self.pilots.remove(0);
-        }
-        self.pilots.push(Pilot { system, heard: now, sticks, channels });
-    }
-
-    /// Says once that sticks do not count.
-    fn complain(&mut self, system: u8, now: WallTime, ctx: &mut Context) {
-        if flies_by_sticks(ctx.aircraft) && self.reported_uncontrolled != Some(system) {
-            self.reported_uncontrolled = Some(system);
-            ctx.texts.refuse(now, format!("Sticks of system {system} refused: it has no control"));
-        }
-    }
-
-    /// Stick positions of this system came a moment ago.
-    #[must_use]
-    pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
-        self.pilot(system).is_some_and(|pilot| now.since(pilot.heard) <= stick_timeout(parameters))
-    }
-
-    /// The sticks that count: those of the system that has control.
-    fn counting(&self, control: &Control) -> Option<&Pilot> {
-        self.pilot(control.holder()?)
-    }
-
-    /// A flight, Position or Altitude began: the latest position counts at once.
-    pub fn begin(&mut self, now: WallTime, ctx: &mut Context) {
-        self.is_new = true;
-        self.fall_back.forget();
-        self.reported_uncontrolled = None;
-        self.pass_on(now, ctx);
-    }
-
-    fn pass_on(&mut self, now: WallTime, ctx: &mut Context) {
-        let is_early = self.passed_on.is_some_and(|at| now.since(at) < INTERVAL);
-        if !flies_by_sticks(ctx.aircraft) || !self.is_new || is_early {
-            return;
-        }
-        let fresh = |pilot: &&Pilot| now.since(pilot.heard) <= stick_timeout(ctx.parameters);
-        let Some(sticks) = self.counting(ctx.control).filter(fresh).map(|pilot| pilot.sticks)
-        else {
-            return;
         };
-        if ctx.intents.push(VehicleCommand::Sticks(sticks)).is_some() {
-            self.is_new = false;
-            self.passed_on = Some(now);
-            self.steers = true;
+        shared.pilots.replace(Pilot { system, received: now, sticks, channels });
+        let flies_by_sticks = flies_by_sticks(&shared.aircraft);
+        if shared.control.holder().is_none() && flies_by_sticks {
+            shared.control.take(from.sender);
+        }
+        if shared.control.holder() == Some(system) {
+            self.is_new = true;
+            self.pass_on(now, shared);
+        } else if flies_by_sticks && self.reported_uncontrolled != Some(system) {
+            self.reported_uncontrolled = Some(system);
+            let text = format!("Sticks of system {system} refused: it has no control");
+            shared.texts.warn(now, text);
+        }
+    }
+
+    /// When a flight, Position or Altitude begins, the latest position counts at once.
+    fn handle_event(&mut self, event: &EventKind, now: WallTime, shared: &mut Shared) {
+        if let EventKind::FlightBegan { .. }
+        | EventKind::Vehicle(VehicleEvent::Mode(Mode::Position | Mode::Altitude)) = event
+        {
+            self.is_new = true;
+            self.fallback.reset();
+            self.reported_uncontrolled = None;
+            self.pass_on(now, shared);
         }
     }
 
     /// Passes on what came too fast. When nothing comes, leaves Altitude as NAV_RCL_ACT says, and in Position lets
     /// the sticks be centred.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context) {
-        if !flies_by_sticks(ctx.aircraft) {
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        if !flies_by_sticks(&shared.aircraft) {
             self.steers = false;
             return;
         }
-        self.pass_on(now, ctx);
-        let is_fresh = self
-            .counting(ctx.control)
-            .is_some_and(|pilot| now.since(pilot.heard) <= stick_timeout(ctx.parameters));
-        if is_fresh {
+        self.pass_on(now, shared);
+        let pilot = shared.pilots.of(shared.control.holder());
+        if pilot.is_some_and(|pilot| pilot.is_fresh(now, &shared.parameters)) {
             return;
         }
-        if ctx.aircraft.mode() == Mode::Altitude {
-            let (mode, text) = match ctx.parameters.link.sticks_loss_action {
+        if shared.aircraft.mode() == Mode::Altitude {
+            let (mode, text) = match shared.parameters.link.sticks_loss_action {
                 SticksLossAction::Hold => (Mode::Hold, "Sticks stopped: back to Hold"),
                 SticksLossAction::Return => (Mode::Return, "Sticks stopped: Return"),
             };
-            if !self.fall_back.is_under_way(now) {
-                self.fall_back.to(mode, text, now, ctx);
-            }
-            return;
+            return self.fallback.request(mode, text, now, shared);
         }
         self.is_new = false;
-        if self.steers && ctx.intents.push(VehicleCommand::Sticks(Sticks::CENTRED)).is_some() {
+        if self.steers && shared.intents.push(VehicleCommand::Sticks(Sticks::CENTRED)).is_some() {
             self.steers = false;
             let text = "Sticks stopped: holding altitude and course";
-            ctx.texts.say(MavSeverity::MAV_SEVERITY_WARNING, text);
+            shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);
         }
     }
 
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(
-        &self,
-        aircraft: &Aircraft,
-        control: &Control,
-        parameters: &Parameters,
-    ) -> Option<WallTime> {
-        if !flies_by_sticks(aircraft) {
+    fn next_deadline(&self, shared: &Shared) -> Option<WallTime> {
+        if !flies_by_sticks(&shared.aircraft) {
             return None;
         }
-        if aircraft.mode() == Mode::Position {
+        if shared.aircraft.mode() == Mode::Position {
             if !self.steers && !self.is_new {
                 return None;
             }
-        } else if let Some(at) = self.fall_back.next_deadline() {
+        } else if let Some(at) = self.fallback.next_deadline() {
             return Some(at);
         }
-        let Some(pilot) = self.counting(control) else { return Some(WallTime::ZERO) };
+        let pilot = shared.pilots.of(shared.control.holder());
+        let Some(pilot) = pilot else { return Some(WallTime::ZERO) };
         let early = self.passed_on.filter(|_| self.is_new).map(|at| at + INTERVAL);
         // One microsecond beyond the last instant at which the sticks count.
-        let stale = pilot.heard + stick_timeout(parameters) + Duration::from_micros(1);
+        let stale = pilot.received + stick_timeout(&shared.parameters) + Duration::from_micros(1);
         Some(early.map_or(stale, |early| early.min(stale)))
+    }
+}
+
+impl Manual {
+    fn pass_on(&mut self, now: WallTime, shared: &mut Shared) {
+        let is_early = self.passed_on.is_some_and(|at| now.since(at) < INTERVAL);
+        if !flies_by_sticks(&shared.aircraft) || !self.is_new || is_early {
+            return;
+        }
+        let pilot = shared.pilots.of(shared.control.holder());
+        let Some(pilot) = pilot.filter(|pilot| pilot.is_fresh(now, &shared.parameters)) else {
+            return;
+        };
+        if shared.intents.push(VehicleCommand::Sticks(pilot.sticks)).is_some() {
+            self.is_new = false;
+            self.passed_on = Some(now);
+            self.steers = true;
+        }
     }
 }
 

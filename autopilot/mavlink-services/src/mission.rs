@@ -4,7 +4,7 @@
 //!  COUNT ──> Draft <── items, asked for one by one ── Upload
 //!              │ complete
 //!              v
-//!        Command::Vehicle(VehicleCommand::Plan) ──> control side ──> Done ──> Stored ──> downloads
+//!        Command ──> control side ──> Done ──> Stored ──> downloads
 //!                                          └────> MISSION_ACK
 //! ```
 //!
@@ -12,44 +12,32 @@
 //! if anything fails, the old one stays. One ground station uploads at a time; another one that tries is
 //! denied. The plan in force is kept for the next start of the program. Fence and rally points are not there: their lists are empty and take nothing.
 
-use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
-use ::mavlink::dialects::common::{MavMissionResult as R, MavSeverity};
+use ::mavlink::dialects::common::MavMissionResult as R;
 
-use super::codec::{ListKind, Message};
-use super::context::{Context, From};
-use super::param::{Save, Saved};
-use super::peers::Peers;
+use crate::codec::{ListKind, Message};
+use crate::mission::saved::{PlanKeeper, Restoring};
+use crate::mission::wire::Stored;
+use crate::peers::From;
 use crate::wall_time::WallTime;
+use crate::{Service, Shared};
+use fields::Rejected;
+use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::event::EventKind;
 use flight_management::vehicle::plan::Progress;
 use flight_management::vehicle::{Navigation, VehicleEvent};
+use transfers::{Downloads, Upload, WaitingList, What};
+
+pub use crate::mission::saved::{SavedPlan, SavedPlanError};
 
 mod action;
-mod downloads;
 mod draft;
 mod fields;
-mod guided;
-mod incoming;
-mod notes;
-mod outcomes;
-mod rejected;
-mod restored;
+mod requests;
 mod saved;
-mod upload;
-mod waiting;
+mod transfers;
 mod wire;
-
-use downloads::Downloads;
-use rejected::Rejected;
-use restored::Restoring;
-use saved::PlanKeeper;
-use upload::Upload;
-use waiting::{WaitingList, What};
-use wire::Stored;
-
-pub use saved::{SavedPlan, SavedPlanError};
 
 /// Lists without items here: fence and rally points.
 const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
@@ -78,21 +66,20 @@ pub struct MissionService {
 }
 
 /// The way to the ground station that has sent a message.
-struct Reply<'a, 'b> {
+struct Reply<'a> {
     from: From,
     now: WallTime,
-    ctx: &'a mut Context<'b>,
-    out: &'a mut Peers,
+    shared: &'a mut Shared,
 }
 
-impl Reply<'_, '_> {
+impl Reply<'_> {
     fn ack(&mut self, list: ListKind, result: R) {
         let ack = wire::ack(list, result, 0, self.from.sender);
-        self.out.answer(self.from.peer, ack);
+        self.shared.peers.answer(self.from.peer, ack);
     }
 
     fn refuse(&mut self, list: ListKind, rejected: &Rejected) {
-        self.ctx.texts.refuse(self.now, format!("Mission refused: {}", rejected.reason));
+        self.shared.texts.warn(self.now, format!("Mission refused: {}", rejected.reason));
         self.ack(list, rejected.result);
     }
 
@@ -101,17 +88,9 @@ impl Reply<'_, '_> {
     }
 }
 
-impl MissionService {
-    /// Takes one message of the mission protocol.
-    pub fn handle(
-        &mut self,
-        from: From,
-        message: &Message,
-        now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
-    ) {
-        let mut reply = Reply { from, now, ctx, out };
+impl Service for MissionService {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        let mut reply = Reply { from, now, shared };
         match *message {
             Message::MissionCount(list, count) => self.begin(list, count, &mut reply),
             Message::MissionItemInt(ref item) => self.take_item(item, &mut reply),
@@ -134,6 +113,44 @@ impl MissionService {
         }
     }
 
+    fn handle_outcome(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
+        self.resolve(number, outcome, now, shared);
+    }
+
+    fn handle_event(&mut self, event: &EventKind, _: WallTime, shared: &mut Shared) {
+        match *event {
+            EventKind::Vehicle(VehicleEvent::ItemReached(item)) => {
+                shared.peers.announce(&wire::reached(item));
+            }
+            EventKind::Vehicle(VehicleEvent::PlanItem(item)) => self.publish_current(item, shared),
+            _ => {}
+        }
+    }
+
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        self.restore(now, shared);
+        self.give_up_overdue(now, shared);
+    }
+
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
+        let upload = self.upload.as_ref().map(Upload::deadline);
+        upload.into_iter().chain(self.waiting.next_deadline()).min()
+    }
+}
+
+impl MissionService {
+    /// Takes a plan into force.
+    fn store(&mut self, stored: &Arc<Stored>, shared: &mut Shared) {
+        self.stored = Arc::clone(stored);
+        shared.plan_items = stored.count();
+    }
+
     /// MISSION_REQUEST_LIST.
     fn count(&mut self, list: ListKind, reply: &mut Reply) {
         let (items, id) = match list {
@@ -147,7 +164,7 @@ impl MissionService {
                 return reply.refuse_for(list, R::MAV_MISSION_UNSUPPORTED, reason);
             }
         };
-        reply.out.answer(reply.from.peer, wire::count(list, items, id, reply.from.sender));
+        reply.shared.peers.answer(reply.from.peer, wire::count(list, items, id, reply.from.sender));
     }
 
     /// MISSION_REQUEST_INT or MISSION_REQUEST.
@@ -156,11 +173,11 @@ impl MissionService {
         let plan = plan.unwrap_or_else(|| Arc::clone(&self.stored));
         match plan.items.get(usize::from(seq)) {
             Some(item) if list == ListKind::MISSION => {
-                let state = reply.ctx.aircraft.snapshot().map(|state| state.navigation);
+                let state = reply.shared.aircraft.snapshot().map(|state| state.navigation);
                 let flown = state.filter(|navigation| navigation.plan_id == plan.id);
                 let current = flown.map_or(0, |navigation| navigation.item);
                 let message = wire::item(item, seq == current, reply.from.sender);
-                reply.out.answer(reply.from.peer, message);
+                reply.shared.peers.answer(reply.from.peer, message);
             }
             _ => {
                 let reason = format!("there is no item {seq}, the list has {}", plan.count());
@@ -180,30 +197,17 @@ impl MissionService {
         };
         if result == R::MAV_MISSION_UNSUPPORTED as u8 && !upload.is_hopeless() {
             let request = upload.request_otherwise(reply.now);
-            reply.out.answer(reply.from.peer, request);
+            reply.shared.peers.answer(reply.from.peer, request);
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
             let text = "Mission upload cancelled, the plan is unchanged";
-            reply.ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, reply.now, text);
-        }
-    }
-
-    /// Takes what happened.
-    pub fn handle_event(&mut self, kind: &EventKind, ctx: &mut Context, out: &mut Peers) {
-        match *kind {
-            EventKind::Vehicle(VehicleEvent::ItemReached(item)) => {
-                out.announce(&wire::reached(item));
-            }
-            EventKind::Vehicle(VehicleEvent::PlanItem(item)) => {
-                self.publish_current(item, ctx, out);
-            }
-            _ => {}
+            reply.shared.texts.inform(reply.now, text);
         }
     }
 
     /// MISSION_CURRENT to everybody. The latest state may still show the plan and the item before.
-    fn publish_current(&self, item: u16, ctx: &Context, out: &mut Peers) {
-        let Some(mut state) = ctx.aircraft.snapshot().copied() else { return };
+    fn publish_current(&self, item: u16, shared: &mut Shared) {
+        let Some(mut state) = shared.aircraft.snapshot().copied() else { return };
         let before = state.navigation;
         let progress = match before.progress {
             _ if self.stored.items.is_empty() => Progress::NoPlan,
@@ -212,19 +216,6 @@ impl MissionService {
         };
         let (plan_id, items) = (self.stored.id, self.stored.count());
         state.navigation = Navigation { plan_id, items, item, progress, ..before };
-        out.announce(&super::telemetry::mission_current(&state));
-    }
-
-    /// Items of the plan that the aircraft has taken.
-    #[must_use]
-    pub fn plan_items(&self) -> u16 {
-        self.stored.count()
-    }
-
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        let upload = self.upload.as_ref().map(Upload::deadline);
-        upload.into_iter().chain(self.waiting.next_deadline()).min()
+        shared.peers.announce(&super::telemetry::mission_current(&state));
     }
 }

@@ -1,13 +1,17 @@
 //! The switch of a pilot's transmitter that selects flight modes: RC_MAP_FLTMODE names its channel of
 //! RC_CHANNELS_OVERRIDE, COM_FLTMODE1 to COM_FLTMODE6 the modes of its six slots, each a sixth of 1000 us to 2000 us.
 //!
-//! A change of the slot asks for the mode as a SET_MODE of the same station does, so it is refused with the same texts
-//! and gives control. The first position that is heard asks for nothing: whoever connects changes no mode.
+//! A change of the slot requests the mode as a SET_MODE of the same station does, so it is refused with the same texts
+//! and gives control. The first position that comes requests nothing: connecting changes no mode.
 
-use super::modes;
-use flight_management::parameters::{MODE_SLOTS, ModeSwitchParameters, SwitchChannel, SwitchMode};
+use crate::codec::{Message, SetMode};
+use crate::modes;
+use crate::peers::From;
+use crate::wall_time::WallTime;
+use crate::{Service, Shared};
+use flight_management::parameters::{MODE_SLOTS, SwitchChannel, SwitchMode};
 
-/// Systems whose switches are followed; the one that was heard first makes room.
+/// Systems whose switches are followed; the one that was silent for the longest makes room.
 const SYSTEMS_MAX: usize = 4;
 /// Lower end of the lowest slot, us.
 const LOWEST_US: u16 = 1000;
@@ -16,7 +20,7 @@ const TRAVEL_US: u16 = 1000;
 /// Channels with these values carry no position.
 const NOT_GIVEN: [u16; 2] = [0, u16::MAX];
 
-/// Where a switch was heard last.
+/// The latest position of the switch of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Position {
     system: u8,
@@ -28,19 +32,17 @@ struct Position {
 #[derive(Debug, Default)]
 pub struct ModeSwitch(Vec<Position>);
 
-impl ModeSwitch {
-    /// Takes the channels of a system; gives the PX4 main and sub mode that a changed slot asks for.
-    pub fn handle(
-        &mut self,
-        system: u8,
-        channels: &[u16; 8],
-        parameters: &ModeSwitchParameters,
-    ) -> Option<(u8, u8)> {
-        let channel = index(parameters.channel)?;
+impl Service for ModeSwitch {
+    /// Derives the SET_MODE of a slot that has changed.
+    fn handle(&mut self, from: From, message: &Message, _: WallTime, shared: &mut Shared) {
+        let Message::RcOverride(channels) = message else { return };
+        let parameters = &shared.parameters.mode_switch;
+        let Some(channel) = index(parameters.channel) else { return };
         let pulse_us = channels[channel];
         if NOT_GIVEN.contains(&pulse_us) {
-            return None;
+            return;
         }
+        let system = from.sender.system;
         let now = Position { system, channel, slot: slot(pulse_us) };
         let before = self.0.iter().position(|position| position.system == system);
         let before = before.map(|place| self.0.remove(place));
@@ -48,9 +50,12 @@ impl ModeSwitch {
             self.0.remove(0);
         }
         self.0.push(now);
-        let has_changed =
-            before.is_some_and(|before| before.channel == channel && before.slot != now.slot);
-        if has_changed { main_and_sub(parameters.slots[now.slot]) } else { None }
+        let is_same_channel = |before: &Position| before.channel == channel;
+        if before.filter(is_same_channel).is_some_and(|before| before.slot != now.slot) {
+            let mode = main_and_sub(parameters.slots[now.slot]);
+            shared.derived =
+                mode.map(|(main, sub)| Message::SetMode(SetMode { is_custom: true, main, sub }));
+        }
     }
 }
 
@@ -70,7 +75,7 @@ fn slot(pulse_us: u16) -> usize {
     (travelled * MODE_SLOTS / usize::from(TRAVEL_US)).min(MODE_SLOTS - 1)
 }
 
-/// PX4's main and sub mode; whether it can be flown here is decided where modes are asked for.
+/// PX4's main and sub mode; the handler of SET_MODE decides whether it can be flown here.
 fn main_and_sub(mode: SwitchMode) -> Option<(u8, u8)> {
     Some(match mode {
         SwitchMode::Unassigned => return None,

@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{
 
 use super::aircraft::Aircraft;
 use super::codec::Encoded;
-use super::refused::Refused;
+use crate::command_error::CommandError;
 use flight_management::vehicle::Mode;
 
 pub(super) const MAIN_MANUAL: u8 = 1;
@@ -75,7 +75,7 @@ pub fn mode_of(main: u8, sub: u8) -> Option<Mode> {
 }
 
 /// Why a mode that is none of the vehicle's is refused, and what to use instead.
-fn not_flown(main: u8, sub: u8) -> Refused {
+fn not_flown(main: u8, sub: u8) -> CommandError {
     let is_it = |(a, b, _, _): &&(u8, u8, &str, &str)| (*a, *b) == counted(main, sub);
     let reason = match NOT_FLOWN.iter().find(is_it) {
         Some((_, _, name, instead)) => format!("{name} is not flown here: {instead}"),
@@ -87,11 +87,11 @@ fn not_flown(main: u8, sub: u8) -> Refused {
             format!("Mode {main}/{sub} refused: there are {}", listed.join(", "))
         }
     };
-    Refused::denied(reason)
+    CommandError::denied(reason)
 }
 
 /// What streams of a ground station are heard just now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
     /// Usable offboard setpoints.
     pub setpoints: bool,
@@ -108,9 +108,9 @@ pub fn requested(
     main: u8,
     sub: u8,
     streams: Streams,
-) -> Result<Mode, Refused> {
+) -> Result<Mode, CommandError> {
     if !has_custom_flag {
-        return Err(Refused::denied("Mode refused: only custom modes (base mode bit 0)"));
+        return Err(CommandError::denied("Mode refused: only custom modes (base mode bit 0)"));
     }
     let mode = mode_of(main, sub).ok_or_else(|| not_flown(main, sub))?;
     enterable(mode, streams)
@@ -120,10 +120,10 @@ pub fn requested(
 ///
 /// # Errors
 /// The protocol wants FAILED for a standard mode that the vehicle does not have.
-pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, Refused> {
+pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, CommandError> {
     let has_it = |mode: &Mode| standard(*mode).is_some_and(|own| own as u8 == standard_mode);
     let Some(mode) = Mode::ALL.into_iter().find(has_it) else {
-        return Err(Refused::failed(format!(
+        return Err(CommandError::failed(format!(
             "Standard mode {standard_mode} refused: there are 3 Position, 4 Altitude, 5 Return, 6 Mission"
         )));
     };
@@ -134,13 +134,13 @@ pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, R
 ///
 /// # Errors
 /// Why not.
-pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, Refused> {
+pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, CommandError> {
     match mode {
-        Mode::Offboard if !streams.setpoints => {
-            Err(Refused::for_now("Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)"))
-        }
+        Mode::Offboard if !streams.setpoints => Err(CommandError::temporary(
+            "Offboard refused: no setpoint a moment ago (COM_OF_LOSS_T)",
+        )),
         Mode::Altitude if !streams.sticks => {
-            Err(Refused::for_now("Altitude refused: no sticks, use Position"))
+            Err(CommandError::temporary("Altitude refused: no sticks, use Position"))
         }
         _ => Ok(mode),
     }

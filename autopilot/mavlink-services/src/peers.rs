@@ -8,10 +8,9 @@
 use core::time::Duration;
 use std::net::SocketAddr;
 
-use super::codec::{Encoded, Identity};
-use super::inbox::Inbox;
-use super::outbox::{ANSWERS_RESERVED, Outbox};
-use super::signing::Signing;
+use crate::codec::{Encoded, Identity};
+use crate::queues::{ANSWERS_RESERVED, Inbox, Outbox};
+use crate::signing::Signing;
 use crate::wall_time::WallTime;
 
 /// Configured addresses.
@@ -155,7 +154,7 @@ impl Peers {
 
     /// A good frame came from `address`. `None` if no other peer gives its place to it, or if it is a
     /// connection that is not open.
-    pub fn hear(&mut self, address: Address, now: WallTime) -> Option<Peer> {
+    pub fn receive(&mut self, address: Address, now: WallTime) -> Option<Peer> {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
             entry.heard = now;
             return Some(entry.peer);

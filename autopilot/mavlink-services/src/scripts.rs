@@ -4,19 +4,18 @@
 //! Uploads come by [`super::ftp`], orders by MAV_CMD_USER_3. The control side tells what happens with the number of
 //! a line; here the line gets its words.
 
-use std::collections::BTreeMap;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::MavSeverity;
+use icd::EffectorList;
 
-use super::Ground;
-use super::refused::Refused;
-use super::statustext::{self, StatusTexts};
+use crate::command_error::CommandError;
+use crate::statustext;
+use crate::statustext::StatusTexts;
 use flight_management::event_text;
 use flight_management::parameters::Parameters;
 use flight_management::script::{Line, Script, ScriptEvent, Sequence, TEXT_MAX};
-use icd::EffectorList;
 
 /// Files that are kept.
 pub const FILES_MAX: usize = 16;
@@ -75,15 +74,6 @@ impl Upload {
     }
 }
 
-impl Ground {
-    /// Knows the script that begins with the flight; to be called before anything else.
-    #[must_use]
-    pub fn with_script(mut self, script: Option<Arc<Script>>) -> Self {
-        self.scripts.scenario = script;
-        self
-    }
-}
-
 /// The scripts that are here.
 #[derive(Debug, Default)]
 pub struct Scripts {
@@ -127,6 +117,11 @@ impl Scripts {
     #[must_use]
     pub fn new(effectors: &EffectorList) -> Self {
         Self { effectors: *effectors, ..Self::default() }
+    }
+
+    /// The script that begins with the flight.
+    pub fn set_scenario(&mut self, script: Option<Arc<Script>>) {
+        self.scenario = script;
     }
 
     /// Names and sizes of the files, sorted by name. Their numbers in MAV_CMD_USER_3 count from 1.
@@ -254,10 +249,10 @@ impl Scripts {
                 let number = self.files.keys().position(|name| *name == upload.name);
                 let number = number.map_or(0, |index| index + 1);
                 let text = format!("Script {}: {lines} lines, number {number}", upload.name);
-                texts.say(MavSeverity::MAV_SEVERITY_INFO, text);
+                texts.publish(MavSeverity::MAV_SEVERITY_INFO, text);
             }
             Err(reason) => {
-                texts.say(MavSeverity::MAV_SEVERITY_WARNING, format!("Script {reason}"));
+                texts.publish(MavSeverity::MAV_SEVERITY_WARNING, format!("Script {reason}"));
             }
         }
     }
@@ -278,16 +273,20 @@ impl Scripts {
         Script::parse(name, text, &self.effectors).map_err(|error| error.to_string())
     }
 
-    /// The script with this number in the sorted list, to be asked for with [`flight_management::command::Command::Script`]; 0 is
+    /// The script with this number in the sorted list, to be asked for with [`flight_management::event::Command::Script`]; 0 is
     /// the one uploaded last, or without one the scenario's.
     ///
     /// # Errors
     /// There is none, it cannot be read, or it has faults and fault injection is off.
-    pub fn start(&mut self, number: u16, parameters: &Parameters) -> Result<Arc<Script>, Refused> {
+    pub fn start(
+        &mut self,
+        number: u16,
+        parameters: &Parameters,
+    ) -> Result<Arc<Script>, CommandError> {
         let name = match usize::from(number).checked_sub(1) {
             Some(index) => {
                 let name = self.files.keys().nth(index).ok_or_else(|| {
-                    Refused::denied(format!(
+                    CommandError::denied(format!(
                         "Script refused: no number {number}, {} are here",
                         self.files.len()
                     ))
@@ -300,7 +299,7 @@ impl Scripts {
             return self.start_by_name(&name, parameters);
         }
         let script = self.scenario.clone();
-        let script = script.ok_or_else(|| Refused::denied("Script refused: none is here"))?;
+        let script = script.ok_or_else(|| CommandError::denied("Script refused: none is here"))?;
         self.check(script, parameters)
     }
 
@@ -312,10 +311,10 @@ impl Scripts {
         &mut self,
         name: &str,
         parameters: &Parameters,
-    ) -> Result<Arc<Script>, Refused> {
+    ) -> Result<Arc<Script>, CommandError> {
         let script = self.read(name);
         let script =
-            script.map_err(|reason| Refused::denied(format!("Script refused: {reason}")))?;
+            script.map_err(|reason| CommandError::denied(format!("Script refused: {reason}")))?;
         self.check(Arc::new(script), parameters)
     }
 
@@ -323,9 +322,9 @@ impl Scripts {
         &mut self,
         script: Arc<Script>,
         parameters: &Parameters,
-    ) -> Result<Arc<Script>, Refused> {
+    ) -> Result<Arc<Script>, CommandError> {
         if script.has_faults() && !parameters.failure.enabled {
-            return Err(Refused::denied(
+            return Err(CommandError::denied(
                 "Script refused: it has faults, and fault injection is off (SYS_FAILURE_EN 0)",
             ));
         }
@@ -342,7 +341,7 @@ impl Scripts {
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
         let script = known.find(|script| script.id() == id).cloned();
         let (severity, text) = event_text::of_script(script.as_deref(), event);
-        texts.queue_text(statustext::mav_severity(severity), text);
+        texts.publish_event(statustext::mav_severity(severity), text);
         match event {
             ScriptEvent::Began => self.running = script.map(Running::new),
             ScriptEvent::Line(line) => {

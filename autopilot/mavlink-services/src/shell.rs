@@ -14,18 +14,15 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::{SERIAL_CONTROL_DATA, SerialControlDev, SerialControlFlag};
 
-use super::codec::{Encoded, SerialControl};
-use super::context::{Context, From};
-use super::param::ParamService;
-use super::peers::Peers;
+use crate::codec::{Encoded, Identity, Message};
+use crate::peers::From;
+use crate::shell::session::Session;
 use crate::wall_time::WallTime;
-use commands::Asking;
+use crate::{Service, Shared};
 use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
-use session::Session;
 
 mod commands;
-mod line;
 mod session;
 
 /// SERIAL_CONTROL_DEV_SHELL.
@@ -39,7 +36,7 @@ const CHUNK: usize = 70;
 /// Sessions at the same time; one more takes the place of the one that has been silent for longest.
 const SESSIONS_MAX: usize = 24;
 /// Lines that are run in one poll.
-pub const LINES_AT_ONCE: usize = 32;
+const LINES_AT_ONCE: usize = 32;
 /// Messages of one session that are sent together.
 const BURST: usize = 5;
 /// Time between two bursts.
@@ -54,9 +51,10 @@ pub struct ShellService {
     next_burst: WallTime,
 }
 
-impl ShellService {
-    /// Takes what somebody has typed. Other devices, and answers, are none of our business.
-    pub fn handle(&mut self, from: From, data: &SerialControl, now: WallTime) {
+impl Service for ShellService {
+    /// Takes what was typed on the console; other devices and answers are ignored.
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, _: &mut Shared) {
+        let Message::SerialControl(data) = message else { return };
         if data.device != DEVICE_SHELL || data.flags & FLAG_REPLY != 0 {
             return;
         }
@@ -67,68 +65,36 @@ impl ShellService {
             return self.sessions.retain(|session| session.from != from);
         }
         let session = self.session(from);
-        session.heard = now;
+        session.received = now;
         session.listens(wants_answers);
         session.take(typed);
     }
 
-    fn session(&mut self, from: From) -> &mut Session {
-        let known = self.sessions.iter().position(|session| session.from == from);
-        let place = known.unwrap_or_else(|| {
-            if self.sessions.len() >= SESSIONS_MAX {
-                let silent = self.sessions.iter().enumerate().min_by_key(|(_, s)| s.heard);
-                if let Some((place, _)) = silent {
-                    self.sessions.swap_remove(place);
-                }
-            }
-            self.sessions.push(Session::new(from));
-            self.sessions.len() - 1
-        });
-        &mut self.sessions[place]
-    }
-
-    /// Whose next line can be run now.
-    #[must_use]
-    pub fn next_ready(&self) -> Option<From> {
-        self.sessions.iter().find(|session| session.is_ready()).map(|session| session.from)
-    }
-
-    /// Runs the next line of `from`.
-    pub fn run(
-        &mut self,
-        from: From,
-        now: WallTime,
-        ctx: &mut Context,
-        param: &mut ParamService,
-        out: &mut Peers,
-    ) {
-        let Some(session) = self.sessions.iter_mut().find(|session| session.from == from) else {
-            return;
-        };
-        let Some(line) = session.next_line() else { return };
-        let answer = commands::run(&line, &mut Asking { now, ctx, param, out });
-        session.answer(answer, now, ctx);
-    }
-
-    /// Takes a change of mode: if somebody has asked for it here, it has control before the outcome says so.
-    pub fn handle_mode(&mut self, mode: Mode, ctx: &mut Context) {
-        if let Some(session) = self.sessions.iter().find(|session| session.asked_for(mode)) {
-            ctx.control.take(session.from.sender);
+    fn handle_outcome(&mut self, number: u32, outcome: &Outcome, _: WallTime, shared: &mut Shared) {
+        for session in &mut self.sessions {
+            session.handle_outcome(number, outcome, shared);
         }
     }
 
-    /// Takes the outcome of an intent.
-    pub fn handle_outcome(&mut self, number: u32, outcome: &Outcome, ctx: &mut Context) {
-        for session in &mut self.sessions {
-            session.handle_outcome(number, outcome, ctx);
-        }
+    fn requester_of(&self, mode: Mode) -> Option<Identity> {
+        let session = self.sessions.iter().find(|session| session.waits_for(mode));
+        session.map(|session| session.from.sender)
     }
 
-    /// Sends what is due of each output, gives up what has had no answer, and forgets who is gone.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
-        self.sessions.retain(|session| out.knows(session.from.peer));
+    /// Runs the lines that are ready, sends what is due of each output, gives up commands without an answer, and forgets
+    /// peers that are gone.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        for _ in 0..LINES_AT_ONCE {
+            let ready = self.sessions.iter_mut().find(|session| session.is_ready());
+            let Some(session) = ready else { break };
+            let Some(line) = session.next_line() else { continue };
+            shared.note_streams(session.from, now);
+            let answer = commands::run(&line, now, shared);
+            session.answer(answer, now, shared);
+        }
+        self.sessions.retain(|session| shared.peers.knows(session.from.peer));
         for session in &mut self.sessions {
-            session.poll(now, ctx);
+            session.poll(now, shared);
         }
         if now < self.next_burst {
             return;
@@ -136,18 +102,16 @@ impl ShellService {
         for session in self.sessions.iter_mut().filter(|session| session.has_output()) {
             self.next_burst = now + BURST_INTERVAL;
             for _ in 0..BURST {
-                if out.room(session.from.peer) < ROOM_MIN {
+                if shared.peers.room(session.from.peer) < ROOM_MIN {
                     break;
                 }
                 let Some(chunk) = session.next_chunk(CHUNK) else { break };
-                out.answer(session.from.peer, reply(session.from, &chunk));
+                shared.peers.answer(session.from.peer, reply(session.from, &chunk));
             }
         }
     }
 
-    /// When there is something to do.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
+    fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
         let of_session = |session: &Session| {
             if session.is_ready() {
                 return Some(WallTime::ZERO);
@@ -156,6 +120,23 @@ impl ShellService {
             [output, session.answer_deadline()].into_iter().flatten().min()
         };
         self.sessions.iter().filter_map(of_session).min()
+    }
+}
+
+impl ShellService {
+    fn session(&mut self, from: From) -> &mut Session {
+        let known = self.sessions.iter().position(|session| session.from == from);
+        let place = known.unwrap_or_else(|| {
+            if self.sessions.len() >= SESSIONS_MAX {
+                let silent = self.sessions.iter().enumerate().min_by_key(|(_, s)| s.received);
+                if let Some((place, _)) = silent {
+                    self.sessions.swap_remove(place);
+                }
+            }
+            self.sessions.push(Session::new(from));
+            self.sessions.len() - 1
+        });
+        &mut self.sessions[place]
     }
 }
 

@@ -10,23 +10,21 @@
 
 use core::time::Duration;
 
-use super::codec::{Encoded, Frame, Identity, SetupSigning};
+use ::mavlink::dialects::common::MavSeverity;
+
+use crate::codec::{Encoded, Frame, Identity, Message, SetupSigning};
+use crate::peers::From;
+use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
+use crate::{Service, Shared};
 
 mod key;
-mod operator;
-mod record;
-mod refusals;
 mod streams;
-mod timestamp;
 
-pub use key::{KEY, Key, Trailer};
-pub use operator::LogLine;
-use record::SAVE_EVERY;
-pub use record::{KeyRecord, RecordError};
-pub use refusals::{Refusal, Refusals};
-pub use streams::{STREAMS_MAX, Stream, Streams};
-pub use timestamp::Timestamp;
+pub use key::{KEY, Key, KeyRecord, RecordError, Timestamp, Trailer};
+pub use streams::{Refusal, Refusals, STREAMS_MAX, Stream, Streams};
+
+use key::SAVE_EVERY;
 
 /// SETUP_SIGNING carries the key: what records traffic must leave it out.
 pub const SETUP_SIGNING: u32 = 256;
@@ -135,14 +133,14 @@ impl Signing {
     }
 
     /// Lets the own time follow the calendar.
-    pub fn poll(&mut self, now: WallTime) {
+    fn follow_calendar(&mut self, now: WallTime) {
         self.local = self.local.max(Timestamp::of_calendar(self.unix_start_us, now));
     }
 
     /// Whether a frame of somebody else counts.
     pub fn admit(&mut self, frame: &Frame<'_>, now: WallTime) -> Admission {
         let Some(key) = self.key else { return Admission::Accepted };
-        self.poll(now);
+        self.follow_calendar(now);
         if frame.id == RADIO_STATUS && !frame.is_version_1() && frame.signature().is_none() {
             return Admission::Exempt;
         }
@@ -194,7 +192,7 @@ impl Signing {
         let Some(initial) = initial.filter(|initial| *initial <= Timestamp::LATEST) else {
             return SetupOutcome::TimestampOutside;
         };
-        self.poll(now);
+        self.follow_calendar(now);
         if initial > self.newest_allowed() {
             return SetupOutcome::DayAhead;
         }
@@ -235,6 +233,71 @@ impl Signing {
         self.key.map_or(KeyChange::Forget, |key| {
             KeyChange::Keep(KeyRecord { key, timestamp, accepted, is_final })
         })
+    }
+}
+
+/// A line for the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LogLine {
+    /// Signing was turned on or off.
+    Turned(&'static str),
+    /// Something is refused.
+    Refused(String),
+}
+
+impl Service for Signing {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        if let Message::SetupSigning(setup) = message {
+            self.set_up_by(from, setup, now, shared);
+        }
+    }
+
+    /// Lets the own time follow the calendar.
+    fn poll(&mut self, now: WallTime, _: &mut Shared) {
+        self.follow_calendar(now);
+    }
+}
+
+impl Signing {
+    /// Takes SETUP_SIGNING of a station on this computer. The key travels in clear, so one that came over
+    /// a network would be no secret. It is never sent on and never answered.
+    fn set_up_by(&mut self, from: From, setup: &SetupSigning, now: WallTime, shared: &mut Shared) {
+        if !shared.peers.is_local(from.peer) {
+            shared.texts.warn(now, "SETUP_SIGNING refused: it may only come from this computer");
+            return;
+        }
+        let outcome = self.set_up(setup, now);
+        let text = match outcome {
+            SetupOutcome::On if self.has_file => "Signing is on",
+            SetupOutcome::On => "Signing is on until the end: there is no key file",
+            SetupOutcome::StaysOn => "Signing stays on, with the same key",
+            SetupOutcome::Off => "Signing is off",
+            SetupOutcome::StaysOff => "Signing stays off",
+            SetupOutcome::TimestampOutside => {
+                return shared
+                    .texts
+                    .warn(now, "SETUP_SIGNING refused: initial_timestamp is after 2103");
+            }
+            SetupOutcome::DayAhead => {
+                let why = "SETUP_SIGNING refused: initial_timestamp is over a day ahead; is a clock wrong?";
+                return shared.texts.warn(now, why);
+            }
+        };
+        shared.texts.inform(now, text);
+        if matches!(outcome, SetupOutcome::On | SetupOutcome::Off) {
+            self.news = Some(text);
+        }
+    }
+
+    /// One line for the log: signing was turned on or off, or refuses something. What it refuses is told
+    /// to the stations as well, at most every ten seconds for each kind.
+    pub fn report(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
+        if let Some(news) = self.news.take() {
+            return Some(LogLine::Turned(news));
+        }
+        let line = self.refusals.next_line(now)?;
+        texts.publish(MavSeverity::MAV_SEVERITY_WARNING, line.clone());
+        Some(LogLine::Refused(line))
     }
 }
 

@@ -5,19 +5,16 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
-
-use super::aircraft::Phase;
-use super::codec::Encoded;
-use super::peers::Peers;
-use crate::wall_time::WallTime;
-use flight_management::event::EventKind;
-use flight_management::event_text::{self, Severity};
-use flight_management::parameters::Parameters;
 use icd::EffectorList;
 
-mod chunks;
-
-use chunks::{CHUNK, CHUNKS_MAX};
+use crate::aircraft::Phase;
+use crate::codec::Encoded;
+use crate::peers::Peers;
+use crate::wall_time::WallTime;
+use flight_management::event::EventKind;
+use flight_management::event_text;
+use flight_management::event_text::Severity;
+use flight_management::parameters::Parameters;
 
 /// Texts that may wait for room at a peer; of more than these the least important ones are not shown.
 const TEXTS_MAX: usize = 32;
@@ -60,14 +57,14 @@ impl Default for StatusTexts {
 
 impl StatusTexts {
     /// Queues a text of the ground-station side, for the peers and for the flight log.
-    pub fn say(&mut self, severity: MavSeverity, text: impl Into<String>) {
+    pub fn publish(&mut self, severity: MavSeverity, text: impl Into<String>) {
         let text = text.into();
-        self.note(severity, text.clone());
-        self.queue_text(severity, text);
+        self.log(severity, text.clone());
+        self.publish_event(severity, text);
     }
 
     /// Queues a text for the flight log only: the peers get the information in another way.
-    pub fn note(&mut self, severity: MavSeverity, text: impl Into<String>) {
+    pub fn log(&mut self, severity: MavSeverity, text: impl Into<String>) {
         if self.for_log.len() >= TEXTS_MAX {
             self.for_log.pop_front();
         }
@@ -80,7 +77,7 @@ impl StatusTexts {
     }
 
     /// Queues the text of an event, for the peers only: the recorder writes the event itself.
-    pub fn queue_text(&mut self, severity: MavSeverity, text: impl Into<String>) {
+    pub fn publish_event(&mut self, severity: MavSeverity, text: impl Into<String>) {
         self.queue.push_back((severity, text.into()));
         if self.queue.len() > TEXTS_MAX {
             let severities = self.queue.iter().map(|(severity, _)| *severity as u8).enumerate();
@@ -92,12 +89,17 @@ impl StatusTexts {
         }
     }
 
-    /// Why a request was refused.
-    pub fn refuse(&mut self, now: WallTime, text: impl Into<String>) {
+    /// A warning in reply to a request, such as why it was refused; limited in rate, since requests are not.
+    pub fn warn(&mut self, now: WallTime, text: impl Into<String>) {
         self.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
     }
 
-    /// Something that a request causes; limited in rate, since requests are not.
+    /// Information in reply to a request, limited in the same way.
+    pub fn inform(&mut self, now: WallTime, text: impl Into<String>) {
+        self.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+    }
+
+    /// The same with any severity.
     pub fn reply(&mut self, severity: MavSeverity, now: WallTime, text: impl Into<String>) {
         let refill = now.since(self.refilled).as_micros() / REPLY_INTERVAL.as_micros();
         if refill > 0 {
@@ -115,7 +117,7 @@ impl StatusTexts {
             text = format!("{text} ({} more were not shown)", self.suppressed);
             self.suppressed = 0;
         }
-        self.say(severity, text);
+        self.publish(severity, text);
     }
 
     /// Queues the text of an event.
@@ -126,7 +128,7 @@ impl StatusTexts {
         effectors: &EffectorList,
     ) {
         if let Some((severity, text)) = event_text::of_event(kind, parameters, effectors) {
-            self.queue_text(mav_severity(severity), text);
+            self.publish_event(mav_severity(severity), text);
         }
     }
 
@@ -161,7 +163,7 @@ impl StatusTexts {
     }
 
     fn chunks(&mut self, severity: MavSeverity, text: &str) -> Vec<Encoded> {
-        let chunks = chunks::of(text);
+        let chunks = chunks_of(text);
         let id = if chunks.len() == 1 { 0 } else { self.take_id() };
         let message = |(text, chunk_seq): ([u8; CHUNK], u8)| {
             Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
@@ -198,29 +200,76 @@ pub fn mav_severity(severity: Severity) -> MavSeverity {
     }
 }
 
+/// Characters of one message.
+pub(super) const CHUNK: usize = 50;
+/// Chunks of one text; what is longer is cut.
+pub(super) const CHUNKS_MAX: usize = 5;
+
+/// The chunks of a text, at least one. Of more than one the last has at least one character, since
+/// QGroundControl shows an empty one as `...`, and at most 49, since a full one would not end the text.
+fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
+    // One byte a character, so that no character is cut in two.
+    let bytes: Vec<u8> =
+        text.chars().map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?')).collect();
+    let mut rest = bytes.trim_ascii_end();
+    let mut chunks = Vec::new();
+    while chunks.len() < CHUNKS_MAX {
+        let is_only = chunks.is_empty();
+        let room = if is_only { CHUNK } else { CHUNK - 1 };
+        if rest.len() <= room {
+            chunks.push(filled(rest, 0));
+            return chunks;
+        }
+        if chunks.len() + 1 == CHUNKS_MAX {
+            chunks.push(filled(&rest[..CHUNK - 1], 0));
+            return chunks;
+        }
+        let (part, after) = rest.split_at(end_of_chunk(rest));
+        chunks.push(filled(part, b' '));
+        rest = after;
+    }
+    chunks
+}
+
+/// Where a chunk of a text that goes on ends: behind the last blank that it has room for; in a word only if the
+/// word is longer than a chunk. At least one character is left.
+fn end_of_chunk(rest: &[u8]) -> usize {
+    let room = CHUNK.min(rest.len() - 1);
+    let blank = rest[..room].iter().rposition(|byte| *byte == b' ');
+    // Joined, the text has its blank again: it is the last character of the chunk.
+    blank.map_or(room, |blank| blank + 1)
+}
+
+fn filled(part: &[u8], with: u8) -> [u8; CHUNK] {
+    let mut chunk = [with; CHUNK];
+    chunk[..part.len()].copy_from_slice(part);
+    chunk
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn a_flood_of_refusals_is_limited_and_counted_and_leaves_room_for_events() {
         let mut texts = StatusTexts::default();
         for _ in 0..1000 {
-            texts.refuse(WallTime::ZERO, "no");
+            texts.warn(WallTime::ZERO, "no");
         }
         assert_eq!(texts.queue.len(), REPLIES_BURST as usize);
-        texts.refuse(WallTime::from_micros(1_000_000), "no");
+        texts.warn(WallTime::from_micros(1_000_000), "no");
         assert_eq!(texts.queue.back().unwrap().1, "no (980 more were not shown)");
     }
 
     #[test]
     fn what_matters_least_is_not_shown_when_there_are_too_many_texts() {
         let mut texts = StatusTexts::default();
-        texts.say(MavSeverity::MAV_SEVERITY_EMERGENCY, "ground");
+        texts.publish(MavSeverity::MAV_SEVERITY_EMERGENCY, "ground");
         for number in 0..100 {
-            texts.say(MavSeverity::MAV_SEVERITY_INFO, number.to_string());
+            texts.publish(MavSeverity::MAV_SEVERITY_INFO, number.to_string());
         }
-        texts.say(MavSeverity::MAV_SEVERITY_WARNING, "fault");
+        texts.publish(MavSeverity::MAV_SEVERITY_WARNING, "fault");
         let shown: Vec<&str> = texts.queue.iter().map(|(_, text)| text.as_str()).collect();
         assert_eq!(shown.len(), TEXTS_MAX);
         assert_eq!((shown[0], shown[1], shown[TEXTS_MAX - 1]), ("ground", "70", "fault"));
@@ -229,5 +278,61 @@ mod tests {
             "70 texts were not shown"
         );
         assert_eq!(texts.take_unreported(), None, "said once");
+    }
+
+    /// As receivers see a chunk: up to its NUL.
+    fn seen(text: &str) -> Vec<String> {
+        let end = |chunk: &[u8; CHUNK]| chunk.iter().position(|byte| *byte == 0).unwrap_or(CHUNK);
+        let text_of = |chunk: [u8; CHUNK]| String::from_utf8(chunk[..end(&chunk)].to_vec());
+        chunks_of(text).into_iter().map(|chunk| text_of(chunk).unwrap()).collect()
+    }
+
+    /// As QGroundControl and MAVProxy join them: the first that is shorter than the field is the last one.
+    fn joined(chunks: &[String]) -> String {
+        let last = chunks.iter().position(|chunk| chunk.len() < CHUNK);
+        let words = chunks[..=last.unwrap_or(chunks.len() - 1)].concat();
+        words.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn a_text_that_fits_is_one_message() {
+        assert_eq!(seen(""), [""]);
+        assert_eq!(seen("short"), ["short"]);
+        assert_eq!(seen(&"x".repeat(50)), ["x".repeat(50)]);
+    }
+
+    #[test]
+    fn no_word_is_cut_and_all_but_the_last_chunk_fill_the_field() {
+        let text =
+            "Script refused: chain.txt, line 2, column 6: `elevator` found, wanted an effector";
+        assert_eq!(
+            seen(text),
+            [
+                "Script refused: chain.txt, line 2, column 6:      ",
+                "`elevator` found, wanted an effector"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_word_longer_than_a_chunk_is_cut_and_what_is_longer_than_all_chunks_too() {
+        assert_eq!(seen(&"x".repeat(51)), ["x".repeat(50), "x".to_owned()]);
+        assert_eq!(seen(&"x".repeat(100)).len(), 3, "the last one must not be full");
+        assert_eq!(seen(&"x".repeat(10_000)).concat().len(), 4 * CHUNK + CHUNK - 1);
+        assert_eq!(seen("Größe"), ["Gr??e"]);
+    }
+
+    proptest! {
+        #[test]
+        fn every_receiver_joins_every_text(words in proptest::collection::vec("[a-z]{1,20}", 1..16)) {
+            let text = words.join(" ");
+            prop_assume!(text.len() <= 130);
+            let chunks = seen(&text);
+            prop_assert_eq!(joined(&chunks), text);
+            for chunk in &chunks {
+                prop_assert!(!chunk.is_empty());
+                prop_assert!(chunk.split_whitespace().all(|word| words.iter().any(|w| w == word)), "{}", chunk);
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! What is streamed to each ground station, and how often. Rates are wall time, time stamps simulation time.
+//! Which messages are streamed to each ground station, and how often. Rates are wall time, time stamps simulation time.
 //!
 //! ```text
 //!  commands 510, 511, REQUEST_DATA_STREAM ──> rates of one peer ──┐ due
@@ -13,30 +13,28 @@
 use core::time::Duration;
 
 use ::mavlink::dialects::common::MavLandedState;
-use flight_control::AircraftModel;
 
-use super::aircraft::{Aircraft, Home};
-use super::codec::{Encoded, StreamRequest};
-use super::component_metadata::Metadata;
-use super::heartbeat::HeartbeatIdentity;
-use super::peers::{From, Peer, Peers};
+use crate::aircraft::Home;
+use crate::codec::Message;
+use crate::heartbeat::HeartbeatIdentity;
+use crate::peers::From;
+use crate::telemetry::faults::FaultStream;
+use crate::telemetry::registry::TABLE;
 use crate::wall_time::WallTime;
-use flight_management::parameters::{Parameters, StreamParameters};
+use crate::{Service, Shared};
+use flight_management::event::EventKind;
 
+pub use crate::telemetry::rates::PeerRates;
+pub use crate::telemetry::requests::request;
+pub use crate::telemetry::status::mission_current;
+
+mod controls;
 mod faults;
-mod intervals;
-mod messages;
+mod motion;
 mod rates;
 mod registry;
-mod request;
-
-pub use request::request;
-
-use faults::FaultStream;
-use messages::status;
-pub use messages::status::mission_current;
-use rates::Rates;
-use registry::TABLE;
+mod requests;
+mod status;
 
 /// How long the telemetry waits for a snapshot that it requested.
 const SNAPSHOT_TIMEOUT: Duration = Duration::from_millis(50);
@@ -44,10 +42,7 @@ const SNAPSHOT_TIMEOUT: Duration = Duration::from_millis(50);
 /// What messages are made of.
 #[derive(Debug, Clone, Copy)]
 struct View<'a> {
-    aircraft: &'a Aircraft,
-    model: &'a AircraftModel,
-    metadata: &'a Metadata,
-    host: Host,
+    shared: &'a Shared,
     now: WallTime,
 }
 
@@ -61,18 +56,13 @@ pub struct Host {
 }
 
 /// Streams telemetry.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Telemetry {
-    model: AircraftModel,
-    metadata: Metadata,
-    host: Host,
-    defaults: StreamParameters,
-    rates: Vec<Rates>,
     /// Something is due and waits for a snapshot, since then.
     waiting: Option<WallTime>,
     /// The last wait was in vain: nothing is waited for until a snapshot comes.
     still: bool,
-    /// A state of this flight has been shown.
+    /// A state of this flight has been sent.
     shown: bool,
     landed: Option<MavLandedState>,
     /// Home as published last.
@@ -80,102 +70,27 @@ pub struct Telemetry {
     faults: FaultStream,
 }
 
-impl Telemetry {
-    /// Nobody listens yet.
-    #[must_use]
-    pub fn new(
-        model: &AircraftModel,
-        parameters: &Parameters,
-        defaults: &Parameters,
-        host: Host,
-    ) -> Self {
-        Self {
-            model: *model,
-            metadata: Metadata::new(&model.effectors.list, defaults),
-            host,
-            defaults: parameters.streams,
-            rates: Vec::new(),
-            waiting: None,
-            still: false,
-            shown: false,
-            landed: None,
-            home: None,
-            faults: FaultStream::default(),
+impl Service for Telemetry {
+    fn handle(&mut self, from: From, message: &Message, _: WallTime, shared: &mut Shared) {
+        if let Message::RequestDataStream(request) = message {
+            shared.rates.set_group(from.peer, *request);
         }
     }
 
-    /// The files that describe parameters and effectors.
-    #[must_use]
-    pub fn metadata(&self) -> &Metadata {
-        &self.metadata
-    }
-
-    /// REQUEST_DATA_STREAM: scales the rates of one peer.
-    pub fn handle_data_stream(&mut self, from: From, request: StreamRequest) {
-        let defaults = self.defaults;
-        self.rates_of(from.peer).want_group(request, intervals::SHORTEST, &defaults);
-    }
-
-    /// A snapshot of the next tick is wanted.
-    #[must_use]
-    pub fn wants_snapshot(&self) -> bool {
-        self.waiting.is_some() || self.still
-    }
-
-    /// A snapshot has come: what waited for it is sent.
-    pub fn handle_snapshot(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        self.still = false;
-        self.show_a_new_flight(aircraft);
-        self.publish_home(now, aircraft, out);
-        if self.waiting.take().is_some() {
-            self.send_due(now, aircraft, out);
-        }
-    }
-
-    /// Tells at once when the aircraft has come down or a flight has begun.
-    pub fn publish_landed_state(&mut self, aircraft: &Aircraft, out: &mut Peers) {
-        let landed = status::landed_state(aircraft);
-        if self.landed.replace(landed) != Some(landed) {
-            out.announce(&status::extended_sys_state(aircraft));
-        }
-    }
-
-    /// Tells at once that home was moved.
-    fn publish_home(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        let home = aircraft.home().copied();
-        if let (Some(before), Some(home)) = (self.home, home)
-            && before != home
-        {
-            let (model, metadata, host) = (&self.model, &self.metadata, self.host);
-            let view = View { aircraft, model, metadata, host, now };
-            if let Some(message) = messages::pose::home_position(&view) {
-                out.announce(&message);
-            }
-        }
-        self.home = home.or(self.home);
-    }
-
-    /// The list of faults has changed: everybody is told soon.
-    pub fn faults_changed(&mut self, now: WallTime) {
-        self.faults.hurry(now);
+    fn handle_event(&mut self, _: &EventKind, _: WallTime, shared: &mut Shared) {
+        self.publish_landed_state(shared);
     }
 
     /// Starts to wait for a snapshot when something is due; sends without one when none comes.
-    pub fn poll(
-        &mut self,
-        now: WallTime,
-        aircraft: &Aircraft,
-        parameters: &Parameters,
-        out: &mut Peers,
-    ) {
-        self.follow(now, parameters, out);
-        self.show_a_new_flight(aircraft);
-        self.publish_landed_state(aircraft, out);
-        self.faults.poll(now, aircraft, &self.model.effectors.list, out);
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        shared.rates.follow(now, shared.parameters.streams, &shared.peers);
+        self.show_a_new_flight(shared);
+        self.publish_landed_state(shared);
+        self.faults.poll(now, shared);
         match self.waiting {
-            None if self.next_due().is_some_and(|due| due <= now) => {
+            None if shared.rates.next_due().is_some_and(|due| due <= now) => {
                 if self.still {
-                    self.send_due(now, aircraft, out);
+                    send_due(now, shared);
                 } else {
                     self.waiting = Some(now);
                 }
@@ -183,76 +98,87 @@ impl Telemetry {
             Some(since) if now.since(since) >= SNAPSHOT_TIMEOUT => {
                 self.waiting = None;
                 self.still = true;
-                self.send_due(now, aircraft, out);
+                send_due(now, shared);
             }
             _ => {}
         }
     }
 
-    /// When there is something to do; `None` while nobody listens.
-    #[must_use]
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        let streams =
-            self.waiting.map(|since| since + SNAPSHOT_TIMEOUT).or_else(|| self.next_due());
+    /// `None` while there is no peer.
+    fn next_deadline(&self, shared: &Shared) -> Option<WallTime> {
+        let streams = self.waiting.map(|since| since + SNAPSHOT_TIMEOUT);
+        let streams = streams.or_else(|| shared.rates.next_due());
         streams.into_iter().chain(self.faults.next_deadline()).min()
     }
+}
 
-    fn next_due(&self) -> Option<WallTime> {
-        self.rates.iter().filter_map(Rates::next).min()
+impl Telemetry {
+    /// A snapshot of the next tick is wanted.
+    #[must_use]
+    pub fn wants_snapshot(&self) -> bool {
+        self.waiting.is_some() || self.still
     }
 
-    /// Peers come and go, and so do parameters.
-    fn follow(&mut self, now: WallTime, parameters: &Parameters, out: &Peers) {
-        if self.defaults != parameters.streams {
-            self.defaults = parameters.streams;
-            for rates in &mut self.rates {
-                rates.defaults_changed(now, &self.defaults);
-            }
+    /// A snapshot has come: what waited for it is sent.
+    pub fn handle_snapshot(&mut self, now: WallTime, shared: &mut Shared) {
+        self.still = false;
+        self.show_a_new_flight(shared);
+        self.publish_home(now, shared);
+        if self.waiting.take().is_some() {
+            send_due(now, shared);
         }
-        self.rates.retain(|rates| out.knows(rates.peer()));
-        for peer in out.all() {
-            self.rates_of(peer);
+    }
+
+    /// The list of faults has changed: it is sent soon.
+    pub fn hurry_faults(&mut self, now: WallTime) {
+        self.faults.hurry(now);
+    }
+
+    /// Announces at once that the aircraft has come down or that a flight has begun.
+    fn publish_landed_state(&mut self, shared: &mut Shared) {
+        let landed = status::landed_state(&shared.aircraft);
+        if self.landed.replace(landed) != Some(landed) {
+            shared.peers.announce(&status::extended_sys_state(&shared.aircraft));
         }
     }
 
-    fn rates_of(&mut self, peer: Peer) -> &mut Rates {
-        let place = self.rates.iter().position(|rates| rates.peer() == peer);
-        let place = place.unwrap_or_else(|| {
-            self.rates.push(Rates::new(peer, &self.defaults));
-            self.rates.len() - 1
-        });
-        &mut self.rates[place]
+    /// Announces at once that home was moved.
+    fn publish_home(&mut self, now: WallTime, shared: &mut Shared) {
+        let home = shared.aircraft.home().copied();
+        if let (Some(before), Some(home)) = (self.home, home)
+            && before != home
+            && let Some(message) = motion::home_position(&View { shared, now })
+        {
+            shared.peers.announce(&message);
+        }
+        self.home = home.or(self.home);
     }
 
-    /// The first state of a flight is worth telling at once, also what is told rarely.
-    fn show_a_new_flight(&mut self, aircraft: &Aircraft) {
-        let has_state = aircraft.snapshot().is_some();
+    /// The first state of a flight is sent at once, with all that is sent rarely.
+    fn show_a_new_flight(&mut self, shared: &mut Shared) {
+        let has_state = shared.aircraft.snapshot().is_some();
         if has_state && !self.shown {
-            for rates in &mut self.rates {
-                rates.everything_is_due(&self.defaults);
-            }
+            shared.rates.everything_is_due();
         }
         self.shown = has_state;
     }
+}
 
-    /// Each message that is due for somebody is made once.
-    fn send_due(&mut self, now: WallTime, aircraft: &Aircraft, out: &mut Peers) {
-        let Self { model, metadata, host, defaults, rates, .. } = self;
-        let view = View { aircraft, model, metadata, host: *host, now };
-        for (index, row) in TABLE.iter().enumerate() {
-            let mut built: Option<Vec<Encoded>> = None;
-            for rates in rates.iter_mut() {
-                if rates.take_due(index, row, now, defaults) {
-                    for message in built.get_or_insert_with(|| row.build(&view)) {
-                        out.stream_to(rates.peer(), message.clone());
-                    }
-                }
+/// Makes each message that is due once, for all peers for which it is due.
+fn send_due(now: WallTime, shared: &mut Shared) {
+    for (index, row) in TABLE.iter().enumerate() {
+        let due = shared.rates.take_due(index, row, now);
+        if due.is_empty() {
+            continue;
+        }
+        let messages = row.build(&View { shared, now });
+        for peer in due {
+            for message in &messages {
+                shared.peers.stream_to(peer, message.clone());
             }
         }
-        for rates in rates {
-            rates.find_next();
-        }
     }
+    shared.rates.find_next();
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ impl Traffic {
     }
 
     /// A good frame has come. A key for signing is nobody's business, and neither is what [`is_bulk`].
-    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+    pub(super) fn record(&mut self, frame: &Frame<'_>) {
         if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID {
             return;
         }
@@ -64,15 +64,15 @@ mod tests {
     fn frames_are_kept_as_they_came_and_keys_are_not() {
         let mut traffic = Traffic::default();
         let frame = |id, bytes| Frame { sender: OWN, id, payload: &[], bytes };
-        traffic.hear(&frame(0, b"early"));
+        traffic.record(&frame(0, b"early"));
         traffic.want();
-        traffic.hear(&frame(256, b"secret"));
-        traffic.hear(&frame(120, b"bulk"));
-        traffic.hear(&frame(0, b"heard"));
+        traffic.record(&frame(256, b"secret"));
+        traffic.record(&frame(120, b"bulk"));
+        traffic.record(&frame(0, b"heard"));
         assert_eq!(traffic.pop(), Some(b"heard".to_vec()));
         assert_eq!(traffic.pop(), None);
         for _ in 0..HEARD_MAX + 3 {
-            traffic.hear(&frame(0, b"x"));
+            traffic.record(&frame(0, b"x"));
         }
         assert_eq!((traffic.take_dropped(), traffic.take_dropped()), (3, 0));
     }

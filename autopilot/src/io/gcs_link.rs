@@ -297,7 +297,7 @@ impl GcsLink {
         }
     }
 
-    fn next_wake(&self, now: WallTime) -> Instant {
+    fn next_wake(&mut self, now: WallTime) -> Instant {
         let mut deadline = self.ground.next_deadline().max(now + SLEEP_MIN);
         if self.held_back.is_some() || self.ground.has_intents() {
             deadline = deadline.min(now + RETRY);

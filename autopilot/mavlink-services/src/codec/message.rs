@@ -7,7 +7,7 @@ use ::mavlink::dialects::common::{
     MANUAL_CONTROL_DATA, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA,
     MISSION_ITEM_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA,
     MISSION_REQUEST_LIST_DATA, MISSION_REQUEST_PARTIAL_LIST_DATA, MISSION_SET_CURRENT_DATA,
-    MISSION_WRITE_PARTIAL_LIST_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
+    MISSION_WRITE_PARTIAL_LIST_DATA, MavModeFlag, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
     PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA, REQUEST_DATA_STREAM_DATA,
     SERIAL_CONTROL_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
     SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA,
@@ -32,7 +32,7 @@ pub enum Message {
     /// TIMESYNC.
     TimeSync(TIMESYNC_DATA),
     /// SET_MODE.
-    SetMode(SET_MODE_DATA),
+    SetMode(SetMode),
     /// PARAM_REQUEST_READ.
     ParamRequestRead(PARAM_REQUEST_READ_DATA),
     /// PARAM_REQUEST_LIST.
@@ -79,6 +79,17 @@ pub enum Message {
     Log(LogRequest),
     /// SETUP_SIGNING.
     SetupSigning(SetupSigning),
+}
+
+/// SET_MODE in PX4's encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SetMode {
+    /// Main and sub mode count.
+    pub is_custom: bool,
+    /// Main mode.
+    pub main: u8,
+    /// Sub mode.
+    pub sub: u8,
 }
 
 /// SETUP_SIGNING.
@@ -298,7 +309,9 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
         }
         SET_MODE_DATA::ID => {
             let data: SET_MODE_DATA = read(payload)?;
-            (at(data.target_system, 0), Message::SetMode(data))
+            let is_custom = data.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED);
+            let [_, _, main, sub] = data.custom_mode.to_le_bytes();
+            (at(data.target_system, 0), Message::SetMode(SetMode { is_custom, main, sub }))
         }
         PARAM_REQUEST_READ_DATA::ID => {
             let data: PARAM_REQUEST_READ_DATA = read(payload)?;

@@ -1,9 +1,9 @@
 //! Parameters of commands: numbers that are finite and in range, or a reason.
 
+use crate::Shared;
 use crate::codec::CommandMessage;
-use crate::context::Context;
+use crate::command_error::CommandError;
 use crate::convert;
-use crate::refused::Refused;
 use flight_management::vehicle::{Place, Reference};
 
 /// MAV_FRAME of altitudes above mean sea level (the ellipsoid here).
@@ -16,7 +16,7 @@ const FRAME_GLOBAL: u8 = 0;
 const NOT_GIVEN: i32 = i32::MAX;
 
 /// A parameter that stands for a small whole number.
-pub fn byte(what: &str, value: f32) -> Result<u8, Refused> {
+pub fn byte(what: &str, value: f32) -> Result<u8, CommandError> {
     if value.fract() == 0.0 && (0.0..=255.0).contains(&value) {
         #[expect(
             clippy::cast_possible_truncation,
@@ -25,11 +25,11 @@ pub fn byte(what: &str, value: f32) -> Result<u8, Refused> {
         )]
         return Ok(value as u8);
     }
-    Err(Refused::denied(format!("Refused: {what} {value} is no whole number of 0 to 255")))
+    Err(CommandError::denied(format!("Refused: {what} {value} is no whole number of 0 to 255")))
 }
 
 /// A parameter that stands for a whole number of up to 16 bits; NaN is "not given".
-pub fn word(what: &str, value: f32) -> Result<Option<u16>, Refused> {
+pub fn word(what: &str, value: f32) -> Result<Option<u16>, CommandError> {
     if value.is_nan() {
         return Ok(None);
     }
@@ -41,32 +41,32 @@ pub fn word(what: &str, value: f32) -> Result<Option<u16>, Refused> {
         )]
         return Ok(Some(value as u16));
     }
-    Err(Refused::denied(format!("Refused: {what} {value} is no whole number of 0 to 65535")))
+    Err(CommandError::denied(format!("Refused: {what} {value} is no whole number of 0 to 65535")))
 }
 
 /// A parameter that is 0 or 1.
-pub fn flag(what: &str, value: f32) -> Result<bool, Refused> {
+pub fn flag(what: &str, value: f32) -> Result<bool, CommandError> {
     if value == 0.0 {
         Ok(false)
     } else if value == 1.0 {
         Ok(true)
     } else {
-        Err(Refused::denied(format!("Refused: {what} = {value} is not 0 or 1")))
+        Err(CommandError::denied(format!("Refused: {what} = {value} is not 0 or 1")))
     }
 }
 
 /// A number, with NaN for "not given".
-pub fn number(what: &str, value: f32) -> Result<Option<f64>, Refused> {
+pub fn number(what: &str, value: f32) -> Result<Option<f64>, CommandError> {
     if value.is_infinite() {
-        return Err(Refused::denied(format!("Refused: {what} is not finite")));
+        return Err(CommandError::denied(format!("Refused: {what} is not finite")));
     }
     Ok((!value.is_nan()).then(|| convert::decimal(value)))
 }
 
 /// A rate of change that the aircraft does not follow: whether one was asked for.
-pub fn unused_rate(what: &str, value: f32) -> Result<bool, Refused> {
+pub fn unused_rate(what: &str, value: f32) -> Result<bool, CommandError> {
     if value.is_infinite() || value < 0.0 {
-        return Err(Refused::denied(format!("Refused: {what} {value} is no rate")));
+        return Err(CommandError::denied(format!("Refused: {what} {value} is no rate")));
     }
     Ok(value > 0.0)
 }
@@ -85,24 +85,27 @@ pub struct Location {
 /// # Errors
 /// A frame without altitudes above sea level or home, one coordinate without the other, values outside
 /// the Earth or the limits of the references.
-pub fn location(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
+pub fn location(command: &CommandMessage, shared: &Shared) -> Result<Location, CommandError> {
     let [_, _, _, _, _, _, z] = command.params;
     let place = place(command)?;
     let altitude_m = number("altitude p7", z)?
-        .map(|altitude| above_ellipsoid(altitude, command.frame.unwrap_or(FRAME_GLOBAL), ctx))
+        .map(|altitude| above_ellipsoid(altitude, command.frame.unwrap_or(FRAME_GLOBAL), shared))
         .transpose()?;
     Ok(Location { place, altitude_m })
 }
 
 /// As [`location`], with latitude and longitude zero for "here"; an altitude of zero then stays as it is.
-pub fn location_or_here(command: &CommandMessage, ctx: &Context) -> Result<Location, Refused> {
+pub fn location_or_here(
+    command: &CommandMessage,
+    shared: &Shared,
+) -> Result<Location, CommandError> {
     let [_, _, _, _, x, y, z] = command.params;
     let is_here = match command.xy {
         Some(xy) => xy == [0, 0],
         None => x == 0.0 && y == 0.0,
     };
     if !is_here {
-        return location(command, ctx);
+        return location(command, shared);
     }
     let mut elsewhere = *command;
     elsewhere.xy = command.xy.map(|_| [NOT_GIVEN; 2]);
@@ -111,14 +114,14 @@ pub fn location_or_here(command: &CommandMessage, ctx: &Context) -> Result<Locat
     if z == 0.0 {
         elsewhere.params[6] = f32::NAN;
     }
-    location(&elsewhere, ctx)
+    location(&elsewhere, shared)
 }
 
 /// The place in parameters 5 and 6.
 ///
 /// # Errors
 /// A frame that is not global, one coordinate without the other, or none on the Earth.
-pub fn place(command: &CommandMessage) -> Result<Option<Place>, Refused> {
+pub fn place(command: &CommandMessage) -> Result<Option<Place>, CommandError> {
     check_frame(command.frame.unwrap_or(FRAME_GLOBAL))?;
     let (latitude, longitude) = match command.xy {
         Some([x, y]) => (degrees(x), degrees(y)),
@@ -130,7 +133,7 @@ pub fn place(command: &CommandMessage) -> Result<Option<Place>, Refused> {
     match (latitude, longitude) {
         (None, None) => Ok(None),
         (Some(latitude), Some(longitude)) => on_earth(latitude, longitude).map(Some),
-        _ => Err(Refused::denied("Refused: latitude and longitude only together")),
+        _ => Err(CommandError::denied("Refused: latitude and longitude only together")),
     }
 }
 
@@ -138,9 +141,9 @@ pub fn place(command: &CommandMessage) -> Result<Option<Place>, Refused> {
 ///
 /// # Errors
 /// Outside +-90 and +-180 degrees.
-pub fn on_earth(latitude_deg: f64, longitude_deg: f64) -> Result<Place, Refused> {
+pub fn on_earth(latitude_deg: f64, longitude_deg: f64) -> Result<Place, CommandError> {
     if !(-90.0..=90.0).contains(&latitude_deg) || !(-180.0..=180.0).contains(&longitude_deg) {
-        return Err(Refused::denied(format!(
+        return Err(CommandError::denied(format!(
             "Refused: {latitude_deg:.7} {longitude_deg:.7} deg is no place on the Earth"
         )));
     }
@@ -154,20 +157,20 @@ fn degrees(e7: i32) -> Option<f64> {
     (e7 != NOT_GIVEN).then(|| convert::degrees_of_e7(e7))
 }
 
-fn check_frame(frame: u8) -> Result<(), Refused> {
+fn check_frame(frame: u8) -> Result<(), CommandError> {
     if FRAMES_SEA_LEVEL.contains(&frame) || FRAMES_ABOVE_HOME.contains(&frame) {
         return Ok(());
     }
-    Err(Refused::denied(format!("Refused: frame {frame} is not 0, 3, 5 or 6")))
+    Err(CommandError::denied(format!("Refused: frame {frame} is not 0, 3, 5 or 6")))
 }
 
 /// An altitude of some frame as altitude above the ellipsoid, m, within the limits.
 ///
 /// # Errors
 /// Another frame than those above sea level and above home, or an altitude outside the limits.
-pub fn above_ellipsoid(altitude_m: f64, frame: u8, ctx: &Context) -> Result<f64, Refused> {
+pub fn above_ellipsoid(altitude_m: f64, frame: u8, shared: &Shared) -> Result<f64, CommandError> {
     check_frame(frame)?;
-    within(Reference::Altitude(altitude_m), ctx)?;
+    within(Reference::Altitude(altitude_m), shared)?;
     Ok(altitude_m)
 }
 
@@ -175,19 +178,19 @@ pub fn above_ellipsoid(altitude_m: f64, frame: u8, ctx: &Context) -> Result<f64,
 ///
 /// # Errors
 /// Outside the limits.
-pub fn airspeed(airspeed_m_s: f64, ctx: &Context) -> Result<f64, Refused> {
-    within(Reference::Airspeed(airspeed_m_s), ctx)?;
+pub fn airspeed(airspeed_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
+    within(Reference::Airspeed(airspeed_m_s), shared)?;
     Ok(airspeed_m_s)
 }
 
 /// The vehicle checks again; here the text comes at once.
-pub fn within(reference: Reference, ctx: &Context) -> Result<(), Refused> {
-    let checked = ctx.parameters.limits.check(reference);
-    checked.map_err(|refusal| Refused::denied(format!("Refused: {refusal}")))
+pub fn within(reference: Reference, shared: &Shared) -> Result<(), CommandError> {
+    let checked = shared.parameters.limits.check(reference);
+    checked.map_err(|refusal| CommandError::denied(format!("Refused: {refusal}")))
 }
 
 /// Radius of a circle, m, and whether it is flown clockwise; 0 and NaN leave both as they are.
-pub fn signed_radius(what: &str, value: f32) -> Result<(Option<f64>, Option<bool>), Refused> {
+pub fn signed_radius(what: &str, value: f32) -> Result<(Option<f64>, Option<bool>), CommandError> {
     let radius = number(what, value)?.filter(|radius| *radius != 0.0);
     Ok((radius.map(f64::abs), radius.map(|radius| radius > 0.0)))
 }

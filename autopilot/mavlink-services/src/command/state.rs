@@ -1,14 +1,14 @@
 //! Modes, arming, the end of a flight, and what a jet in the air does not do.
 
-use ::mavlink::dialects::common::{MavResult, MavSeverity};
-use flight_management::command::VehicleCommand;
+use ::mavlink::dialects::common::MavResult;
 
-use super::fields::{byte, flag};
-use super::{Asking, Decision};
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::CommandMessage;
+use crate::command::fields::{byte, flag};
+use crate::command::{Caller, Decision};
+use crate::command_error::CommandError;
 use crate::modes;
-use crate::refused::Refused;
+use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Mode;
 
 /// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
@@ -18,48 +18,51 @@ const FORCE: f32 = 21_196.0;
 const RESTART: &str = "reboot the vehicle";
 
 /// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
-pub fn set_mode(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn set_mode(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [base, main, sub, ..] = command.params;
     let has_custom_flag = byte("base mode p1", base)? & 1 != 0;
     let main = byte("main mode p2", main)?;
     // A main mode without sub modes needs none.
     let sub = if sub.is_nan() { 0 } else { byte("sub mode p3", sub)? };
-    let mode = modes::requested(has_custom_flag, main, sub, asking.ctx.streams())?;
-    Ok(Decision::ask(VehicleCommand::Mode(mode)))
+    let mode = modes::requested(has_custom_flag, main, sub, caller.shared.streams)?;
+    Ok(Decision::pass_on(VehicleCommand::Mode(mode)))
 }
 
 /// DO_SET_STANDARD_MODE: p1 MAV_STANDARD_MODE.
 pub fn set_standard_mode(
     command: &CommandMessage,
-    asking: &mut Asking,
-) -> Result<Decision, Refused> {
+    caller: &mut Caller,
+) -> Result<Decision, CommandError> {
     let standard_mode = byte("standard mode p1", command.params[0])?;
-    let mode = modes::requested_standard(standard_mode, asking.ctx.streams())?;
-    Ok(Decision::ask(VehicleCommand::Mode(mode)))
+    let mode = modes::requested_standard(standard_mode, caller.shared.streams)?;
+    Ok(Decision::pass_on(VehicleCommand::Mode(mode)))
 }
 
 /// NAV_RETURN_TO_LAUNCH.
-pub fn return_home(_: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
-    Ok(Decision::ask(VehicleCommand::Mode(Mode::Return)))
+pub fn return_home(_: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
+    Ok(Decision::pass_on(VehicleCommand::Mode(Mode::Return)))
 }
 
 /// COMPONENT_ARM_DISARM: p1 1 arms, 0 disarms, p2 21196 also in the air.
-pub fn arm_or_disarm(command: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
+pub fn arm_or_disarm(
+    command: &CommandMessage,
+    caller: &mut Caller,
+) -> Result<Decision, CommandError> {
     let [arm, force, ..] = command.params;
-    let aircraft = asking.ctx.aircraft;
+    let aircraft = &caller.shared.aircraft;
     if flag("p1", arm)? {
         return match not_ready(aircraft) {
             None => Ok(Decision::accept()),
-            Some(reason) => Err(Refused::for_now(format!("PreArm: {reason}"))),
+            Some(reason) => Err(CommandError::temporary(format!("PreArm: {reason}"))),
         };
     }
     match aircraft.phase() {
         Phase::OnGround | Phase::NoFlight => Ok(Decision::accept()),
         Phase::Flying | Phase::Lost if force == FORCE => {
-            Ok(Decision::ask(VehicleCommand::Terminate)
-                .noting("Disarmed by force in the air: the flight is terminated".to_owned()))
+            Ok(Decision::pass_on(VehicleCommand::Terminate)
+                .with_note("Disarmed by force in the air: the flight is terminated".to_owned()))
         }
-        Phase::Flying | Phase::Lost => Err(Refused::for_now(
+        Phase::Flying | Phase::Lost => Err(CommandError::temporary(
             "Disarming refused: the aircraft is in the air (p2 = 21196 terminates the flight)",
         )),
     }
@@ -78,48 +81,50 @@ fn not_ready(aircraft: &Aircraft) -> Option<String> {
 
 /// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
 /// QGroundControl asks at each connect, so this is no warning.
-pub fn prearm_checks(_: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
-    match not_ready(asking.ctx.aircraft) {
+pub fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
+    match not_ready(&caller.shared.aircraft) {
         None => {
             let text = "No check: the aircraft is armed and in the air";
-            asking.ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, asking.now, text);
-            Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
+            caller.shared.texts.inform(caller.now, text);
+            Err(CommandError::without_text(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
         }
-        Some(reason) => Ok(Decision::accept().noting(format!("PreArm: {reason}"))),
+        Some(reason) => Ok(Decision::accept().with_note(format!("PreArm: {reason}"))),
     }
 }
 
 /// PREFLIGHT_CALIBRATION: all zero stops a calibration, as QGroundControl does when its page of the radio opens; none
 /// ever runs, so that is done. Nothing here can be calibrated.
-pub fn calibrate(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+pub fn calibrate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     if command.params.iter().all(|param| *param == 0.0) {
         return Ok(Decision::accept());
     }
-    Err(Refused::unsupported("Calibration refused: the sensors need none"))
+    Err(CommandError::unsupported("Calibration refused: the sensors need none"))
 }
 
 /// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol wants FAILED for anything less.
-pub fn terminate(command: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
+pub fn terminate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     let [terminate, ..] = command.params;
     if !terminate.is_finite() {
-        return Err(Refused::denied("Termination refused: p1 is not finite"));
+        return Err(CommandError::denied("Termination refused: p1 is not finite"));
     }
     if terminate > 0.5 {
-        return Ok(Decision::ask(VehicleCommand::Terminate));
+        return Ok(Decision::pass_on(VehicleCommand::Terminate));
     }
-    Err(Refused::failed("Not terminated: p1 is not above 0.5"))
+    Err(CommandError::failed("Not terminated: p1 is not above 0.5"))
 }
 
 /// NAV_TAKEOFF: a flight begins in the air.
-pub fn take_off(_: &CommandMessage, asking: &mut Asking) -> Result<Decision, Refused> {
-    let reason = match not_ready(asking.ctx.aircraft) {
+pub fn take_off(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
+    let reason = match not_ready(&caller.shared.aircraft) {
         None => "the aircraft is in the air already".to_owned(),
         Some(reason) => reason,
     };
-    Err(Refused::for_now(format!("Takeoff refused: {reason}")))
+    Err(CommandError::temporary(format!("Takeoff refused: {reason}")))
 }
 
 /// NAV_LAND, DO_LAND_START.
-pub fn land(_: &CommandMessage, _: &mut Asking) -> Result<Decision, Refused> {
-    Err(Refused::unsupported("Landing refused: this aircraft has no landing gear and no runway"))
+pub fn land(_: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
+    Err(CommandError::unsupported(
+        "Landing refused: this aircraft has no landing gear and no runway",
+    ))
 }

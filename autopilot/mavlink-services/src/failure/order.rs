@@ -14,14 +14,12 @@ use icd::fault::{
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 
-pub use super::value::{Size, Value, ValueError};
-pub use super::words::{Effectors, Failure, Unit};
-
-use super::value;
+use crate::command_error::CommandError;
 use crate::convert;
-use crate::reasons::Reasons;
-use crate::refused::Refused;
+use crate::failure::{Reasons, units};
 use flight_management::parameters::{FailureParameters, Parameters};
+
+pub use crate::failure::units::{Effectors, Failure, Size, Unit, Value, ValueError};
 
 /// Models come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
 /// as a fraction of it, is left to the plant.
@@ -98,7 +96,7 @@ pub fn requests(
     order: &FaultOrder,
     parameters: &Parameters,
     model: &AircraftModel,
-) -> Result<Requests, Refused> {
+) -> Result<Requests, CommandError> {
     let parameters = &parameters.failure;
     if !parameters.enabled {
         return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
@@ -131,12 +129,12 @@ pub fn requests(
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
 }
 
-fn denied(reason: impl ToString) -> Refused {
-    Refused::denied(format!("Fault refused: {}", reason.to_string()))
+fn denied(reason: impl ToString) -> CommandError {
+    CommandError::denied(format!("Fault refused: {}", reason.to_string()))
 }
 
 /// The effectors that an order names.
-fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, Refused> {
+fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, CommandError> {
     let effectors = order.unit.check(list)?;
     // Everything has no instances of its own: they are counted.
     let instance = |place: usize, effector: Effector| {
@@ -166,7 +164,7 @@ fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, Refused>
 }
 
 /// Numbers that mean nothing for any effector.
-fn check_numbers(order: &FaultOrder) -> Result<(), Refused> {
+fn check_numbers(order: &FaultOrder) -> Result<(), CommandError> {
     let numbers = [
         ("ramp", order.ramp_s, fault::RAMP_MAX_S),
         ("duration", order.duration_s, SimTime::MAX_SECONDS),
@@ -186,7 +184,7 @@ fn kind(
     effector: Effector,
     parameters: &FailureParameters,
     model: &AircraftModel,
-) -> Result<Option<FaultKind>, Refused> {
+) -> Result<Option<FaultKind>, CommandError> {
     let class = TargetClass::of(model.effectors.list.is_angle(effector));
     let Some((info, alternative)) = entry(order, class, parameters)? else { return Ok(None) };
     let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
@@ -209,7 +207,7 @@ fn entry(
     order: &FaultOrder,
     class: TargetClass,
     parameters: &FailureParameters,
-) -> Result<Option<(&'static KindInfo, u8)>, Refused> {
+) -> Result<Option<(&'static KindInfo, u8)>, CommandError> {
     let is_for = |kind: &&KindInfo| kind.targets.allow(class);
     let usual = |kind: &'static KindInfo| {
         let by_parameter = kind.choice.and_then(|choice| choice.parameter);
@@ -253,19 +251,19 @@ fn number(
     class: TargetClass,
     parameters: &FailureParameters,
     model: &AircraftModel,
-) -> Result<f64, Refused> {
+) -> Result<f64, CommandError> {
     let measure = number.quantity.measure();
     let engine_n = (class == TargetClass::Thrust).then(|| model.effectors.thrust_range_n()[1]);
     if number.option == SIZE_OPTION {
         match order.value.map(|value| value.size) {
-            Some(Size::Number(value)) => return Ok(value::to_si(value, measure, engine_n)),
+            Some(Size::Number(value)) => return Ok(units::to_si(value, measure, engine_n)),
             Some(Size::Si(value)) => return Ok(value),
             Some(Size::None | Size::Alternative(_)) | None => {}
         }
     }
     let said = order.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
     if let Some((_, value)) = said {
-        return Ok(value::to_si(*value, measure, engine_n));
+        return Ok(units::to_si(*value, measure, engine_n));
     }
     if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
         let is_signed = number.range.anywhere(measure, class)[0] < 0.0;
@@ -307,7 +305,7 @@ fn timing(
     order: &FaultOrder,
     kind: &FaultKind,
     parameters: &FailureParameters,
-) -> Result<Timing, Refused> {
+) -> Result<Timing, CommandError> {
     let by_parameter = if kind.has_size() { parameters.ramp_s } else { 0.0 };
     let ramp_s = order.ramp_s.unwrap_or(by_parameter);
     if ramp_s > 0.0 && !kind.has_size() {

@@ -1,12 +1,15 @@
 //! What an item asks for: MAV_CMD to [`Action`].
 
-use super::fields::{Zeros, flag, needed_altitude, none, number, point, positive, word};
-use super::notes::Note;
-use super::rejected::{Param, Rejected};
 use crate::codec::MissionItem;
-use flight_management::vehicle::Reference;
+use crate::mission::draft::Note;
+use crate::mission::fields::{
+    Param, Rejected, Zeros, flag, needed_altitude, none, number, point, positive, word,
+};
+use flight_management::command::VehicleCommand;
+use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Reference, Reposition};
 
 /// NAV_WAYPOINT; also the command of guided items.
 pub const WAYPOINT: u16 = 16;
@@ -182,4 +185,41 @@ fn change_speed(
     let checked = rules.limits.check(Reference::Airspeed(airspeed_m_s));
     checked.map_err(|refusal| Rejected::param(Param::P2, refusal.to_string()))?;
     Ok(Action::ChangeSpeed { airspeed_m_s })
+}
+
+/// `current` of an item that says where to go.
+const GO_TO: u8 = 2;
+/// `current` of an item that says how high to fly.
+const GUIDED_ALTITUDE: u8 = 3;
+
+/// The item is no part of a plan.
+#[must_use]
+pub fn is_guided(item: &MissionItem<i32>) -> bool {
+    [GO_TO, GUIDED_ALTITUDE].contains(&item.words.current)
+}
+
+/// What a guided item asks for.
+///
+/// # Errors
+/// Another command than NAV_WAYPOINT, values that cannot be flown.
+pub fn guided_command(
+    item: &MissionItem<i32>,
+    limits: &ReferenceLimits,
+) -> Result<VehicleCommand, Rejected> {
+    if item.words.command != WAYPOINT {
+        return Err(Rejected::unsupported("a guided item is a NAV_WAYPOINT (16)"));
+    }
+    if item.words.current == GUIDED_ALTITUDE {
+        return Ok(VehicleCommand::Refer(Reference::Altitude(needed_altitude(item, limits)?)));
+    }
+    let point = point(item, Zeros::AreThere, limits)?;
+    if point.place.is_none() {
+        return Err(Rejected::param(Param::X, "a guided item needs a place"));
+    }
+    Ok(VehicleCommand::Reposition(Reposition {
+        place: point.place,
+        altitude_m: point.altitude_m,
+        change_mode: true,
+        ..Reposition::default()
+    }))
 }

@@ -1,6 +1,7 @@
 //! Fields of an item: numbers that are finite and in range, or a reason.
 
-use super::rejected::{Param, Rejected};
+use ::mavlink::dialects::common::MavMissionResult as R;
+
 use crate::codec::MissionItem;
 use crate::convert;
 use flight_management::parameters::ReferenceLimits;
@@ -149,4 +150,74 @@ fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejecte
 fn check_frame(item: &MissionItem<i32>) -> Result<(), Rejected> {
     let frame = item.words.frame;
     if FRAMES_WITH_ALTITUDE.contains(&frame) { Ok(()) } else { Err(Rejected::frame(frame)) }
+}
+
+/// A refusal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rejected {
+    /// For MISSION_ACK.
+    pub result: R,
+    /// For STATUSTEXT.
+    pub reason: String,
+}
+
+/// The parameters of an item by the number that the protocol gives them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Param {
+    /// param1.
+    P1,
+    /// param2.
+    P2,
+    /// param3.
+    P3,
+    /// param4.
+    P4,
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+impl Param {
+    /// The result that names it.
+    const fn result(self) -> R {
+        match self {
+            Self::P1 => R::MAV_MISSION_INVALID_PARAM1,
+            Self::P2 => R::MAV_MISSION_INVALID_PARAM2,
+            Self::P3 => R::MAV_MISSION_INVALID_PARAM3,
+            Self::P4 => R::MAV_MISSION_INVALID_PARAM4,
+            Self::X => R::MAV_MISSION_INVALID_PARAM5_X,
+            Self::Y => R::MAV_MISSION_INVALID_PARAM6_Y,
+            Self::Z => R::MAV_MISSION_INVALID_PARAM7,
+        }
+    }
+}
+
+impl Rejected {
+    /// A parameter with a value that cannot be flown.
+    #[must_use]
+    pub fn param(param: Param, reason: impl Into<String>) -> Self {
+        Self { result: param.result(), reason: reason.into() }
+    }
+
+    /// A command that is not flown.
+    #[must_use]
+    pub fn unsupported(reason: impl Into<String>) -> Self {
+        Self { result: R::MAV_MISSION_UNSUPPORTED, reason: reason.into() }
+    }
+
+    /// A frame in which no altitude is known.
+    #[must_use]
+    pub fn frame(frame: u8) -> Self {
+        let reason = format!("frame {frame} is not 0, 3, 5 or 6");
+        Self { result: R::MAV_MISSION_UNSUPPORTED_FRAME, reason }
+    }
+
+    /// The same about an item of a plan.
+    #[must_use]
+    pub fn of_item(self, seq: u16) -> Self {
+        Self { reason: format!("item {seq}: {}", self.reason), ..self }
+    }
 }

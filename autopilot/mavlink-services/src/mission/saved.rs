@@ -1,12 +1,21 @@
-//! The plan as a text that is kept for the next start: its items as they were sent, as TOML. Which file, and writing
-//! it, is the business of `autopilot::io::store`.
+//! The plan that is kept for the next start of the program, as TOML, and how it is restored: as an upload, and not started.
+//! `autopilot::io::store` writes the file.
+
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::wire::Stored;
+use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
+use crate::mission::MissionService;
+use crate::mission::draft::{Draft, Finished, Notes};
+use crate::mission::fields::Rejected;
+use crate::mission::wire::Stored;
 use crate::param::{Save, Saved};
+use crate::wall_time::WallTime;
+use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::vehicle::plan::ITEMS_MAX;
+use flight_management::vehicle::rules::Rules;
 
 /// What stands above the items.
 const HEADER: &str = "\
@@ -130,6 +139,101 @@ impl PlanKeeper {
         let reason = saved.result.as_ref().err()?;
         Some(format!("The plan is not saved: {reason}"))
     }
+}
+
+/// What becomes of a saved plan.
+#[derive(Debug, Default)]
+pub(super) enum Restoring {
+    /// There is none, or it is in force, or it was refused.
+    #[default]
+    Nothing,
+    /// The control side has not been asked.
+    Waiting(SavedPlan),
+    /// It was asked by the intent with this number.
+    Asked(u32, Arc<Stored>, Notes),
+}
+
+impl MissionService {
+    /// From now on plans are kept for the next start; `saved` is what is kept already.
+    pub fn keep(&mut self, saved: SavedPlan) {
+        self.keeper.begin();
+        if saved.count() > 0 {
+            self.restoring = Restoring::Waiting(saved);
+        }
+    }
+
+    /// Asks the control side to take the saved plan, once.
+    pub(super) fn restore(&mut self, now: WallTime, shared: &mut Shared) {
+        if !matches!(self.restoring, Restoring::Waiting(_)) || shared.intents.room() == 0 {
+            return;
+        }
+        let Restoring::Waiting(saved) = std::mem::take(&mut self.restoring) else { return };
+        let parameters = &shared.parameters;
+        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+        match checked(&saved, &rules) {
+            Ok(Finished { stored, plan, notes }) => {
+                if let Some(number) = shared.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
+                    self.restoring = Restoring::Asked(number, Arc::new(stored), notes);
+                }
+            }
+            Err(rejected) => report_refusal(&rejected.reason, now, shared),
+        }
+    }
+
+    /// Takes the outcome of an intent, if it is the one of the saved plan.
+    pub(super) fn take_restored(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
+        self.restoring = match std::mem::take(&mut self.restoring) {
+            Restoring::Asked(asked, stored, notes) if asked == number => {
+                match outcome {
+                    Outcome::Done => {
+                        let text = format!("Mission of the last run: {} items", stored.count());
+                        self.store(&stored, shared);
+                        for text in core::iter::once(text).chain(notes.texts()) {
+                            shared.texts.inform(now, text);
+                        }
+                    }
+                    Outcome::Refused(refusal) => report_refusal(&refusal.to_string(), now, shared),
+                    Outcome::NoAnswer | Outcome::Plant(_) => {
+                        report_refusal("the aircraft does not answer", now, shared);
+                    }
+                }
+                Restoring::Nothing
+            }
+            other => other,
+        };
+    }
+
+    /// Next text of the plan file.
+    pub fn pop_save(&mut self) -> Option<Save> {
+        self.keeper.pop()
+    }
+
+    /// Takes what became of a save.
+    pub fn handle_saved(&mut self, saved: &Saved, now: WallTime, shared: &mut Shared) {
+        if let Some(text) = self.keeper.failure(saved) {
+            shared.texts.warn(now, text);
+        }
+    }
+}
+
+/// The items one after the other, as an upload takes them. Where the aircraft is does not matter yet.
+fn checked(saved: &SavedPlan, rules: &Rules) -> Result<Finished, Rejected> {
+    let count = u16::try_from(saved.count()).unwrap_or(u16::MAX);
+    let mut draft = Draft::new(count, None, None)?;
+    for item in &saved.0 {
+        draft.take(item, rules)?;
+    }
+    Ok(draft.finish())
+}
+
+fn report_refusal(reason: &str, now: WallTime, shared: &mut Shared) {
+    shared.texts.warn(now, format!("Mission of the last run refused: {reason}"));
 }
 
 #[cfg(test)]

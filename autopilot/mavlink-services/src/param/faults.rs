@@ -9,14 +9,15 @@
 //! is announced whenever it changes.
 
 use core::time::Duration;
-use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, TargetClass};
 
+use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, TargetClass};
 use icd::{Effector, EffectorList, PerEffector};
 
-use crate::context::{Context, From};
-use crate::failure;
-use crate::failure::order::{self, Failure, FaultOrder, Instances, Unit};
+use crate::failure::order;
+use crate::failure::order::{Failure, FaultOrder, Instances, Unit};
+use crate::peers::From;
 use crate::wall_time::WallTime;
+use crate::{Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
 
@@ -50,7 +51,7 @@ pub(super) struct Answer {
 
 /// The orders that wait for the plant, and the values as they were published.
 #[derive(Debug, Default)]
-pub(super) struct FaultOrders {
+pub(super) struct FaultParameters {
     open: Vec<Open>,
     published: PerEffector<u8>,
 }
@@ -72,7 +73,7 @@ fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorLis
     }
 }
 
-impl FaultOrders {
+impl FaultParameters {
     /// Orders what a PARAM_SET wants; false if it is so already.
     ///
     /// # Errors
@@ -83,32 +84,32 @@ impl FaultOrders {
         effector: Effector,
         value: f64,
         now: WallTime,
-        ctx: &mut Context,
+        shared: &mut Shared,
     ) -> Result<bool, String> {
-        let (unit, instance) = failure::unit_and_instance(effector, ctx.effectors());
+        let (unit, instance) = failure::unit_and_instance(effector, shared.effectors());
         let is_it = |known: &FailureType| f64::from(known.code()) == libm::round(value);
         let Some(failure_type) = FailureType::ALL.into_iter().find(is_it) else {
             let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
             return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to {last}"));
         };
         let wanted = failure_type.code();
-        if wanted == 0 && !ctx.aircraft.faults().names(effector) {
+        if wanted == 0 && !shared.aircraft.faults().names(effector) {
             // Nothing to mend: a table of parameters that is sent back asks for nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());
         let order = FaultOrder::new(
-            Unit::of(effector.into(), ctx.effectors()),
+            Unit::of(effector.into(), shared.effectors()),
             Failure::Type(failure_type),
             instances,
         );
-        let requests = order::requests(&order, ctx.parameters, ctx.model)
+        let requests = order::requests(&order, &shared.parameters, &shared.model)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
             return Err("Not set: too many faults are waiting".to_owned());
         }
         for request in requests {
-            let number = ctx.intents.push(PlantAction::Fault(request));
+            let number = shared.intents.push(PlantAction::Fault(request));
             let number = number.ok_or("Not set: too many commands are waiting")?;
             self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
         }

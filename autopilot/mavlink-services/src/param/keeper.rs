@@ -1,7 +1,7 @@
 //! What is kept of the parameters for the next start. Which file, and writing it, is the business of
 //! `autopilot::io::store`.
 
-use crate::context::From;
+use crate::peers::From;
 use flight_management::parameters::{ParameterError, Parameters, to_text};
 
 /// Requests that may wait for their save.
@@ -38,9 +38,9 @@ pub(super) struct Keeper {
     has_failed: bool,
 }
 
-/// A change of fortune that the operator should know.
+/// Saving has begun to fail, or to work again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turn {
+pub(super) enum Transition {
     Fails,
     Works,
 }
@@ -105,15 +105,15 @@ impl Keeper {
     }
 
     /// Takes what became of a save; gives those who waited for it.
-    pub(super) fn handle(&mut self, saved: &Saved) -> (Vec<From>, Option<Turn>) {
+    pub(super) fn handle(&mut self, saved: &Saved) -> (Vec<From>, Option<Transition>) {
         let done = self.waiting.extract_if(.., |(_, number)| *number <= saved.number);
         let answered = done.map(|(from, _)| from).collect();
         let failed = std::mem::replace(&mut self.has_failed, saved.result.is_err());
-        let turn = match (failed, self.has_failed) {
-            (false, true) => Some(Turn::Fails),
-            (true, false) => Some(Turn::Works),
+        let transition = match (failed, self.has_failed) {
+            (false, true) => Some(Transition::Fails),
+            (true, false) => Some(Transition::Works),
             _ => None,
         };
-        (answered, turn)
+        (answered, transition)
     }
 }

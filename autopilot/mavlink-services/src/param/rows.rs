@@ -4,10 +4,10 @@ use ::mavlink::dialects::common::{
     MavParamError, MavParamType, PARAM_ERROR_DATA, PARAM_VALUE_DATA,
 };
 
+use crate::Shared;
 use crate::codec::{Encoded, ParamSet};
-use crate::context::{Context, From};
 use crate::convert;
-use flight_management::fault_list::FaultList;
+use crate::peers::From;
 use flight_management::parameters::{
     COMPATIBILITY, FaultParameter, Kind, ParameterName, Parameters, fault_of, fault_parameters,
     table,
@@ -49,12 +49,12 @@ fn name_of(name: &str) -> ParameterName {
 }
 
 /// The row at `index`: first the tunables, then those for ground stations, then those that break something.
-pub(super) fn row(
-    index: usize,
-    parameters: &Parameters,
-    faults: &FaultList,
-    effectors: &EffectorList,
-) -> Option<Row> {
+pub(super) fn row(index: usize, shared: &Shared) -> Option<Row> {
+    row_with(index, &shared.parameters, shared)
+}
+
+/// The same row of other parameters.
+pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -> Option<Row> {
     let rows = table();
     if let Some(row) = rows.get(index) {
         let (name, kind, value) = (name_of(row.name), row.kind, row.value(parameters));
@@ -66,42 +66,33 @@ pub(super) fn row(
         let name = name_of(row.name);
         return Some(Row { index, name, kind: row.kind, value: row.value, source });
     }
+    let effectors = shared.effectors();
     let effector = effectors.all().nth(place.checked_sub(COMPATIBILITY.len())?)?;
     let FaultParameter { name, effector } = fault_of(effector, effectors);
-    let value = faults::value(effector, faults).into();
+    let value = faults::value(effector, shared.aircraft.faults()).into();
     Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(effector) })
 }
 
 /// All rows.
-pub(crate) fn rows(ctx: &Context) -> impl Iterator<Item = Row> {
-    (0..count(ctx.effectors()))
-        .filter_map(|index| row(index, ctx.parameters, ctx.aircraft.faults(), ctx.effectors()))
+pub(crate) fn rows(shared: &Shared) -> impl Iterator<Item = Row> {
+    (0..count(shared.effectors())).filter_map(|index| row(index, shared))
 }
 
 /// The row with this name, which has 16 characters or ends with NUL.
-pub(super) fn find(
-    id: &[u8; 16],
-    parameters: &Parameters,
-    faults: &FaultList,
-    effectors: &EffectorList,
-) -> Option<Row> {
+pub(super) fn find(id: &[u8; 16], shared: &Shared) -> Option<Row> {
     let name = id.split(|byte| *byte == 0).next().unwrap_or(id);
     let own = table().iter().map(|row| name_of(row.name));
     let others = COMPATIBILITY.iter().map(|row| name_of(row.name));
-    let mut all = own.chain(others).chain(fault_parameters(effectors).map(|row| row.name));
-    row(all.position(|candidate| candidate.as_bytes() == name)?, parameters, faults, effectors)
+    let faults = fault_parameters(shared.effectors()).map(|row| row.name);
+    let mut all = own.chain(others).chain(faults);
+    row(all.position(|candidate| candidate.as_bytes() == name)?, shared)
 }
 
 /// The row that breaks an effector.
-pub(super) fn row_of(effector: Effector, ctx: &Context) -> Option<Row> {
-    let effectors = ctx.effectors();
+pub(super) fn row_of(effector: Effector, shared: &Shared) -> Option<Row> {
+    let effectors = shared.effectors();
     effectors.contains(effector).then_some(())?;
-    row(
-        count(effectors) - effectors.len() + effector.index(),
-        ctx.parameters,
-        ctx.aircraft.faults(),
-        effectors,
-    )
+    row(count(effectors) - effectors.len() + effector.index(), shared)
 }
 
 /// PARAM_VALUE.

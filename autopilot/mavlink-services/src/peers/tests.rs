@@ -15,23 +15,23 @@ fn seconds(s: u64) -> WallTime {
 #[test]
 fn configured_peers_stay_and_silent_visitors_are_forgotten() {
     let mut peers = Peers::new(&[address(14_550)]);
-    let known = peers.hear(address(14_550), seconds(0)).unwrap();
-    let visitor = peers.hear(address(9_000), seconds(0)).unwrap();
-    peers.hear(address(9_000), seconds(5)).unwrap();
+    let known = peers.receive(address(14_550), seconds(0)).unwrap();
+    let visitor = peers.receive(address(9_000), seconds(0)).unwrap();
+    peers.receive(address(9_000), seconds(5)).unwrap();
     peers.poll(seconds(14));
     assert!(peers.knows(visitor));
     assert_eq!(peers.next_deadline(), Some(seconds(15)));
     peers.poll(seconds(15));
     assert!(!peers.knows(visitor));
     assert!(peers.knows(known));
-    assert_ne!(peers.hear(address(9_000), seconds(16)), Some(visitor), "a new peer");
+    assert_ne!(peers.receive(address(9_000), seconds(16)), Some(visitor), "a new peer");
 }
 
 #[test]
 fn visitors_and_connections_are_bounded_apart_and_configured_peers_always_have_a_place() {
     let configured: Vec<Address> = (1..=8).map(address).collect();
     let mut peers = Peers::new(&configured);
-    let come = |peers: &mut Peers, port| peers.hear(address(port), seconds(0)).is_some();
+    let come = |peers: &mut Peers, port| peers.receive(address(port), seconds(0)).is_some();
     assert_eq!((100..200).filter(|port| come(&mut peers, *port)).count(), VISITORS_MAX);
     let open = |peers: &mut Peers, n| peers.open(Connection(n), true, seconds(0)).is_some();
     assert_eq!((0..100).filter(|n| open(&mut peers, *n)).count(), CONNECTIONS_MAX);
@@ -42,10 +42,10 @@ fn visitors_and_connections_are_bounded_apart_and_configured_peers_always_have_a
 #[test]
 fn the_same_place_by_two_sockets_is_two_peers() {
     let mut peers = Peers::new(&[]);
-    let one = peers.hear(Address::UdpClient(place(9_000)), seconds(0)).unwrap();
-    let other = peers.hear(Address::UdpServer(place(9_000)), seconds(0)).unwrap();
+    let one = peers.receive(Address::UdpClient(place(9_000)), seconds(0)).unwrap();
+    let other = peers.receive(Address::UdpServer(place(9_000)), seconds(0)).unwrap();
     assert_ne!(one, other);
-    assert_eq!(peers.hear(Address::UdpServer(place(9_000)), seconds(1)), Some(other));
+    assert_eq!(peers.receive(Address::UdpServer(place(9_000)), seconds(1)), Some(other));
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn each_link_has_a_number_of_its_own_for_as_long_as_its_peer_is_known() {
     let mut peers = Peers::new(&[address(14_550), address(14_540)]);
     let links = |peers: &Peers| peers.entries.iter().map(|e| e.link).collect::<Vec<_>>();
     peers.open(Connection(0), true, seconds(0)).unwrap();
-    peers.hear(address(9_000), seconds(0)).unwrap();
+    peers.receive(address(9_000), seconds(0)).unwrap();
     assert_eq!(links(&peers), [0, 1, 2, 3]);
     peers.close(Connection(0));
     assert_eq!(links(&peers), [0, 1, 3]);
@@ -66,7 +66,7 @@ fn a_peer_is_local_by_its_address_or_by_what_opened_the_connection() {
     let mut peers = Peers::new(&[address(14_550)]);
     let mut hears = |text: &str| {
         let at = Address::UdpServer(text.parse().unwrap());
-        let peer = peers.hear(at, seconds(0)).unwrap();
+        let peer = peers.receive(at, seconds(0)).unwrap();
         peers.is_local(peer)
     };
     assert!(hears("127.8.9.1:1") && hears("[::1]:1") && hears("[::ffff:127.0.0.1]:1"));
@@ -86,12 +86,12 @@ fn a_connection_may_be_silent_and_is_gone_when_it_is_closed() {
     assert_eq!(peers.next_deadline(), None);
     peers.close(Connection(0));
     assert!(!peers.knows(peer));
-    assert_eq!(peers.hear(Address::Tcp(Connection(0)), seconds(3_601)), None, "it is closed");
+    assert_eq!(peers.receive(Address::Tcp(Connection(0)), seconds(3_601)), None, "it is closed");
 }
 
 /// Who comes from `ports` and gets a place or has one, at `s`.
 fn served(peers: &mut Peers, ports: core::ops::Range<u16>, s: u64) -> Vec<u16> {
-    ports.filter(|port| peers.hear(address(*port), seconds(s)).is_some()).collect()
+    ports.filter(|port| peers.receive(address(*port), seconds(s)).is_some()).collect()
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn where_all_talk_a_newcomer_gets_the_newest_place_once_that_was_used_for_a_whil
 fn a_crowd_displaces_none_of_those_who_came_before_it_and_talk() {
     let mut peers = Peers::new(&[]);
     let operators: Vec<Peer> =
-        (0..4).map(|port| peers.hear(address(port), seconds(port.into())).unwrap()).collect();
+        (0..4).map(|port| peers.receive(address(port), seconds(port.into())).unwrap()).collect();
     for s in 4..100 {
         // Operators send heartbeats, the crowd sends from ever new places.
         served(&mut peers, 0..4, s);

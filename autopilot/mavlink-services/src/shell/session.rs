@@ -1,20 +1,17 @@
 //! One console: the lines that wait, the command that runs, the output that is not sent yet.
 
 use core::time::Duration;
-use flight_management::command::VehicleCommand;
 use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::MavSeverity;
 use icd::EffectorList;
 use icd::fault::{FaultReply, Target};
 
-use super::commands::{Answer, Order};
-use super::line::LineBuffer;
-use crate::command;
-use crate::context::{Context, From};
-use crate::failure;
+use crate::peers::From;
+use crate::shell::commands::{Answer, Output};
 use crate::wall_time::WallTime;
-use flight_management::command::{Command, Outcome};
+use crate::{Shared, command, failure};
+use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 
 /// Lines that may wait behind a command. More are refused, and that is said.
@@ -54,7 +51,7 @@ struct Running {
 #[derive(Debug)]
 pub(super) struct Session {
     pub(super) from: From,
-    pub(super) heard: WallTime,
+    pub(super) received: WallTime,
     /// The other side listens.
     wants_answers: bool,
     /// The other side has got its first prompt.
@@ -70,7 +67,7 @@ impl Session {
     pub(super) fn new(from: From) -> Self {
         Self {
             from,
-            heard: WallTime::ZERO,
+            received: WallTime::ZERO,
             wants_answers: false,
             is_prompted: false,
             buffer: LineBuffer::default(),
@@ -126,33 +123,30 @@ impl Session {
     }
 
     /// Takes the answer of a command: prints it, or asks the aircraft.
-    pub(super) fn answer(&mut self, answer: Answer, now: WallTime, ctx: &mut Context) {
+    pub(super) fn answer(&mut self, answer: Answer, now: WallTime, shared: &mut Shared) {
         match answer {
-            Ok(Order { said, commands, .. }) if commands.is_empty() => self.finish(&said),
-            Ok(order) => self.ask(order, now, ctx),
+            Ok(Output { text, commands }) if commands.is_empty() => self.finish(&text),
+            Ok(output) => self.pass_on(output, now, shared),
             Err(reason) => self.finish(&format!("ERROR: {reason}\n")),
         }
     }
 
-    fn ask(&mut self, order: Order, now: WallTime, ctx: &mut Context) {
-        let Order { said, commands } = order;
-        if ctx.intents.room() < commands.len() {
+    fn pass_on(&mut self, output: Output, now: WallTime, shared: &mut Shared) {
+        let Output { text, commands } = output;
+        if shared.intents.room() < commands.len() {
             return self.finish("ERROR: too many commands are waiting\n");
         }
         let steers =
-            commands.iter().any(|(command, _)| command::steers(command, ctx.aircraft.mode()));
-        let mode = commands.iter().find_map(|(command, _)| match command {
-            Command::Vehicle(VehicleCommand::Mode(mode)) => Some(*mode),
-            _ => None,
-        });
+            commands.iter().any(|(command, _)| command::steers(command, shared.aircraft.mode()));
+        let mode = commands.iter().find_map(|(command, _)| command::mode_of(command));
         let parts = commands.into_iter().filter_map(|(command, target)| {
-            ctx.intents.push(command).map(|number| Part { number, target })
+            shared.intents.push(command).map(|number| Part { number, target })
         });
         let parts = parts.collect();
         self.running = Some(Running {
             since: now,
             parts,
-            done: said,
+            done: text,
             has_failed: false,
             has_mended: false,
             nothing_to_mend: false,
@@ -162,12 +156,12 @@ impl Session {
     }
 
     /// It waits for this mode.
-    pub(super) fn asked_for(&self, mode: Mode) -> bool {
+    pub(super) fn waits_for(&self, mode: Mode) -> bool {
         self.running.as_ref().is_some_and(|running| running.mode == Some(mode))
     }
 
     /// Takes the outcome of an intent; prints it if it is one of the command that runs.
-    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome, ctx: &mut Context) {
+    pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome, shared: &mut Shared) {
         let Some(running) = self.running.as_mut() else { return };
         let Some(place) = running.parts.iter().position(|part| part.number == number) else {
             return;
@@ -175,42 +169,43 @@ impl Session {
         let part = running.parts.remove(place);
         if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
             // What was on the list goes off it behind this answer.
-            let faults = ctx.aircraft.faults();
+            let faults = shared.aircraft.faults();
             let is_news = match part.target {
                 Some(target) => faults.names(target),
                 None => !faults.entries().is_empty(),
             };
             if !is_news {
                 running.nothing_to_mend = true;
-                return self.close_if_done(ctx);
+                return self.close_if_done(shared);
             }
             running.has_mended = true;
         }
-        let (line, has_failed) = line_of(part.target, outcome, ctx.effectors());
+        let (line, has_failed) = line_of(part.target, outcome, shared.effectors());
         running.has_failed |= has_failed;
         if has_failed {
             // Who typed it reads it here; the others find it in the flight log.
-            ctx.texts
-                .note(MavSeverity::MAV_SEVERITY_WARNING, format!("Shell: {}", line.trim_end()));
+            shared
+                .texts
+                .log(MavSeverity::MAV_SEVERITY_WARNING, format!("Shell: {}", line.trim_end()));
         }
         self.print(&line);
-        self.close_if_done(ctx);
+        self.close_if_done(shared);
     }
 
     /// Gives up a command that has had no answer for too long.
-    pub(super) fn poll(&mut self, now: WallTime, ctx: &mut Context) {
+    pub(super) fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         let is_over = |running: &&mut Running| now.since(running.since) >= ANSWER_TIMEOUT;
         let Some(running) = self.running.as_mut().filter(is_over) else { return };
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);
         for part in parts {
-            let (line, _) = line_of(part.target, &Outcome::NoAnswer, ctx.effectors());
+            let (line, _) = line_of(part.target, &Outcome::NoAnswer, shared.effectors());
             self.print(&line);
         }
-        self.close_if_done(ctx);
+        self.close_if_done(shared);
     }
 
-    fn close_if_done(&mut self, ctx: &mut Context) {
+    fn close_if_done(&mut self, shared: &mut Shared) {
         let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
             return;
         };
@@ -221,7 +216,7 @@ impl Session {
             return self.finish("");
         }
         if running.steers {
-            ctx.control.take(self.from.sender);
+            shared.control.take(self.from.sender);
         }
         self.finish(&running.done);
     }
@@ -285,5 +280,109 @@ fn line_of(target: Option<Target>, outcome: &Outcome, effectors: &EffectorList) 
         Outcome::Plant(FaultReply::Cleared { at }) => {
             (format!("{whose}healthy since {at}\n"), false)
         }
+    }
+}
+
+/// Longest line, bytes.
+pub(super) const LINE_MAX: usize = 240;
+
+const BACKSPACE: u8 = 0x08;
+const DELETE: u8 = 0x7F;
+/// Ctrl-C: the line is not meant.
+const INTERRUPT: u8 = 0x03;
+
+/// Why a line is not run.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(super) enum LineError {
+    /// Longer than [`LINE_MAX`].
+    #[error("the line has {length} bytes, at most {LINE_MAX} are allowed: nothing was done")]
+    TooLong {
+        /// How long it is.
+        length: usize,
+    },
+    /// Not ASCII.
+    #[error("the line has bytes that are no text: nothing was done")]
+    NotText,
+}
+
+/// A line under way.
+#[derive(Debug, Default)]
+pub(super) struct LineBuffer {
+    bytes: Vec<u8>,
+    /// Bytes beyond the longest line.
+    overflow: usize,
+    is_garbled: bool,
+}
+
+impl LineBuffer {
+    /// Takes one byte; a line when it was the last one of it. `\r` counts for nothing, so that `\r\n` ends a line
+    /// as `\n` does.
+    pub(super) fn push(&mut self, byte: u8) -> Option<Result<String, LineError>> {
+        match byte {
+            b'\n' => return Some(self.finish()),
+            b'\r' | 0 => {}
+            BACKSPACE | DELETE => {
+                self.bytes.pop();
+            }
+            INTERRUPT => *self = Self::default(),
+            _ if self.bytes.len() >= LINE_MAX => self.overflow = self.overflow.saturating_add(1),
+            b'\t' => self.bytes.push(b' '),
+            byte => {
+                self.is_garbled |= !(b' '..=b'~').contains(&byte);
+                self.bytes.push(byte);
+            }
+        }
+        None
+    }
+
+    fn finish(&mut self) -> Result<String, LineError> {
+        let Self { bytes, overflow, is_garbled } = core::mem::take(self);
+        if overflow > 0 {
+            return Err(LineError::TooLong { length: bytes.len() + overflow });
+        }
+        if is_garbled {
+            return Err(LineError::NotText);
+        }
+        String::from_utf8(bytes).map_err(|_| LineError::NotText)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(bytes: &[u8]) -> Vec<Result<String, LineError>> {
+        let mut buffer = LineBuffer::default();
+        bytes.iter().filter_map(|byte| buffer.push(*byte)).collect()
+    }
+
+    #[test]
+    fn both_ends_of_a_line_are_understood_and_an_unfinished_line_waits() {
+        let expected: Vec<_> = ["one", "two", ""].map(|line| Ok(line.to_owned())).into();
+        assert_eq!(lines(b"one\ntwo\r\n\nthr"), expected);
+    }
+
+    #[test]
+    fn corrections_and_a_line_that_is_taken_back() {
+        assert_eq!(
+            lines(b"stat\x08\x7Fy\nstatus\x03help\n"),
+            [Ok("sty".to_owned()), Ok("help".to_owned())]
+        );
+    }
+
+    #[test]
+    fn a_line_that_is_too_long_is_an_error_and_the_next_one_is_whole() {
+        let mut bytes = vec![b'x'; 1_000];
+        bytes.extend_from_slice(b"\nhelp\n");
+        let expected = [Err(LineError::TooLong { length: 1_000 }), Ok("help".to_owned())];
+        assert_eq!(lines(&bytes), expected);
+        let longest = "x".repeat(LINE_MAX);
+        assert_eq!(lines(format!("{longest}\n").as_bytes()), [Ok(longest)]);
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_an_error_and_the_next_line_is_whole() {
+        let expected = [Err(LineError::NotText), Ok("help".to_owned())];
+        assert_eq!(lines(b"\xFF\xFE\x01\nhelp\n"), expected);
     }
 }

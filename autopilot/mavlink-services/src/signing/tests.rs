@@ -150,9 +150,9 @@ fn times_of_what_is_sent_only_grow_over_all_links_and_follow_calendar_and_the_ne
     };
     let first = send(&mut signing, 0);
     assert_eq!(send(&mut signing, 5), first + 1);
-    signing.poll(WallTime::from_micros(10_000_000));
+    signing.follow_calendar(WallTime::from_micros(10_000_000));
     assert_eq!(send(&mut signing, 0), 0x01_0203_0405 - 100_000 + 1_000_000 + 1);
-    signing.poll(now());
+    signing.follow_calendar(now());
     let later = send(&mut signing, 0) + 77;
     assert_eq!(admit(&mut signing, &signed_at(0, later)), Admission::Accepted);
     assert_eq!(send(&mut signing, 0), later + 1);
@@ -198,9 +198,9 @@ fn the_file_gets_a_key_at_once_its_time_each_five_seconds_and_the_last_one_at_th
     let mut signing = signing().with_file(None);
     let start = signing.local.units();
     assert_eq!(kept(signing.pop_change()), (start, false));
-    signing.poll(WallTime::from_micros(4_900_000));
+    signing.follow_calendar(WallTime::from_micros(4_900_000));
     assert_eq!(signing.pop_change(), None);
-    signing.poll(WallTime::from_micros(5_000_000));
+    signing.follow_calendar(WallTime::from_micros(5_000_000));
     assert_eq!(kept(signing.pop_change()), (start + 500_000, false));
     // A jump is saved at once.
     let jump = start + 9_000_000;
@@ -210,7 +210,7 @@ fn the_file_gets_a_key_at_once_its_time_each_five_seconds_and_the_last_one_at_th
     assert_eq!(kept(signing.last_change()), (jump + 1, true));
     signing.set_up(&SetupSigning { key: None, initial_timestamp: 0 }, now());
     assert_eq!(signing.pop_change(), Some(KeyChange::Forget));
-    signing.poll(WallTime::from_micros(90_000_000));
+    signing.follow_calendar(WallTime::from_micros(90_000_000));
     assert_eq!((signing.pop_change(), signing.last_change()), (None, None), "it is off");
 }
 
@@ -224,7 +224,7 @@ fn after_a_start_time_goes_on_behind_what_was_saved_and_behind_the_calendar() {
     };
     let started = |record: KeyRecord| {
         let mut signing = Signing::new(Some(START_UNIX_US)).with_file(Some(record));
-        signing.poll(WallTime::from_micros(1_000_000));
+        signing.follow_calendar(WallTime::from_micros(1_000_000));
         assert!(signing.is_on());
         let change = signing.pop_change();
         assert!(
@@ -284,7 +284,7 @@ fn after_a_kill_nothing_that_was_taken_is_taken_again_and_ten_seconds_later_ever
     let mut signing = signing().with_file(None);
     assert_eq!(admit(&mut signing, &signed_at(0, at(0))), Admission::Accepted);
     // Whatever is taken goes to the file within five seconds of its time, also where the own time is ahead.
-    signing.poll(WallTime::from_micros(40_000_000));
+    signing.follow_calendar(WallTime::from_micros(40_000_000));
     let mut record = saved(&mut signing);
     for units in (at(0)..at(30)).step_by(10_000).skip(1) {
         assert_eq!(admit(&mut signing, &signed_at(0, units)), Admission::Accepted);

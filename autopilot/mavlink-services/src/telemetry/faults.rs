@@ -8,13 +8,10 @@ use ::mavlink::dialects::common::DEBUG_FLOAT_ARRAY_DATA;
 use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState, Repeat};
 
-use crate::aircraft::Aircraft;
 use crate::codec::Encoded;
-use crate::convert;
-use crate::failure;
 use crate::failure::order::Unit;
-use crate::peers::Peers;
 use crate::wall_time::WallTime;
+use crate::{Shared, convert, failure};
 use flight_management::event::Snapshot;
 
 /// Time between two lists.
@@ -38,15 +35,9 @@ impl FaultStream {
         self.due = Some(self.due.map_or(soon, |due| due.min(soon)));
     }
 
-    /// Tells the list to everybody if it is due.
-    pub fn poll(
-        &mut self,
-        now: WallTime,
-        aircraft: &Aircraft,
-        effectors: &EffectorList,
-        out: &mut Peers,
-    ) {
-        if aircraft.snapshot().is_none() || out.all().next().is_none() {
+    /// Sends the list to every peer if it is due.
+    pub fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        if shared.aircraft.snapshot().is_none() || shared.peers.all().next().is_none() {
             self.due = None;
             return;
         }
@@ -54,12 +45,8 @@ impl FaultStream {
             return;
         }
         (self.sent, self.due) = (now, Some(now + INTERVAL));
-        let messages = messages(aircraft, effectors);
-        let peers: Vec<_> = out.all().collect();
-        for peer in peers {
-            for message in &messages {
-                out.stream_to(peer, message.clone());
-            }
+        for message in messages(shared) {
+            shared.peers.stream(&message);
         }
     }
 
@@ -73,16 +60,16 @@ impl FaultStream {
 /// One message for each fault, one with the count 0 if there is none; nothing without a flight.
 /// docs/mavlink.md says what is in `data`.
 #[must_use]
-pub fn messages(aircraft: &Aircraft, effectors: &EffectorList) -> Vec<Encoded> {
-    let Some(state) = aircraft.snapshot() else { return Vec::new() };
-    let entries = aircraft.faults().entries();
+pub fn messages(shared: &Shared) -> Vec<Encoded> {
+    let Some(state) = shared.aircraft.snapshot() else { return Vec::new() };
+    let entries = shared.aircraft.faults().entries();
     if entries.is_empty() {
         return vec![message(state, &[])];
     }
     let count = number(entries.len());
     let messages = (1..).zip(entries).map(|(index, entry)| {
         let mut numbers = vec![count, f64::from(index)];
-        numbers.extend(numbers_of(entry, effectors));
+        numbers.extend(numbers_of(entry, shared.effectors()));
         message(state, &numbers)
     });
     messages.collect()

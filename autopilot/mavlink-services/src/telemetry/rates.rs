@@ -2,9 +2,10 @@
 
 use core::time::Duration;
 
-use super::registry::{ALL_GROUPS, ROWS, Rate, Row, TABLE};
 use crate::codec::StreamRequest;
-use crate::peers::Peer;
+use crate::peers::{Peer, Peers};
+use crate::telemetry::registry::{ALL_GROUPS, ROWS, Rate, Row, TABLE};
+use crate::telemetry::requests::SHORTEST;
 use crate::wall_time::WallTime;
 use flight_management::parameters::StreamParameters;
 
@@ -42,6 +43,81 @@ struct Stream {
     due: Option<WallTime>,
 }
 
+/// The rates of all peers.
+#[derive(Debug)]
+pub struct PeerRates {
+    pub(super) defaults: StreamParameters,
+    pub(super) peers: Vec<Rates>,
+}
+
+impl PeerRates {
+    /// No peers yet.
+    #[must_use]
+    pub fn new(defaults: StreamParameters) -> Self {
+        Self { defaults, peers: Vec::new() }
+    }
+
+    /// The rates of one peer; the defaults if it is new.
+    pub(super) fn of(&mut self, peer: Peer) -> &mut Rates {
+        let place = self.peers.iter().position(|rates| rates.peer == peer);
+        let place = place.unwrap_or_else(|| {
+            self.peers.push(Rates::new(peer, &self.defaults));
+            self.peers.len() - 1
+        });
+        &mut self.peers[place]
+    }
+
+    /// REQUEST_DATA_STREAM of one peer.
+    pub fn set_group(&mut self, peer: Peer, request: StreamRequest) {
+        let defaults = self.defaults;
+        self.of(peer).want_group(request, SHORTEST, &defaults);
+    }
+
+    /// Follows the peers as they come and go, and the parameters.
+    pub fn follow(&mut self, now: WallTime, defaults: StreamParameters, peers: &Peers) {
+        if self.defaults != defaults {
+            self.defaults = defaults;
+            for rates in &mut self.peers {
+                rates.defaults_changed(now, &defaults);
+            }
+        }
+        self.peers.retain(|rates| peers.knows(rates.peer));
+        for peer in peers.all() {
+            self.of(peer);
+        }
+    }
+
+    /// A new flight has its first state: every message that is streamed is due now.
+    pub fn everything_is_due(&mut self) {
+        for rates in &mut self.peers {
+            rates.everything_is_due(&self.defaults);
+        }
+    }
+
+    /// When the next message is due for some peer.
+    #[must_use]
+    pub fn next_due(&self) -> Option<WallTime> {
+        self.peers.iter().filter_map(|rates| rates.next).min()
+    }
+
+    /// The peers for which this row is due; the next one is scheduled.
+    pub(super) fn take_due(&mut self, index: usize, row: &Row, now: WallTime) -> Vec<Peer> {
+        let defaults = &self.defaults;
+        let due = self
+            .peers
+            .iter_mut()
+            .filter_map(|rates| rates.take_due(index, row, now, defaults).then_some(rates.peer));
+        due.collect()
+    }
+
+    /// To be called after [`PeerRates::take_due`].
+    pub(super) fn find_next(&mut self) {
+        for rates in &mut self.peers {
+            rates.find_next();
+        }
+    }
+}
+
 /// The rates of one peer.
 #[derive(Debug)]
 pub struct Rates {
@@ -64,12 +140,6 @@ impl Rates {
     #[must_use]
     pub const fn peer(&self) -> Peer {
         self.peer
-    }
-
-    /// When the next message is due.
-    #[must_use]
-    pub const fn next(&self) -> Option<WallTime> {
-        self.next
     }
 
     /// Time between two messages of this row; `None`: it does not come.

@@ -7,10 +7,9 @@ use core::time::Duration;
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common as wire;
 
-use super::View;
-use super::messages::{about, actuators, pose, references, sensors, signals, status};
 use crate::codec::Encoded;
 use crate::modes;
+use crate::telemetry::{View, controls, motion, status};
 use flight_management::event::Snapshot;
 use flight_management::parameters::StreamParameters;
 
@@ -99,7 +98,7 @@ impl Row {
     /// The messages of this moment; none without a flight where it takes one.
     #[must_use]
     pub fn build(&self, view: &View) -> Vec<Encoded> {
-        let state = view.aircraft.snapshot();
+        let state = view.shared.aircraft.snapshot();
         match self.build {
             Build::State(build) => state.map(build).into_iter().collect(),
             Build::Flight(build) => state.map(|state| build(view, state)).into_iter().collect(),
@@ -156,7 +155,7 @@ pub const ROWS: usize = 34;
 const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
     Rate::OnRequest,
     Group::ExtendedStatus,
-    Build::Known(about::protocol_version),
+    Build::Known(status::protocol_version),
 );
 
 /// The table, in the order in which messages that are due together are sent.
@@ -167,73 +166,73 @@ pub static TABLE: [Row; ROWS] = {
     };
     use Rate::{Answer, EveryMs, OnRequest};
     [
-        row::<wire::HEARTBEAT_DATA>(Answer, Extra3, Known(about::heartbeat)),
+        row::<wire::HEARTBEAT_DATA>(Answer, Extra3, Known(status::heartbeat)),
         row::<wire::SYS_STATUS_DATA>(EveryMs(500), ExtendedStatus, Known(status::sys_status)),
         row::<wire::EXTENDED_SYS_STATE_DATA>(
             EveryMs(500),
             ExtendedStatus,
-            Known(|view| Some(status::extended_sys_state(view.aircraft))),
+            Known(|view| Some(status::extended_sys_state(&view.shared.aircraft))),
         ),
-        row::<wire::ATTITUDE_DATA>(Rate::Attitude, Extra1, State(pose::attitude)),
+        row::<wire::ATTITUDE_DATA>(Rate::Attitude, Extra1, State(motion::attitude)),
         row::<wire::ATTITUDE_QUATERNION_DATA>(
             Rate::Attitude,
             Extra1,
-            State(pose::attitude_quaternion),
+            State(motion::attitude_quaternion),
         ),
         row::<wire::GLOBAL_POSITION_INT_DATA>(
             Rate::Position,
             Position,
-            State(pose::global_position_int),
+            State(motion::global_position_int),
         ),
         row::<wire::LOCAL_POSITION_NED_DATA>(
             Rate::Position,
             Position,
-            State(pose::local_position_ned),
+            State(motion::local_position_ned),
         ),
-        row::<wire::ODOMETRY_DATA>(Rate::Position, Position, State(pose::odometry)),
-        row::<wire::VFR_HUD_DATA>(Rate::Position, Extra2, Flight(pose::vfr_hud)),
-        row::<wire::ALTITUDE_DATA>(EveryMs(200), Extra2, State(pose::altitude)),
-        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, State(pose::gps_raw_int)),
-        row::<wire::HOME_POSITION_DATA>(EveryMs(2000), ExtendedStatus, Known(pose::home_position)),
+        row::<wire::ODOMETRY_DATA>(Rate::Position, Position, State(motion::odometry)),
+        row::<wire::VFR_HUD_DATA>(Rate::Position, Extra2, Flight(motion::vfr_hud)),
+        row::<wire::ALTITUDE_DATA>(EveryMs(200), Extra2, State(motion::altitude)),
+        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, State(motion::gps_raw_int)),
+        row::<wire::HOME_POSITION_DATA>(
+            EveryMs(2000),
+            ExtendedStatus,
+            Known(motion::home_position),
+        ),
         row::<wire::ATTITUDE_TARGET_DATA>(
             EveryMs(200),
             RawController,
-            Flight(references::attitude_target),
+            Flight(controls::attitude_target),
         ),
         row::<wire::POSITION_TARGET_GLOBAL_INT_DATA>(
             EveryMs(200),
             RawController,
-            State(references::position_target_global_int),
+            State(controls::position_target_global_int),
         ),
         row::<wire::NAV_CONTROLLER_OUTPUT_DATA>(
             EveryMs(200),
             RawController,
-            State(references::nav_controller_output),
+            State(controls::nav_controller_output),
         ),
         row::<wire::SERVO_OUTPUT_RAW_DATA>(
             Rate::Actuators,
             RcChannels,
-            Flight(actuators::servo_output_raw),
+            Flight(controls::servo_output_raw),
         ),
         row::<wire::ACTUATOR_OUTPUT_STATUS_DATA>(
             Rate::Actuators,
             RcChannels,
-            Flight(actuators::actuator_output_status),
+            Flight(controls::actuator_output_status),
         ),
-        row::<wire::DEBUG_VECT_DATA>(EveryMs(250), Extra3, Build::Group(signals::vectors)),
+        row::<wire::DEBUG_VECT_DATA>(EveryMs(250), Extra3, Build::Group(controls::vectors)),
         row::<wire::NAMED_VALUE_FLOAT_DATA>(
             OnRequest,
             Extra3,
-            Build::Group(actuators::named_values),
+            Build::Group(controls::named_values),
         ),
-        row::<wire::DEBUG_FLOAT_ARRAY_DATA>(Rate::Compensator, Extra3, State(actuators::why)),
-        row::<wire::HIGHRES_IMU_DATA>(EveryMs(100), RawSensors, State(sensors::highres_imu)),
-        row::<wire::SCALED_PRESSURE_DATA>(
-            EveryMs(500),
-            RawSensors,
-            State(sensors::scaled_pressure),
-        ),
-        row::<wire::WIND_COV_DATA>(EveryMs(1000), Extra3, State(sensors::wind_cov)),
+        row::<wire::DEBUG_FLOAT_ARRAY_DATA>(Rate::Compensator, Extra3, State(controls::why)),
+        row::<wire::HIGHRES_IMU_DATA>(EveryMs(100), RawSensors, State(motion::highres_imu)),
+        row::<wire::SCALED_PRESSURE_DATA>(EveryMs(500), RawSensors, State(motion::scaled_pressure)),
+        row::<wire::WIND_COV_DATA>(EveryMs(1000), Extra3, State(motion::wind_cov)),
         row::<wire::BATTERY_STATUS_DATA>(
             EveryMs(1000),
             ExtendedStatus,
@@ -245,7 +244,7 @@ pub static TABLE: [Row; ROWS] = {
             Flight(status::estimator_status),
         ),
         row::<wire::VIBRATION_DATA>(EveryMs(1000), Extra3, State(status::vibration)),
-        row::<wire::SYSTEM_TIME_DATA>(EveryMs(1000), Extra3, Known(about::system_time)),
+        row::<wire::SYSTEM_TIME_DATA>(EveryMs(1000), Extra3, Known(status::system_time)),
         row::<wire::MISSION_CURRENT_DATA>(
             EveryMs(1000),
             ExtendedStatus,
@@ -254,7 +253,7 @@ pub static TABLE: [Row; ROWS] = {
         row::<wire::CURRENT_MODE_DATA>(
             EveryMs(2000),
             ExtendedStatus,
-            Known(|view| Some(modes::current_mode(view.aircraft))),
+            Known(|view| Some(modes::current_mode(&view.shared.aircraft))),
         ),
         row::<wire::AVAILABLE_MODES_MONITOR_DATA>(
             EveryMs(2000),
@@ -265,13 +264,13 @@ pub static TABLE: [Row; ROWS] = {
         row::<wire::AUTOPILOT_VERSION_DATA>(
             OnRequest,
             ExtendedStatus,
-            Known(about::autopilot_version),
+            Known(status::autopilot_version),
         ),
         PROTOCOL_VERSION,
         row::<wire::COMPONENT_METADATA_DATA>(
             Answer,
             ExtendedStatus,
-            Known(about::component_metadata),
+            Known(status::component_metadata),
         ),
     ]
 };

@@ -3,7 +3,7 @@
 
 use super::world::*;
 use crate::codec::OWN;
-use crate::command::table;
+use crate::command;
 use crate::param;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::command::Command;
@@ -63,7 +63,7 @@ fn as_command_int(command: u16, params: [f32; 7]) -> Vec<u8> {
 
 /// Number and name of each, those of the command service and the one of the parameter service.
 fn understood() -> Vec<(u16, &'static str)> {
-    let mut all: Vec<_> = table::known().collect();
+    let mut all: Vec<_> = command::known().collect();
     all.push((param::PREFLIGHT_STORAGE, "PREFLIGHT_STORAGE"));
     all.sort_unstable();
     all

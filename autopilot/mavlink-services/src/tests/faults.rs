@@ -168,8 +168,8 @@ fn faults_of_a_plant_that_goes_away_are_rejected_for_now() {
 
 fn stuck_at_28_deg() -> World {
     let mut world = World::flying();
-    world.ground.parameters.set("FLT_STUCK_MODE", 1.0).unwrap();
-    world.ground.parameters.set("FLT_STUCK_DEG", 28.0).unwrap();
+    world.ground.shared.parameters.set("FLT_STUCK_MODE", 1.0).unwrap();
+    world.ground.shared.parameters.set("FLT_STUCK_DEG", 28.0).unwrap();
     world
 }
 

@@ -1,6 +1,7 @@
 //! Silence of ground stations, in wall time.
 
 use super::world::*;
+use crate::Service as _;
 use crate::codec::Identity;
 use ::mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavType};
 use flight_management::command::Command;
@@ -22,8 +23,8 @@ fn beat(world: &mut World, sender: Identity) {
 /// Flying, with a return after ten seconds of silence, and the first station heard.
 fn watched() -> World {
     let mut world = World::flying();
-    world.ground.parameters.link.loss_s = 10.0;
-    world.ground.parameters.link.loss_action = LinkLossAction::Return;
+    world.ground.shared.parameters.link.loss_s = 10.0;
+    world.ground.shared.parameters.link.loss_action = LinkLossAction::Return;
     beat(&mut world, STATION);
     world.take_commands();
     world
@@ -137,8 +138,7 @@ fn without_a_flight_nothing_is_told_and_no_deadline_is_in_the_past() {
     world.settle();
     assert_eq!(told(&mut world), []);
     let ground = &world.ground;
-    let deadline =
-        ground.link_loss.next_deadline(&ground.control, &ground.parameters, &ground.aircraft);
+    let deadline = ground.services.link_loss.next_deadline(&ground.shared);
     assert_eq!(deadline, None);
 }
 
@@ -146,8 +146,7 @@ fn without_a_flight_nothing_is_told_and_no_deadline_is_in_the_past() {
 fn the_deadline_is_the_moment_of_the_loss() {
     let world = watched();
     let ground = &world.ground;
-    let deadline =
-        ground.link_loss.next_deadline(&ground.control, &ground.parameters, &ground.aircraft);
+    let deadline = ground.services.link_loss.next_deadline(&ground.shared);
     assert_eq!(deadline, Some(world.now + STEP * 5_000));
 }
 

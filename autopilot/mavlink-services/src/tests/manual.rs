@@ -2,6 +2,7 @@
 
 use super::params::set_int;
 use super::world::*;
+use crate::Service as _;
 use crate::codec::Identity;
 use ::mavlink::dialects::common::{
     MANUAL_CONTROL_DATA, MavMessage, MavResult, RC_CHANNELS_OVERRIDE_DATA,
@@ -264,8 +265,7 @@ fn without_a_flight_sticks_are_ignored_quietly_and_no_deadline_waits() {
     assert!(world.take_commands().is_empty());
     assert_eq!(world.texts(), [""; 0]);
     let ground = &world.ground;
-    let deadline =
-        ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+    let deadline = ground.services.manual.next_deadline(&ground.shared);
     assert_eq!(deadline, None);
 }
 
@@ -318,8 +318,7 @@ fn without_sticks_position_waits_for_nothing() {
         world.send_command(176, [1.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         world.run_ms(100);
         let ground = &world.ground;
-        let deadline =
-            ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+        let deadline = ground.services.manual.next_deadline(&ground.shared);
         assert_eq!(deadline, None);
         world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
         // Sticks from before the mode are too old to count in it.
@@ -337,8 +336,7 @@ fn a_new_flight_in_position_does_not_wait_for_what_altitude_waited_for() {
     world.run_ms(2_000);
     assert_eq!(mode(&world), Mode::Position);
     let ground = &world.ground;
-    let deadline =
-        ground.manual.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+    let deadline = ground.services.manual.next_deadline(&ground.shared);
     assert_eq!(deadline, None);
 }
 
@@ -348,7 +346,7 @@ fn sticks_take_control_only_where_nobody_has_it() {
     send_as(&mut world, OTHER, &joystick([0, 500, 500, 0]));
     world.run_ms(20);
     assert_eq!(sticks(&mut world).len(), 1);
-    assert_eq!(world.ground.control.holder(), Some(OTHER.system));
+    assert_eq!(world.ground.shared.control.holder(), Some(OTHER.system));
     world.send(&joystick([0, -500, 500, 0]));
     world.run_ms(20);
     assert_eq!(sticks(&mut world), []);

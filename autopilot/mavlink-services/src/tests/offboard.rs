@@ -1,4 +1,5 @@
 use super::world::*;
+use crate::Service as _;
 use crate::codec::Identity;
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common::{
@@ -75,10 +76,12 @@ fn the_roll_angle_of_the_setpoint_is_flown_from_the_mode_change_on() {
 fn a_roll_beyond_the_limit_is_limited() {
     for limit in 1..=80_u8 {
         let mut world = World::flying();
-        world.ground.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
+        world.ground.shared.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
         world.autopilot.handle_intent(flight_management::command::Intent {
             number: 1_000_000,
-            command: Command::Configuration(Configuration::Limits(world.ground.parameters.limits)),
+            command: Command::Configuration(Configuration::Limits(
+                world.ground.shared.parameters.limits,
+            )),
         });
         world.send(&setpoint(89.0));
         world.send_command(176, OFFBOARD);
@@ -176,8 +179,7 @@ fn without_a_flying_aircraft_setpoints_are_ignored_quietly_and_nothing_waits() {
     assert!(world.take_commands().is_empty(), "no aircraft, no reference and no change of mode");
     assert_eq!(world.texts(), [""; 0]);
     let ground = &world.ground;
-    let offboard_deadline =
-        ground.offboard.next_deadline(&ground.aircraft, &ground.control, &ground.parameters);
+    let offboard_deadline = ground.services.offboard.next_deadline(&ground.shared);
     assert_eq!(offboard_deadline, None, "a deadline that is never met would keep a thread busy");
 
     world.autopilot.plant_back();

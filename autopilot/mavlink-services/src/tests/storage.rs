@@ -27,7 +27,7 @@ fn storage(world: &mut World, action: f32) {
 /// The disk did what it was asked, or did not.
 fn finish(world: &mut World, number: u64, result: Result<(), &str>) {
     let result = result.map_err(str::to_owned);
-    world.ground.handle_saved(&Saved { number, result }, world.now);
+    world.ground.handle_saved(&Saved { number, result });
     world.settle();
 }
 

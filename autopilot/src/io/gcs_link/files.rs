@@ -67,7 +67,7 @@ impl Stores {
                 store.change(save);
             }
             if let Some(saved) = store.outcome() {
-                ground.handle_saved(&saved, now);
+                ground.handle_saved(&saved);
             }
         }
         if let Some(store) = &self.plan {

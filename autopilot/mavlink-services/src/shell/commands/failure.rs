@@ -1,16 +1,18 @@
 //! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
 //! same order as the commands of the MAVLink protocol.
 
+use std::fmt::Write as _;
+
 use icd::fault::{
     CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION, TargetClass,
 };
-use std::fmt::Write as _;
-
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
-use super::{Answer, Asking, Order, list, number, usage};
-use crate::failure::order::{self, Failure, FaultOrder, Instances, Size, Unit, Value};
-use flight_management::command::Command;
+use crate::Shared;
+use crate::failure::order;
+use crate::failure::order::{Failure, FaultOrder, Instances, Size, Unit, Value};
+use crate::shell::commands::{Answer, Output, number, usage};
+use crate::wall_time::WallTime;
 
 pub(super) const FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
 /// The rest of the help, for an aircraft with these effectors.
@@ -28,7 +30,7 @@ pub(super) fn details(effectors: &EffectorList) -> String {
     };
     let (servos, motors, types, kinds) =
         (unit("servo", true), unit("motor", false), names(false), names(true));
-    let mut said = format!(
+    let mut text = format!(
         "Components: {servos}, {motors}.\nTypes: {types}; {kinds}.\n\
          \x20 -i N     instance; without -i and -m all of them\n\
          \x20 -m MASK  instances as bits, bit 0 the first\n\
@@ -40,9 +42,9 @@ pub(super) fn details(effectors: &EffectorList) -> String {
         let value = if unit == "s" { "TIME".to_owned() } else { unit.to_uppercase() };
         let name = kind.mavlink.failure_type.name();
         // Writing to a string cannot fail.
-        let _ = writeln!(said, "  {option} {value:<5} {what} of {name}");
+        let _ = writeln!(text, "  {option} {value:<5} {what} of {name}");
     }
-    said + TIMES
+    text + TIMES
 }
 
 const TIMES: &str = "\
@@ -62,26 +64,26 @@ fn options() -> impl Iterator<Item = (&'static str, &'static KindInfo, &'static 
         .map(|(kind, number)| (number.option, kind, number))
 }
 
-pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
+pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     match arguments {
-        ["list"] => Ok(Order::say(list::text(asking))),
-        ["clear"] => clear(asking),
+        ["list"] => Ok(Output::text(super::faults(shared))),
+        ["clear"] => clear(shared),
         [component, failure, options @ ..] => {
             let order = order_of(component, failure, options)?;
-            let requests = order::requests(&order, asking.ctx.parameters, asking.ctx.model)
+            let requests = order::requests(&order, &shared.parameters, &shared.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
             let commands = requests
                 .into_iter()
-                .map(|request| (Command::Plant(PlantAction::Fault(request)), request.target()));
-            Ok(Order { said: String::new(), commands: commands.collect() })
+                .map(|request| (PlantAction::Fault(request).into(), request.target()));
+            Ok(Output { text: String::new(), commands: commands.collect() })
         }
         _ => Err(usage("failure")),
     }
 }
 
-fn clear(asking: &Asking) -> Answer {
-    if asking.ctx.parameters.failure.enabled {
-        Ok(Order::ask(PlantAction::Fault(FaultRequest::ClearAll), ""))
+fn clear(shared: &Shared) -> Answer {
+    if shared.parameters.failure.enabled {
+        Ok(Output::command(PlantAction::Fault(FaultRequest::ClearAll), ""))
     } else {
         Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
     }

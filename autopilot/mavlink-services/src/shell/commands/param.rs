@@ -2,56 +2,58 @@
 
 use std::fmt::Write as _;
 
-use super::{Answer, Asking, Order, usage};
-use crate::param::{Row, rows};
+use super::{Answer, Output, usage};
+use crate::Shared;
+use crate::param::{self, Row, rows};
+use crate::wall_time::WallTime;
 use flight_management::parameters::{FAULT_CHOICES, Kind, is_fault, table};
 
-pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
+pub(super) fn run(arguments: &[&str], now: WallTime, shared: &mut Shared) -> Answer {
     match arguments {
-        ["show"] => show("*", asking),
-        ["show", pattern] => show(pattern, asking),
-        ["get", name] => get(name, asking),
-        ["set", name, value] => set(name, value, asking),
+        ["show"] => show("*", shared),
+        ["show", pattern] => show(pattern, shared),
+        ["get", name] => get(name, shared),
+        ["set", name, value] => set(name, value, now, shared),
         _ => Err(usage("param")),
     }
 }
 
-fn show(pattern: &str, asking: &Asking) -> Answer {
+fn show(pattern: &str, shared: &Shared) -> Answer {
     let pattern = pattern.to_ascii_uppercase();
-    let mut said = String::new();
-    for row in rows(asking.ctx).filter(|row| matches(&pattern, &row.name)) {
+    let mut text = String::new();
+    for row in rows(shared).filter(|row| matches(&pattern, &row.name)) {
         let line = format!("{:<16} {:>12} {}", row.name, value_text(&row), unit(&row));
-        let _ = writeln!(said, "{}", line.trim_end());
+        let _ = writeln!(text, "{}", line.trim_end());
     }
-    if said.is_empty() {
+    if text.is_empty() {
         return Err(format!("no parameter has a name like {pattern}"));
     }
-    Ok(Order::say(said))
+    Ok(Output::text(text))
 }
 
-fn get(name: &str, asking: &Asking) -> Answer {
-    let row = find(name, asking)?;
-    let mut said =
+fn get(name: &str, shared: &Shared) -> Answer {
+    let row = find(name, shared)?;
+    let mut text =
         format!("{} {} {}", row.name, value_text(&row), unit(&row)).trim_end().to_owned();
-    said.push('\n');
+    text.push('\n');
     if let Some(about) = table().iter().find(|about| *about.name == *row.name) {
-        let _ = writeln!(said, "{} ({} to {})", about.meaning, about.min, about.max);
+        let _ = writeln!(text, "{} ({} to {})", about.meaning, about.min, about.max);
         for choice in about.choices {
-            let _ = writeln!(said, "  {} {}", choice.value, choice.label);
+            let _ = writeln!(text, "  {} {}", choice.value, choice.label);
         }
     } else if is_fault(&row.name) {
-        said.push_str("What acts on an effector; here the command failure breaks and mends it\n");
+        text.push_str("What acts on an effector; here the command failure breaks and mends it\n");
         for choice in &FAULT_CHOICES {
-            let _ = writeln!(said, "  {} {}", choice.value, choice.label);
+            let _ = writeln!(text, "  {} {}", choice.value, choice.label);
         }
     } else {
-        said.push_str("For ground stations that expect it; it cannot be changed\n");
+        text.push_str("For ground stations that expect it; it cannot be changed\n");
     }
-    Ok(Order::say(said))
+    Ok(Output::text(text))
 }
 
-fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
-    let row = find(name, asking)?;
+fn set(name: &str, value: &str, now: WallTime, shared: &mut Shared) -> Answer {
+    let row = find(name, shared)?;
     if is_fault(&row.name) {
         return Err(format!("{} is not set here: see help failure", row.name));
     }
@@ -59,14 +61,13 @@ fn set(name: &str, value: &str, asking: &mut Asking) -> Answer {
     let number = number
         .filter(|number| number.is_finite())
         .ok_or_else(|| format!("\"{value}\" is no number"))?;
-    let Asking { now, ctx, param, out, .. } = asking;
-    param.write(&row, number, *now, ctx, out)?;
-    let now = find(&row.name, asking)?;
-    Ok(Order::say(format!("{} {} -> {}\n", row.name, value_text(&row), value_text(&now))))
+    param::write(&row, number, now, shared)?;
+    let new = find(&row.name, shared)?;
+    Ok(Output::text(format!("{} {} -> {}\n", row.name, value_text(&row), value_text(&new))))
 }
 
-fn find(name: &str, asking: &Asking) -> Result<Row, String> {
-    let found = rows(asking.ctx).find(|row| row.name.eq_ignore_ascii_case(name));
+fn find(name: &str, shared: &Shared) -> Result<Row, String> {
+    let found = rows(shared).find(|row| row.name.eq_ignore_ascii_case(name));
     found.ok_or_else(|| format!("there is no parameter {name}"))
 }
 

@@ -5,29 +5,32 @@ use std::fmt::Write as _;
 use flight_control::CompensatorMode;
 use icd::EffectorList;
 
-use super::{Answer, Asking, Order, list, usage};
+use crate::Shared;
 use crate::aircraft::{Aircraft, Phase};
+use crate::shell::commands::{Answer, Output, usage};
+use crate::wall_time::WallTime;
 use flight_management::event::{Axis, Snapshot};
 
-pub(super) fn run(arguments: &[&str], asking: &mut Asking) -> Answer {
+pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     if !arguments.is_empty() {
         return Err(usage("status"));
     }
-    let ctx = &asking.ctx;
-    let mut said = String::new();
-    let _ = writeln!(said, "Aircraft: {}", phase(ctx.aircraft));
-    let holder = ctx.control.holder().map_or("nobody".into(), |system| format!("system {system}"));
-    let _ = writeln!(said, "Control: {holder}");
-    if let Some(state) = ctx.aircraft.snapshot() {
-        flight(&mut said, state, ctx.aircraft);
-        compensator(&mut said, state, ctx.parameters.gains.selection.compensator);
-        effectors(&mut said, state, ctx.effectors());
+    let shared = &shared;
+    let mut text = String::new();
+    let _ = writeln!(text, "Aircraft: {}", phase(&shared.aircraft));
+    let holder =
+        shared.control.holder().map_or("nobody".into(), |system| format!("system {system}"));
+    let _ = writeln!(text, "Control: {holder}");
+    if let Some(state) = shared.aircraft.snapshot() {
+        flight(&mut text, state, &shared.aircraft);
+        compensator(&mut text, state, shared.parameters.gains.selection.compensator);
+        effectors(&mut text, state, shared.effectors());
     }
-    if let Some(script) = ctx.scripts.running() {
-        let _ = writeln!(said, "Script: {} runs", script.name());
+    if let Some(script) = shared.scripts.running() {
+        let _ = writeln!(text, "Script: {} runs", script.name());
     }
-    said.push_str(&list::text(asking));
-    Ok(Order::say(said))
+    text.push_str(&super::faults(shared));
+    Ok(Output::text(text))
 }
 
 fn phase(aircraft: &Aircraft) -> &'static str {
@@ -40,35 +43,35 @@ fn phase(aircraft: &Aircraft) -> &'static str {
     }
 }
 
-fn flight(said: &mut String, state: &Snapshot, aircraft: &Aircraft) {
+fn flight(text: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     let (motion, demand) = (state.motion(), &state.demand);
     let euler = motion.attitude;
     let velocity = motion.velocity.0;
     let course = libm::atan2(velocity.y, velocity.x).to_degrees().rem_euclid(360.0);
-    let _ = writeln!(said, "Time: {}, mode {}", state.time, aircraft.mode());
+    let _ = writeln!(text, "Time: {}, mode {}", state.time, aircraft.mode());
     let _ = writeln!(
-        said,
+        text,
         "Position: {} deg, {} deg, altitude {} m",
         fixed(5, motion.latitude_rad.to_degrees()),
         fixed(5, motion.longitude_rad.to_degrees()),
         fixed(1, motion.altitude_m)
     );
     let _ = writeln!(
-        said,
+        text,
         "Motion: airspeed {} m/s, climb {} m/s, course {} deg",
         fixed(1, motion.airspeed_m_s),
         fixed(1, motion.climb_rate_m_s()),
         fixed(1, course)
     );
     let _ = writeln!(
-        said,
+        text,
         "Attitude: roll {} deg, pitch {} deg, yaw {} deg",
         fixed(1, euler.phi.to_degrees()),
         fixed(1, euler.theta.to_degrees()),
         fixed(1, euler.psi.to_degrees().rem_euclid(360.0))
     );
     let _ = writeln!(
-        said,
+        text,
         "References: altitude {} m, airspeed {} m/s, roll {} deg",
         fixed(1, demand.altitude_m),
         fixed(1, demand.airspeed_m_s),
@@ -76,7 +79,7 @@ fn flight(said: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     );
 }
 
-fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
+fn compensator(text: &mut String, state: &Snapshot, mode: CompensatorMode) {
     let log = &state.log;
     let mode = match mode {
         CompensatorMode::Off => "off",
@@ -84,8 +87,8 @@ fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
         CompensatorMode::AlwaysOn => "always on",
     };
     let seen = if log.compensator_active { "a fault is seen" } else { "no fault is seen" };
-    let _ = writeln!(said, "Compensator: {mode}, {seen}, fade {}", fixed(2, log.fade));
-    let _ = writeln!(said, "axis   estimate rad/s^2   level  authority");
+    let _ = writeln!(text, "Compensator: {mode}, {seen}, fade {}", fixed(2, log.fade));
+    let _ = writeln!(text, "axis   estimate rad/s^2   level  authority");
     for (axis, z2, level) in [
         (Axis::Roll, log.z2.x, log.levels.x),
         (Axis::Pitch, log.z2.y, log.levels.y),
@@ -93,13 +96,13 @@ fn compensator(said: &mut String, state: &Snapshot, mode: CompensatorMode) {
     ] {
         let left = axis.authority_pct(&log.authority);
         let (z2, level, left) = (fixed(4, z2), fixed(2, level), fixed(0, left));
-        let _ = writeln!(said, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
+        let _ = writeln!(text, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
     }
 }
 
-fn effectors(said: &mut String, state: &Snapshot, list: &EffectorList) {
+fn effectors(text: &mut String, state: &Snapshot, list: &EffectorList) {
     let log = &state.log;
-    let _ = writeln!(said, "effector         command   modelled");
+    let _ = writeln!(text, "effector         command   modelled");
     for effector in list.all() {
         let (scale, unit) =
             if list.is_angle(effector) { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
@@ -107,7 +110,7 @@ fn effectors(said: &mut String, state: &Snapshot, list: &EffectorList) {
         let modelled = fixed(2, log.modelled[effector] * scale);
         let limit = if log.limited.contains(effector) { "  at its limit" } else { "" };
         let _ = writeln!(
-            said,
+            text,
             "{:<14} {commanded:>9}  {modelled:>9} {unit}{limit}",
             list.name(effector)
         );

@@ -186,10 +186,10 @@ fn an_interval_that_was_asked_for_goes_before_a_data_stream() {
 #[test]
 fn a_default_rate_follows_its_parameter_at_once() {
     let mut world = World::flying();
-    world.ground.parameters.streams.attitude_hz = 0.1;
+    world.ground.shared.parameters.streams.attitude_hz = 0.1;
     world.run_ms(100);
     assert_eq!(in_a_second(&mut world, 14_550, ATTITUDE), 0, "one in ten seconds");
-    world.ground.parameters.streams.attitude_hz = 50.0;
+    world.ground.shared.parameters.streams.attitude_hz = 50.0;
     let got = in_a_second(&mut world, 14_550, ATTITUDE);
     assert!((49..=51).contains(&got), "{got} of 50");
     let other = count(&world, 33);

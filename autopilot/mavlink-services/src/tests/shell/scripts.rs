@@ -83,7 +83,7 @@ fn the_script_that_runs_is_known_however_many_others_were_refused() {
     for _ in 0..8 {
         // Nobody takes what is asked for.
         let parameters = *world.ground.parameters();
-        world.ground.scripts.start_by_name("b", &parameters).unwrap();
+        world.ground.shared.scripts.start_by_name("b", &parameters).unwrap();
     }
     world.run_ms(2_000);
     assert!(world.said("Script: done") && world.said("Script done: a"), "{:?}", world.texts());

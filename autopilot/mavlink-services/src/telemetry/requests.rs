@@ -1,16 +1,18 @@
-//! SET_MESSAGE_INTERVAL and GET_MESSAGE_INTERVAL: for the peer that asks, and for nobody else.
+//! SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL and REQUEST_MESSAGE: for the peer that sends them, and for no other.
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::MESSAGE_INTERVAL_DATA;
+use ::mavlink::MessageData;
+use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MESSAGE_INTERVAL_DATA, MavResult};
 
-use super::Telemetry;
-use super::rates::Wanted;
-use super::registry::{self, Rate, Row};
 use crate::codec::Encoded;
-use crate::heartbeat;
+use crate::command_error::CommandError;
 use crate::peers::Peer;
-use crate::refused::Refused;
+use crate::telemetry::rates::{PeerRates, Wanted};
+use crate::telemetry::registry::{Nothing, Rate, Row};
+use crate::telemetry::{View, faults, registry};
+use crate::wall_time::WallTime;
+use crate::{Shared, heartbeat};
 
 /// Shortest interval: 200 messages a second are more than any display shows.
 pub const SHORTEST: Duration = Duration::from_millis(5);
@@ -22,7 +24,7 @@ const STOP: f32 = -1.0;
 /// The interval that stands for the default.
 const DEFAULT: f32 = 0.0;
 
-impl Telemetry {
+impl PeerRates {
     /// SET_MESSAGE_INTERVAL of one peer: param1 and param2 of the command. -1 stops, 0 goes back to the
     /// default, else microseconds.
     ///
@@ -33,11 +35,11 @@ impl Telemetry {
         peer: Peer,
         message_id: f32,
         interval_us: f32,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), CommandError> {
         let (index, row) = streamed(message_id)?;
-        let asked = wanted(interval_us)?;
+        let wanted = wanted(interval_us)?;
         let defaults = self.defaults;
-        self.rates_of(peer).want(index, row, asked, &defaults);
+        self.of(peer).want(index, row, wanted, &defaults);
         Ok(())
     }
 
@@ -46,14 +48,14 @@ impl Telemetry {
     ///
     /// # Errors
     /// `message_id` is no message number.
-    pub fn interval(&self, peer: Peer, message_id: f32) -> Result<Encoded, Refused> {
+    pub fn interval(&self, peer: Peer, message_id: f32) -> Result<Encoded, CommandError> {
         let id = whole(message_id)?;
         let interval_us = match registry::find(id) {
             None => 0,
             Some((_, row)) if is_heartbeat(row) => microseconds(heartbeat::INTERVAL),
             Some((_, Row { rate: Rate::Answer, .. })) => -1,
             Some((index, row)) => {
-                let own = self.rates.iter().find(|rates| rates.peer() == peer);
+                let own = self.peers.iter().find(|rates| rates.peer() == peer);
                 let interval = match own {
                     Some(rates) => rates.interval(index, row, &self.defaults),
                     None => row.default_interval(&self.defaults),
@@ -75,23 +77,23 @@ fn microseconds(interval: Duration) -> i32 {
 }
 
 /// The row of a message that can be streamed.
-fn streamed(message_id: f32) -> Result<(usize, &'static Row), Refused> {
+fn streamed(message_id: f32) -> Result<(usize, &'static Row), CommandError> {
     let id = whole(message_id)?;
     let (index, row) = registry::find(id).ok_or_else(|| {
-        Refused::unsupported(format!("Interval refused: there is no message {id}"))
+        CommandError::unsupported(format!("Interval refused: there is no message {id}"))
     })?;
     if is_heartbeat(row) {
-        return Err(Refused::denied("Interval refused: heartbeats come once a second"));
+        return Err(CommandError::denied("Interval refused: heartbeats come once a second"));
     }
     if row.rate == Rate::Answer {
         let text = format!("Interval refused: {} only answers requests", row.name);
-        return Err(Refused::denied(text));
+        return Err(CommandError::denied(text));
     }
     Ok((index, row))
 }
 
 /// `None`: the default.
-fn wanted(interval_us: f32) -> Result<Option<Wanted>, Refused> {
+fn wanted(interval_us: f32) -> Result<Option<Wanted>, CommandError> {
     if interval_us == STOP {
         return Ok(Some(Wanted::Never));
     }
@@ -102,18 +104,18 @@ fn wanted(interval_us: f32) -> Result<Option<Wanted>, Refused> {
     if !(0.0..=LONGEST_US).contains(&interval_us) {
         let text =
             format!("Interval refused: {interval_us} us is not -1, 0, or {shortest_us} to 2e9");
-        return Err(Refused::denied(text));
+        return Err(CommandError::denied(text));
     }
     let interval = Duration::from_secs_f64(f64::from(interval_us) * 1.0e-6);
     if interval < SHORTEST {
         let text = format!("Interval refused: {interval_us} us is shorter than {shortest_us} us");
-        return Err(Refused::denied(text));
+        return Err(CommandError::denied(text));
     }
     Ok(Some(Wanted::Every(interval)))
 }
 
 /// A message number that came as a float.
-pub(super) fn whole(message_id: f32) -> Result<u32, Refused> {
+pub(super) fn whole(message_id: f32) -> Result<u32, CommandError> {
     // Message numbers have 24 bits, and so have floats.
     let max = 16_777_215.0;
     if message_id.fract() == 0.0 && (0.0..=max).contains(&message_id) {
@@ -124,5 +126,53 @@ pub(super) fn whole(message_id: f32) -> Result<u32, Refused> {
         )]
         return Ok(message_id as u32);
     }
-    Err(Refused::denied(format!("Refused: {message_id} is no message number")))
+    Err(CommandError::denied(format!("Refused: {message_id} is no message number")))
+}
+
+/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it. param2 picks one of a
+/// list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message of which MESSAGE_INTERVAL tells.
+///
+/// # Errors
+/// No such message, nothing to tell yet, or nothing with this number.
+pub fn request(
+    shared: &Shared,
+    peer: Peer,
+    now: WallTime,
+    message_id: f32,
+    param2: f32,
+) -> Result<Vec<Encoded>, CommandError> {
+    let id = whole(message_id)?;
+    if id == MESSAGE_INTERVAL_DATA::ID {
+        return shared.rates.interval(peer, param2).map(|message| vec![message]);
+    }
+    let unsupported = CommandError::without_text(MavResult::MAV_RESULT_UNSUPPORTED);
+    let (_, row) = registry::find(id).ok_or(unsupported)?;
+    let index = index(param2)?;
+    let is_array = id == DEBUG_FLOAT_ARRAY_DATA::ID;
+    if is_array && index > faults::FAULTS_ID {
+        return Err(CommandError::without_text(MavResult::MAV_RESULT_DENIED));
+    }
+    if is_array && index == faults::FAULTS_ID && shared.aircraft.snapshot().is_some() {
+        return Ok(faults::messages(shared));
+    }
+    let view = View { shared, now };
+    let mut answer = row.answer(&view, index).map_err(|nothing| {
+        CommandError::without_text(match nothing {
+            Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
+            Nothing::There => MavResult::MAV_RESULT_DENIED,
+        })
+    })?;
+    if is_array && index == 0 {
+        answer.extend(faults::messages(shared));
+    }
+    Ok(answer)
+}
+
+/// A number in a list. NaN means "not given", that is all.
+fn index(param2: f32) -> Result<u8, CommandError> {
+    if param2.is_nan() {
+        return Ok(0);
+    }
+    let number = whole(param2)?;
+    u8::try_from(number).map_err(|_| CommandError::without_text(MavResult::MAV_RESULT_DENIED))
 }

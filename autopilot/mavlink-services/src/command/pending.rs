@@ -2,19 +2,18 @@
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::{MavResult, MavSeverity};
+use ::mavlink::dialects::common::MavResult;
 use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, Refusal, Target};
 use icd::{Effector, EffectorList, FaultRequest};
 
-use super::codec::{CommandMessage, Encoded};
-use super::context::{Context, From};
-use super::failure;
-use super::peers::Peers;
-use super::reasons::Reasons;
-use super::refused::Refused;
-use super::statustext::StatusTexts;
+use crate::codec::{CommandMessage, Encoded, Identity};
+use crate::command_error::CommandError;
+use crate::failure::Reasons;
+use crate::peers::From;
+use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
+use crate::{Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 
@@ -97,23 +96,29 @@ impl Pending {
     /// Joins a copy of an open command: it gets its own answer together with the first.
     ///
     /// `None` if no such command is open.
-    pub fn join(&mut self, from: From, command: &CommandMessage) -> Option<Result<(), Refused>> {
+    pub fn join(
+        &mut self,
+        from: From,
+        command: &CommandMessage,
+    ) -> Option<Result<(), CommandError>> {
         let open = self
             .open
             .iter_mut()
             .find(|open| open.from == from && open.command == Some(*command))?;
         if open.copies >= COPIES_MAX {
-            return Some(Err(Refused::silent(MavResult::MAV_RESULT_TEMPORARILY_REJECTED)));
+            return Some(Err(CommandError::without_text(
+                MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
+            )));
         }
         open.copies += 1;
         Some(Ok(()))
     }
 
-    /// Who asked first, of those that wait for this mode.
+    /// The first station that has requested this mode and waits for it.
     #[must_use]
-    pub fn asker_of(&self, mode: Mode) -> Option<From> {
-        let asked = self.open.iter().filter(|open| open.on_acceptance.mode == Some(mode));
-        asked.min_by_key(|open| open.since).map(|open| open.from)
+    pub fn requester_of(&self, mode: Mode) -> Option<Identity> {
+        let requests = self.open.iter().filter(|open| open.on_acceptance.mode == Some(mode));
+        requests.min_by_key(|open| open.since).map(|open| open.from.sender)
     }
 
     /// One more command may be opened.
@@ -150,8 +155,7 @@ impl Pending {
         number: u32,
         outcome: &Outcome,
         now: WallTime,
-        ctx: &mut Context,
-        out: &mut Peers,
+        shared: &mut Shared,
     ) -> Option<(From, CommandMessage)> {
         let place = self.open.iter().enumerate().find_map(|(index, open)| {
             let part = open.parts.iter().position(|part| part.number == number)?;
@@ -161,28 +165,28 @@ impl Pending {
         let (index, part) = place?;
         let open = &mut self.open[index];
         let part = open.parts.remove(part);
-        open.verdict.take(part, outcome, now, ctx);
+        open.verdict.take(part, outcome, now, shared);
         if !open.parts.is_empty() {
             return None;
         }
         let open = self.open.swap_remove(index);
         let is_accepted = open.verdict.result == MavResult::MAV_RESULT_ACCEPTED;
         let accepted = open.command.filter(|_| is_accepted).map(|command| (open.from, command));
-        close(open, now, ctx, out);
+        close(open, now, shared);
         accepted
     }
 
     /// Tells who waits that it takes time, and gives up what has been open for too long.
-    pub fn poll(&mut self, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+    pub fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
         for open in self.open.extract_if(.., is_over) {
-            close(open, now, ctx, out);
+            close(open, now, shared);
         }
         for open in &mut self.open {
             if let Some(command) = open.command.filter(|_| now.since(open.reported) >= PROGRESS) {
                 open.reported = now;
                 let result = MavResult::MAV_RESULT_IN_PROGRESS;
-                out.answer(
+                shared.peers.answer(
                     open.from.peer,
                     Encoded::command_ack(command.id, result, open.from.sender),
                 );
@@ -202,24 +206,24 @@ impl Pending {
 }
 
 /// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
-fn close(mut open: Open, now: WallTime, ctx: &mut Context, out: &mut Peers) {
+fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
     for part in &open.parts {
         open.verdict.not_now(part.target(), NO_ANSWER);
     }
-    open.verdict.report(now, ctx.texts, ctx.effectors());
+    open.verdict.report(now, &mut shared.texts, &shared.model.effectors.list);
     let result = open.verdict.result;
     if result == MavResult::MAV_RESULT_ACCEPTED {
         if open.on_acceptance.steers {
-            ctx.control.take(open.from.sender);
+            shared.control.take(open.from.sender);
         }
         if let Some(note) = open.on_acceptance.note {
-            ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, note);
+            shared.texts.inform(now, note);
         }
     }
     let Some(command) = open.command else { return };
     let ack = Encoded::command_ack(command.id, result, open.from.sender);
     for _ in 0..open.copies {
-        out.answer(open.from.peer, ack.clone());
+        shared.peers.answer(open.from.peer, ack.clone());
     }
 }
 
@@ -239,11 +243,11 @@ impl Default for Verdict {
 
 impl Verdict {
     /// Takes the outcome of one part.
-    fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, ctx: &mut Context) {
+    fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match outcome {
             Outcome::Done => {}
-            Outcome::Plant(reply) => self.take_reply(part, reply, now, ctx),
+            Outcome::Plant(reply) => self.take_reply(part, reply, now, shared),
             Outcome::Refused(refusal) => {
                 self.refused = true;
                 if refusal.is_temporary() {
@@ -257,32 +261,32 @@ impl Verdict {
     }
 
     /// Takes what the plant said; sends a text at once for what neither an event nor a refusal reports.
-    fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, ctx: &mut Context) {
+    fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match reply {
             FaultReply::Refused(refusal) => {
                 self.refused = true;
                 match refusal {
                     Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
-                        self.not_now(target, failure::refused(refusal, target, ctx.effectors()));
+                        self.not_now(target, failure::refused(refusal, target, shared.effectors()));
                     }
-                    _ => self.never(target, failure::refused(refusal, target, ctx.effectors())),
+                    _ => self.never(target, failure::refused(refusal, target, shared.effectors())),
                 }
                 return;
             }
             FaultReply::Scheduled { at } => {
                 if let Some(FaultRequest::Inject { target, kind, timing }) = part.fault {
-                    let effectors = ctx.effectors();
+                    let effectors = shared.effectors();
                     let kind = kind.described(target.class(effectors));
                     let target = target.name(effectors);
                     let at_s = at.as_seconds();
                     let text = format!("Scheduled: {target} {kind}, at {at_s} s{timing}");
-                    ctx.texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+                    shared.texts.inform(now, text);
                 }
             }
             FaultReply::Cleared { .. } => {
                 // The end of a fault that acts is an event, and comes behind this answer.
-                let faults = ctx.aircraft.faults();
+                let faults = shared.aircraft.faults();
                 match target {
                     Some(target) if faults.acting(target).is_some() => self.cleared_active = true,
                     Some(target) if faults.names(target) => self.cleared_without_event.push(target),
@@ -312,11 +316,11 @@ impl Verdict {
                 "Nothing scheduled: {}",
                 failure::names(&self.cleared_without_event, effectors)
             );
-            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+            texts.inform(now, text);
         } else if !self.healthy.is_empty() && !self.cleared_active {
             // Beside something that was cleared_active, it is no news.
             let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
-            texts.reply(MavSeverity::MAV_SEVERITY_INFO, now, text);
+            texts.inform(now, text);
         }
         if self.reasons.is_empty() {
             return;
@@ -330,6 +334,6 @@ impl Verdict {
         if !self.done.is_empty() {
             text = format!("Done: {}. {text}", failure::names(&self.done, effectors));
         }
-        texts.refuse(now, text);
+        texts.warn(now, text);
     }
 }

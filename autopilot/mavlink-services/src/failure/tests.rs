@@ -1,4 +1,3 @@
-use super::super::{INJECT_FAILURE, requests, unit_and_instance};
 use super::*;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::configuration::{self, DEFAULT_MODEL};

@@ -1,10 +1,10 @@
-//! What waits to be sent to one peer. Answers and telemetry wait apart, so that a peer that reads slowly
-//! loses telemetry first, then what everybody is told, and never an acknowledgement. Bulk data (logs) goes
-//! behind the answers and takes turns with telemetry; whoever sends it waits for room.
+//! The bounded queues: what waits to be sent to one peer, what has come from one connection, and the intents for the control
+//! thread.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::codec::Encoded;
+use crate::codec::Encoded;
+use flight_management::command::{Command, FIRST_SCRIPT_REQUEST, Intent};
 
 /// Answers that may wait: more than the frames of one datagram can ask for, a burst of the parameter list
 /// and the texts of a moment.
@@ -128,6 +128,84 @@ impl Outbox {
     #[must_use]
     pub fn dropped_answers(&self) -> u64 {
         self.dropped_answers
+    }
+}
+
+/// Bytes that may wait: one read, and the beginning of a frame in front of it.
+const INBOX_MAX: usize = 4096;
+
+/// The bytes of one connection, in order.
+#[derive(Debug, Default)]
+pub struct Inbox {
+    bytes: Vec<u8>,
+    held: bool,
+}
+
+impl Inbox {
+    /// Appends what was read. Returns how many bytes found no room: none if nothing is read while the
+    /// inbox is held.
+    pub fn receive(&mut self, bytes: &[u8]) -> usize {
+        let fitting = bytes.len().min(INBOX_MAX.saturating_sub(self.bytes.len()));
+        self.bytes.extend(bytes.iter().take(fitting));
+        bytes.len() - fitting
+    }
+
+    /// Takes everything out.
+    pub fn take(&mut self) -> Vec<u8> {
+        core::mem::take(&mut self.bytes)
+    }
+
+    /// Puts `bytes` back without the first `used`. `held` if frames among them wait for room.
+    pub fn put_back(&mut self, mut bytes: Vec<u8>, used: usize, held: bool) {
+        bytes.drain(..used.min(bytes.len()));
+        self.bytes = bytes;
+        self.held = held;
+    }
+
+    /// Frames wait for room.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.held
+    }
+}
+
+/// Intents that may wait for room in the channel.
+const INTENTS_MAX: usize = 64;
+
+/// The queue of intents.
+#[derive(Debug, Default)]
+pub struct Intents {
+    queue: VecDeque<Intent>,
+    last_number: u32,
+}
+
+impl Intents {
+    /// Intents that still fit.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        INTENTS_MAX - self.queue.len()
+    }
+
+    /// Queues a command and returns its number; `None` if the queue is full.
+    #[must_use]
+    pub fn push(&mut self, command: impl Into<Command>) -> Option<u32> {
+        if self.room() == 0 {
+            return None;
+        }
+        self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
+        self.queue.push_back(Intent { number: self.last_number, command: command.into() });
+        Some(self.last_number)
+    }
+
+    /// Next intent for the control thread.
+    pub fn pop(&mut self) -> Option<Intent> {
+        self.queue.pop_front()
+    }
+
+    /// None waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.queue.is_empty()
     }
 }
 

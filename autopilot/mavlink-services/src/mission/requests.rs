@@ -1,21 +1,22 @@
-//! What ground stations send: plans, item by item, and other commands.
+//! What ground stations send, item by item or as other commands, and how it ends: with the answer of the control side, or
+//! without one in time.
 
-use flight_management::command::VehicleCommand;
 use std::sync::Arc;
 
 use ::mavlink::dialects::common::MavMissionResult as R;
 
-use super::draft::{Draft, Finished};
-use super::notes::Notes;
-use super::upload::Upload;
-use super::waiting::What;
-use super::wire::Stored;
-use super::{EMPTY_LISTS, Ended, MissionService, Reply, guided, wire};
+use crate::Shared;
 use crate::codec::{ListKind, MissionItem};
-use crate::context::From;
-use flight_management::vehicle::Place;
+use crate::mission::draft::{Draft, Finished, Notes};
+use crate::mission::transfers::{Upload, Waiting, What};
+use crate::mission::wire::Stored;
+use crate::mission::{EMPTY_LISTS, Ended, MissionService, Reply, action, wire};
+use crate::peers::From;
+use crate::wall_time::WallTime;
+use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::vehicle::plan::Plan;
 use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Mode, Place};
 
 /// Why there is no upload to the lists that are always empty.
 const NOT_THERE: &str = "there are no fence and no rally points";
@@ -38,19 +39,19 @@ impl MissionService {
             Some(upload) if upload.draft.next() == 0 && upload.draft.count() == count => {
                 // The request for the first item was lost.
                 if let Some(request) = upload.request_again(reply.now) {
-                    reply.out.answer(reply.from.peer, request);
+                    reply.shared.peers.answer(reply.from.peer, request);
                 }
                 return;
             }
             _ => {}
         }
         self.abandon(reply.from);
-        let state = reply.ctx.aircraft.snapshot();
+        let state = reply.shared.aircraft.snapshot();
         let place = state.map(|state| Place::of(state.motion()));
         match Draft::new(count, place, state.map(|state| state.demand.airspeed_m_s)) {
             Ok(draft) => {
                 let mut upload = Upload::new(reply.from, draft);
-                reply.out.answer(reply.from.peer, upload.request_next(reply.now));
+                reply.shared.peers.answer(reply.from.peer, upload.request_next(reply.now));
                 self.upload = Some(upload);
             }
             Err(rejected) => reply.refuse(list, &rejected),
@@ -72,8 +73,8 @@ impl MissionService {
         if list != ListKind::MISSION {
             return reply.refuse_for(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
         }
-        if guided::is_guided(item) {
-            return match guided::command(item, &reply.ctx.parameters.limits) {
+        if action::is_guided(item) {
+            return match action::guided_command(item, &reply.shared.parameters.limits) {
                 Ok(command) => self.request(command, Some(list), What::Guided, reply),
                 Err(rejected) => reply.refuse(list, &rejected),
             };
@@ -83,11 +84,11 @@ impl MissionService {
         };
         if item.words.seq != upload.draft.next() {
             if let Some(request) = upload.request_again(reply.now) {
-                reply.out.answer(reply.from.peer, request);
+                reply.shared.peers.answer(reply.from.peer, request);
             }
             return;
         }
-        let parameters = &reply.ctx.parameters;
+        let parameters = &reply.shared.parameters;
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         if let Err(rejected) = upload.draft.take(item, &rules) {
             self.upload = None;
@@ -97,7 +98,7 @@ impl MissionService {
         }
         if !upload.draft.is_complete() {
             let request = upload.request_next(reply.now);
-            return reply.out.answer(reply.from.peer, request);
+            return reply.shared.peers.answer(reply.from.peer, request);
         }
         if let Some(upload) = self.upload.take() {
             let Finished { stored, plan, notes } = upload.draft.finish();
@@ -115,7 +116,7 @@ impl MissionService {
             Some(ended) if ended.seq == seq => {
                 let list = ListKind::MISSION;
                 let ack = wire::ack(list, ended.result, ended.id, reply.from.sender);
-                reply.out.answer(reply.from.peer, ack);
+                reply.shared.peers.answer(reply.from.peer, ack);
             }
             Some(ended) if seq < ended.seq => {}
             _ => reply.refuse_for(
@@ -159,7 +160,8 @@ impl MissionService {
         what: What,
         reply: &mut Reply,
     ) {
-        let number = if self.waiting.has_room() { reply.ctx.intents.push(command) } else { None };
+        let number =
+            if self.waiting.has_room() { reply.shared.intents.push(command) } else { None };
         match (number, list) {
             (Some(number), _) => self.waiting.keep(number, reply.from, list, what, reply.now),
             (None, Some(list)) => {
@@ -167,8 +169,111 @@ impl MissionService {
             }
             (None, None) => {
                 let text = "Mission refused: too many requests are waiting";
-                reply.ctx.texts.refuse(reply.now, text);
+                reply.shared.texts.warn(reply.now, text);
             }
         }
     }
+}
+
+/// Reason of a command without an outcome.
+const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
+
+impl MissionService {
+    /// Takes the outcome of an intent.
+    pub(super) fn resolve(
+        &mut self,
+        number: u32,
+        outcome: &Outcome,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
+        // Other services ask too.
+        let Some(waiting) = self.waiting.take(number) else {
+            return self.take_restored(number, outcome, now, shared);
+        };
+        let result = match outcome {
+            Outcome::Done => R::MAV_MISSION_ACCEPTED,
+            Outcome::Refused(refusal) => {
+                shared.texts.warn(now, format!("Mission refused: {refusal}"));
+                if refusal.is_temporary() { R::MAV_MISSION_ERROR } else { R::MAV_MISSION_INVALID }
+            }
+            Outcome::NoAnswer | Outcome::Plant(_) => {
+                shared.texts.warn(now, NO_ANSWER);
+                R::MAV_MISSION_ERROR
+            }
+        };
+        // A plan steers only the mode that flies it: uploading one takes no running stream its control.
+        let steers =
+            matches!(waiting.what, What::Guided) || shared.aircraft.mode() == Mode::Mission;
+        if result == R::MAV_MISSION_ACCEPTED && steers {
+            shared.control.take(waiting.from.sender);
+        }
+        let id = self.settle(&waiting, result, now, shared);
+        if let Some(list) = waiting.list {
+            let ack = wire::ack(list, result, id, waiting.from.sender);
+            shared.peers.answer(waiting.from.peer, ack);
+        }
+    }
+
+    /// Does what follows from the end of a command. Returns the id of the plan that came into force by it.
+    fn settle(&mut self, waiting: &Waiting, result: R, now: WallTime, shared: &mut Shared) -> u32 {
+        let accepted = result == R::MAV_MISSION_ACCEPTED;
+        match &waiting.what {
+            What::Plan { stored, notes } => {
+                let id = if accepted { stored.id } else { 0 };
+                if let (Some(_), Some(seq)) = (waiting.list, stored.count().checked_sub(1)) {
+                    self.ended = Some(Ended { from: waiting.from, seq, result, id });
+                }
+                if accepted {
+                    self.store(stored, shared);
+                    self.keeper.keep(stored);
+                    let text = match stored.count() {
+                        0 => "Mission cleared".into(),
+                        1 => "Mission loaded: 1 item".into(),
+                        items => format!("Mission loaded: {items} items"),
+                    };
+                    for text in core::iter::once(text).chain(notes.texts()) {
+                        shared.texts.inform(now, text);
+                    }
+                }
+                id
+            }
+            What::Current(item) => {
+                if accepted {
+                    self.publish_current(*item, shared);
+                }
+                0
+            }
+            What::Guided => 0,
+        }
+    }
+
+    /// Answers commands without an outcome, and an upload without the next item.
+    pub(super) fn give_up_overdue(&mut self, now: WallTime, shared: &mut Shared) {
+        while let Some((from, list)) = self.waiting.next_overdue(now) {
+            shared.texts.warn(now, NO_ANSWER);
+            if let Some(list) = list {
+                answer(from, list, R::MAV_MISSION_ERROR, shared);
+            }
+        }
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.deadline() <= now) else {
+            return;
+        };
+        let from = upload.from;
+        if upload.is_hopeless() {
+            let text = format!(
+                "Mission upload given up, the plan is unchanged: item {} did not come",
+                upload.draft.next()
+            );
+            shared.texts.warn(now, text);
+            self.upload = None;
+            answer(from, ListKind::MISSION, R::MAV_MISSION_OPERATION_CANCELLED, shared);
+        } else {
+            shared.peers.answer(from.peer, upload.request(now));
+        }
+    }
+}
+
+fn answer(from: From, list: ListKind, result: R, shared: &mut Shared) {
+    shared.peers.answer(from.peer, wire::ack(list, result, 0, from.sender));
 }

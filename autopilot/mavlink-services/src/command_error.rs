@@ -1,17 +1,17 @@
-//! Why something is not done: the result for the acknowledgement and the reason for people.
+//! Why a command is refused: the result for the acknowledgement and the reason for the operator.
 
 use ::mavlink::dialects::common::MavResult;
 
-/// A refusal.
+/// Why a command is refused.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Refused {
+pub struct CommandError {
     /// For COMMAND_ACK.
     pub result: MavResult,
-    /// For STATUSTEXT; `None` where the result says it all.
+    /// For STATUSTEXT; `None` where the result says enough.
     pub reason: Option<String>,
 }
 
-impl Refused {
+impl CommandError {
     /// The same request will never be accepted.
     #[must_use]
     pub fn denied(reason: impl Into<String>) -> Self {
@@ -20,7 +20,7 @@ impl Refused {
 
     /// The same request may be accepted later.
     #[must_use]
-    pub fn for_now(reason: impl Into<String>) -> Self {
+    pub fn temporary(reason: impl Into<String>) -> Self {
         let result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
         Self { result, reason: Some(reason.into()) }
     }
@@ -37,9 +37,9 @@ impl Refused {
         Self { result: MavResult::MAV_RESULT_FAILED, reason: Some(reason.into()) }
     }
 
-    /// A result that says it all.
+    /// A result that says enough.
     #[must_use]
-    pub fn silent(result: MavResult) -> Self {
+    pub fn without_text(result: MavResult) -> Self {
         Self { result, reason: None }
     }
 }

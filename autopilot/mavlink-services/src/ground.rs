@@ -1,0 +1,453 @@
+//! The ground-station side as a process sees it: what comes in goes to the services, what they have to send goes out.
+
+use std::sync::Arc;
+
+use flight_control::AircraftModel;
+
+use crate::aircraft::Aircraft;
+use crate::codec::{Frame, Identity, Message, Skipped};
+use crate::command::CommandService;
+use crate::component_metadata::Metadata;
+use crate::control::Control;
+use crate::fault_list::FaultListRequest;
+use crate::ftp::FtpService;
+use crate::heartbeat::Heartbeat;
+use crate::link_loss::LinkLoss;
+use crate::logs::{LogDone, LogJob, LogService};
+use crate::manual::{Manual, Pilots};
+use crate::mission::{MissionService, SavedPlan};
+use crate::mode_switch::ModeSwitch;
+use crate::modes::Streams;
+use crate::offboard::{Offboard, SetpointStreams};
+use crate::param::{ParamService, ParameterStore, Save, Saved};
+use crate::peers::{Address, Connection, Crowding, From, Peer, Peers};
+use crate::ping::Ping;
+use crate::queues::Intents;
+use crate::scripts::Scripts;
+use crate::shell::ShellService;
+use crate::signing::{Admission, KeyChange, LogLine, Signing};
+use crate::statustext::{LogText, StatusTexts};
+use crate::telemetry::{Host, PeerRates, Telemetry};
+use crate::traffic::Traffic;
+use crate::wall_time::WallTime;
+use crate::{Service, Shared, codec, param, peers, statustext};
+use flight_management::command::Intent;
+use flight_management::event::{Event, EventKind, Snapshot};
+use flight_management::parameters::Parameters;
+use flight_management::script::Script;
+use flight_management::vehicle::VehicleEvent;
+
+/// The ground-station side without its sockets.
+#[derive(Debug)]
+pub struct Ground {
+    /// MAV_SYS_ID as it was at the start.
+    own: Identity,
+    pub(crate) shared: Shared,
+    pub(crate) services: Services,
+    traffic: Traffic,
+    skipped: Skipped,
+}
+
+/// One of each service.
+#[derive(Debug, Default)]
+pub(crate) struct Services {
+    signing: Signing,
+    ping: Ping,
+    shell: ShellService,
+    fault_list: FaultListRequest,
+    command: CommandService,
+    param: ParamService,
+    pub(crate) offboard: Offboard,
+    pub(crate) manual: Manual,
+    mode_switch: ModeSwitch,
+    mission: MissionService,
+    ftp: FtpService,
+    logs: LogService,
+    pub(crate) link_loss: LinkLoss,
+    heartbeat: Heartbeat,
+    telemetry: Telemetry,
+}
+
+impl Services {
+    /// All of them. The order is that of what they send in one turn: the heartbeat shows a new mode after the acknowledgement
+    /// of the command that asked for it, and before the telemetry.
+    fn in_order(&mut self) -> [&mut dyn Service; 15] {
+        [
+            &mut self.signing,
+            &mut self.ping,
+            &mut self.shell,
+            &mut self.fault_list,
+            &mut self.command,
+            &mut self.param,
+            &mut self.offboard,
+            &mut self.manual,
+            &mut self.mode_switch,
+            &mut self.mission,
+            &mut self.ftp,
+            &mut self.logs,
+            &mut self.link_loss,
+            &mut self.heartbeat,
+            &mut self.telemetry,
+        ]
+    }
+}
+
+impl Ground {
+    /// Knows the configured peers and no aircraft yet. `model` scales the effectors' commands and
+    /// says how far they travel.
+    #[must_use]
+    pub fn new(parameters: &Parameters, model: &AircraftModel, configured: &[Address]) -> Self {
+        let defaults = Parameters::default();
+        let shared = Shared {
+            parameters: *parameters,
+            defaults,
+            store: ParameterStore::default(),
+            model: *model,
+            aircraft: Aircraft::default(),
+            plan_items: 0,
+            scripts: Scripts::new(&model.effectors.list),
+            control: Control::default(),
+            setpoints: SetpointStreams::default(),
+            pilots: Pilots::default(),
+            streams: Streams::default(),
+            derived: None,
+            rates: PeerRates::new(parameters.streams),
+            metadata: Metadata::new(&model.effectors.list, &defaults),
+            host: Host::default(),
+            intents: Intents::default(),
+            texts: StatusTexts::default(),
+            peers: Peers::new(configured),
+        };
+        Self {
+            own: Identity::autopilot(parameters.link.system_id),
+            shared,
+            services: Services::default(),
+            traffic: Traffic::default(),
+            skipped: Skipped::default(),
+        }
+    }
+
+    /// Defaults of the parameters for this aircraft; to be called before anything else.
+    #[must_use]
+    pub fn with_defaults(mut self, defaults: &Parameters) -> Self {
+        self.shared.defaults = *defaults;
+        self.shared.metadata = Metadata::new(self.shared.effectors(), defaults);
+        self
+    }
+
+    /// What the process reports about itself; to be called before the first poll.
+    #[must_use]
+    pub fn with_host(mut self, host: Host) -> Self {
+        self.shared.host = host;
+        self
+    }
+
+    /// The key of the last run; to be called before the first poll.
+    #[must_use]
+    pub fn with_signing(mut self, signing: Signing) -> Self {
+        self.services.signing = signing;
+        self
+    }
+
+    /// The script that begins with the flight; to be called before the first poll.
+    #[must_use]
+    pub fn with_script(mut self, script: Option<Arc<Script>>) -> Self {
+        self.shared.scripts.set_scenario(script);
+        self
+    }
+
+    /// Takes one datagram. Its rest is dropped if there is no room for the answers.
+    pub fn handle_datagram(&mut self, address: Address, datagram: &[u8], now: WallTime) {
+        let mut rest = datagram;
+        while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
+            // An unsigned frame that is exempt is read as well, but does not make its sender a peer.
+            if !self.admits(&frame, now) {
+                continue;
+            }
+            let Some(peer) = self.shared.peers.receive(address, now) else { return };
+            if self.shared.peers.can_answer(peer) {
+                self.handle_frame(peer, &frame, now);
+            } else {
+                self.skipped.unanswerable += 1;
+            }
+        }
+        self.send_texts();
+    }
+
+    /// Takes what was read from a connection, cut anywhere. Read only while [`Ground::accepts_input`].
+    pub fn handle_stream(&mut self, connection: Connection, bytes: &[u8], now: WallTime) {
+        // A connection that is not open any more.
+        let Some((_, inbox)) = self.shared.peers.inbox(connection) else { return };
+        self.skipped.overflow_bytes += inbox.receive(bytes) as u64;
+        self.read_inbox(connection, now);
+        self.send_texts();
+    }
+
+    /// Handles the frames that have come over a connection, as far as they can be answered.
+    fn read_inbox(&mut self, connection: Connection, now: WallTime) {
+        let Some((peer, inbox)) = self.shared.peers.inbox(connection) else { return };
+        // The services answer into the same table, so the bytes leave it meanwhile.
+        let bytes = inbox.take();
+        let mut rest = &bytes[..];
+        let held = loop {
+            if !self.shared.peers.can_answer(peer) {
+                break !rest.is_empty();
+            }
+            let Some(frame) = codec::next_frame_of_stream(&mut rest, &mut self.skipped) else {
+                break false;
+            };
+            if self.admits(&frame, now) {
+                self.handle_frame(peer, &frame, now);
+            }
+        };
+        let used = bytes.len() - rest.len();
+        if let Some((_, inbox)) = self.shared.peers.inbox(connection) {
+            inbox.put_back(bytes, used, held);
+        }
+    }
+
+    /// Frames of this autopilot come back where somebody forwards them.
+    fn admits(&mut self, frame: &Frame<'_>, now: WallTime) -> bool {
+        frame.sender != self.own && self.services.signing.admit(frame, now) == Admission::Accepted
+    }
+
+    fn handle_frame(&mut self, peer: Peer, frame: &Frame<'_>, now: WallTime) {
+        self.traffic.record(frame);
+        let Some((target, message)) = codec::decode(frame) else { return };
+        // Of a ping the target says whether it is a request or an answer.
+        if !matches!(message, Message::Ping(_)) && !target.reaches(self.own) {
+            return;
+        }
+        let from = From { peer, sender: frame.sender };
+        self.shared.note_streams(from, now);
+        let mut next = Some(message);
+        while let Some(message) = next {
+            for service in self.services.in_order() {
+                service.handle(from, &message, now, &mut self.shared);
+            }
+            next = self.shared.derived.take();
+        }
+    }
+
+    /// A ground station has opened a connection, from this computer or another one. False if there are
+    /// too many.
+    pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> bool {
+        self.shared.peers.open(connection, is_local, now).is_some()
+    }
+
+    /// A connection was closed.
+    pub fn close(&mut self, connection: Connection) {
+        self.shared.peers.close(connection);
+    }
+
+    /// Takes an event of the control side.
+    pub fn handle_event(&mut self, event: &Event, now: WallTime) {
+        let Shared { aircraft, texts, parameters, model, control, scripts, .. } = &mut self.shared;
+        let is_news = aircraft.handle_event(&event.kind);
+        if is_news {
+            texts.handle_event(&event.kind, parameters, &model.effectors.list);
+        }
+        match event.kind {
+            EventKind::Script { script, event } => scripts.handle_event(script, event, texts),
+            EventKind::Fault(_) if is_news => self.services.telemetry.hurry_faults(now),
+            EventKind::Vehicle(VehicleEvent::Mode(mode)) => {
+                let mut requesters = self
+                    .services
+                    .in_order()
+                    .into_iter()
+                    .filter_map(|service| service.requester_of(mode));
+                if let Some(station) = requesters.next() {
+                    control.take(station);
+                }
+            }
+            EventKind::Outcome { number, outcome } => {
+                for service in self.services.in_order() {
+                    service.handle_outcome(number, &outcome, now, &mut self.shared);
+                }
+            }
+            _ => {}
+        }
+        for service in self.services.in_order() {
+            service.handle_event(&event.kind, now, &mut self.shared);
+        }
+        self.send_texts();
+    }
+
+    /// Takes the state at one tick.
+    pub fn handle_snapshot(&mut self, snapshot: &Snapshot, now: WallTime) {
+        self.shared.aircraft.handle_snapshot(snapshot);
+        self.services.telemetry.handle_snapshot(now, &mut self.shared);
+        self.services.heartbeat.poll(now, &mut self.shared);
+    }
+
+    /// Does what is due.
+    pub fn poll(&mut self, now: WallTime) {
+        self.shared.peers.poll(now);
+        for _ in 0..peers::CONNECTIONS_MAX {
+            let Some(connection) = self.shared.peers.next_resumable() else { break };
+            self.read_inbox(connection, now);
+        }
+        for service in self.services.in_order() {
+            service.poll(now, &mut self.shared);
+        }
+        self.send_texts();
+    }
+
+    /// The process ends: every station gets a text that says so, and whether the plant has ended before it.
+    pub fn end(&mut self) {
+        let (severity, text) = statustext::text_of_end(self.shared.aircraft.phase());
+        self.shared.texts.publish_event(severity, text);
+        self.send_texts();
+    }
+
+    fn send_texts(&mut self) {
+        self.shared.texts.poll(&mut self.shared.peers);
+    }
+
+    /// When [`Ground::poll`] has something to do.
+    #[must_use]
+    pub fn next_deadline(&mut self) -> WallTime {
+        let services = self.services.in_order().into_iter();
+        let services = services.filter_map(|service| service.next_deadline(&self.shared));
+        services.chain(self.shared.peers.next_deadline()).min().unwrap_or_default()
+    }
+
+    /// Whether to read from a connection now; if not, its sender has to wait.
+    #[must_use]
+    pub fn accepts_input(&self, connection: Connection) -> bool {
+        self.shared.peers.accepts_input(connection)
+    }
+
+    /// Input that was read and had to wait can be answered now, by [`Ground::poll`].
+    #[must_use]
+    pub fn can_resume(&self) -> bool {
+        self.shared.peers.next_resumable().is_some()
+    }
+
+    /// A snapshot of the next tick is wanted.
+    #[must_use]
+    pub fn wants_snapshot(&self) -> bool {
+        self.services.telemetry.wants_snapshot()
+    }
+
+    /// Next intent for the control thread.
+    pub fn pop_intent(&mut self) -> Option<Intent> {
+        self.shared.intents.pop()
+    }
+
+    /// An intent waits.
+    #[must_use]
+    pub fn has_intents(&self) -> bool {
+        !self.shared.intents.is_empty()
+    }
+
+    /// Next frame to send and its destination, of those to whom something can be sent now.
+    pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
+        self.shared.peers.pop(self.own, &mut self.services.signing, can_send)
+    }
+
+    /// Next text for the flight log that is not the text of an event.
+    pub fn pop_text_for_log(&mut self) -> Option<LogText> {
+        self.shared.texts.pop_for_log()
+    }
+
+    /// What the key file should have now, if it is time to write it.
+    pub fn pop_key_change(&mut self) -> Option<KeyChange> {
+        self.services.signing.pop_change()
+    }
+
+    /// What the key file has to have at the end.
+    pub fn last_key_change(&mut self) -> Option<KeyChange> {
+        self.services.signing.last_change()
+    }
+
+    /// The key file could not be written.
+    pub fn handle_key_unsaved(&mut self, why: &str, now: WallTime) {
+        self.shared.texts.warn(now, format!("The signing key is not saved: {why}"));
+        self.send_texts();
+    }
+
+    /// A line about signing for the log; what signing refuses is reported to the ground stations as well.
+    pub fn report_signing(&mut self, now: WallTime) -> Option<LogLine> {
+        let line = self.services.signing.report(now, &mut self.shared.texts);
+        self.send_texts();
+        line
+    }
+
+    /// From now on changes of parameters are saved; `kept` is what is saved already.
+    pub fn keep_parameters(&mut self, kept: Parameters) {
+        self.shared.store.keep(kept);
+    }
+
+    /// Next text of the parameter file.
+    pub fn pop_save(&mut self) -> Option<Save> {
+        self.shared.store.pop_save()
+    }
+
+    /// Takes the result of a save of the parameters.
+    pub fn handle_saved(&mut self, saved: &Saved) {
+        param::handle_saved(saved, &mut self.shared);
+        self.send_texts();
+    }
+
+    /// From now on plans are kept; `saved` is what is kept already.
+    pub fn keep_plan(&mut self, saved: SavedPlan) {
+        self.services.mission.keep(saved);
+    }
+
+    /// Next text of the plan file.
+    pub fn pop_plan_save(&mut self) -> Option<Save> {
+        self.services.mission.pop_save()
+    }
+
+    /// Takes the result of a save of the plan.
+    pub fn handle_plan_saved(&mut self, saved: &Saved, now: WallTime) {
+        self.services.mission.handle_saved(saved, now, &mut self.shared);
+        self.send_texts();
+    }
+
+    /// From now on there is a folder with logs.
+    pub fn open_log_folder(&mut self) {
+        self.services.logs.open_folder();
+    }
+
+    /// What the log folder has to do next. To be called when it has nothing to do.
+    pub fn pop_log_job(&mut self) -> Option<LogJob> {
+        self.services.logs.pop_job()
+    }
+
+    /// Takes the result of a job of the log folder.
+    pub fn handle_log_done(&mut self, done: LogDone, now: WallTime) {
+        self.services.logs.handle_done(done, now, &mut self.shared);
+        self.send_texts();
+    }
+
+    /// The frames that were received, for the record of all traffic.
+    pub fn traffic(&mut self) -> &mut Traffic {
+        &mut self.traffic
+    }
+
+    /// The parameters now.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.shared.parameters
+    }
+
+    /// Messages to the present peers dropped so far: telemetry, announcements, answers.
+    #[must_use]
+    pub fn dropped(&self) -> [u64; 3] {
+        self.shared.peers.dropped()
+    }
+
+    /// What came of too many visitors so far.
+    #[must_use]
+    pub fn crowding(&self) -> Crowding {
+        self.shared.peers.crowding()
+    }
+
+    /// What was skipped in the input so far.
+    #[must_use]
+    pub fn skipped(&self) -> Skipped {
+        self.skipped
+    }
+}

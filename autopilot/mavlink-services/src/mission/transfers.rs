@@ -1,0 +1,223 @@
+//! Uploads and downloads under way, and the commands whose outcome is still open.
+
+use core::time::Duration;
+use std::sync::Arc;
+
+use crate::codec::{Encoded, ListKind};
+use crate::mission::draft::{Draft, Notes};
+use crate::mission::wire;
+use crate::mission::wire::Stored;
+use crate::peers::From;
+use crate::wall_time::WallTime;
+
+/// An item that does not come is asked for again after this. Ground stations wait half a second to one and
+/// a half, and then send the item before once more.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
+/// Requests for one item, the first one included, until the upload is given up.
+const TRIES_MAX: u32 = 5;
+/// An item that is not the next one leads to a new request, but not more often than this: every copy of an
+/// item would lead to a copy of all that follow.
+const AGAIN: Duration = Duration::from_millis(200);
+
+/// An upload.
+#[derive(Debug)]
+pub struct Upload {
+    /// Who uploads.
+    pub from: From,
+    /// What has come.
+    pub draft: Draft,
+    asked: WallTime,
+    tries: u32,
+    as_int: bool,
+}
+
+impl Upload {
+    /// Nothing has come, and the first item was not asked for.
+    #[must_use]
+    pub fn new(from: From, draft: Draft) -> Self {
+        Self { from, draft, asked: WallTime::ZERO, tries: 0, as_int: true }
+    }
+
+    /// The request for the next item.
+    #[must_use]
+    pub fn request(&mut self, now: WallTime) -> Encoded {
+        self.asked = now;
+        self.tries += 1;
+        wire::request(self.draft.next(), self.as_int, self.from.sender)
+    }
+
+    /// The request for the item after one that has come.
+    #[must_use]
+    pub fn request_next(&mut self, now: WallTime) -> Encoded {
+        self.tries = 0;
+        self.request(now)
+    }
+
+    /// The request once more, since something else came; `None` if it has just been sent.
+    #[must_use]
+    pub fn request_again(&mut self, now: WallTime) -> Option<Encoded> {
+        (now.since(self.asked) >= AGAIN).then(|| {
+            self.asked = now;
+            wire::request(self.draft.next(), self.as_int, self.from.sender)
+        })
+    }
+
+    /// The ground station does not know the request: the other one of the two.
+    #[must_use]
+    pub fn request_otherwise(&mut self, now: WallTime) -> Encoded {
+        self.as_int = !self.as_int;
+        self.request(now)
+    }
+
+    /// When the request will be sent once more, or the upload given up.
+    #[must_use]
+    pub fn deadline(&self) -> WallTime {
+        self.asked + REQUEST_TIMEOUT
+    }
+
+    /// The next item was asked for often enough.
+    #[must_use]
+    pub fn is_hopeless(&self) -> bool {
+        self.tries >= TRIES_MAX
+    }
+}
+
+/// Downloads at the same time; the one that asked least recently makes room.
+const DOWNLOADS_MAX: usize = 16;
+/// Without a request for this long a download is over.
+const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
+
+#[derive(Debug)]
+struct Download {
+    from: From,
+    plan: Arc<Stored>,
+    asked: WallTime,
+}
+
+/// The downloads under way.
+#[derive(Debug, Default)]
+pub struct Downloads(Vec<Download>);
+
+impl Downloads {
+    /// Somebody wants the list.
+    pub fn begin(&mut self, from: From, plan: &Arc<Stored>, now: WallTime) {
+        self.end(from);
+        if self.0.len() >= DOWNLOADS_MAX {
+            let oldest = self.0.iter().enumerate().min_by_key(|(_, download)| download.asked);
+            if let Some((place, _)) = oldest {
+                self.0.swap_remove(place);
+            }
+        }
+        self.0.push(Download { from, plan: Arc::clone(plan), asked: now });
+    }
+
+    /// The plan that somebody downloads; `None` if nothing is under way.
+    pub fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
+        self.0.retain(|download| now.since(download.asked) < DOWNLOAD_TIMEOUT);
+        let download = self.0.iter_mut().find(|download| download.from == from)?;
+        download.asked = now;
+        Some(Arc::clone(&download.plan))
+    }
+
+    /// Somebody has the whole list, or wants no more of it.
+    pub fn end(&mut self, from: From) {
+        self.0.retain(|download| download.from != from);
+    }
+}
+
+/// Commands that may be open at the same time.
+const WAITING_MAX: usize = 32;
+/// After this time the service answers that there was no outcome. It still takes one that comes later.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// What was requested.
+#[derive(Debug)]
+pub enum What {
+    /// Another plan.
+    Plan {
+        /// As it was sent.
+        stored: Arc<Stored>,
+        /// What to tell when it is in force.
+        notes: Notes,
+    },
+    /// Another current item.
+    Current(u16),
+    /// Another place or altitude, by an item.
+    Guided,
+}
+
+/// An open command.
+#[derive(Debug)]
+pub struct Waiting {
+    /// Number of the intent.
+    pub number: u32,
+    /// Who asked.
+    pub from: From,
+    /// List to acknowledge; `None`: nobody waits for an acknowledgement, or not any more.
+    pub list: Option<ListKind>,
+    /// What.
+    pub what: What,
+    since: WallTime,
+    overdue: bool,
+}
+
+/// The open commands, oldest first.
+#[derive(Debug, Default)]
+pub struct WaitingList(Vec<Waiting>);
+
+impl WaitingList {
+    /// One more command can be kept.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        self.0.iter().filter(|waiting| !waiting.overdue).count() < WAITING_MAX
+    }
+
+    /// Keeps a command. One that never had an outcome makes room.
+    pub fn keep(
+        &mut self,
+        number: u32,
+        from: From,
+        list: Option<ListKind>,
+        what: What,
+        now: WallTime,
+    ) {
+        if self.0.len() >= WAITING_MAX
+            && let Some(oldest) = self.0.iter().position(|waiting| waiting.overdue)
+        {
+            self.0.remove(oldest);
+        }
+        self.0.push(Waiting { number, from, list, what, since: now, overdue: false });
+    }
+
+    /// The command with this number.
+    pub fn take(&mut self, number: u32) -> Option<Waiting> {
+        let place = self.0.iter().position(|waiting| waiting.number == number)?;
+        Some(self.0.remove(place))
+    }
+
+    /// Somebody who waits for a plan to take force.
+    pub fn plan_of(&mut self, from: From) -> Option<&mut Waiting> {
+        self.0.iter_mut().find(|waiting| {
+            waiting.from == from
+                && waiting.list.is_some()
+                && matches!(waiting.what, What::Plan { .. })
+        })
+    }
+
+    /// The next command that has become overdue: who waits, and the list to acknowledge.
+    pub fn next_overdue(&mut self, now: WallTime) -> Option<(From, Option<ListKind>)> {
+        let waiting = self
+            .0
+            .iter_mut()
+            .find(|waiting| !waiting.overdue && now.since(waiting.since) >= ANSWER_TIMEOUT)?;
+        waiting.overdue = true;
+        Some((waiting.from, waiting.list.take()))
+    }
+
+    /// When the next command becomes overdue.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        let open = self.0.iter().filter(|waiting| !waiting.overdue);
+        open.map(|waiting| waiting.since + ANSWER_TIMEOUT).min()
+    }
+}
