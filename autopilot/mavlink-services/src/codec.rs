@@ -1,8 +1,8 @@
 //! Frames and payloads: bytes of a datagram to messages, messages to bytes.
 //!
-//! Own splitter, since the crate's reader loses good frames behind a truncated one and tells nothing of
+//! Own splitter, since the crate's reader loses good frames behind a truncated one and does not count
 //! what it skips. Fields that are enums in the definitions are read as integers, since a value that is
-//! newer than the definitions must not make the message disappear: a command that nobody knows still gets
+//! newer than the definitions must not make the message disappear: an unknown command still gets
 //! its answer.
 
 use ::mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage, MavResult};

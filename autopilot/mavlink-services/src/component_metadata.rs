@@ -79,7 +79,7 @@ fn general(descriptions: &[(&'static str, Arc<str>)]) -> Value {
     })
 }
 
-/// What happens is told by STATUSTEXT and by messages of its own. The autopilot sends no EVENT, so there is
+/// What happens is reported by STATUSTEXT and by messages of its own. The autopilot sends no EVENT, so there is
 /// none to describe; the file says just that.
 fn events() -> Value {
     json!({

@@ -1,12 +1,12 @@
 //! Which ground station has control: the one whose command was last accepted, or else the first that was
 //! heard.
 //!
-//! A holder whose order was accepted keeps control when it falls silent, whoever else is heard: its silence is
-//! the lost link. A holder that was only heard first gives control on to another station that is heard.
+//! A holder whose order was accepted keeps control when it falls silent, whichever others send: its silence is
+//! the lost link. A holder that only sent first passes control on to another station that sends.
 //!
 //! A station is a system: its components, a map and a joystick, share control. A program that commands
-//! without heartbeats has control too, but its silence means nothing, since it was never heard: then the link
-//! is lost when all stations that were heard are silent.
+//! without heartbeats has control too, but its silence means nothing, since it never sent one: then the link
+//! is lost when all stations that have sent heartbeats are silent.
 
 use core::time::Duration;
 
@@ -28,9 +28,9 @@ struct Station {
 /// What a look at the silence of ground stations came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Silence {
-    /// None was ever heard: nobody can be lost.
+    /// No station has ever sent a heartbeat: none can be lost.
     NoStation,
-    /// The station that counts is heard.
+    /// The station that counts sends heartbeats.
     Connected,
     /// The first of these systems fell silent and the second has taken over.
     TakenOver(u8, u8),
@@ -41,11 +41,11 @@ pub enum Silence {
 #[derive(Debug, Clone, Copy)]
 struct Holder {
     system: u8,
-    /// It has control by an accepted order, not only because it was heard.
+    /// It has control by an accepted command, not only because it sent the first heartbeat.
     has_steered: bool,
 }
 
-/// Who has control, and who was heard when.
+/// Who has control, and when each station sent its last heartbeat.
 #[derive(Debug, Default)]
 pub struct Control {
     stations: ArrayVec<Station, STATIONS_MAX>,
@@ -85,7 +85,7 @@ impl Control {
         self.stations.push(Station { system, heard: now });
     }
 
-    /// Looks who is silent for `timeout`, and gives control on where nobody has steered.
+    /// Checks which stations have been silent for `timeout`, and passes control on where none has commanded.
     pub fn check_silence(&mut self, now: WallTime, timeout: Duration) -> Silence {
         let Some(latest) = self.latest() else { return Silence::NoStation };
         let is_silent = |station: Station| now.since(station.heard) >= timeout;
@@ -101,14 +101,14 @@ impl Control {
         }
     }
 
-    /// When the holder, or the last of all stations if it was never heard, will have been silent for
+    /// When the holder, or the last of all stations if it never sent a heartbeat, will have been silent for
     /// `timeout`.
     #[must_use]
     pub fn next_silence(&self, timeout: Duration) -> Option<WallTime> {
         self.holding().or(self.latest()).map(|station| station.heard + timeout)
     }
 
-    /// The holder, if it was ever heard.
+    /// The holder, if it has ever sent a heartbeat.
     fn holding(&self) -> Option<Station> {
         self.stations.iter().find(|station| Some(station.system) == self.holder()).copied()
     }

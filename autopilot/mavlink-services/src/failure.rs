@@ -1,4 +1,4 @@
-//! Faults on request: whoever asks, one order ([`order::FaultOrder`]) becomes the requests to the plant.
+//! Faults on request: whatever the source, one order ([`order::FaultOrder`]) becomes the requests to the plant.
 //!
 //! ```text
 //!  INJECT_FAILURE (420), USER_1 (31010) ─> command ─┐
@@ -43,7 +43,7 @@ pub const INJECT_FAILURE: u16 = 420;
 /// MAV_CMD_USER_1.
 pub const USER_1: u16 = 31_010;
 
-/// Unit and instance of a target, in PX4's words.
+/// Unit and instance of a target, with PX4's names.
 #[must_use]
 pub fn unit_and_instance(
     target: impl Into<Target>,
@@ -74,7 +74,7 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
 /// The requests in a fault command; `model` says how far the effectors travel.
 ///
 /// # Errors
-/// Why nothing is asked of the plant.
+/// Why nothing is requested from the plant.
 pub fn requests(
     command: &CommandMessage,
     parameters: &Parameters,
@@ -114,7 +114,7 @@ impl Reasons {
         self.0.is_empty()
     }
 
-    /// All of them in words.
+    /// All of them as one text.
     #[must_use]
     pub fn text(&self, all: &EffectorList) -> String {
         let of = |(reason, targets): &(String, Vec<Target>)| {
@@ -172,7 +172,7 @@ fn check_everything(
     Ok(())
 }
 
-/// What USER_1 says beyond 420.
+/// The parameters of USER_1 that 420 does not have.
 fn with_numbers(order: FaultOrder, command: &CommandMessage) -> Result<FaultOrder, CommandError> {
     let [_, _, _, kind, value, ramp, onset] = command.params;
     let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));

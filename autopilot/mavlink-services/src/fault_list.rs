@@ -1,4 +1,4 @@
-//! The plant's list of faults in words, and when to ask the plant for it: where reports can have been missed (the
+//! The plant's list of faults as text, and when to request it from the plant: where reports can have been missed (the
 //! autopilot joins a flight, the plant comes back after a silence, or events were lost).
 
 use icd::EffectorList;
@@ -10,7 +10,7 @@ use flight_management::command::Outcome;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
 
-/// The faults in words, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
+/// The faults as text, one line for each: `Fault 3: servo 5 (rudder) stuck at 7.0 deg, since 12.000000 s`.
 pub fn lines(list: &FaultList, effectors: &EffectorList) -> impl Iterator<Item = String> {
     list.entries().iter().map(|entry| {
         let FaultEntry { id, target, kind, timing, state } = entry;

@@ -3,9 +3,9 @@
 //! A script is written in place: an upload that is cut short leaves a part of it, which does not start. When two write the same file, who
 //! began later goes on and the other one has no session any more.
 //!
-//! Each ground station has its own sessions. A session has the number that the client asks for, if it is
+//! Each ground station has its own sessions. A session has the number that the client requests, if it is
 //! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
-//! that comes again soon is answered as it was the first time, unless it asks what is there now.
+//! that comes again soon is answered as it was the first time, unless it requests a list or a checksum.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ const REPEATED_WITHIN: Duration = Duration::from_secs(2);
 const BURST: usize = 4;
 /// Time between them: 200 kB/s.
 const BURST_INTERVAL: Duration = Duration::from_millis(5);
-/// Messages of a burst before the client must ask for more, so that nothing goes on for ever.
+/// Messages of a burst before the client must request more, so that nothing goes on for ever.
 const BURST_MAX: usize = 256;
 /// A burst waits while a peer has less room than this for answers.
 const ROOM_MIN: usize = 96;
@@ -105,7 +105,7 @@ impl Service for FtpService {
                 client.latest = (!is_question).then(|| (**bytes, reply.clone(), now));
                 send(&mut shared.peers, from, reply);
             }
-            // A burst, which begins with the next poll; asked for again, it begins again.
+            // A burst, which begins with the next poll; requested again, it begins again.
             None => client.latest = None,
         }
     }
@@ -322,7 +322,7 @@ impl Client {
 }
 
 impl Session {
-    /// A script that was written is read, and the operator told what it is.
+    /// A script that was written is read, and the operator gets a text about it.
     fn end(self, shared: &mut Shared) {
         if let File::Write(upload) = self.file {
             shared.scripts.finish(&upload, &mut shared.texts);
@@ -428,7 +428,7 @@ fn entries(path: &str, first: usize, room: usize, shared: &Shared) -> Option<Vec
     Some(text)
 }
 
-/// In the words of the protocol.
+/// The error of the protocol.
 fn problem_of(problem: FileProblem) -> Problem {
     match problem {
         FileProblem::NotFound => Problem::FileNotFound,

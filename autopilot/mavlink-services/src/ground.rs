@@ -70,7 +70,7 @@ pub(crate) struct Services {
 
 impl Services {
     /// All of them. The order is that of what they send in one turn: the heartbeat shows a new mode after the acknowledgement
-    /// of the command that asked for it, and before the telemetry.
+    /// of the command that requested it, and before the telemetry.
     fn in_order(&mut self) -> [&mut dyn Service; 15] {
         [
             &mut self.signing,

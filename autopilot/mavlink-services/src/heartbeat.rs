@@ -1,5 +1,5 @@
 //! HEARTBEAT: once a second, at once when its content changes, and at once to who has just come, since a
-//! ground station begins with the first one that it hears.
+//! ground station begins with the first one that it receives.
 //!
 //! Autopilot and type never change: ground stations choose what they offer by the first one.
 

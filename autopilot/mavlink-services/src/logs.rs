@@ -1,10 +1,10 @@
 //! The log service: LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END, LOG_ERASE.
 //!
 //! Logs have the numbers 0, 1, 2 and so on by their age, as PX4 counts them: QGroundControl takes the
-//! number for a place in its list. A number keeps its log until the ground station asks for the list from
+//! number for a place in its list. A number keeps its log until the ground station requests the list from
 //! its beginning again.
 //!
-//! The disk belongs to somebody else: a job goes out by [`LogService::pop_job`], one at a time, and its
+//! The process has the disk: a job goes out by [`LogService::pop_job`], one at a time, and its
 //! outcome comes back by [`LogService::handle_done`].
 
 use core::time::Duration;
@@ -20,7 +20,7 @@ use crate::{Service, Shared};
 mod client;
 
 /// Ground stations at the same time. One more takes the place of one that fetches nothing, if there is one, and
-/// of several the one that has asked for nothing for longest.
+/// of several the one that has requested nothing for longest.
 const CLIENTS_MAX: usize = 16;
 /// Time for one message, to all ground stations together: 0.9 MB/s.
 const MESSAGE_TIME: Duration = Duration::from_micros(100);
@@ -33,7 +33,7 @@ const BURST_INTERVAL: Duration = Duration::from_millis(1);
 const CATCH_UP_MAX: Duration = Duration::from_millis(4);
 /// If nobody could take anything, it is tried again after this.
 const RETRY: Duration = Duration::from_millis(5);
-/// Whoever has not been heard for this long gets nothing more.
+/// A station that has been silent for this long gets nothing more.
 const SILENCE: Duration = Duration::from_secs(60);
 
 /// Gives logs.
@@ -271,7 +271,7 @@ pub struct LogDone {
 pub enum LogOutcome {
     /// The logs, oldest first.
     Listed(Vec<LogFile>),
-    /// The bytes; fewer than asked for where the file ends before.
+    /// The bytes; fewer than requested where the file ends before.
     Read(Vec<u8>),
     /// How the logs were removed.
     Erased(Erased),

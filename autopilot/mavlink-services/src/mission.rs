@@ -1,7 +1,7 @@
 //! The mission protocol (<https://mavlink.io/en/services/mission.html>).
 //!
 //! ```text
-//!  COUNT ──> Draft <── items, asked for one by one ── Upload
+//!  COUNT ──> Draft <── items, requested one by one ── Upload
 //!              │ complete
 //!              v
 //!        Command ──> control side ──> Done ──> Stored ──> downloads
@@ -42,7 +42,7 @@ mod wire;
 /// Lists without items here: fence and rally points.
 const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
 
-/// How an upload ended, for a ground station that did not hear it.
+/// How an upload ended, for a ground station that did not receive it.
 #[derive(Debug, Clone, Copy)]
 struct Ended {
     from: From,

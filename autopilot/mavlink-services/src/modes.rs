@@ -1,5 +1,5 @@
 //! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and what ground
-//! stations are told about the modes there are.
+//! stations receive about the modes there are.
 
 use ::mavlink::dialects::common::{
     AVAILABLE_MODES_DATA, AVAILABLE_MODES_MONITOR_DATA, CURRENT_MODE_DATA, MavModeProperty,
@@ -90,7 +90,7 @@ fn not_flown(main: u8, sub: u8) -> CommandError {
     CommandError::denied(reason)
 }
 
-/// What streams of a ground station are heard just now.
+/// Which streams a ground station sends just now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
     /// Usable offboard setpoints.
@@ -99,7 +99,7 @@ pub struct Streams {
     pub sticks: bool,
 }
 
-/// The mode that is asked for, if it can be entered now as far as the ground-station side knows.
+/// The requested mode, if it can be entered now as far as the ground-station side knows.
 ///
 /// # Errors
 /// Why not.
@@ -116,7 +116,7 @@ pub fn requested(
     enterable(mode, streams)
 }
 
-/// The standard mode (MAV_STANDARD_MODE) that is asked for.
+/// The requested standard mode (MAV_STANDARD_MODE).
 ///
 /// # Errors
 /// The protocol wants FAILED for a standard mode that the vehicle does not have.
@@ -204,7 +204,7 @@ pub fn available_modes(index: u8) -> Option<Encoded> {
     }))
 }
 
-/// CURRENT_MODE. The mode that the operator wanted is not told apart from the mode that is flown.
+/// CURRENT_MODE. The requested mode is not distinguished from the mode that is flown.
 #[must_use]
 pub fn current_mode(aircraft: &Aircraft) -> Encoded {
     let mode = aircraft.mode();

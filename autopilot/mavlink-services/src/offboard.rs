@@ -262,7 +262,7 @@ const INSIDE: f64 = 1.0 - 1.0e-12;
 pub struct Read {
     /// The setpoint, within the limits.
     pub setpoint: Setpoint,
-    /// Another value was asked for.
+    /// Another value was requested.
     pub limited: Option<Limited>,
 }
 

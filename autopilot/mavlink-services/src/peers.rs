@@ -1,7 +1,7 @@
 //! Who listens: the configured addresses, always; whoever sends a datagram, until it falls silent; whoever
 //! opens a connection, until it is closed.
 //!
-//! The places of those who send datagrams by themselves are limited. Where all are taken, a newcomer gets the
+//! The places of those who send datagrams by themselves are limited. Where all are taken, a new one gets the
 //! place of a quiet one, and otherwise the newest place: a crowd that arrives later displaces none of those
 //! who were there before it and still talk.
 
@@ -21,7 +21,7 @@ pub const VISITORS_MAX: usize = 24;
 pub const CONNECTIONS_MAX: usize = 16;
 /// A peer that came by itself over UDP and has been silent for this long is forgotten.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Where all places are taken, a visitor that was not heard for this long gives its place to a newcomer: five
+/// Where all places are taken, a visitor that has been silent for this long gives its place to a new one: five
 /// heartbeats of a ground station, at 1 Hz.
 const QUIET: Duration = Duration::from_secs(5);
 /// The newest visitor has its place at least this long, so that two who compete for it each get through a
@@ -115,9 +115,9 @@ pub struct Peers {
 /// What came of more visitors than there are places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Crowding {
-    /// Visitors that lost their place to a newcomer.
+    /// Visitors that lost their place to a new one.
     pub displaced: u64,
-    /// Messages of newcomers that got no place.
+    /// Messages of new visitors that got no place.
     pub turned_away: u64,
 }
 
@@ -305,7 +305,7 @@ impl Peers {
         self.entries.iter().any(|entry| entry.peer == peer && entry.address.is_connection())
     }
 
-    /// Whether `peer` has an open connection or was heard less than `silence` ago.
+    /// Whether `peer` has an open connection or sent something less than `silence` ago.
     #[must_use]
     pub fn was_heard(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
         self.entries.iter().any(|entry| {

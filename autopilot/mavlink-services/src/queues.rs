@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, VecDeque};
 use crate::codec::Encoded;
 use flight_management::command::{Command, FIRST_SCRIPT_REQUEST, Intent};
 
-/// Answers that may wait: more than the frames of one datagram can ask for, a burst of the parameter list
+/// Answers that may wait: more than the frames of one datagram can request, a burst of the parameter list
 /// and the texts of a moment.
 pub const ANSWERS_MAX: usize = 256;
 /// Places kept for answers to what was read already. While a peer has fewer, nothing more is read from it.
-/// Twice the commands that may wait for their outcome, and far more than one message asks for.
+/// Twice the commands that may wait for their outcome, and far more than one message requests.
 pub const ANSWERS_RESERVED: usize = 64;
 /// Telemetry that may wait: about a quarter of a second of it.
 const TELEMETRY_MAX: usize = 96;
@@ -34,7 +34,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// Queues what everybody is told. Dropped and counted if only the places of answers are left.
+    /// Queues a message that goes to every peer. Dropped and counted if only the places of answers are left.
     pub fn announce(&mut self, message: Encoded) {
         if self.room() > ANSWERS_RESERVED {
             self.answers.push_back(message);

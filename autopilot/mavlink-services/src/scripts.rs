@@ -1,8 +1,8 @@
-//! Scripts on the ground-station side: which ones are here, starting them by number or name, and what is told of
+//! Scripts on the ground-station side: which ones are here, starting them by number or name, and the reports about
 //! the one that runs.
 //!
-//! Uploads come by [`super::ftp`], orders by MAV_CMD_USER_3. The control side tells what happens with the number of
-//! a line; here the line gets its words.
+//! Uploads come by [`super::ftp`], requests to run them by MAV_CMD_USER_3. The control side reports what happens with the number of
+//! a line; here the line gets its text.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ pub const FILES_MAX: usize = 16;
 pub const NAME_MAX: usize = 32;
 /// Longest file, bytes.
 pub const FILE_MAX: usize = TEXT_MAX;
-/// Scripts that were started and may still be told of.
+/// Scripts that were started and may still be reported.
 const STARTED_MAX: usize = 4;
 
 /// Why a file is not taken or not given.
@@ -83,7 +83,7 @@ pub struct Scripts {
     files: BTreeMap<String, Kept>,
     /// Uploads so far.
     uploads: u64,
-    /// Those that the aircraft was asked to run, the latest one last.
+    /// Those that were passed on to the aircraft, the latest one last.
     started: VecDeque<Arc<Script>>,
     running: Option<Running>,
 }
@@ -233,7 +233,7 @@ impl Scripts {
         Ok(())
     }
 
-    /// An upload is over: whether the file is a script, in words for the operator.
+    /// An upload is over: whether the file is a script, as a text for the operator.
     pub fn finish(&mut self, upload: &Upload, texts: &mut StatusTexts) {
         match self.files.get_mut(&upload.name) {
             // The other upload goes on.
@@ -273,7 +273,7 @@ impl Scripts {
         Script::parse(name, text, &self.effectors).map_err(|error| error.to_string())
     }
 
-    /// The script with this number in the sorted list, to be asked for with [`flight_management::event::Command::Script`]; 0 is
+    /// The script with this number in the sorted list, to be run with [`flight_management::command::ScriptCommand::Run`]; 0 is
     /// the one uploaded last, or without one the scenario's.
     ///
     /// # Errors
@@ -335,7 +335,7 @@ impl Scripts {
         Ok(script)
     }
 
-    /// Takes what happened to a script, and tells it.
+    /// Takes what happened to a script, and reports it.
     pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
         let running = self.running.as_ref().map(|running| &running.script);
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);

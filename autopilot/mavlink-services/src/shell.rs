@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!  SERIAL_CONTROL ─> line ─> session ─> commands ─> intents ─> control thread
-//!   (device 10)                ^            │ said at once
+//!   (device 10)                ^            │ at once
 //!        outcomes ─────────────┘            v
-//!                           output ─> SERIAL_CONTROL, REPLY, to the asker alone
+//!                           output ─> SERIAL_CONTROL, REPLY, to the sender alone
 //! ```
 //!
 //! Each system and component behind each link has a session of its own. One command runs at a time; what is up

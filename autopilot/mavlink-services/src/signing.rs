@@ -39,7 +39,7 @@ const AHEAD_MAX: Duration = Duration::from_secs(24 * 3600);
 pub enum Admission {
     /// It counts.
     Accepted,
-    /// It may come unsigned. It is read, and makes nobody a peer.
+    /// It may come unsigned. It is read, but does not make its sender a peer.
     Exempt,
     /// It does not count.
     Refused,
@@ -137,7 +137,7 @@ impl Signing {
         self.local = self.local.max(Timestamp::of_calendar(self.unix_start_us, now));
     }
 
-    /// Whether a frame of somebody else counts.
+    /// Whether a frame of another sender counts.
     pub fn admit(&mut self, frame: &Frame<'_>, now: WallTime) -> Admission {
         let Some(key) = self.key else { return Admission::Accepted };
         self.follow_calendar(now);
@@ -186,7 +186,7 @@ impl Signing {
         message.signed_frame(sender, sequence, |frame| key.sign(frame, link, self.local))
     }
 
-    /// Does what SETUP_SIGNING says. Whether it may say so was decided before.
+    /// Carries out SETUP_SIGNING, which has been admitted before.
     pub fn set_up(&mut self, setup: &SetupSigning, now: WallTime) -> SetupOutcome {
         let initial = Timestamp::new(setup.initial_timestamp);
         let Some(initial) = initial.filter(|initial| *initial <= Timestamp::LATEST) else {
@@ -289,7 +289,7 @@ impl Signing {
         }
     }
 
-    /// One line for the log: signing was turned on or off, or refuses something. What it refuses is told
+    /// One line for the log: signing was turned on or off, or refuses something. What it refuses is sent
     /// to the stations as well, at most every ten seconds for each kind.
     pub fn report(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
         if let Some(news) = self.news.take() {

@@ -1,4 +1,4 @@
-//! STATUSTEXT: what happened, in words, once.
+//! STATUSTEXT: what happened, as a text, once.
 
 use core::cmp::Reverse;
 use core::time::Duration;
@@ -37,7 +37,7 @@ pub struct StatusTexts {
     for_log: VecDeque<LogText>,
 }
 
-/// A text for the flight log: importance (number of syslog), words.
+/// A text for the flight log: severity (number of syslog), text.
 pub type LogText = (u8, String);
 
 impl Default for StatusTexts {

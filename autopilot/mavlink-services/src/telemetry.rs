@@ -4,7 +4,7 @@
 //!  commands 510, 511, REQUEST_DATA_STREAM ──> rates of one peer ──┐ due
 //!                        parameters STR_* ──> defaults ───────────┤
 //!                snapshot, aircraft ──> registry: build once ─────┴─> each peer for which it is due
-//!                       command 512 ──> registry: build ────────────> the peer that asks
+//!                       command 512 ──> registry: build ────────────> the peer that requests it
 //! ```
 //!
 //! When something is due, a snapshot of the next tick is requested, and the messages are made of it. A

@@ -1,4 +1,4 @@
-//! Frames that were heard, for whoever writes all traffic down.
+//! Received frames, for the record of all traffic.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use super::codec::Frame;
 /// Frames that may wait to be taken: more than one datagram can have.
 const HEARD_MAX: usize = 512;
 
-/// Frames that were heard and not taken yet.
+/// Frames that were received and not taken yet.
 #[derive(Debug, Default)]
 pub struct Traffic {
     is_wanted: bool,
@@ -24,7 +24,7 @@ impl Traffic {
         self.is_wanted = true;
     }
 
-    /// A good frame has come. A key for signing is nobody's business, and neither is what [`is_bulk`].
+    /// A good frame has come. A key for signing is not recorded, and neither is what [`is_bulk`].
     pub(super) fn record(&mut self, frame: &Frame<'_>) {
         if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID {
             return;
@@ -36,7 +36,7 @@ impl Traffic {
         self.heard.push_back(frame.bytes.to_vec());
     }
 
-    /// The next frame that was heard.
+    /// The next received frame.
     pub fn pop(&mut self) -> Option<Vec<u8>> {
         self.heard.pop_front()
     }

@@ -63,7 +63,7 @@ pub fn number(what: &str, value: f32) -> Result<Option<f64>, CommandError> {
     Ok((!value.is_nan()).then(|| convert::decimal(value)))
 }
 
-/// A rate of change that the aircraft does not follow: whether one was asked for.
+/// A rate of change that the aircraft does not follow: whether one was given.
 pub fn unused_rate(what: &str, value: f32) -> Result<bool, CommandError> {
     if value.is_infinite() || value < 0.0 {
         return Err(CommandError::denied(format!("Refused: {what} {value} is no rate")));

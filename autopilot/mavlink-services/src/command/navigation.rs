@@ -115,7 +115,7 @@ fn circle(
     ))
 }
 
-/// Asks for it; a circle that is too small for the airspeed is told of. In wind it becomes wider still.
+/// Passes it on; a circle that is too small for the airspeed is reported. In wind it becomes wider still.
 fn ask(wanted: Reposition, shared: &Shared) -> Decision {
     let rules = Rules::new(
         shared.parameters.limits,
@@ -200,7 +200,7 @@ pub fn set_mission_item(
     let [item, reset, ..] = command.params;
     let resets = !reset.is_nan() && flag("p2", reset)?;
     if number("item p1", item)? == Some(CURRENT) && !resets {
-        // The definition wants the current item told also when nothing changes.
+        // The definition wants the current item sent also when nothing changes.
         let state = caller.shared.aircraft.snapshot();
         return Ok(Decision::answer(state.map(telemetry::mission_current).into_iter().collect()));
     }

@@ -50,7 +50,7 @@ pub struct OnAcceptance {
     pub note: Option<String>,
     /// It steers the aircraft: its sender has control.
     pub steers: bool,
-    /// The mode that it asks for.
+    /// The mode that it requests.
     pub mode: Option<Mode>,
 }
 
@@ -76,7 +76,7 @@ struct Verdict {
     reasons: Reasons,
     /// A part was refused, not just left without an answer.
     refused: bool,
-    /// Of these the plant did what was asked.
+    /// For these the plant did what was requested.
     done: Vec<Target>,
     /// Faults that were cleared while scheduled or pausing: no event reports them.
     cleared_without_event: Vec<Target>,
@@ -260,7 +260,7 @@ impl Verdict {
         }
     }
 
-    /// Takes what the plant said; sends a text at once for what neither an event nor a refusal reports.
+    /// Takes the reply of the plant; sends a text at once for what neither an event nor a refusal reports.
     fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match reply {

@@ -19,7 +19,7 @@ const HEADING_DEFAULT: u8 = 2;
 const NO_CHANGE: f32 = -1.0;
 const DEFAULT: f32 = -2.0;
 
-/// What is said when a ground speed was asked for.
+/// The note on a ground speed.
 const GROUND_SPEED_NOTE: &str = "A ground speed is flown as airspeed: wind is not corrected";
 
 /// DO_CHANGE_ALTITUDE: p1 altitude, p2 frame.

@@ -80,7 +80,7 @@ fn not_ready(aircraft: &Aircraft) -> Option<String> {
 }
 
 /// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
-/// QGroundControl asks at each connect, so this is no warning.
+/// QGroundControl sends it at each connect, so this is no warning.
 pub fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     match not_ready(&caller.shared.aircraft) {
         None => {

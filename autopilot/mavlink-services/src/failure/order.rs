@@ -1,4 +1,4 @@
-//! An order to break or mend something, whoever gives it: a command, the shell or a parameter. From here on
+//! An order to break or mend something, from a command, the shell or a parameter. From here on
 //! they are the same.
 //!
 //! What the order leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
@@ -82,7 +82,7 @@ impl FaultOrder {
         }
     }
 
-    /// It says nothing about size or time.
+    /// It has neither size nor time.
     fn is_bare(&self) -> bool {
         *self == Self::new(self.unit, self.failure, self.instances)
     }
@@ -91,7 +91,7 @@ impl FaultOrder {
 /// The requests in an order; `model` says how far the effectors travel.
 ///
 /// # Errors
-/// Why nothing is asked of the plant.
+/// Why nothing is requested from the plant.
 pub fn requests(
     order: &FaultOrder,
     parameters: &Parameters,

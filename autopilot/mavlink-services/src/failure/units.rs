@@ -198,7 +198,7 @@ pub struct Value {
 /// How large a fault of a kind is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// It has no size: stuck where it is, whatever FLT_STUCK_MODE says.
+    /// It has no size: stuck where it is, whatever FLT_STUCK_MODE is.
     None,
     /// In the unit for what turns; "deg" is percent of the largest thrust for an engine.
     Number(f64),

@@ -11,7 +11,7 @@ const NAK: u8 = 129;
 /// "No space left" as Linux numbers it; ground stations show it.
 const ENOSPC: u8 = 28;
 
-/// What a client can ask for.
+/// What a client can request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Operation {
     Nothing,
@@ -59,7 +59,7 @@ pub(super) struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// `None` for an answer: nobody here has asked for one, and answering it would never end.
+    /// `None` for an answer: no client here has requested one, and answering it would never end.
     pub(super) fn parse(bytes: &'a [u8; LENGTH]) -> Option<Self> {
         let [s0, s1, session, opcode, size, _, _, _, o0, o1, o2, o3, ..] = *bytes;
         if opcode >= ACK {
@@ -145,7 +145,7 @@ impl Reply {
         self
     }
 
-    /// The last message of a burst that goes on when it is asked for.
+    /// The last message of a burst that goes on when the client requests more.
     pub(super) fn ending_burst(mut self, ends: bool) -> Self {
         self.0[6] = u8::from(ends);
         self

@@ -42,7 +42,7 @@ pub(super) struct Client {
     /// The logs with their numbers: place in the list.
     listing: Option<Vec<LogFile>>,
     wants_listing: bool,
-    /// Numbers of the entries that are still to be told.
+    /// Numbers of the entries that are still to be sent.
     entries: Option<(u16, u16)>,
     ranges: Ranges,
     block: Option<Block>,
@@ -83,7 +83,7 @@ impl Client {
     fn want_listing(&mut self) {
         if !self.wants_listing {
             self.wants_listing = true;
-            // What it waits for now is asked for again behind the listing.
+            // What it waits for now is requested again after the listing.
             self.waiting = None;
         }
     }
@@ -103,7 +103,7 @@ impl Client {
         self.listing = None;
     }
 
-    /// It asks piece by piece, and so sets its own pace.
+    /// It requests piece by piece, and so sets its own pace.
     pub fn asks_in_pieces(&self) -> bool {
         self.ranges.first().is_some_and(|part| part.is_piece)
     }
@@ -148,7 +148,7 @@ impl Client {
                 self.lose(&name, "has become shorter")
             }
             (LogTask::List, result) => {
-                // Whoever asked is told that there are none.
+                // The station gets the answer that there are none.
                 self.take_listing(Vec::new());
                 format!("Logs: {}", result.err().unwrap_or_default())
             }
@@ -169,7 +169,7 @@ impl Client {
         self.listing = Some(logs);
     }
 
-    /// Nothing more can be had of a log: whoever waits for it is told its end. Says what has become of it.
+    /// Nothing more can be had of a log: the station that waits for it gets its end. Returns a text about it.
     fn lose(&mut self, name: &str, what: &str) -> String {
         match self.ranges.lose(name) {
             Some(id) => format!("Log {id} {what}"),
@@ -244,7 +244,7 @@ impl Client {
     }
 }
 
-/// There are no logs: one LOG_ENTRY says so, or the asking program waits for more.
+/// There are no logs: one LOG_ENTRY says so, or the station waits for more.
 pub(super) fn no_logs() -> Encoded {
     Encoded::new(&LOG_ENTRY_DATA::DEFAULT)
 }
@@ -257,16 +257,16 @@ pub(super) fn data(id: u16, ofs: u32, bytes: &[u8]) -> Encoded {
     Encoded::new(&LOG_DATA_DATA { ofs, id, count: u8::try_from(count).unwrap_or_default(), data })
 }
 
-/// Parts that may wait: MAVProxy asks for twenty gaps in a row.
+/// Parts that may wait: MAVProxy requests twenty gaps in a row.
 pub(super) const PARTS_MAX: usize = 24;
 
-/// Whoever asks for no more than this at once asks when it has the piece before.
+/// A station that requests no more than this at once requests the next piece when it has this one.
 const PIECE: u32 = 64 * 1024;
 
 /// A part of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Number of the log, as the ground station says it.
+    /// Number of the log, as the ground station has it.
     pub id: u16,
     /// The log, once it is known which one that is.
     pub log: Option<LogFile>,
@@ -276,7 +276,7 @@ pub(super) struct Part {
     pub offset: u32,
     /// First byte that is not wanted; may be beyond the end of the log.
     pub end: u64,
-    /// One of several that are asked for one after the other.
+    /// One of several that are requested one after the other.
     pub is_piece: bool,
 }
 
@@ -310,7 +310,7 @@ impl Ranges {
         if self.parts.iter().any(begins_anew) {
             self.parts.clear();
         }
-        // One more than fit is asked for again by whoever misses it.
+        // A station that misses one requests it again.
         let _ = self.parts.try_push(part);
     }
 

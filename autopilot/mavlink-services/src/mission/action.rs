@@ -1,4 +1,4 @@
-//! What an item asks for: MAV_CMD to [`Action`].
+//! What an item means: MAV_CMD to [`Action`].
 
 use crate::codec::MissionItem;
 use crate::mission::draft::Note;
@@ -27,13 +27,13 @@ const JUMP: u16 = 177;
 const CHANGE_SPEED: u16 = 178;
 const DO_CHANGE_ALTITUDE: u16 = 186;
 
-/// Circles are left with the nose to the next point, whether this is asked for or not.
+/// Circles are left with the nose to the next point, whether this is requested or not.
 const HEADING: &str = "heading required";
 /// SPEED_TYPE.
 const AIRSPEED: f64 = 0.0;
 const GROUND_SPEED: f64 = 1.0;
 
-/// What an item asks for. `note` takes what is flown in another way than it is written.
+/// What an item means. `note` takes what is flown in another way than it is written.
 ///
 /// # Errors
 /// [`Rejected`]: the command is not flown, or with these values not.
@@ -198,7 +198,7 @@ pub fn is_guided(item: &MissionItem<i32>) -> bool {
     [GO_TO, GUIDED_ALTITUDE].contains(&item.words.current)
 }
 
-/// What a guided item asks for.
+/// What a guided item means.
 ///
 /// # Errors
 /// Another command than NAV_WAYPOINT, values that cannot be flown.

@@ -207,7 +207,7 @@ impl Notes {
         }
     }
 
-    /// The notes in words.
+    /// The notes as texts.
     pub fn texts(&self) -> impl Iterator<Item = String> + '_ {
         self.0.iter().map(|(note, item, more)| match more {
             0 => format!("Mission item {item}: {}", note.text()),

@@ -106,7 +106,7 @@ impl MissionService {
         }
     }
 
-    /// An item that no upload waits for: somebody did not hear how it ended, or a late copy.
+    /// An item that no upload waits for: its sender did not receive the acknowledgement, or a late copy.
     fn take_late_item(&mut self, seq: u16, reply: &mut Reply) {
         if self.waiting.plan_of(reply.from).is_some() {
             // The acknowledgement will come.
@@ -187,7 +187,7 @@ impl MissionService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        // Other services ask too.
+        // Other services have intents too.
         let Some(waiting) = self.waiting.take(number) else {
             return self.take_restored(number, outcome, now, shared);
         };

@@ -147,9 +147,9 @@ pub(super) enum Restoring {
     /// There is none, or it is in force, or it was refused.
     #[default]
     Nothing,
-    /// The control side has not been asked.
+    /// It was not requested from the control side yet.
     Waiting(SavedPlan),
-    /// It was asked by the intent with this number.
+    /// It was requested by the intent with this number.
     Asked(u32, Arc<Stored>, Notes),
 }
 

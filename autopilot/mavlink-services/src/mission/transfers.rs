@@ -10,7 +10,7 @@ use crate::mission::wire::Stored;
 use crate::peers::From;
 use crate::wall_time::WallTime;
 
-/// An item that does not come is asked for again after this. Ground stations wait half a second to one and
+/// An item that does not come is requested again after this. Ground stations wait half a second to one and
 /// a half, and then send the item before once more.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
 /// Requests for one item, the first one included, until the upload is given up.
@@ -32,7 +32,7 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Nothing has come, and the first item was not asked for.
+    /// Nothing has come, and the first item was not requested.
     #[must_use]
     pub fn new(from: From, draft: Draft) -> Self {
         Self { from, draft, asked: WallTime::ZERO, tries: 0, as_int: true }
@@ -75,14 +75,14 @@ impl Upload {
         self.asked + REQUEST_TIMEOUT
     }
 
-    /// The next item was asked for often enough.
+    /// The next item was requested often enough.
     #[must_use]
     pub fn is_hopeless(&self) -> bool {
         self.tries >= TRIES_MAX
     }
 }
 
-/// Downloads at the same time; the one that asked least recently makes room.
+/// Downloads at the same time; the one with the oldest request makes room.
 const DOWNLOADS_MAX: usize = 16;
 /// Without a request for this long a download is over.
 const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
@@ -111,7 +111,7 @@ impl Downloads {
         self.0.push(Download { from, plan: Arc::clone(plan), asked: now });
     }
 
-    /// The plan that somebody downloads; `None` if nothing is under way.
+    /// The plan that a station downloads; `None` if nothing is under way.
     pub fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
         self.0.retain(|download| now.since(download.asked) < DOWNLOAD_TIMEOUT);
         let download = self.0.iter_mut().find(|download| download.from == from)?;
@@ -137,7 +137,7 @@ pub enum What {
     Plan {
         /// As it was sent.
         stored: Arc<Stored>,
-        /// What to tell when it is in force.
+        /// What to report when it is in force.
         notes: Notes,
     },
     /// Another current item.
@@ -151,7 +151,7 @@ pub enum What {
 pub struct Waiting {
     /// Number of the intent.
     pub number: u32,
-    /// Who asked.
+    /// Who requested it.
     pub from: From,
     /// List to acknowledge; `None`: nobody waits for an acknowledgement, or not any more.
     pub list: Option<ListKind>,

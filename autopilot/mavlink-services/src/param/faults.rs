@@ -77,7 +77,7 @@ impl FaultParameters {
     /// Orders what a PARAM_SET wants; false if it is so already.
     ///
     /// # Errors
-    /// Why nothing is asked of the plant.
+    /// Why nothing is requested from the plant.
     pub(super) fn set(
         &mut self,
         from: From,
@@ -94,7 +94,7 @@ impl FaultParameters {
         };
         let wanted = failure_type.code();
         if wanted == 0 && !shared.aircraft.faults().names(effector) {
-            // Nothing to mend: a table of parameters that is sent back asks for nothing.
+            // Nothing to mend: a table of parameters that is sent back changes nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());

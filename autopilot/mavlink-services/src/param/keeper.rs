@@ -23,7 +23,7 @@ pub struct Save {
 pub struct Saved {
     /// The latest save that it is about.
     pub number: u64,
-    /// Why not, in words for the operator.
+    /// Why not, as a text for the operator.
     pub result: Result<(), String>,
 }
 

@@ -147,7 +147,7 @@ static TABLE: [ShellCommand; 12] = [
     },
 ];
 
-/// The help says it all in one line.
+/// One line of help is enough.
 fn no_details(_: &EffectorList) -> String {
     String::new()
 }
@@ -268,7 +268,7 @@ fn step(arguments: &[&str], _: WallTime, _: &mut Shared) -> Answer {
             .map_err(|_| format!("\"{periods}\" is no whole number of control periods"))?,
         _ => return Err(usage("step")),
     };
-    // The aircraft says what is too many.
+    // The aircraft refuses too many.
     Ok(Output::command(
         PlantAction::Pace(Pace::Step(periods)),
         format!("Simulation steps: {periods}\n"),

@@ -14,7 +14,7 @@ use crate::{Shared, command, failure};
 use flight_management::command::Outcome;
 use flight_management::vehicle::Mode;
 
-/// Lines that may wait behind a command. More are refused, and that is said.
+/// Lines that may wait behind a command. More are refused with a text.
 const LINES_MAX: usize = 32;
 /// Output that may wait before no further line is run, bytes.
 const OUTPUT_FULL: usize = 8 * 1024;
@@ -36,7 +36,7 @@ struct Part {
 struct Running {
     since: WallTime,
     parts: Vec<Part>,
-    /// What is said when every part is done.
+    /// The text when every part is done.
     done: String,
     has_failed: bool,
     /// A fault was taken off the list.
@@ -122,7 +122,7 @@ impl Session {
         Some(line)
     }
 
-    /// Takes the answer of a command: prints it, or asks the aircraft.
+    /// Takes the answer of a command: prints it, or passes its commands on to the aircraft.
     pub(super) fn answer(&mut self, answer: Answer, now: WallTime, shared: &mut Shared) {
         match answer {
             Ok(Output { text, commands }) if commands.is_empty() => self.finish(&text),
@@ -226,7 +226,7 @@ impl Session {
         self.running.as_ref().map(|running| running.since + ANSWER_TIMEOUT)
     }
 
-    /// The last words of a line, and the prompt.
+    /// The end of the output of a line, and the prompt.
     fn finish(&mut self, text: &str) {
         self.print(text);
         if self.refused_lines > 0 && self.lines.is_empty() {
@@ -238,7 +238,7 @@ impl Session {
         self.print(PROMPT);
     }
 
-    /// A command says no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
+    /// A command prints no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
     /// bounded without dropping anything.
     fn print(&mut self, text: &str) {
         if self.wants_answers {

@@ -20,7 +20,7 @@ pub struct Stream {
     pub sender: Identity,
 }
 
-/// The streams that were heard.
+/// The streams that have sent something.
 #[derive(Debug, Default)]
 pub struct Streams {
     known: Vec<(Stream, Timestamp)>,
@@ -130,7 +130,7 @@ impl Refusal {
         Self::TooFarAhead,
     ];
 
-    /// What is refused, in words.
+    /// What is refused, as a text.
     #[must_use]
     pub const fn described(self) -> &'static str {
         match self {
@@ -171,7 +171,7 @@ impl Refusals {
         self.0[refusal as usize].refused
     }
 
-    /// One line for a kind of which there is more to tell, at most every ten seconds.
+    /// One line for a kind of which there are new ones, at most every ten seconds.
     pub(super) fn next_line(&mut self, now: WallTime) -> Option<String> {
         let is_due = |count: &Count| {
             count.refused > count.reported

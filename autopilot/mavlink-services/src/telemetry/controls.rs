@@ -128,10 +128,10 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
 /// Identity of the array, beside its name.
 const WHY_ID: u16 = 1;
 
-/// Effectors of which `WHY` tells: the array has room for no more.
+/// Effectors in `WHY`: the array has room for no more.
 const WHY_EFFECTORS: usize = 8;
 
-/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in their order, what it is told (0 to 7), where the
+/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in their order, its command (0 to 7), where the
 /// model of the healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what
 /// the compensator sees, does and has left (24 to 41), what of each command is compensation (42 to 49), and
 /// what is left in either direction (50 to 55). docs/mavlink.md has the list.

@@ -1,6 +1,6 @@
 //! The list of faults: DEBUG_FLOAT_ARRAY `FAULTS`, once a second of wall time and soon after each change.
 //!
-//! It shares its number with `WHY` of the table, so intervals that are asked for do not move it.
+//! It shares its number with `WHY` of the table, so requested intervals do not change it.
 
 use core::time::Duration;
 

@@ -174,7 +174,7 @@ impl Rates {
     }
 
     /// REQUEST_DATA_STREAM. It moves the fast messages of a group, and of these only those for which no
-    /// interval was asked. Zero, or `start` not set, stops the whole group.
+    /// interval was requested. Zero, or `start` not set, stops the whole group.
     pub fn want_group(
         &mut self,
         request: StreamRequest,
@@ -215,7 +215,7 @@ impl Rates {
         self.find_next();
     }
 
-    /// There is something new to tell: everything that comes at all comes now.
+    /// There is something new: every message that is streamed at all is due now.
     pub fn everything_is_due(&mut self, defaults: &StreamParameters) {
         for (index, row) in TABLE.iter().enumerate() {
             let comes = self.interval(index, row, defaults).is_some();

@@ -1,4 +1,4 @@
-//! The table of messages: id, rate when nobody asks for another, and how each is made.
+//! The table of messages: id, default rate, and how each is made.
 //!
 //! Streams and REQUEST_MESSAGE come from here; docs/mavlink.md has the same table, with what is in each.
 
@@ -27,7 +27,7 @@ pub struct Row {
     build: Build,
 }
 
-/// How often a message comes to somebody who did not ask for another rate. Wall time.
+/// How often a message comes to a peer that has not requested another rate. Wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rate {
     /// Time between two of them, ms.
@@ -88,7 +88,7 @@ enum Build {
 /// Why a request has no answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Nothing {
-    /// There is nothing to tell yet.
+    /// There is nothing to send yet.
     Yet,
     /// The list has no item with this number.
     There,
@@ -111,7 +111,7 @@ impl Row {
     /// The messages that answer a request; `index` picks one of a list, 0 all of it.
     ///
     /// # Errors
-    /// [`Nothing`] to tell.
+    /// [`Nothing`] to send.
     pub fn answer(&self, view: &View, index: u8) -> Result<Vec<Encoded>, Nothing> {
         if let Build::Listed(build) = self.build
             && index != 0
@@ -122,7 +122,7 @@ impl Row {
         if messages.is_empty() { Err(Nothing::Yet) } else { Ok(messages) }
     }
 
-    /// Time between two of them where nobody asked for another; `None`: it does not come by itself.
+    /// Time between two of them by default; `None`: it does not come by itself.
     #[must_use]
     pub fn default_interval(&self, streams: &StreamParameters) -> Option<Duration> {
         let hz = match self.rate {

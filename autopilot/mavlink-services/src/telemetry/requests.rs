@@ -16,7 +16,7 @@ use crate::{Shared, heartbeat};
 
 /// Shortest interval: 200 messages a second are more than any display shows.
 pub const SHORTEST: Duration = Duration::from_millis(5);
-/// Longest interval: what MESSAGE_INTERVAL can tell, us.
+/// Longest interval: what MESSAGE_INTERVAL can hold, us.
 const LONGEST_US: f32 = 2.0e9;
 
 /// The interval that stops a stream.
@@ -130,10 +130,10 @@ pub(super) fn whole(message_id: f32) -> Result<u32, CommandError> {
 }
 
 /// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it. param2 picks one of a
-/// list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message of which MESSAGE_INTERVAL tells.
+/// list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message whose MESSAGE_INTERVAL is requested.
 ///
 /// # Errors
-/// No such message, nothing to tell yet, or nothing with this number.
+/// No such message, nothing to send yet, or nothing with this number.
 pub fn request(
     shared: &Shared,
     peer: Peer,

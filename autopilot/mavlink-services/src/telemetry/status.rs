@@ -180,7 +180,7 @@ pub fn mission_current(state: &Snapshot) -> Encoded {
     let navigation = &state.navigation;
     Encoded::new(&MISSION_CURRENT_DATA {
         seq: navigation.item,
-        // The greatest number says that there is no mission; zero would say that nothing is told.
+        // The greatest number says that there is no mission; zero would mean "not supported".
         total: if navigation.items == 0 { u16::MAX } else { navigation.items },
         mission_state: match navigation.progress {
             Progress::NoPlan => MissionState::MISSION_STATE_NO_MISSION,
@@ -245,7 +245,7 @@ pub fn autopilot_version(_: &View) -> Option<Encoded> {
     }))
 }
 
-/// PROTOCOL_VERSION: MAVLink 1 is understood, MAVLink 2 spoken.
+/// PROTOCOL_VERSION: MAVLink 1 is understood, MAVLink 2 is sent.
 pub fn protocol_version(_: &View) -> Option<Encoded> {
     Some(Encoded::new(&PROTOCOL_VERSION_DATA {
         version: 200,
@@ -256,7 +256,7 @@ pub fn protocol_version(_: &View) -> Option<Encoded> {
     }))
 }
 
-/// SYSTEM_TIME: the clock of this computer, zero if it was not told, and the simulation time of the flight.
+/// SYSTEM_TIME: the clock of this computer, zero if it is not known, and the simulation time of the flight.
 pub fn system_time(view: &View) -> Option<Encoded> {
     let time = view.shared.aircraft.snapshot().map(|state| state.time);
     Some(Encoded::new(&SYSTEM_TIME_DATA {
@@ -275,7 +275,7 @@ pub fn component_metadata(view: &View) -> Option<Encoded> {
     Some(view.shared.metadata.message(time.map_or(0, convert::boot_ms)))
 }
 
-/// HEARTBEAT, for those who ask for it; it comes by itself once a second.
+/// HEARTBEAT, on request; it is also sent once a second.
 pub fn heartbeat(view: &View) -> Option<Encoded> {
     Some(heartbeat::message(view.shared.host.identity, &view.shared.aircraft))
 }

@@ -1,4 +1,4 @@
-//! `failure`: break and mend effectors, in the words of PX4's command of the same name and some more. It gives the
+//! `failure`: break and mend effectors, with the names of PX4's command of the same name and some more. It gives the
 //! same order as the commands of the MAVLink protocol.
 
 use std::fmt::Write as _;
