@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use ::mavlink::dialects::common::MavSeverity;
 use flight_control::AircraftModel;
 
 use crate::aircraft::Aircraft;
@@ -369,7 +370,10 @@ impl Ground {
 
     /// A line about signing for the log; what signing refuses is reported to the ground stations as well.
     pub fn report_signing(&mut self, now: WallTime) -> Option<LogLine> {
-        let line = self.services.signing.report(now, &mut self.shared.texts);
+        let line = self.services.signing.report(now);
+        if let Some(LogLine::Refused(text)) = &line {
+            self.shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text.clone());
+        }
         self.send_texts();
         line
     }

@@ -34,6 +34,7 @@ pub use crate::mission::saved::{SavedPlan, SavedPlanError};
 mod action;
 mod draft;
 mod fields;
+mod notes;
 mod requests;
 mod saved;
 mod transfers;

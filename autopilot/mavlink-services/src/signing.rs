@@ -10,13 +10,9 @@
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::MavSeverity;
-
 use crate::codec::{Encoded, Frame, Identity, Message, SetupSigning};
-use crate::peers::From;
-use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared};
+use crate::{From, Service, Shared};
 
 mod key;
 mod streams;
@@ -291,13 +287,11 @@ impl Signing {
 
     /// One line for the log: signing was turned on or off, or refuses something. What it refuses is sent
     /// to the stations as well, at most every ten seconds for each kind.
-    pub fn report(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<LogLine> {
+    pub fn report(&mut self, now: WallTime) -> Option<LogLine> {
         if let Some(news) = self.news.take() {
             return Some(LogLine::Turned(news));
         }
-        let line = self.refusals.next_line(now)?;
-        texts.publish(MavSeverity::MAV_SEVERITY_WARNING, line.clone());
-        Some(LogLine::Refused(line))
+        self.refusals.next_line(now).map(LogLine::Refused)
     }
 }
 

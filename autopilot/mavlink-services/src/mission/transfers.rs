@@ -4,7 +4,8 @@ use core::time::Duration;
 use std::sync::Arc;
 
 use crate::codec::{Encoded, ListKind};
-use crate::mission::draft::{Draft, Notes};
+use crate::mission::draft::Draft;
+use crate::mission::notes::Notes;
 use crate::mission::wire;
 use crate::mission::wire::Stored;
 use crate::peers::From;

@@ -5,10 +5,11 @@ use core::time::Duration;
 use crate::codec::StreamRequest;
 use crate::peers::{Peer, Peers};
 use crate::telemetry::registry::{ALL_GROUPS, ROWS, Rate, Row, TABLE};
-use crate::telemetry::requests::SHORTEST;
 use crate::wall_time::WallTime;
 use flight_management::parameters::StreamParameters;
 
+/// Shortest interval: 200 messages a second are more than any display shows.
+pub const SHORTEST: Duration = Duration::from_millis(5);
 /// Messages that come at least this often by default are what REQUEST_DATA_STREAM makes faster or slower;
 /// the state reports of the rest keep their rhythm.
 const FAST: Duration = Duration::from_millis(200);

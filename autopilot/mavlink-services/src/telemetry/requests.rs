@@ -8,14 +8,12 @@ use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MESSAGE_INTERVAL_DATA,
 use crate::codec::Encoded;
 use crate::command_error::CommandError;
 use crate::peers::Peer;
-use crate::telemetry::rates::{PeerRates, Wanted};
+use crate::telemetry::rates::{PeerRates, SHORTEST, Wanted};
 use crate::telemetry::registry::{Nothing, Rate, Row};
 use crate::telemetry::{View, faults, registry};
 use crate::wall_time::WallTime;
 use crate::{Shared, heartbeat};
 
-/// Shortest interval: 200 messages a second are more than any display shows.
-pub const SHORTEST: Duration = Duration::from_millis(5);
 /// Longest interval: what MESSAGE_INTERVAL can hold, us.
 const LONGEST_US: f32 = 2.0e9;
 
