@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 
 use host_io::health::{HealthFile, HealthFileError};
 use host_io::tick_log::{Kind, LogError, TickLogWriter};
-use host_io::{BindError, LinkSocket, Stop, cpu};
+use host_io::{BindError, LinkSocket, Stop, process};
 use tokio::sync::watch;
 use tracing::{info, warn};
 
@@ -156,7 +156,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let cpu = args.cpu;
     let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(move || {
         if let Some(cpu) = cpu
-            && let Err(error) = cpu::pin_this_thread(cpu)
+            && let Err(error) = process::pin_this_thread(cpu)
         {
             warn!(%error, "running on any core");
         }

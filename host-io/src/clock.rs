@@ -15,9 +15,9 @@ pub fn sleep(duration: Duration) {
     std::thread::sleep(duration);
 }
 
-/// Seconds since 1970, UTC: for names of files, enters no result.
+/// Seconds since 1970, UTC, for names of files; it enters no result.
 #[must_use]
-#[expect(clippy::disallowed_methods, reason = "only for people to see when something was")]
+#[expect(clippy::disallowed_methods, reason = "only shows people the time of an event")]
 pub fn utc_seconds() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
 }

@@ -1,19 +1,15 @@
 //! What both programs need of the operating system, and nothing about aircraft.
 //!
-//! The autopilot and the plant may not know each other, but both wait on a datagram socket, run on a
-//! core, end when they are told to, tell their operator what happens, and write a log. Those things are
-//! here once.
+//! The autopilot and the plant may not know each other, but both wait on a datagram socket, run on a core, end on request, show
+//! log lines and write files. Those things are here once.
 //!
 //! | question | file |
 //! |---|---|
 //! | how does a process wait for a packet? | [`socket`] |
-//! | on which core does a thread run? | [`cpu`] |
-//! | who tells a process to end? | [`stop`] |
-//! | what does the parent process say? | [`parent`] |
+//! | on which core does a thread run, what ends a process, where do log lines go? | [`process`] |
 //! | which files are read, and which are replaced? | [`mod@file`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
-//! | what does the operator read? | [`console`] |
-//! | how does somebody outside see that all is well? | [`health`] |
+//! | how does a container engine see that all is well? | [`health`] |
 //! | which number has a flight on the link? | [`session`] |
 //! | who reads a clock? | [`clock`] |
 //!
@@ -32,7 +28,7 @@
 //! std::fs::write(&path, "of somebody else")?;
 //! assert!(file::write(&path, b"# made here\n3,4\n", b"# made here").is_err());
 //!
-//! // Whoever loops asks this once a round; signals and the parent process set it.
+//! // Every loop reads this flag; signals and the parent process set it.
 //! let stop = Stop::new();
 //! stop.request();
 //! assert!(stop.is_requested());
@@ -40,15 +36,12 @@
 //! ```
 
 pub mod clock;
-pub mod console;
-pub mod cpu;
 pub mod file;
 pub mod health;
-pub mod parent;
+pub mod process;
 pub mod session;
 pub mod socket;
-pub mod stop;
 pub mod tick_log;
 
+pub use process::Stop;
 pub use socket::{BindError, LinkSocket, Wait};
-pub use stop::Stop;

@@ -14,13 +14,13 @@ const SHOWN_BYTES: usize = 4;
 /// A new number, from the random source of the operating system.
 ///
 /// # Errors
-/// What the system says if it has none: there is no flight without it, rather than one that can be guessed.
+/// The system's error if it has no random number; a flight with a number that somebody could guess must not start.
 pub fn draw() -> io::Result<u64> {
     getrandom::u64()
         .map_err(|error| io::Error::other(format!("the system gives no random number: {error}")))
 }
 
-/// What people see of a session: the first eight hexadecimal digits of the SHA-256 of its eight bytes, little endian.
+/// The session as logs and screens show it: the first eight hexadecimal digits of the SHA-256 of its eight bytes, little endian.
 #[must_use]
 pub fn shown(session: u64) -> String {
     let hash = Sha256::digest(session.to_le_bytes());
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_what_is_shown_is_the_beginning_of_the_sha_256() {
+    fn val_a_session_is_shown_as_the_beginning_of_its_sha_256() {
         // printf '\1\0\0\0\0\0\0\0' | sha256sum
         assert_eq!(shown(1), "7c9fa136");
     }

@@ -1,4 +1,4 @@
-//! Effectors, identified by their index in the aircraft's list ([`crate::EffectorList`]).
+//! Effectors by their place, values for each of them, their kinds, and the commands to them.
 
 use core::ops::{Index, IndexMut};
 
@@ -156,4 +156,86 @@ impl<T> IndexMut<Effector> for PerEffector<T> {
     fn index_mut(&mut self, effector: Effector) -> &mut T {
         &mut self.0[effector.index() % Effector::MAX]
     }
+}
+
+/// Kind of an effector. A law finds the effector of a role by kind and side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EffectorKind {
+    /// Surface at the wing's trailing edge, for roll.
+    Aileron,
+    /// Surface at the tail, for pitch; left and right ones can also roll.
+    Elevator,
+    /// Surface of the fin.
+    Rudder,
+    /// High-lift surface at the wing's edge.
+    Flap,
+    /// Surface on the wing that reduces lift.
+    Spoiler,
+    /// Surface ahead of the wing, for pitch.
+    Canard,
+    /// Angle of the jet in pitch.
+    NozzlePitch,
+    /// Angle of the jet in yaw.
+    NozzleYaw,
+    /// Thrust, newton.
+    Engine,
+}
+
+impl EffectorKind {
+    /// All kinds.
+    pub const ALL: [Self; 9] = [
+        Self::Aileron,
+        Self::Elevator,
+        Self::Rudder,
+        Self::Flap,
+        Self::Spoiler,
+        Self::Canard,
+        Self::NozzlePitch,
+        Self::NozzleYaw,
+        Self::Engine,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Aileron => "aileron",
+            Self::Elevator => "elevator",
+            Self::Rudder => "rudder",
+            Self::Flap => "flap",
+            Self::Spoiler => "spoiler",
+            Self::Canard => "canard",
+            Self::NozzlePitch => "nozzle_pitch",
+            Self::NozzleYaw => "nozzle_yaw",
+            Self::Engine => "engine",
+        }
+    }
+
+    /// Whether the value is an angle, rad; the engine's is a thrust, N.
+    #[must_use]
+    pub const fn is_angle(self) -> bool {
+        !matches!(self, Self::Engine)
+    }
+
+    /// Whether it is a nozzle angle.
+    #[must_use]
+    pub const fn is_nozzle(self) -> bool {
+        matches!(self, Self::NozzlePitch | Self::NozzleYaw)
+    }
+
+    /// Whether it is an aerodynamic surface.
+    #[must_use]
+    pub const fn is_surface(self) -> bool {
+        self.is_angle() && !self.is_nozzle()
+    }
+}
+
+/// One command for each effector: rad, and newton for the engine.
+///
+/// The plant holds the commands for the whole control period.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Actuators {
+    /// Commanded deflection, rad; commanded thrust, N.
+    pub commands: PerEffector<f64>,
 }

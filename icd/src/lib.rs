@@ -36,7 +36,7 @@
 //!
 //! # Where to start
 //!
-//! Read [`sensors`] and [`actuators`], then [`wire`]. A fault that an operator asks for is a [`FaultRequest`], and its kinds are the
+//! Read [`sensors`] and [`effector`], then [`wire`]. A [`FaultRequest`] asks the plant for a fault; the kinds are those of
 //! [`fault::CATALOGUE`]:
 //!
 //! ```
@@ -58,7 +58,6 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod actuators;
 pub mod angle;
 pub mod effector;
 pub mod effector_list;
@@ -72,8 +71,7 @@ pub mod time;
 pub mod tvc_jet;
 pub mod wire;
 
-pub use actuators::Actuators;
-pub use effector::{Effector, PerEffector};
+pub use effector::{Actuators, Effector, PerEffector};
 pub use effector_list::{AxisGains, EffectorKind, EffectorList, LateralSide};
 pub use fault::{FaultKind, FaultReply, FaultRequest};
 pub use frames::{Attitude, Body, EulerAngles, Ned};

@@ -18,7 +18,7 @@ use core::net::SocketAddr;
 
 use arrayvec::ArrayVec;
 
-use crate::actuators::Actuators;
+use crate::effector::Actuators;
 use crate::fault::PlantRequest;
 use crate::sensors::Sensors;
 use crate::time::{ControlPeriod, SimTime};

@@ -29,7 +29,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::actuators::Actuators;
+use crate::effector::Actuators;
 use crate::effector_list::{EffectorList, Name};
 use crate::fault::{PlantReport, PlantRequest};
 use crate::sensors::{Sensors, Stamp};

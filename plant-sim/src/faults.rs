@@ -28,22 +28,20 @@ use icd::fault::{
 use icd::{Effector, EffectorList, PerEffector, SimTime};
 
 mod active;
-mod delay;
 mod effects;
 mod entry;
-mod plan;
-mod scheduled;
+mod times;
 
-pub use delay::COMMANDS_MAX;
 pub use effects::Effects;
-pub use scheduled::{ScheduledFault, check};
+pub use entry::{ScheduledFault, check};
+pub use times::COMMANDS_MAX;
 
 use crate::servos::Servo;
 use active::ActiveFault;
-use delay::Delayed;
+
 use effects::FaultEffect;
 use entry::{CurrentFault, Fault};
-use plan::Plan;
+use times::{Delayed, Plan};
 
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
@@ -186,7 +184,7 @@ impl Faults {
     ) -> FaultReply {
         let reply = match *request {
             FaultRequest::Clear { target } => {
-                scheduled::effector_of(&self.list, target).map(|effector| {
+                entry::effector_of(&self.list, target).map(|effector| {
                     self.clear(|e| e == effector, context);
                     FaultReply::Cleared { at: context.now }
                 })

@@ -30,14 +30,12 @@ mod link;
 mod pacer;
 mod parent;
 mod run;
-mod speed;
-mod status;
 
 pub use args::{CORE_MAX, PlantArgs, Speed, parse_earth, parse_period, whole};
 pub use flight::FlightReport;
 pub use link::LinkError;
+pub use parent::PlantLine;
 pub use run::{ExitReason, run};
-pub use status::PlantLine;
 
 /// Why the plant cannot go on.
 #[derive(Debug, thiserror::Error)]

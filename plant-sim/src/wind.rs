@@ -7,11 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::noise::{Normals, Source};
 use crate::range::{RangeError, check_range};
 
-mod across;
-mod rotary;
+mod filters;
 
-use across::{SecondOrder, Transition};
-use rotary::Rotary;
+use filters::{Rotary, SecondOrder, Transition};
 
 /// Turbulence length above 2000 ft for every axis, m: 1750 ft (MIL-F-8785C, 3.7.2.1).
 pub const LENGTH_M: f64 = 533.4;
@@ -89,7 +87,7 @@ impl Gust {
 ///
 /// White noise through first order along x and second order along y and z:
 /// σ √(2T) / (1 + T s) and σ √T (1 + √3 T s) / (1 + T s)², T = L / V, for white noise of one unit²·s.
-/// The rotation is in the file `wind/rotary.rs`. The filters are advanced by their exact solution from one control tick to the
+/// The rotation is in the file `wind/filters.rs`. The filters are advanced by their exact solution from one control tick to the
 /// next, so that the gusts have their rms and spectrum at any period; between ticks the gust stands still.
 ///
 /// Left out: the low-altitude form (σ and L would change with height below 2000 ft).

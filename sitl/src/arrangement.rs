@@ -7,7 +7,8 @@ use std::fmt;
 use std::path::Path;
 use std::process::Command;
 
-use host_io::{Wait, cpu};
+use host_io::Wait;
+use host_io::process::allowed_cores;
 
 use crate::process::{Process, UdpFlightError};
 
@@ -103,7 +104,7 @@ fn candidates(cores: &[usize]) -> Vec<Arrangement> {
 /// Arrangements that this machine does not allow are left out.
 #[must_use]
 pub fn measure_all(program: &Path) -> Vec<Measured> {
-    let mut measured: Vec<Measured> = candidates(&cpu::allowed())
+    let mut measured: Vec<Measured> = candidates(&allowed_cores())
         .into_iter()
         .filter_map(|arrangement| {
             let rate = echo_rate(program, &arrangement, MEASURE_MS).ok()?;

@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use host_io::{BindError, LinkSocket, Stop, Wait, clock, cpu};
+use host_io::process::{PinError, pin_this_thread};
+use host_io::{BindError, LinkSocket, Stop, Wait, clock};
 use icd::lockstep::{FlightSide, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{PACKET_MAX, Phase, Reports};
@@ -46,7 +47,7 @@ pub enum EchoError {
     Io(#[from] io::Error),
     /// The core is not there, or not allowed.
     #[error("echo: {0}")]
-    Pin(#[from] cpu::PinError),
+    Pin(#[from] PinError),
 }
 
 /// Echoes until the standard input ends, or measures an echo.
@@ -54,7 +55,7 @@ pub enum EchoError {
 /// # Errors
 /// [`EchoError`] if there is no socket or no such core.
 pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
-    args.cpu.map_or(Ok(()), cpu::pin_this_thread)?;
+    args.cpu.map_or(Ok(()), pin_this_thread)?;
     match args.to {
         None => serve(args.wait),
         Some(to) => measure(args, to),

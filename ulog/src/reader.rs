@@ -8,12 +8,11 @@ use std::path::Path;
 
 use crate::format::{Field, FieldType, Format};
 
-mod error;
 mod message;
 mod parse;
 mod topic;
 
-pub use error::{Damage, ReadError, Wrong};
+pub use message::{Damage, ReadError, Wrong};
 pub use topic::{Row, Topic};
 
 use topic::Layout;

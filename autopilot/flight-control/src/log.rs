@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
-use crate::health::Health;
 use crate::navigation::NavigationState;
 use crate::signals::{Compensation, EffectorSet, MainCommand};
 
@@ -66,4 +65,25 @@ impl StepLog {
     pub const fn actuators(&self) -> Actuators {
         Actuators { commands: self.commands }
     }
+}
+
+/// What was not normal in one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Health {
+    /// A part of the navigation state is not valid; its last good value was used.
+    pub implausible_input: bool,
+    /// The main controller asked for something that is not finite; its last finite command was used.
+    pub implausible_command: bool,
+    /// The total aileron demand is beyond the travel.
+    pub aileron_saturated: bool,
+    /// The elevator demand is beyond the travel.
+    pub elevator_saturated: bool,
+    /// The rudder demand is beyond the travel.
+    pub rudder_saturated: bool,
+    /// The nozzle pitch demand is beyond the travel.
+    pub nozzle_pitch_saturated: bool,
+    /// The nozzle yaw demand is beyond the travel.
+    pub nozzle_yaw_saturated: bool,
+    /// The thrust demand is beyond the engine's range.
+    pub thrust_saturated: bool,
 }

@@ -4,7 +4,7 @@ use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
 
 use super::effects::FaultEffect;
-use super::plan::micros;
+use super::times::micros;
 use crate::servos::Servo;
 
 /// A fault that acts on an effector.
@@ -145,7 +145,7 @@ impl ActiveFault {
         alters || self.is_delayed()
     }
 
-    /// What the servo receives instead of `command`, rad or N. [`super::delay`] keeps the commands of a delayed
+    /// What the servo receives instead of `command`, rad or N. [`super::times`] keeps the commands of a delayed
     /// effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {

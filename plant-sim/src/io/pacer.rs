@@ -14,7 +14,7 @@ use icd::fault::PlantReport;
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
-use super::speed::Speed;
+use super::args::Speed;
 
 /// A plant that is behind by more than this goes on from now instead of catching up in a sprint.
 const BEHIND_MAX: Duration = Duration::from_millis(250);

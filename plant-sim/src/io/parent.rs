@@ -1,16 +1,17 @@
-//! What the parent process wants of time, one order a line (`pause`, `run`, `step 3`, `speed 0.5`), and what it
-//! is told.
+//! The parent process: its requests about time, one a line (`pause`, `run`, `step 3`, `speed 0.5`), and a line of JSON to it
+//! whenever the pace changes.
 
-use std::io;
+use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, TrySendError, sync_channel};
 
-use host_io::{Stop, parent};
+use host_io::{Stop, process};
 use icd::SimTime;
 use icd::pace::Pace;
+use serde::{Deserialize, Serialize};
 use tracing::warn;
 
+use super::args::Speed;
 use super::pacer::{Order, Pacer};
-use super::status::PlantLine;
 
 /// Orders that wait until the plant looks after them; it looks at least 20 times a second.
 const WAITING_MAX: usize = 64;
@@ -71,7 +72,7 @@ impl Parent {
 
 fn listen(stop: Stop) -> io::Result<Receiver<Pace>> {
     let (sender, receiver) = sync_channel(WAITING_MAX);
-    parent::listen(stop, move |line| match parse(line) {
+    process::listen_to_parent(stop, move |line| match parse(line) {
         Ok(pace) => {
             if let Err(TrySendError::Full(pace)) = sender.try_send(pace) {
                 warn!(?pace, "too many orders at once; this one is dropped");
@@ -99,6 +100,36 @@ fn parse(line: &str) -> Result<Pace, OrderError> {
         min,
         max,
     })
+}
+
+/// One line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum PlantLine {
+    /// How simulation time passes from here on.
+    Pace {
+        /// It stands still.
+        paused: bool,
+        /// Where it runs, so many times as fast as wall time; `None`: as fast as possible.
+        speed: Option<f64>,
+    },
+}
+
+impl PlantLine {
+    pub(super) fn pace(paused: bool, speed: Speed) -> Self {
+        let speed = match speed {
+            Speed::Max => None,
+            Speed::Times(factor) => Some(factor),
+        };
+        Self::Pace { paused, speed }
+    }
+
+    /// Writes it to the standard output.
+    pub(super) fn print(&self) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        writeln!(out, "{}", serde_json::to_string(self)?)?;
+        out.flush()
+    }
 }
 
 #[cfg(test)]
@@ -135,5 +166,19 @@ mod tests {
             let error = parse(line).unwrap_err().to_string();
             assert!(error.contains(words), "{line:?}: {error}");
         }
+    }
+
+    #[test]
+    fn the_line_says_its_kind_and_comes_back() {
+        for (speed, text) in [
+            (Speed::Max, r#"{"kind":"pace","paused":true,"speed":null}"#),
+            (Speed::Times(0.5), r#"{"kind":"pace","paused":true,"speed":0.5}"#),
+        ] {
+            let line = PlantLine::pace(true, speed);
+            assert_eq!(serde_json::to_string(&line).unwrap(), text);
+            assert_eq!(serde_json::from_str::<PlantLine>(text).unwrap(), line);
+        }
+        let other = r#"{"kind":"flight","paused":true,"speed":0.5}"#;
+        assert!(serde_json::from_str::<PlantLine>(other).is_err());
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use host_io::health::HealthFile;
 use host_io::tick_log::{Kind, TickLogWriter};
-use host_io::{LinkSocket, Stop, cpu};
+use host_io::{LinkSocket, Stop, process};
 use tracing::{info, warn};
 
 use super::RunError;
@@ -46,7 +46,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
     let mut truth_log = args.truth_log.as_ref().map(create).transpose()?;
     if let Some(cpu) = args.cpu
-        && let Err(error) = cpu::pin_this_thread(cpu)
+        && let Err(error) = process::pin_this_thread(cpu)
     {
         warn!(%error, "running on any core");
     }

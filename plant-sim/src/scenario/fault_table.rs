@@ -5,34 +5,30 @@
 //! Ranges that need no aircraft are checked here, with file and key; whether the aircraft can have the fault is found
 //! out by [`crate::Plant::new`].
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::LazyLock;
+
 use icd::fault::{
-    self, FaultKind, KindInfo, NUMBERS_MAX, Onset, Refusal, Repeat, SensorKind, Target,
+    self, CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Refusal, Repeat, SensorKind, Target,
     TargetClass, Timing,
 };
 use icd::{EffectorList, SimTime};
 use serde::Deserialize;
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 
 use crate::config::{self, ConfigError};
 use crate::faults::ScheduledFault;
 use crate::range::{RangeError, check_range, section};
 
-mod keys;
-
-use keys::{KIND, ONSET, TARGETS, Written};
-
 const SECTION: &str = "plant.fault";
-
-/// One table as written.
-#[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct FaultTable(Written);
 
 /// The table while it is read; file and number (from 1) stand for it in errors.
 struct Reader<'a> {
     file: &'a str,
     number: usize,
     kind: &'static str,
-    written: &'a Written,
+    written: &'a FaultTable,
 }
 
 impl FaultTable {
@@ -43,9 +39,8 @@ impl FaultTable {
         number: usize,
         effectors: &EffectorList,
     ) -> Result<ScheduledFault, ConfigError> {
-        let kind = self.0.texts.get(KIND).and_then(|key| KindInfo::by_key(key));
-        let reader =
-            Reader { file, number, kind: kind.map_or("", |info| info.key), written: &self.0 };
+        let kind = self.texts.get(KIND).and_then(|key| KindInfo::by_key(key));
+        let reader = Reader { file, number, kind: kind.map_or("", |info| info.key), written: self };
         let info = kind.ok_or_else(|| reader.error(KIND, "is missing"))?;
         let target = reader.target(effectors)?;
         let class = target.class(effectors);
@@ -160,5 +155,148 @@ impl Reader<'_> {
     fn out_of_range(&self, key: &str, value: f64, min: f64, max: f64) -> ConfigError {
         let (section, key) = (section(SECTION), section(key));
         config::in_file(self.file)(RangeError { section, key, value, min, max })
+    }
+}
+
+/// Keys of the target: one of them is there.
+const TARGETS: [&str; 2] = ["effector", "sensor"];
+/// Key of the kind.
+const KIND: &str = "kind";
+/// Key of the onset.
+const ONSET: &str = "onset_s";
+const TIMES: &str = "times";
+/// Keys of the time, the onset first.
+const TIMING: [&str; 6] = [ONSET, "clear_s", "ramp_s", "duration_s", "every_s", TIMES];
+
+/// The form of the value of a key.
+enum Form {
+    Name,
+    /// One of these.
+    Word(Vec<&'static str>),
+    Number,
+    Whole,
+}
+
+/// A key with its form.
+type Key = (&'static str, Form);
+
+/// Every key.
+static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    let mut keys: Vec<Key> = TARGETS.map(|key| (key, Form::Name)).into();
+    keys.push((KIND, Form::Word(CATALOGUE.iter().map(|info| info.key).collect())));
+    for info in &CATALOGUE {
+        let numbers = info.numbers.iter().flat_map(|number| number.quantity.keys());
+        keys.extend(numbers.map(|key| (key, Form::Number)));
+        keys.extend(info.choice.iter().map(|choice| {
+            (choice.key, Form::Word(choice.alternatives.iter().map(|one| one.key).collect()))
+        }));
+    }
+    let form = |key| if key == TIMES { Form::Whole } else { Form::Number };
+    keys.extend(TIMING.map(|key| (key, form(key))));
+    // Several kinds share a key.
+    let mut known = BTreeSet::new();
+    keys.retain(|(key, _)| known.insert(*key));
+    keys
+});
+
+/// Their names.
+static NAMES: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| KEYS.iter().map(|(key, _)| *key).collect());
+
+/// A table as written: texts and numbers by their keys. Target, kind and onset are there.
+#[derive(Default)]
+pub(super) struct FaultTable {
+    texts: BTreeMap<&'static str, String>,
+    numbers: BTreeMap<&'static str, f64>,
+}
+
+impl FaultTable {
+    /// The keys of kinds that are there, in the order of the catalogue.
+    fn of_kinds(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let is_there = |key: &&str| self.texts.contains_key(key) || self.numbers.contains_key(key);
+        let others = |key: &&str| ![&TARGETS[..], &[KIND], &TIMING].concat().contains(key);
+        NAMES.iter().copied().filter(is_there).filter(others)
+    }
+}
+
+impl<'de> Deserialize<'de> for FaultTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_struct("FaultTable", &NAMES, Self::default())
+    }
+}
+
+impl<'de> Visitor<'de> for FaultTable {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table with a fault")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
+        while let Some((key, form)) = map.next_key_seed(AnyKey)? {
+            match form {
+                Form::Name => drop(self.texts.insert(key, map.next_value()?)),
+                Form::Word(words) => {
+                    drop(self.texts.insert(key, map.next_value_seed(OneOf(words))?));
+                }
+                Form::Number => drop(self.numbers.insert(key, map.next_value()?)),
+                Form::Whole => drop(self.numbers.insert(key, map.next_value::<u32>()?.into())),
+            }
+        }
+        match TARGETS.map(|key| self.texts.contains_key(key)) {
+            [false, false] => Err(A::Error::missing_field(TARGETS[0])),
+            [true, true] => Err(A::Error::custom("a fault is of an effector or of a sensor")),
+            _ if !self.texts.contains_key(KIND) => Err(A::Error::missing_field(KIND)),
+            _ if !self.numbers.contains_key(ONSET) => Err(A::Error::missing_field(ONSET)),
+            _ => Ok(self),
+        }
+    }
+}
+
+/// A known key.
+struct AnyKey;
+
+impl<'de> DeserializeSeed<'de> for AnyKey {
+    type Value = &'static Key;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static Key, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl Visitor<'_> for AnyKey {
+    type Value = &'static Key;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key of a fault")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<&'static Key, E> {
+        let known = KEYS.iter().find(|(key, _)| *key == text);
+        known.ok_or_else(|| E::unknown_field(text, &NAMES))
+    }
+}
+
+/// One of these words.
+struct OneOf(&'static [&'static str]);
+
+impl<'de> DeserializeSeed<'de> for OneOf {
+    type Value = String;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
+        deserializer.deserialize_str(self)
+    }
+}
+
+impl Visitor<'_> for OneOf {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a word")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<String, E> {
+        let is_known = self.0.contains(&text);
+        if is_known { Ok(text.to_owned()) } else { Err(E::unknown_variant(text, self.0)) }
     }
 }

@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::error::{Damage, ReadError, Wrong};
-use super::message::{self, Body};
+use super::message::{self, Body, Damage, ReadError, Wrong};
 use super::topic::Layout;
 use super::{Info, Log, LoggedText, Subscribed};
 use crate::format::{FILE_HEADER, Format, MAGIC, MESSAGE_HEADER, SYNC, VERSION};

@@ -1,6 +1,7 @@
-//! Angular gusts: how the turbulence turns around an aircraft with a span.
+//! The filters of the turbulence: gusts across the flight path, and how they turn around an aircraft with a span.
 //!
-//! Spectra of MIL-F-8785C 3.7 over the spatial frequency Ω (rad/m), one-sided, b the span, L the length:
+//! Across the path a gust passes two equal lags and a zero. Spectra of the rotation by MIL-F-8785C 3.7 over the spatial frequency Ω
+//! (rad/m), one-sided, b the span, L the length:
 //!
 //! ```text
 //! Φ_p = σ²/L · 0.8 (πL/4b)^(1/3) / (1 + (4bΩ/π)²)        independent of the other five
@@ -15,8 +16,60 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::LENGTH_M;
-use super::across::{OUTPUT, SecondOrder, Transition};
 use crate::noise::{Normals, Source};
+
+/// Two lags T in a row, each state scaled to unit variance of the first; the gust is √3 y1 + (1 − √3) y2.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SecondOrder {
+    pub y1: f64,
+    pub y2: f64,
+}
+
+/// How the filters move in one period: transition and Cholesky factor of what the noise adds.
+pub(super) struct Transition {
+    /// exp(-h/T).
+    pub decay: f64,
+    /// h/T.
+    pub ratio: f64,
+    pub l11: f64,
+    pub l21: f64,
+    pub l22: f64,
+}
+
+impl Transition {
+    /// Of a double pole at -1/T over h = ratio T. Stationary covariance of (y1, y2): ((1, ½), (½, ½)).
+    pub fn new(ratio: f64) -> Self {
+        let decay = libm::exp(-ratio);
+        let e2 = decay * decay;
+        let q11 = 1.0 - e2;
+        let q12 = 0.5 - e2 * (ratio + 0.5);
+        let q22 = 0.5 - e2 * (ratio * ratio + ratio + 0.5);
+        let l11 = q11.sqrt();
+        let l21 = q12 / l11;
+        // q22 is a small difference of large terms; rounding must not make the root imaginary.
+        Self { decay, ratio, l11, l21, l22: (q22 - l21 * l21).max(0.0).sqrt() }
+    }
+}
+
+impl SecondOrder {
+    pub fn step(&mut self, t: &Transition, n1: f64, n2: f64) {
+        let (y1, y2) = (self.y1, self.y2);
+        self.y1 = t.decay * y1 + t.l11 * n1;
+        self.y2 = t.decay * (t.ratio * y1 + y2) + (t.l21 * n1 + t.l22 * n2);
+    }
+
+    /// The gust for unit intensity: variance 3 + √3 (1 − √3) + ½ (1 − √3)² = 2 before the scaling.
+    pub fn output(&self) -> f64 {
+        let [c1, c2] = OUTPUT;
+        (c1 * self.y1 + c2 * self.y2) * core::f64::consts::FRAC_1_SQRT_2
+    }
+}
+
+/// √3.
+const ROOT_3: f64 = 1.732_050_807_568_877_2;
+
+/// What of y1 and y2 is in the gust, times √2.
+const OUTPUT: [f64; 2] = [ROOT_3, 1.0 - ROOT_3];
 
 /// The span counts this often in the lag of p_g and q_g.
 const SPANS_ROLL_PITCH: f64 = 4.0;

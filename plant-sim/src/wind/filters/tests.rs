@@ -158,3 +158,22 @@ fn a_long_tick_spreads_like_two_short_ones() {
     // Differences of terms of size one: rounding of some 1e-16.
     assert!((twice - one_added).norm() < 1e-14, "{}", twice - one_added);
 }
+
+#[test]
+fn the_output_has_the_bits_of_the_root() {
+    assert_eq!(ROOT_3.to_bits(), 3.0_f64.sqrt().to_bits());
+}
+
+#[test]
+fn two_short_ticks_spread_like_one_long_tick() {
+    // Covariance that one tick adds, against that of two half ticks.
+    let (one, half) = (Transition::new(0.02), Transition::new(0.01));
+    let added = |t: &Transition| [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22];
+    let [a, b, c] = added(&half);
+    let (e2, r) = (half.decay * half.decay, half.ratio);
+    let twice = [a + e2 * a, b + e2 * (r * a + b), c + e2 * (r * r * a + 2.0 * r * b + c)];
+    for (two, one) in twice.into_iter().zip(added(&one)) {
+        // The last term is 5e-6 as a difference of halves: 1e-16 / 5e-6.
+        assert!((two / one - 1.0).abs() < 1e-8, "{two} against {one}");
+    }
+}

@@ -1,0 +1,188 @@
+//! The process: the request to end, the parent process at the other end of the standard input, the core of a thread, log lines.
+
+use std::io::{BufRead, IsTerminal, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
+use nix::sys::signal::{SigSet, Signal};
+use nix::unistd::Pid;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
+
+/// The request that the process ends: set once, read by every loop.
+#[derive(Debug, Clone, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Not requested.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether the process should end. One relaxed load.
+    #[must_use]
+    pub fn is_requested(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// Requests the end of the process.
+    pub fn request(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// From now on SIGINT, SIGTERM and SIGQUIT request the end.
+    ///
+    /// Call it before the process starts any thread: threads inherit which signals they block.
+    ///
+    /// # Errors
+    /// The system's error, if it refuses.
+    pub fn on_signals(&self) -> std::io::Result<()> {
+        let mut signals = SigSet::empty();
+        signals.add(Signal::SIGINT);
+        signals.add(Signal::SIGTERM);
+        signals.add(Signal::SIGQUIT);
+        signals.thread_block()?;
+        let stop = self.clone();
+        let wait = move || {
+            while signals.wait().is_ok() {
+                stop.request();
+            }
+        };
+        thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
+        Ok(())
+    }
+
+    /// The end of the standard input requests the end: a parent that dies, however it dies, closes it.
+    ///
+    /// # Errors
+    /// The system's error, if it refuses a thread.
+    pub fn with_parent(&self) -> std::io::Result<()> {
+        listen_to_parent(self.clone(), |_| {})
+    }
+}
+
+/// Longest line, bytes; a longer one is passed on in pieces.
+const LINE_MAX: u64 = 256;
+
+/// Reads the lines that the parent process writes to the standard input, on a thread of its own. The end of the input requests the
+/// end of the process: a parent that dies, however it dies, closes it.
+///
+/// # Errors
+/// The system's error, if it refuses a thread.
+pub fn listen_to_parent(
+    stop: Stop,
+    on_line: impl FnMut(&str) + Send + 'static,
+) -> std::io::Result<()> {
+    let take = move || {
+        each_line(std::io::stdin().lock(), on_line);
+        stop.request();
+    };
+    thread::Builder::new().name("parent".to_owned()).spawn(take)?;
+    Ok(())
+}
+
+/// Passes on each line without its line end, until the input ends.
+fn each_line(mut input: impl BufRead, mut on_line: impl FnMut(&str)) {
+    let mut line = Vec::new();
+    loop {
+        match input.by_ref().take(LINE_MAX).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => return,
+            Ok(_) => {
+                // Bytes that are no text are no request either; a warning shows them as replacement characters.
+                on_line(String::from_utf8_lossy(&line).trim());
+                line.clear();
+            }
+        }
+    }
+}
+
+/// The calling thread, for the scheduler calls.
+const THIS_THREAD: Pid = Pid::from_raw(0);
+
+/// The system refuses to pin a thread to a core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("cannot run on core {cpu}: {source}")]
+pub struct PinError {
+    /// The core.
+    pub cpu: usize,
+    /// The system's error.
+    pub source: nix::Error,
+}
+
+/// Keeps the calling thread on one core. Threads that it starts later inherit that; others do not.
+///
+/// # Errors
+/// [`PinError`] if there is no such core, or this process may not use it.
+pub fn pin_this_thread(cpu: usize) -> Result<(), PinError> {
+    let mut set = CpuSet::new();
+    set.set(cpu)
+        .and_then(|()| sched_setaffinity(THIS_THREAD, &set))
+        .map_err(|source| PinError { cpu, source })
+}
+
+/// The cores that this thread may run on, in ascending order; empty if the system does not report them.
+#[must_use]
+pub fn allowed_cores() -> Vec<usize> {
+    let Ok(set) = sched_getaffinity(THIS_THREAD) else { return Vec::new() };
+    (0..CpuSet::count()).filter(|cpu| set.is_set(*cpu) == Ok(true)).collect()
+}
+
+/// Shows log lines of level `info` and above on the standard error; the environment variable `RUST_LOG` changes that.
+///
+/// A second call changes nothing.
+pub fn show_log() {
+    let filter = EnvFilter::builder().with_default_directive(LevelFilter::INFO.into());
+    // An error means that it was called before.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter.from_env_lossy())
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_target(false)
+        .without_time()
+        // A reader that went away must not end the flight.
+        .log_internal_errors(false)
+        .try_init();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(input: &[u8]) -> Vec<String> {
+        let mut lines = Vec::new();
+        each_line(input, |line| lines.push(line.to_owned()));
+        lines
+    }
+
+    #[test]
+    fn lines_come_without_their_end_and_the_last_one_needs_none() {
+        assert_eq!(lines(b"pause\nstep 3\r\n\nrun"), ["pause", "step 3", "", "run"]);
+        assert_eq!(lines(b""), Vec::<String>::new());
+        assert_eq!(lines(b"\xff\xfe\n"), ["\u{fffd}\u{fffd}"]);
+    }
+
+    #[test]
+    fn an_endless_line_does_not_grow() {
+        let lines = lines(&[b'x'; 1_000]);
+        assert_eq!(lines.len(), 4);
+        assert!(lines.iter().all(|line| line.len() as u64 <= LINE_MAX));
+    }
+
+    #[test]
+    fn a_pinned_thread_has_one_core_and_its_parent_keeps_all() {
+        let before = allowed_cores();
+        let last = *before.last().unwrap();
+        let inside = thread::spawn(move || pin_this_thread(last).map(|()| allowed_cores()));
+        assert_eq!(inside.join().unwrap(), Ok(vec![last]));
+        assert_eq!(allowed_cores(), before);
+    }
+
+    #[test]
+    fn a_missing_core_is_named_in_the_error() {
+        let error = pin_this_thread(100_000).unwrap_err();
+        assert!(error.to_string().contains("core 100000"), "{error}");
+    }
+}
