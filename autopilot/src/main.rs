@@ -15,7 +15,7 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    host_io::process::show_log();
+    host_io::console::show();
     match run::run(&cli.autopilot) {
         Ok(_) => ExitCode::SUCCESS,
         Err(error) => {

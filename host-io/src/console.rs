@@ -1,4 +1,4 @@
-//! What a process tells its operator, line by line, on the standard error.
+//! Log lines for the operator on the standard error.
 
 use std::io::IsTerminal;
 
@@ -6,7 +6,7 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// The environment variable that says which lines are shown, for example `debug` or `info,autopilot=trace`.
+/// The environment variable that selects the lines, for example `debug` or `info,autopilot=trace`.
 const VARIABLE: &str = "RUST_LOG";
 
 /// Shows `info` and above; the environment variable `RUST_LOG` changes that.
@@ -25,7 +25,7 @@ pub fn show() {
         .without_time()
         // A reader that went away must not end the flight.
         .log_internal_errors(false);
-    // An error means that somebody has done it already.
+    // An error means that it was called before.
     let is_first = tracing_subscriber::registry().with(shown).with(lines).try_init().is_ok();
     if let (Some(problem), true) = (problem, is_first) {
         tracing::warn!("{VARIABLE}: {directives:?} is not used: {problem}");
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_shown_from_info_on_unless_the_variable_says_otherwise() {
+    fn lines_are_shown_from_info_on_unless_the_variable_sets_another_level() {
         let shows = |directives: &str, target, level| {
             targets(directives).unwrap().would_enable(target, &level)
         };

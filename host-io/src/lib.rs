@@ -6,7 +6,8 @@
 //! | question | file |
 //! |---|---|
 //! | how does a process wait for a packet? | [`socket`] |
-//! | on which core does a thread run, what ends a process, where do log lines go? | [`process`] |
+//! | on which core does a thread run, what ends a process? | [`process`] |
+//! | where do log lines go? | [`console`] |
 //! | which files are read, and which are replaced? | [`mod@file`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | how does a container engine see that all is well? | [`health`] |
@@ -36,6 +37,7 @@
 //! ```
 
 pub mod clock;
+pub mod console;
 pub mod file;
 pub mod health;
 pub mod process;

@@ -1,6 +1,6 @@
-//! The process: the request to end, the parent process at the other end of the standard input, the core of a thread, log lines.
+//! The process: the request to end, the parent process at the other end of the standard input, and the core of a thread.
 
-use std::io::{BufRead, IsTerminal, Read};
+use std::io::{BufRead, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -8,8 +8,6 @@ use std::thread;
 use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
 use nix::sys::signal::{SigSet, Signal};
 use nix::unistd::Pid;
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::filter::LevelFilter;
 
 /// The request that the process ends: set once, read by every loop.
 #[derive(Debug, Clone, Default)]
@@ -128,23 +126,6 @@ pub fn pin_this_thread(cpu: usize) -> Result<(), PinError> {
 pub fn allowed_cores() -> Vec<usize> {
     let Ok(set) = sched_getaffinity(THIS_THREAD) else { return Vec::new() };
     (0..CpuSet::count()).filter(|cpu| set.is_set(*cpu) == Ok(true)).collect()
-}
-
-/// Shows log lines of level `info` and above on the standard error; the environment variable `RUST_LOG` changes that.
-///
-/// A second call changes nothing.
-pub fn show_log() {
-    let filter = EnvFilter::builder().with_default_directive(LevelFilter::INFO.into());
-    // An error means that it was called before.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter.from_env_lossy())
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .without_time()
-        // A reader that went away must not end the flight.
-        .log_internal_errors(false)
-        .try_init();
 }
 
 #[cfg(test)]

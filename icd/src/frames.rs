@@ -3,8 +3,6 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::angle;
-
 /// A vector in body axes: x forward, y right, z down.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -126,9 +124,9 @@ impl Attitude {
         let [w, x, y, z] = self.wxyz();
         let sin_theta = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0);
         EulerAngles {
-            phi: angle::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            theta: angle::asin(sin_theta),
-            psi: angle::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+            phi: libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            theta: libm::asin(sin_theta),
+            psi: libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
         }
     }
 

@@ -58,7 +58,6 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod angle;
 pub mod effector;
 pub mod effector_list;
 pub mod fault;

@@ -1,6 +1,6 @@
 //! Thrust and nozzle angles to force and moment.
 
-use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector, angle};
+use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector};
 
 use crate::airframe::{Nozzle, NozzleShape};
 use crate::rigid_body::Wrench;
@@ -101,7 +101,7 @@ impl Jet {
         let thrust = if thrust < least { least } else { thrust };
         let thrust = if thrust > most { most } else { thrust };
         let roll_n_m = self.roll_n_m(thrust, at);
-        let [(sin_z, cos_z), (sin_y, cos_y)] = angle::sincos_pair(self.nozzle.map(of));
+        let [(sin_z, cos_z), (sin_y, cos_y)] = self.nozzle.map(|nozzle| libm::sincos(of(nozzle)));
         let (forward, side, down) = match self.shape {
             NozzleShape::Gimbal => {
                 (thrust * cos_z * cos_y, -thrust * cos_z * sin_y, thrust * sin_z)

@@ -43,7 +43,7 @@ pub struct Cli {
 /// the caller brings: it flies unless `--law` names another one.
 #[must_use]
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
-    host_io::process::show_log();
+    host_io::console::show();
     let mut cli = Cli::parse();
     cli.bring(own_law);
     run(&cli).unwrap_or_else(|error| {
