@@ -58,7 +58,7 @@ fn question(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
     values[6] = 1.0;
     let (time, period) = (SimTime::from_micros(2_000 * tick), ControlPeriod::DEFAULT);
     let sensors = Sensors::at(time, &values);
-    plant.ask(time, Phase::Flying, period, &sensors, Reports::new(), &[]).to_vec()
+    plant.begin_exchange(time, Phase::Flying, period, &sensors, Reports::new(), &[]).to_vec()
 }
 
 /// Sends a packet and returns what comes back, if anything does.

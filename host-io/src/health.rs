@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn what_another_program_wrote_stays() {
+    fn a_file_of_another_program_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("diary");
         fs::write(&path, "well, well\n").unwrap();

@@ -92,7 +92,7 @@ impl PlantSide {
     }
 
     /// Begins the next exchange and returns the packet to send; `envelope` is for the recorder.
-    pub fn ask(
+    pub fn begin_exchange(
         &mut self,
         time: SimTime,
         phase: Phase,
@@ -385,7 +385,14 @@ mod tests {
     fn ask(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
         let time = SimTime::from_micros(tick * 2_000);
         plant
-            .ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors(), Reports::new(), &[])
+            .begin_exchange(
+                time,
+                Phase::Flying,
+                ControlPeriod::DEFAULT,
+                &sensors(),
+                Reports::new(),
+                &[],
+            )
             .to_vec()
     }
 
@@ -461,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stranger_gets_one_answer_whether_it_knows_the_session_or_not() {
+    fn an_unknown_plant_gets_one_answer_with_and_without_the_right_session() {
         let mut flight = FlightSide::new(aircraft());
         let mut plant = PlantSide::new(1, aircraft());
         for tick in 0..3 {
@@ -529,7 +536,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_told_so_on_both_sides() {
+    fn another_version_is_refused_on_both_sides() {
         let mut plant = PlantSide::new(1, aircraft());
         let mut question = ask(&mut plant, 0);
         question[4] = 77;

@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_sealed_comes_out_again() {
+    fn an_envelope_reads_back() {
         let values = |count: u32| (0..count).map(|n| -1.0 / f64::from(n + 1));
         let truth: TruthRow = values(83).collect();
         let bytes = [7; piece_max(83)];

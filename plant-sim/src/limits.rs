@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_passed_limit_is_told_in_the_units_of_the_file() {
+    fn an_exceeded_limit_is_shown_in_the_units_of_the_file() {
         let limits = Airframe::paper().limits;
         let rolled = Attained { roll_rad: 1.6, ..level() };
         let words = limits.exceeded(&rolled).map(|exceeded| exceeded.to_string());

@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_growth_of_what_is_no_derivative_is_refused_by_its_name() {
+    fn a_growth_of_an_unknown_derivative_is_refused_with_its_name() {
         let message = refusal("c_lift_alpha = 0.3", "c_lift_alfa = 0.3");
         assert!(message.contains("jet.toml") && message.contains("c_lift_alfa"), "{message}");
     }

@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_and_a_wind_may_say_only_what_differs() {
+    fn a_start_and_a_wind_may_have_only_the_keys_that_differ() {
         let text = NOMINAL.split("[plant.wind]").next().unwrap();
         let text = format!(
             "{text}[plant.wind]\nturbulence_m_s = 2.0\n[plant.start]\naltitude_m = 3000.0\n"

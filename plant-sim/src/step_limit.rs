@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_quick_is_refused_and_what_is_slow_enough_stays_finite() {
+    fn a_motion_that_is_too_quick_is_refused_and_a_slower_one_stays_finite() {
         for (key, value) in
             [("mass_kg", 3.0), ("ixx_kg_m2", 1.0), ("iyy_kg_m2", 0.01), ("izz_kg_m2", 0.01)]
         {

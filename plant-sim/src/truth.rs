@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn every_column_has_the_value_that_its_name_says() {
+    fn every_column_has_the_value_of_its_name() {
         let truth = flown();
         let row = truth.to_row(true, false);
         let column = |name: &str| {

@@ -86,8 +86,14 @@ fn link(c: &mut Criterion) {
     c.bench_function("link exchange without socket", |b| {
         b.iter(|| {
             let period = setup.plant.period;
-            let question =
-                plant_side.ask(plant.time(), Phase::Flying, period, &sensors, Reports::new(), &[]);
+            let question = plant_side.begin_exchange(
+                plant.time(),
+                Phase::Flying,
+                period,
+                &sensors,
+                Reports::new(),
+                &[],
+            );
             let event = flight_side.handle(question, plant_address, false);
             assert!(matches!(event, FlightEvent::NewFlight(_) | FlightEvent::Next(_)));
             let answer = flight_side.answer(&actuators, None, false).expect("there is a question");

@@ -117,7 +117,8 @@ fn packets() -> (Vec<u8>, Vec<u8>) {
     let mut plant = PlantSide::new(1, tvc_jet::aircraft());
     let mut flight = FlightSide::new(tvc_jet::aircraft());
     let period = ControlPeriod::DEFAULT;
-    let question = plant.ask(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new(), &[]);
+    let question =
+        plant.begin_exchange(SimTime::ZERO, Phase::Flying, period, &sensors, Reports::new(), &[]);
     let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
     flight.handle(question, anywhere, false);
     let answer = flight.answer(&Actuators::default(), None, false).unwrap_or_default();

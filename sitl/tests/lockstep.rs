@@ -138,7 +138,8 @@ impl Loop {
             reports.push(report);
         }
         let (time, period) = (self.plant.time(), self.setup.plant.period);
-        let packet = self.plant_side.ask(time, phase, period, &self.sensors, reports, &[]);
+        let packet =
+            self.plant_side.begin_exchange(time, phase, period, &self.sensors, reports, &[]);
         self.questions.send(now_us, packet);
     }
 

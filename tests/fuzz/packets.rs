@@ -28,7 +28,7 @@ fn seeds() -> [Vec<u8>; 3] {
     let (mut plant, mut flight) =
         (PlantSide::new(7, tvc_jet::aircraft()), FlightSide::new(tvc_jet::aircraft()));
     let question = plant
-        .ask(
+        .begin_exchange(
             SimTime::ZERO,
             Phase::Flying,
             ControlPeriod::DEFAULT,
@@ -70,7 +70,7 @@ fn plant_link() {
         let (mut plant, mut flight) =
             (PlantSide::new(7, tvc_jet::aircraft()), FlightSide::new(tvc_jet::aircraft()));
         let from = ["127.0.0.1:9000", "127.0.0.1:9001"].map(|at| at.parse().unwrap());
-        plant.ask(
+        plant.begin_exchange(
             SimTime::ZERO,
             Phase::Flying,
             ControlPeriod::DEFAULT,

@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_format_is_none() {
+    fn an_invalid_format_is_none() {
         for text in ["", "name", "x:double", "x:real a;", "x:double[ a;", "x:double[-1] a;"] {
             assert_eq!(Format::parse(text), None, "{text}");
         }

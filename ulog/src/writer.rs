@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_refused_and_leaves_the_file_whole() {
+    fn an_invalid_message_is_refused_and_leaves_the_file_whole() {
         let mut definitions = Definitions::begin(Vec::new(), 0).unwrap();
         definitions.format(&format()).unwrap();
         let mut data = definitions.data();

@@ -163,7 +163,7 @@ mod tests {
     };
 
     #[test]
-    fn an_error_that_stands_at_a_limit_is_named_after_three_seconds_with_what_is_missing() {
+    fn an_error_at_a_limit_is_reported_after_three_seconds_with_the_missing_amount() {
         assert_eq!(after(2.9, &low(), ELEVATOR), None);
         assert_eq!(after(3.1, &low(), ELEVATOR), Some(AltitudeLimit::Elevator));
         let stalled = NavigationState { alpha: 0.26, ..low() };

@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn the_attainable_set_has_all_at_neutral_and_what_the_elevators_have_left_of_pitch() {
+    fn the_attainable_set_has_everything_at_neutral_and_the_rest_of_the_elevators_in_pitch() {
         let (model, at) = aerosonde();
         let neutral = attainable_authority(&PerEffector::default(), &model, &at);
         for left in neutral.negative_pct.into_iter().chain(neutral.positive_pct) {

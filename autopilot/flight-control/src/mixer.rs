@@ -223,7 +223,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_command_leaves_the_travel_whatever_is_asked(
+        fn no_command_leaves_the_travel_for_any_demand(
             asked in proptest::array::uniform6(-1.0e9..1.0e9_f64), extra in proptest::array::uniform3(-1.0e9..1.0e9_f64),
         ) {
             let aircraft = testing::aircraft_model();
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_beyond_the_travel_is_told_by_axis_and_by_effector() {
+    fn a_demand_beyond_the_travel_is_reported_by_axis_and_by_effector() {
         let mixer = Mixer::new(&testing::aircraft_model().effectors);
         let main = MainCommand { aileron_rad: 9.0, rudder_rad: -9.0, ..MainCommand::default() };
         let mixed = mixer.mix(&main, &Compensation::NONE);

@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wind_is_what_ground_and_air_velocity_differ_by() {
+    fn the_wind_is_the_difference_of_ground_and_air_velocity() {
         let level = testing::level_state();
         // 264 m/s through the air along the ground, 250 m/s north and 10 m/s east over it.
         let state = NavigationState { velocity: Ned::new(250.0, 10.0, 0.0), ..level };

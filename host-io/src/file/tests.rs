@@ -46,7 +46,7 @@ fn only_ordinary_files_are_read_and_nothing_is_waited_for() {
 }
 
 #[test]
-fn what_is_too_long_is_not_read_and_its_length_is_told_with_the_limit() {
+fn a_file_that_is_too_long_is_refused_with_its_length_and_the_limit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large");
     let file = File::create(&path).unwrap();

@@ -46,7 +46,7 @@ fn an_effector_that_the_aircraft_lacks_has_no_kind_and_no_number() {
 }
 
 #[test]
-fn every_impossible_list_is_refused_with_the_effector_and_what_was_expected() {
+fn every_impossible_list_is_refused_with_the_effector_and_the_expected_value() {
     let name = |text: &str| Name::from(text).unwrap();
     let cases = [
         (refusal(|all| all.clear()), "there is no [[effector]], expected 1 to 16"),

@@ -205,7 +205,7 @@ mod tests {
         Coefficients { lift: 0.0, drag: 0.0, side: 0.0, roll: 0.0, pitch: 0.0, yaw: 0.0 };
 
     #[test]
-    fn a_pair_that_is_not_mirrored_does_what_its_two_surfaces_do() {
+    fn a_pair_that_is_not_mirrored_acts_as_its_two_surfaces() {
         let mut derivatives = PerEffector::default();
         derivatives[tvc_jet::LEFT_ELEVATOR] = SurfaceDerivatives {
             c_lift: 0.1,

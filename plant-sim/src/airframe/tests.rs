@@ -70,7 +70,7 @@ fn the_effectors_of_the_file_are_those_that_tests_and_studies_name() {
 }
 
 #[test]
-fn a_file_of_an_earlier_version_is_told_what_replaces_its_keys() {
+fn a_file_of_an_earlier_version_is_refused_with_the_new_keys() {
     let with = |more: &str| {
         let text = format!("{more}\n{DEFAULT_AIRFRAME}");
         Airframe::from_toml("old.toml", &text).unwrap_err().to_string()
@@ -167,7 +167,7 @@ fn a_log_of_before_propulsion_and_nozzle_shapes_is_read() {
 }
 
 #[test]
-fn what_is_wrong_in_a_table_is_refused_with_file_table_line_and_what_was_expected() {
+fn an_error_in_a_table_is_refused_with_file_table_line_and_expected_value() {
     assert_eq!(
         f16_refusal("\n -5,  0.241", "\n -15,  0.241"),
         "f16.toml: [[aerodynamics.table]] number 1: line 3: alpha_deg = -15, expected more than -10: breakpoints increase"

@@ -142,7 +142,7 @@ fn after_the_repair_every_effector_is_healthy_again() {
 }
 
 #[test]
-fn a_partial_loss_that_sticks_holds_what_was_left_of_it() {
+fn an_effector_that_jams_during_a_partial_loss_keeps_its_reduced_deflection() {
     let mut bench = Bench::new();
     bench.inject(T0, tvc_jet::RUDDER, FaultKind::PartialLoss { remaining: 0.5 });
     bench.inject(T0, tvc_jet::RUDDER, FaultKind::StuckHere);
@@ -150,7 +150,7 @@ fn a_partial_loss_that_sticks_holds_what_was_left_of_it() {
 }
 
 #[test]
-fn the_same_fault_again_changes_nothing_and_says_since_when_it_is_there() {
+fn the_same_fault_again_changes_nothing_and_is_answered_with_its_onset() {
     let mut bench = Bench::new();
     bench.inject(T0, tvc_jet::RUDDER, FaultKind::StuckHere);
     bench.positions[tvc_jet::RUDDER] = 0.3;
@@ -240,7 +240,7 @@ fn a_scheduled_fault_waits_for_its_time() {
 }
 
 #[test]
-fn clearing_forgets_what_is_scheduled_for_that_effector_only() {
+fn clearing_an_effector_cancels_its_scheduled_faults_only() {
     let mut bench = Bench::new();
     bench.inject_at(T1, tvc_jet::RUDDER, FaultKind::Float);
     bench.inject_at(T1, tvc_jet::LEFT_AILERON, FaultKind::Float);
@@ -281,7 +281,7 @@ fn the_schedule_has_a_limit() {
 }
 
 #[test]
-fn a_scheduled_fault_asked_for_again_after_its_onset_is_there_already() {
+fn a_scheduled_fault_requested_again_after_its_onset_is_unchanged() {
     let mut bench = Bench::new();
     let (effector, kind) = (tvc_jet::RUDDER, jump(0.1));
     assert_eq!(bench.inject_at(T1, effector, kind), FaultReply::Scheduled { at: T1 });

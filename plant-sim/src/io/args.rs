@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn options_replace_what_the_scenario_says() {
+    fn options_replace_values_of_the_scenario() {
         for (period, step_us) in [("4", 1_000), ("2.5", 625), ("1.3", 650), ("1", 1_000)] {
             let setup = parse(&["--period-ms", period]).unwrap().plant_setup().unwrap();
             assert_eq!(setup.step_us, step_us, "{period} ms");
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flight_ends_at_the_duration_of_its_scenario_unless_an_option_says_otherwise() {
+    fn a_flight_ends_at_the_duration_of_its_scenario_unless_an_option_gives_another() {
         let until = |options: &[&str]| parse(options).unwrap().until().unwrap();
         let seconds = |s: u64| Some(SimTime::from_micros(s * 1_000_000));
         assert_eq!(until(&["--scenario", "nominal"]), None);

@@ -12,16 +12,16 @@ use tracing::{error, info};
 
 use super::header::Envelopes;
 use super::link::{Link, LinkError};
-use super::pacer::{Due, Order, Pacer};
+use super::pacer::{Due, PaceRequest, Pacer};
 use super::parent::Parent;
 use crate::plant::Plant;
 
-/// Where the next tick is farther away than this, the plant asks without a control step meanwhile.
+/// If the next tick is due later than this, the plant exchanges packets without a control step meanwhile.
 const HOLD_EVERY: Duration = Duration::from_millis(50);
-/// Exchanges in which the last reports of a flight may leave: more than the plant can have waiting.
-const FAREWELLS_MAX: u32 = 100;
+/// Most exchanges for the last reports of a flight: more than the plant can have waiting.
+const LAST_EXCHANGES_MAX: u32 = 100;
 
-/// What a process that measures wants to know about a flight.
+/// Summary of a flight, for a process that measures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FlightReport {
     /// Control ticks.
@@ -37,9 +37,9 @@ pub struct FlightReport {
 /// Why a flight is over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FlightEnd {
-    /// The autopilot asked for a new one.
+    /// The autopilot requested a restart.
     Restart,
-    /// The process is to end.
+    /// The process has to end.
     Stop,
     /// It has reached its time, or the ground.
     Complete(FlightReport),
@@ -50,7 +50,7 @@ pub(super) struct Flight<'a> {
     pub(super) plant: Plant,
     pub(super) period: ControlPeriod,
     pub(super) until: Option<SimTime>,
-    /// Nobody is there to restart it on the ground.
+    /// The flight ends on the ground instead of waiting for a restart.
     pub(super) ends_on_ground: bool,
     /// Name of the airframe file, for messages.
     pub(super) airframe: &'a str,
@@ -62,14 +62,14 @@ pub(super) struct Flight<'a> {
     pub(super) parent: &'a Parent,
     /// Answer to the last request; leaves with the next packet.
     pub(super) reply: Option<PlantReport>,
-    /// The last packet had room for more reports, so none waits.
-    pub(super) all_told: bool,
-    /// The last answer asked for something, so there may be more to come.
-    pub(super) asked: bool,
+    /// The last packet had room for more reports, so none is waiting.
+    pub(super) all_reported: bool,
+    /// The last answer carried a request, so more may follow.
+    pub(super) had_request: bool,
     pub(super) ticks: u64,
 }
 
-/// What came back from the autopilot.
+/// The autopilot's answer.
 enum Answer {
     Fly(Actuators),
     End(FlightEnd),
@@ -98,7 +98,7 @@ impl Flight<'_> {
             if self.until.is_some_and(|until| next > until) {
                 let wall = clock::now() - began;
                 info!(t_s = self.plant.time().as_seconds(), "the flight is complete");
-                return self.take_leave(Phase::Holding, &sensors, wall);
+                return self.finish(Phase::Holding, &sensors, wall);
             }
             let actuators = match self.wait_until_due(next, &sensors, actuators)? {
                 Answer::Fly(actuators) => actuators,
@@ -117,7 +117,7 @@ impl Flight<'_> {
         mut actuators: Actuators,
     ) -> Result<Answer, LinkError> {
         loop {
-            self.parent.look_after(self.pacer, self.plant.time());
+            self.parent.update(self.pacer, self.plant.time());
             let left = match self.pacer.due(self.plant.time(), next, clock::now) {
                 Due::Now => return Ok(Answer::Fly(actuators)),
                 Due::In(left) => left,
@@ -125,10 +125,10 @@ impl Flight<'_> {
             };
             if left > HOLD_EVERY {
                 match self.exchange(Phase::Holding, sensors)? {
-                    Answer::Fly(held) => actuators = held,
+                    Answer::Fly(latest) => actuators = latest,
                     end @ Answer::End(_) => return Ok(end),
                 }
-                if self.asked || self.has_news() {
+                if self.had_request || self.has_reports() {
                     continue;
                 }
             }
@@ -136,12 +136,12 @@ impl Flight<'_> {
         }
     }
 
-    /// Something waits to be told to the autopilot.
-    fn has_news(&self) -> bool {
-        self.reply.is_some() || self.pacer.has_reports() || !self.all_told
+    /// Whether reports wait for the next packet.
+    fn has_reports(&self) -> bool {
+        self.reply.is_some() || self.pacer.has_reports() || !self.all_reported
     }
 
-    /// One question and its answer, and what the answer asks for.
+    /// Sends one packet, waits for the answer and executes its request.
     fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Answer, LinkError> {
         let mut reports = Reports::new();
         reports.extend(self.reply.take());
@@ -150,11 +150,11 @@ impl Flight<'_> {
         {
             reports.push(report);
         }
-        self.all_told = !reports.is_full();
+        self.all_reported = !reports.is_full();
         let plant = &self.plant;
         let truth = || plant.truth().to_row(plant.on_ground(), plant.is_broken());
         let envelope = self.envelopes.next(truth);
-        self.link.ask(plant.time(), phase, self.period, sensors, reports, envelope);
+        self.link.begin_exchange(plant.time(), phase, self.period, sensors, reports, envelope);
         if phase == Phase::Flying {
             // While the autopilot works.
             self.record();
@@ -163,8 +163,8 @@ impl Flight<'_> {
             return Ok(Answer::End(FlightEnd::Stop));
         }
         let Some(answer) = self.link.answer()? else { return Ok(Answer::End(FlightEnd::Stop)) };
-        self.asked = answer.request.is_some();
-        self.envelopes.want(answer.wants_envelope);
+        self.had_request = answer.request.is_some();
+        self.envelopes.set_recorded(answer.wants_envelope);
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
@@ -176,7 +176,7 @@ impl Flight<'_> {
                 self.reply = Some(PlantReport::FaultReply { request: number, reply });
             }
             Some(PlantRequest { number, action: PlantAction::Pace(pace) }) => {
-                self.pacer.order(Order { request: Some(number), pace }, self.plant.time());
+                self.pacer.request(PaceRequest { request: Some(number), pace }, self.plant.time());
             }
         }
         Ok(Answer::Fly(answer.actuators))
@@ -206,22 +206,22 @@ impl Flight<'_> {
             ),
         }
         if self.ends_on_ground {
-            return self.take_leave(Phase::OnGround, sensors, wall);
+            return self.finish(Phase::OnGround, sensors, wall);
         }
         loop {
-            self.parent.look_after(self.pacer, self.plant.time());
+            self.parent.update(self.pacer, self.plant.time());
             self.pacer.end(self.plant.time());
             if let Answer::End(end) = self.exchange(Phase::OnGround, sensors)? {
                 return Ok(end);
             }
-            if !self.asked && !self.has_news() {
+            if !self.had_request && !self.has_reports() {
                 clock::sleep(HOLD_EVERY);
             }
         }
     }
 
-    /// Tells what is left to tell, then ends.
-    fn take_leave(
+    /// Sends the reports that are left, then ends.
+    fn finish(
         &mut self,
         phase: Phase,
         sensors: &Sensors,
@@ -231,11 +231,11 @@ impl Flight<'_> {
         let report =
             FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };
         self.pacer.end(time);
-        for _ in 0..FAREWELLS_MAX {
+        for _ in 0..LAST_EXCHANGES_MAX {
             if let Answer::End(end) = self.exchange(phase, sensors)? {
                 return Ok(end);
             }
-            if !self.has_news() {
+            if !self.has_reports() {
                 break;
             }
         }

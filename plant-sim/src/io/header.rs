@@ -26,10 +26,10 @@ pub struct PlantHeader {
 pub(super) struct Envelopes {
     /// The header as JSON.
     json: Vec<u8>,
-    /// Envelopes since the recorder began to want them, from 0 again after [`AGAIN_AFTER`].
+    /// Envelopes since the flight is recorded, from 0 again after [`AGAIN_AFTER`].
     sent: u32,
     /// The next packet shall carry one.
-    wanted: bool,
+    is_recorded: bool,
     bytes: EnvelopeBytes,
 }
 
@@ -42,26 +42,26 @@ impl Envelopes {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let header = PlantHeader { version, scenario: scenario.to_owned(), setup: setup.clone() };
         let json = serde_json::to_vec(&header)?;
-        Ok(Self { json, sent: 0, wanted: true, bytes: EnvelopeBytes::new() })
+        Ok(Self { json, sent: 0, is_recorded: true, bytes: EnvelopeBytes::new() })
     }
 
     /// A flight begins: its first packet has an envelope, so that a log has the truth of the first tick.
     pub(super) fn begin_flight(&mut self) {
         self.sent = 0;
-        self.wanted = true;
+        self.is_recorded = true;
     }
 
     /// What the autopilot's last answer says.
-    pub(super) fn want(&mut self, wanted: bool) {
-        self.wanted = wanted;
-        if !wanted {
+    pub(super) fn set_recorded(&mut self, is_recorded: bool) {
+        self.is_recorded = is_recorded;
+        if !is_recorded {
             self.sent = 0;
         }
     }
 
-    /// The envelope of the next packet; empty where none is wanted.
+    /// The envelope of the next packet; empty where the flight is not recorded.
     pub(super) fn next(&mut self, truth: impl FnOnce() -> TruthRow) -> &[u8] {
-        if !self.wanted {
+        if !self.is_recorded {
             return &[];
         }
         let truth = truth();
@@ -123,15 +123,15 @@ mod tests {
     }
 
     #[test]
-    fn after_the_first_packet_nothing_is_sent_unasked_and_a_late_recorder_gets_all() {
+    fn after_the_first_packet_nothing_is_sent_without_a_recorder_and_a_late_recorder_gets_all() {
         let mut envelopes = Envelopes::new("case1", &setup()).unwrap();
         let truth = || [0.0; 59].into_iter().collect();
         assert!(!envelopes.next(truth).is_empty());
-        envelopes.want(false);
+        envelopes.set_recorded(false);
         assert_eq!(envelopes.next(|| unreachable!("nobody asked")), &[0_u8; 0]);
-        envelopes.want(true);
+        envelopes.set_recorded(true);
         assert_eq!(collect(&mut envelopes).0.setup, setup());
-        envelopes.want(false);
+        envelopes.set_recorded(false);
         envelopes.begin_flight();
         assert!(!envelopes.next(truth).is_empty());
     }

@@ -1,4 +1,4 @@
-//! The asking side on a socket: sends again what is not answered, and tells the operator what is wrong.
+//! The plant's side of the link on a socket: sends an unanswered packet again, and warns the operator of what is wrong.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -15,16 +15,16 @@ use tracing::{info, warn};
 
 /// An unanswered packet is sent again after this time.
 pub(super) const RESEND_AFTER: Duration = Duration::from_millis(20);
-/// The operator is told after this silence.
+/// After this silence the plant warns the operator.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
 
 /// Why the link is over.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The socket is no use any more.
+    /// The socket has failed.
     #[error("plant link: {0}")]
     Socket(#[from] io::Error),
-    /// The autopilot speaks another version.
+    /// The autopilot has another version of the link.
     #[error(
         "the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}"
     )]
@@ -58,13 +58,13 @@ pub(super) struct Link {
     health: Option<HealthFile>,
 }
 
-/// A question that was not answered at once.
+/// A packet that the autopilot has not answered at once.
 #[derive(Debug)]
 struct Trouble {
     since: Instant,
     sent: Instant,
-    told: bool,
-    nonsense_told: bool,
+    is_reported: bool,
+    is_refusal_reported: bool,
 }
 
 impl Link {
@@ -99,13 +99,13 @@ impl Link {
         Ok(())
     }
 
-    /// What people see of the flight's number.
+    /// The flight's number as logs show it.
     pub(super) fn session(&self) -> String {
         session::shown(self.side.session())
     }
 
-    /// Sends a question; `envelope` goes to the recorder.
-    pub(super) fn ask(
+    /// Sends the packet of the next exchange; `envelope` is for the recorder.
+    pub(super) fn begin_exchange(
         &mut self,
         time: SimTime,
         phase: Phase,
@@ -114,7 +114,7 @@ impl Link {
         reports: Reports,
         envelope: &[u8],
     ) {
-        let question = self.side.ask(time, phase, period, sensors, reports, envelope);
+        let question = self.side.begin_exchange(time, phase, period, sensors, reports, envelope);
         // A packet that does not leave is a lost packet.
         let _ = self.socket.send(question);
     }
@@ -126,10 +126,10 @@ impl Link {
                 if self.stop.is_requested() {
                     return Ok(None);
                 }
-                self.insist(RESEND_AFTER);
+                self.resend_if_due(RESEND_AFTER);
                 continue;
             };
-            let nonsense = match self.side.handle(&self.buffer[..bytes]) {
+            let refused = match self.side.handle(&self.buffer[..bytes]) {
                 PlantEvent::Answer(packet) => {
                     if let Some(trouble) = self.trouble.take() {
                         trouble.end();
@@ -146,7 +146,7 @@ impl Link {
                     None
                 }
                 PlantEvent::Refuse(refusal, why) => {
-                    // The autopilot is told; whether that arrives changes nothing here.
+                    // Whether the refusal arrives changes nothing here.
                     let _ = self.socket.send(refusal);
                     Some(why)
                 }
@@ -155,36 +155,36 @@ impl Link {
             if self.stop.is_requested() {
                 return Ok(None);
             }
-            let trouble = self.insist(Duration::ZERO);
-            if let Some(error) = nonsense.filter(|_| !trouble.nonsense_told) {
-                trouble.nonsense_told = true;
+            let trouble = self.resend_if_due(Duration::ZERO);
+            if let Some(error) = refused.filter(|_| !trouble.is_refusal_reported) {
+                trouble.is_refusal_reported = true;
                 warn!(%error, "refused a packet of the autopilot");
             }
         }
     }
 
-    /// Sends the question again when it is time to. It was asked at least `waited` ago.
+    /// Sends the packet again once [`RESEND_AFTER`] has passed. It was sent at least `waited` ago.
     ///
-    /// A packet that is no answer does not make it time: if it did, one late answer would be asked for
-    /// again, come late again, and so double the traffic for good.
-    fn insist(&mut self, waited: Duration) -> &mut Trouble {
+    /// Receiving a packet that is no answer does not send it earlier: otherwise each late answer would cause another request
+    /// and another late answer, which would double the traffic for good.
+    fn resend_if_due(&mut self, waited: Duration) -> &mut Trouble {
         let now = clock::now();
-        let asked = now.checked_sub(waited).unwrap_or(now);
+        let first = now.checked_sub(waited).unwrap_or(now);
         let trouble = self.trouble.get_or_insert(Trouble {
-            since: asked,
-            sent: asked,
-            told: false,
-            nonsense_told: false,
+            since: first,
+            sent: first,
+            is_reported: false,
+            is_refusal_reported: false,
         });
         if now - trouble.sent >= RESEND_AFTER
             && let Some(question) = self.side.unanswered()
         {
             trouble.sent = now;
-            // As above: what does not leave is lost, and asked again.
+            // A packet that does not leave is lost, and sent again.
             let _ = self.socket.send(question);
         }
-        if !trouble.told && now - trouble.since >= SILENCE_MAX {
-            trouble.told = true;
+        if !trouble.is_reported && now - trouble.since >= SILENCE_MAX {
+            trouble.is_reported = true;
             warn!("the autopilot does not answer; the aircraft waits for it");
         }
         trouble
@@ -196,9 +196,9 @@ impl Link {
             RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
             RefusalReason::Aircraft => Err(LinkError::Aircraft { ours: Box::new(self.aircraft) }),
             RefusalReason::Busy => {
-                let trouble = self.insist(Duration::ZERO);
-                if !trouble.told {
-                    trouble.told = true;
+                let trouble = self.resend_if_due(Duration::ZERO);
+                if !trouble.is_reported {
+                    trouble.is_reported = true;
                     warn!("the autopilot is flying another plant; asking again until it is free");
                 }
                 Ok(())
@@ -217,7 +217,7 @@ impl Link {
 
 impl Trouble {
     fn end(self) {
-        if self.told {
+        if self.is_reported {
             let silence_s = (clock::now() - self.since).as_secs_f64();
             info!(silence_s, "the autopilot answers");
         }
@@ -259,7 +259,14 @@ mod tests {
         values[6] = 1.0;
         let time = SimTime::from_micros(2_000 * tick);
         let sensors = Sensors::at(time, &values);
-        link.ask(time, Phase::Flying, ControlPeriod::DEFAULT, &sensors, Reports::new(), &[]);
+        link.begin_exchange(
+            time,
+            Phase::Flying,
+            ControlPeriod::DEFAULT,
+            &sensors,
+            Reports::new(),
+            &[],
+        );
     }
 
     #[test]

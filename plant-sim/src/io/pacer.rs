@@ -1,11 +1,11 @@
 //! When a tick is due by the wall clock, and whether one is due at all.
 //!
 //! ```text
-//! orders (autopilot, parent process) ─> running or standing, speed, steps ─> when is the next tick due?
-//!                                              └─> one report for each order
+//! requests (autopilot, parent process) ─> running or paused, speed, steps ─> when is the next tick due?
+//!                                                └─> one report for each request
 //! ```
 //!
-//! Nothing here reaches the plant: a flight has the same bits however often time stood still.
+//! Nothing here reaches the plant: a flight has the same bits however often time was paused.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -18,23 +18,23 @@ use super::args::Speed;
 
 /// A plant that is behind by more than this goes on from now instead of catching up in a sprint.
 const BEHIND_MAX: Duration = Duration::from_millis(250);
-/// Orders for steps that may wait for each other: twice what one autopilot may have open, so that all of its
-/// requests fit beside those of somebody who can wait.
+/// Requests for steps that may wait for each other: twice what one autopilot may have open, so that all of its requests fit
+/// beside those of the parent process, which can wait.
 const STEPS_WAITING_MAX: usize = 64;
-/// Of these, those of somebody who can wait; as many reports may wait to be heard.
+/// Of these, those of the parent process; as many reports may wait to be sent.
 const ROOM: usize = STEPS_WAITING_MAX / 2;
-/// Steps that are likely to need more wall time than this are confirmed when they begin: somebody who asks
-/// over MAVLink does not wait longer for an answer.
+/// Steps that are likely to need more wall time than this are confirmed when they begin: a ground station does not wait longer
+/// for an answer.
 const CONFIRMED_WITHIN: Duration = Duration::from_secs(1);
-/// Assumed of a flight as fast as possible, to tell how long steps will take. Real ones are faster.
+/// Assumed speed of a flight as fast as possible, to estimate how long steps will take. Real ones are faster.
 const FACTOR_OF_MAX: f64 = 10.0;
 
-/// Somebody wants time to pass in another way.
+/// A request that simulation time passes in another way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Order {
+pub(super) struct PaceRequest {
     /// Number of the request, if it came from the autopilot.
     pub(super) request: Option<u32>,
-    /// What.
+    /// The pace.
     pub(super) pace: Pace,
 }
 
@@ -45,11 +45,11 @@ pub(super) enum Due {
     Now,
     /// After this wall time.
     In(Duration),
-    /// Time stands still.
+    /// Time is paused.
     Never,
 }
 
-/// Steps that were asked for and are not all flown.
+/// Requested steps that are not all flown.
 #[derive(Debug, Clone, Copy)]
 struct Steps {
     request: Option<u32>,
@@ -58,13 +58,13 @@ struct Steps {
     confirmed: bool,
 }
 
-/// Holds simulation time to the wall clock, or holds it still.
+/// Paces simulation time by the wall clock, or pauses it.
 #[derive(Debug)]
 pub(super) struct Pacer {
     period: ControlPeriod,
     speed: Speed,
-    /// Time stands still unless there are steps to fly.
-    standing: bool,
+    /// Time is paused unless there are steps to fly.
+    paused: bool,
     steps: VecDeque<Steps>,
     /// This simulation time was due at this instant; `None` since the pace changed.
     origin: Option<(Instant, SimTime)>,
@@ -73,11 +73,11 @@ pub(super) struct Pacer {
 }
 
 impl Pacer {
-    pub(super) fn new(period: ControlPeriod, speed: Speed, standing: bool) -> Self {
+    pub(super) fn new(period: ControlPeriod, speed: Speed, paused: bool) -> Self {
         Self {
             period,
             speed,
-            standing,
+            paused,
             steps: VecDeque::new(),
             origin: None,
             reports: VecDeque::new(),
@@ -85,8 +85,7 @@ impl Pacer {
         }
     }
 
-    /// A flight begins. How time passes is up to the operator and stays; who asked in the last flight has
-    /// had its answer.
+    /// A flight begins. The pace is the operator's and stays; requests of the last flight have been answered.
     pub(super) fn begin_flight(&mut self) {
         self.origin = None;
         self.reports.clear();
@@ -94,18 +93,18 @@ impl Pacer {
         self.steps.clear();
     }
 
-    /// Takes an order; exactly one report answers it. `time` is now.
-    pub(super) fn order(&mut self, order: Order, time: SimTime) {
-        let Order { request, pace } = order;
+    /// Executes a request; exactly one report answers it. `time` is now.
+    pub(super) fn request(&mut self, request: PaceRequest, time: SimTime) {
+        let PaceRequest { request, pace } = request;
         self.changed = true;
         match pace {
             Pace::Pause | Pace::Run => {
-                self.standing = pace == Pace::Pause;
+                self.paused = pace == Pace::Pause;
                 self.interrupt(pace, time);
                 self.origin = None;
                 self.report(request, pace, time);
             }
-            Pace::Step(periods) => self.order_steps(request, periods, time),
+            Pace::Step(periods) => self.request_steps(request, periods, time),
             Pace::Speed(factor) => {
                 self.speed = Speed::Times(factor);
                 self.origin = None;
@@ -114,16 +113,16 @@ impl Pacer {
         }
     }
 
-    fn order_steps(&mut self, request: Option<u32>, periods: u32, time: SimTime) {
+    fn request_steps(&mut self, request: Option<u32>, periods: u32, time: SimTime) {
         if let Some(front) = self.steps.front().filter(|_| self.steps.len() >= STEPS_WAITING_MAX) {
-            // The truth: other steps are under way, and these will not be flown.
+            // Other steps are in progress, and these will not be flown.
             let pace = Pace::Step(front.periods);
             return self.report(request, pace, time);
         }
         if self.steps.is_empty() {
             self.origin = None;
         }
-        self.standing = true;
+        self.paused = true;
         let factor = match self.speed {
             Speed::Max => FACTOR_OF_MAX,
             Speed::Times(factor) => factor,
@@ -137,12 +136,12 @@ impl Pacer {
         self.steps.push_back(Steps { request, periods, left: periods, confirmed });
     }
 
-    /// Time has ended, at least for this flight: steps that were asked for will not be flown.
+    /// The flight has ended: the requested steps will not be flown.
     pub(super) fn end(&mut self, time: SimTime) {
         self.interrupt(Pace::Pause, time);
     }
 
-    /// Who waits for steps is told what came in between.
+    /// Reports to everyone who waits for steps the pace that replaced them.
     fn interrupt(&mut self, pace: Pace, time: SimTime) {
         while let Some(steps) = self.steps.pop_front() {
             self.changed = true;
@@ -173,25 +172,25 @@ impl Pacer {
         self.reports.push_back(PlantReport::Paced { request, pace, at });
     }
 
-    /// Next report that nobody has heard yet.
+    /// The next report to send.
     pub(super) fn pop_report(&mut self) -> Option<PlantReport> {
         self.reports.pop_front()
     }
 
-    /// Whether reports wait to be heard.
+    /// Whether reports wait to be sent.
     pub(super) fn has_reports(&self) -> bool {
         !self.reports.is_empty()
     }
 
-    /// Whether an order from somebody who can wait may be taken now.
+    /// Whether there is room for a request of the parent process.
     pub(super) fn has_room(&self) -> bool {
         self.steps.len() < ROOM && self.reports.len() < ROOM
     }
 
-    /// Standing still, and speed, if one of them has changed since the last call.
+    /// Whether time is paused, and the speed, if one of them has changed since the last call.
     pub(super) fn take_change(&mut self) -> Option<(bool, Speed)> {
-        let stands = self.standing && self.steps.is_empty();
-        std::mem::take(&mut self.changed).then_some((stands, self.speed))
+        let is_paused = self.paused && self.steps.is_empty();
+        std::mem::take(&mut self.changed).then_some((is_paused, self.speed))
     }
 
     /// When the tick at `next` is due. It is `time` now; the clock is read only if it matters.
@@ -201,7 +200,7 @@ impl Pacer {
         next: SimTime,
         clock: impl FnOnce() -> Instant,
     ) -> Due {
-        if self.standing && self.steps.is_empty() {
+        if self.paused && self.steps.is_empty() {
             return Due::Never;
         }
         let Speed::Times(factor) = self.speed else { return Due::Now };

@@ -11,21 +11,21 @@ use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::args::Speed;
-use super::pacer::{Order, Pacer};
+use super::pacer::{PaceRequest, Pacer};
 
-/// Orders that wait until the plant looks after them; it looks at least 20 times a second.
+/// Requests that wait until the plant reads them, at least 20 times a second.
 const WAITING_MAX: usize = 64;
 
-/// Not an order.
+/// A line that is no request.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-enum OrderError {
-    /// No such word, or words where none belong.
+enum LineError {
+    /// An unknown word, or too many words.
     #[error("{0:?} is none of pause, run, step [PERIODS], speed FACTOR")]
     Unknown(String),
     /// Not a number, or out of range.
     #[error("{line:?}: the number must be from {min} to {max}")]
     Number {
-        /// What was said.
+        /// The line.
         line: String,
         /// Smallest allowed.
         min: f64,
@@ -34,31 +34,31 @@ enum OrderError {
     },
 }
 
-/// The parent process, if there is one that takes part.
+/// The parent process, if it takes part.
 #[derive(Debug)]
 pub(super) struct Parent {
-    orders: Option<Receiver<Pace>>,
-    /// It wants to know how time passes.
+    requests: Option<Receiver<Pace>>,
+    /// Whether it reads the pace.
     reads: bool,
 }
 
 impl Parent {
-    /// From here on its orders are heard, and its end becomes a request to end.
+    /// From now on the plant reads its requests, and its end requests the end of the plant.
     ///
     /// # Errors
-    /// What the system says, if it refuses a thread.
-    pub(super) fn new(speaks: bool, reads: bool, stop: &Stop) -> io::Result<Self> {
-        let orders = speaks.then(|| listen(stop.clone())).transpose()?;
-        Ok(Self { orders, reads })
+    /// The system's error, if it refuses a thread.
+    pub(super) fn new(writes: bool, reads: bool, stop: &Stop) -> io::Result<Self> {
+        let requests = writes.then(|| listen(stop.clone())).transpose()?;
+        Ok(Self { requests, reads })
     }
 
-    /// Hands its orders to the pacer, and tells it how time passes now. It is `time` now.
-    pub(super) fn look_after(&self, pacer: &mut Pacer, time: SimTime) {
-        if let Some(orders) = &self.orders {
+    /// Passes its requests to the pacer, and prints a change of the pace. `time` is now.
+    pub(super) fn update(&self, pacer: &mut Pacer, time: SimTime) {
+        if let Some(requests) = &self.requests {
             while pacer.has_room()
-                && let Ok(pace) = orders.try_recv()
+                && let Ok(pace) = requests.try_recv()
             {
-                pacer.order(Order { request: None, pace }, time);
+                pacer.request(PaceRequest { request: None, pace }, time);
             }
         }
         if let Some((paused, speed)) = pacer.take_change()
@@ -83,7 +83,7 @@ fn listen(stop: Stop) -> io::Result<Receiver<Pace>> {
     Ok(receiver)
 }
 
-fn parse(line: &str) -> Result<Pace, OrderError> {
+fn parse(line: &str) -> Result<Pace, LineError> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let (pace, (min, max)) = match words[..] {
         ["pause"] => return Ok(Pace::Pause),
@@ -93,22 +93,22 @@ fn parse(line: &str) -> Result<Pace, OrderError> {
             (periods.parse().ok().map(Pace::Step), (1.0, f64::from(Pace::STEPS_MAX)))
         }
         ["speed", factor] => (factor.parse().ok().map(Pace::Speed), Pace::SPEED),
-        _ => return Err(OrderError::Unknown(line.to_owned())),
+        _ => return Err(LineError::Unknown(line.to_owned())),
     };
-    pace.filter(|pace| pace.is_valid()).ok_or_else(|| OrderError::Number {
+    pace.filter(|pace| pace.is_valid()).ok_or_else(|| LineError::Number {
         line: line.to_owned(),
         min,
         max,
     })
 }
 
-/// One line.
+/// One line about the pace.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum PlantLine {
     /// How simulation time passes from here on.
     Pace {
-        /// It stands still.
+        /// It is paused.
         paused: bool,
         /// Where it runs, so many times as fast as wall time; `None`: as fast as possible.
         speed: Option<f64>,
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn orders_are_words_and_numbers() {
+    fn a_line_is_a_word_and_a_number() {
         for (line, pace) in [
             ("pause", Pace::Pause),
             (" run ", Pace::Run),
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_order_is_told_with_the_words_or_the_range() {
+    fn another_line_is_refused_with_the_known_words_or_the_range() {
         for (line, words) in [
             ("", "none of pause, run"),
             ("halt", "\"halt\" is none of"),
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_says_its_kind_and_comes_back() {
+    fn a_line_has_its_kind_and_reads_back() {
         for (speed, text) in [
             (Speed::Max, r#"{"kind":"pace","paused":true,"speed":null}"#),
             (Speed::Times(0.5), r#"{"kind":"pace","paused":true,"speed":0.5}"#),

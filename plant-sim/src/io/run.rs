@@ -22,24 +22,24 @@ use crate::setup::PlantSetup;
 /// Why the plant ended in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ExitReason {
-    /// It was told to.
+    /// A signal or the parent process ended it.
     Stopped,
     /// The flight is complete.
     Complete(FlightReport),
 }
 
-/// Flies until the flight is complete or the process is told to end.
+/// Flies until the flight is complete or the process has to end.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
 ///
 /// # Errors
-/// [`RunError`] tells the operator what to mend.
+/// [`RunError`] names what the operator has to correct.
 pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let stop = Stop::new();
     stop.on_signals()?;
     let parent = Parent::new(args.with_parent, args.status, &stop)?;
     let setup = args.plant_setup()?;
-    // Before the socket: a flight that cannot start should say so, not wait for an autopilot.
+    // Before the socket: a flight that cannot start ends with its error instead of waiting for an autopilot.
     let plant = args.plant(&setup)?;
     let peer = resolve(&args.autopilot)?;
     let socket = LinkSocket::connect("plant-sim", "plant link", peer, args.wait, RESEND_AFTER)?;
@@ -95,8 +95,8 @@ fn fly(
             pacer: &mut pacer,
             parent,
             reply: None,
-            all_told: true,
-            asked: false,
+            all_reported: true,
+            had_request: false,
             ticks: 0,
         };
         match flight.fly()? {

@@ -349,7 +349,7 @@ fn half_the_engine_gives_half_the_thrust() {
 }
 
 #[test]
-fn positive_effectors_turn_the_aircraft_as_the_interface_document_says() {
+fn positive_effectors_turn_the_aircraft_as_the_interface_document_defines() {
     let table = [
         (tvc_jet::LEFT_AILERON, [1.0, 0.0, 1.0]),
         (tvc_jet::RIGHT_AILERON, [-1.0, 0.0, -1.0]),

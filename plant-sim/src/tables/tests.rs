@@ -91,7 +91,7 @@ fn a_term_multiplies_numbers_inputs_in_their_units_and_one_function() {
 }
 
 #[test]
-fn what_is_wrong_in_a_table_is_named_with_line_value_and_what_was_expected() {
+fn an_error_in_a_table_names_line_value_and_expected_value() {
     let xy = ["x", "y_deg"];
     for (from, to, message) in [
         (
@@ -137,7 +137,7 @@ fn what_is_wrong_in_a_table_is_named_with_line_value_and_what_was_expected() {
 }
 
 #[test]
-fn what_is_wrong_in_a_term_is_named_with_key_term_and_what_was_expected() {
+fn an_error_in_a_term_names_key_term_and_expected_value() {
     for (term, message) in [
         ("f(x", "has an open bracket, expected ) after the inputs"),
         ("", "is empty, expected a product"),

@@ -78,7 +78,7 @@ fn trim_flies_level_at_the_airspeed_in_any_steady_wind() {
 }
 
 #[test]
-fn too_slow_a_flight_is_refused_with_what_is_missing() {
+fn a_flight_that_is_too_slow_is_refused_with_the_reason() {
     let start = Start { airspeed_m_s: 60.0, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
     let dynamics = Dynamics::new(Airframe::paper(), earth).unwrap();
@@ -128,7 +128,7 @@ fn a_flight_that_is_not_possible_is_refused_with_the_quantity_that_is_at_its_lim
 }
 
 #[test]
-fn the_flight_that_comes_nearest_names_what_is_at_its_limit_and_what_is_left() {
+fn the_nearest_flight_names_the_limits_and_the_residual() {
     let airframe = Airframe::from_toml("f16.toml", crate::airframe::F16_AIRFRAME).unwrap();
     let start = Start { altitude_m: 1_500.0, airspeed_m_s: 60.0, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
@@ -142,8 +142,8 @@ fn the_flight_that_comes_nearest_names_what_is_at_its_limit_and_what_is_left() {
         altitude_m: 1_500.0,
     };
     let (_, nearest) = problem.nearest();
-    let said = nearest.to_string();
-    assert!(said.starts_with("the angle of attack is at its limit of 25 deg, and u' = "), "{said}");
+    let text = nearest.to_string();
+    assert!(text.starts_with("the angle of attack is at its limit of 25 deg, and u' = "), "{text}");
     // It sinks: the acceleration down is positive.
-    assert!(nearest.residuals.0[2] > 0.01, "{said}");
+    assert!(nearest.residuals.0[2] > 0.01, "{text}");
 }

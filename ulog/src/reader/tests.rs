@@ -172,7 +172,7 @@ fn a_file_cut_off_anywhere_is_read_up_to_its_last_whole_message() {
 }
 
 #[test]
-fn a_damaged_end_keeps_everything_before_it_and_is_told_with_its_offset() {
+fn a_damaged_end_is_reported_with_its_offset_and_keeps_everything_before_it() {
     let good = Bytes::defined().truth(4, 2_000, 1.0, [0, 0]);
     let offset = good.0.len();
     let told = |damaged: Bytes| {
@@ -198,7 +198,7 @@ fn a_damaged_end_keeps_everything_before_it_and_is_told_with_its_offset() {
 }
 
 #[test]
-fn reading_goes_on_at_a_sync_message_and_says_so() {
+fn reading_continues_at_a_sync_message_and_reports_it() {
     let good = Bytes::defined().truth(4, 2_000, 1.0, [0, 0]);
     let offset = good.0.len();
     let damaged = good.message(0xFE, &[&[1; 30]]).truth(4, 3_000, 2.0, [0, 0]);
@@ -259,7 +259,7 @@ fn a_topic_without_timestamp_or_format_is_damage() {
 }
 
 #[test]
-fn what_the_writer_writes_comes_back() {
+fn a_written_log_reads_back() {
     use crate::format::{Field, Format};
     use crate::writer::{Definitions, Level, Row, Value};
     let fields = vec![

@@ -80,7 +80,7 @@ fn asleep_means_exactly_zero_and_a_fresh_start() {
 }
 
 #[test]
-fn what_is_beyond_the_travel_gives_roll_before_yaw_and_names_the_effectors_at_their_ends() {
+fn a_demand_beyond_the_travel_gives_roll_before_yaw_and_names_the_effectors_at_their_ends() {
     let (model, at, trim) = aerosonde();
     let z2 = Vector3::new(5.0, 0.0, 20.0);
     let increments = Allocator::default().step(&z2, 1.0, &model, &at, &trim);

@@ -117,7 +117,7 @@ fn a_line_is_held_in_a_strong_wind_from_any_side() {
 }
 
 #[test]
-fn small_deviations_die_out_with_the_period_and_damping_asked_for() {
+fn small_deviations_decay_with_the_set_period_and_damping() {
     let mut point = Point::new(0.0, 10.0, 0.0);
     let mut crossings = std::vec::Vec::new();
     let mut before = 1.0;

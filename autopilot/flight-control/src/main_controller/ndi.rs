@@ -247,7 +247,7 @@ mod tests {
     use crate::testing;
 
     #[test]
-    fn what_it_asks_for_gives_the_wanted_angular_acceleration_by_the_model() {
+    fn its_commands_give_the_demanded_angular_acceleration_by_the_model() {
         let model = DesignModel::new(testing::aircraft_model());
         let mut state = testing::level_state();
         state.attitude.phi = 0.3;

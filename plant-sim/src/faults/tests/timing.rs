@@ -101,7 +101,7 @@ fn another_timing_is_another_fault_and_replaces_the_first() {
 }
 
 #[test]
-fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
+fn the_list_has_active_pausing_and_scheduled_faults_with_the_numbers_of_the_reports() {
     let mut bench = Bench::new();
     let repeat = Some(Repeat { every_s: 2.0, times: None });
     inject(&mut bench, T0, LOSS, Timing { duration_s: Some(0.5), repeat, ..Timing::NOW });
@@ -131,7 +131,7 @@ fn the_list_tells_what_acts_rests_and_waits_with_the_numbers_of_the_reports() {
 }
 
 #[test]
-fn clear_all_ends_what_acts_and_cancels_what_waits() {
+fn clear_all_ends_active_faults_and_cancels_scheduled_ones() {
     let mut bench = Bench::new();
     for effector in tvc_jet::ALL {
         bench.inject(T0, effector, FaultKind::StuckHere);
@@ -225,7 +225,7 @@ fn numbers_and_times_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn what_is_no_number_is_outside_every_range() {
+fn nan_is_outside_every_range_of_a_fault() {
     let mut bench = Bench::new();
     for code in 0..=u8::MAX {
         for values in [[f64::NAN, 1.0], [0.1, f64::NAN]] {
@@ -257,7 +257,7 @@ fn a_ramp_of_a_fault_without_a_size_is_refused() {
 }
 
 #[test]
-fn the_engine_and_the_surfaces_refuse_what_they_cannot_have() {
+fn the_engine_and_the_surfaces_refuse_faults_of_the_other_kind() {
     let mut bench = Bench::new();
     let side = Side::Positive;
     for kind in [jump(0.0), FaultKind::HardOver { side }, FaultKind::Float] {

@@ -12,8 +12,8 @@ struct World {
 }
 
 impl World {
-    fn new(speed: Speed, standing: bool) -> Self {
-        let pacer = Pacer::new(ControlPeriod::DEFAULT, speed, standing);
+    fn new(speed: Speed, paused: bool) -> Self {
+        let pacer = Pacer::new(ControlPeriod::DEFAULT, speed, paused);
         let start = clock::now();
         Self { pacer, start, wall: Duration::ZERO, time: SimTime::ZERO, ticks: 0 }
     }
@@ -40,8 +40,8 @@ impl World {
         self.wall = end;
     }
 
-    fn order(&mut self, request: u32, pace: Pace) {
-        self.pacer.order(Order { request: Some(request), pace }, self.time);
+    fn request(&mut self, request: u32, pace: Pace) {
+        self.pacer.request(PaceRequest { request: Some(request), pace }, self.time);
     }
 
     fn reports(&mut self) -> Vec<(Option<u32>, Pace, SimTime)> {
@@ -63,11 +63,11 @@ fn time_stands_still_during_a_pause_and_is_not_made_up_afterwards() {
     let mut world = World::new(Speed::REAL_TIME, false);
     world.pass_ms(100);
     assert_eq!(world.time, ms(100));
-    world.order(1, Pace::Pause);
+    world.request(1, Pace::Pause);
     assert_eq!(world.due(), Due::Never);
     world.pass_ms(60_000);
     assert_eq!(world.time, ms(100));
-    world.order(2, Pace::Run);
+    world.request(2, Pace::Run);
     world.pass_ms(10);
     assert_eq!(world.time, ms(110));
     let expected = [(Some(1), Pace::Pause, ms(100)), (Some(2), Pace::Run, ms(100))];
@@ -79,7 +79,7 @@ fn steps_are_exact_and_confirmed_when_they_are_done() {
     let mut world = World::new(Speed::REAL_TIME, true);
     world.pass_ms(1_000);
     assert_eq!(world.ticks, 0);
-    world.order(7, Pace::Step(3));
+    world.request(7, Pace::Step(3));
     world.pass_ms(5);
     assert_eq!((world.ticks, world.reports()), (2, vec![]));
     world.pass_ms(1_000);
@@ -93,16 +93,16 @@ fn steps_out_of_a_running_flight_end_in_a_pause() {
     let mut world = World::new(Speed::Times(10.0), false);
     world.pass_ms(100);
     let before = world.ticks;
-    world.order(7, Pace::Step(5));
+    world.request(7, Pace::Step(5));
     world.pass_ms(100);
     assert_eq!(world.ticks, before + 5);
 }
 
 #[test]
-fn steps_that_are_asked_for_faster_than_they_are_flown_are_all_flown() {
+fn steps_requested_faster_than_they_are_flown_are_all_flown() {
     let mut world = World::new(Speed::Times(0.01), true);
     for request in 0..3 {
-        world.order(request, Pace::Step(1));
+        world.request(request, Pace::Step(1));
     }
     world.pass_ms(600);
     assert_eq!(world.ticks, 3);
@@ -112,9 +112,9 @@ fn steps_that_are_asked_for_faster_than_they_are_flown_are_all_flown() {
 }
 
 #[test]
-fn long_steps_are_confirmed_at_once_and_their_end_is_told() {
+fn long_steps_are_confirmed_at_once_and_their_end_is_reported() {
     let mut world = World::new(Speed::REAL_TIME, true);
-    world.order(7, Pace::Step(1_000));
+    world.request(7, Pace::Step(1_000));
     assert_eq!(world.reports(), [(Some(7), Pace::Step(1_000), ms(0))]);
     world.pass_ms(3_000);
     assert_eq!(world.ticks, 1_000);
@@ -122,13 +122,13 @@ fn long_steps_are_confirmed_at_once_and_their_end_is_told() {
 }
 
 #[test]
-fn interrupted_steps_are_answered_with_what_came_in_between() {
+fn interrupted_steps_are_answered_with_the_pace_that_replaced_them() {
     for pace in [Pace::Pause, Pace::Run] {
         let mut world = World::new(Speed::REAL_TIME, true);
-        world.order(1, Pace::Step(100));
-        world.order(2, Pace::Step(100));
+        world.request(1, Pace::Step(100));
+        world.request(2, Pace::Step(100));
         world.pass_ms(20);
-        world.order(3, pace);
+        world.request(3, pace);
         let expected: Vec<_> = (1..=3).map(|n| (Some(n), pace, ms(20))).collect();
         assert_eq!(world.reports(), expected);
         world.pass_ms(1_000);
@@ -137,13 +137,13 @@ fn interrupted_steps_are_answered_with_what_came_in_between() {
 }
 
 #[test]
-fn a_speed_asked_for_during_a_pause_is_that_of_the_run_after_it() {
+fn a_speed_requested_during_a_pause_is_that_of_the_run_after_it() {
     let mut world = World::new(Speed::Max, true);
-    world.order(1, Pace::Speed(0.5));
+    world.request(1, Pace::Speed(0.5));
     world.pass_ms(1_000);
     assert_eq!(world.ticks, 0);
     assert_eq!(world.reports(), [(Some(1), Pace::Speed(0.5), ms(0))]);
-    world.order(2, Pace::Run);
+    world.request(2, Pace::Run);
     world.pass_ms(1_000);
     assert_eq!(world.time, ms(500));
 }
@@ -152,10 +152,10 @@ fn a_speed_asked_for_during_a_pause_is_that_of_the_run_after_it() {
 fn a_change_of_speed_counts_from_the_moment_of_the_change() {
     let mut world = World::new(Speed::REAL_TIME, false);
     world.pass_ms(1_000);
-    world.order(1, Pace::Speed(0.1));
+    world.request(1, Pace::Speed(0.1));
     world.pass_ms(1_000);
     assert_eq!(world.time, ms(1_100));
-    world.order(2, Pace::Speed(20.0));
+    world.request(2, Pace::Speed(20.0));
     world.pass_ms(100);
     assert_eq!(world.time, ms(3_100));
 }
@@ -177,7 +177,7 @@ fn a_small_delay_is_caught_up_and_a_long_one_is_not() {
 }
 
 #[test]
-fn as_fast_as_possible_asks_no_clock() {
+fn as_fast_as_possible_reads_no_clock() {
     let mut pacer = Pacer::new(ControlPeriod::DEFAULT, Speed::Max, false);
     assert_eq!(pacer.due(ms(0), ms(2), || panic!("the clock was read")), Due::Now);
 }
@@ -185,8 +185,8 @@ fn as_fast_as_possible_asks_no_clock() {
 #[test]
 fn a_new_flight_keeps_the_pace_and_forgets_the_steps() {
     let mut world = World::new(Speed::REAL_TIME, false);
-    world.order(1, Pace::Speed(2.0));
-    world.order(2, Pace::Step(100));
+    world.request(1, Pace::Speed(2.0));
+    world.request(2, Pace::Step(100));
     world.pacer.begin_flight();
     world.time = SimTime::ZERO;
     assert_eq!(world.reports(), []);
@@ -196,18 +196,18 @@ fn a_new_flight_keeps_the_pace_and_forgets_the_steps() {
 }
 
 #[test]
-fn a_flood_of_orders_is_answered_and_stays_bounded() {
+fn a_flood_of_requests_is_answered_and_stays_bounded() {
     let mut world = World::new(Speed::Times(0.01), true);
     let mut answered = 0;
     for request in 0..1_000 {
-        world.order(request, Pace::Step(1));
+        world.request(request, Pace::Step(1));
         assert!(world.pacer.steps.len() <= STEPS_WAITING_MAX);
         answered += world.reports().len();
     }
     // Five steps fit into the second in which an answer may be waited for; the others had theirs at once.
     assert_eq!(answered, 1_000 - 5);
     assert!(!world.pacer.has_room());
-    world.order(1_000, Pace::Run);
+    world.request(1_000, Pace::Run);
     assert_eq!(world.reports().len(), 5 + 1);
     assert!(world.pacer.has_room());
 }

@@ -167,7 +167,7 @@ fn lift_and_drag_act_along_the_airflow() {
 }
 
 #[test]
-fn what_is_wrong_in_the_file_is_named_with_its_place() {
+fn an_error_in_the_file_names_its_place() {
     let refusal = |change: &dyn Fn(&mut TableAero)| {
         let mut aero = file();
         change(&mut aero);

@@ -43,7 +43,7 @@ fn val_the_f16_has_the_thrust_of_all_check_points_of_the_reference_data() {
 }
 
 #[test]
-fn the_thrust_is_what_is_asked_for_between_the_ends_of_the_lever() {
+fn the_thrust_is_the_commanded_one_between_the_ends_of_the_lever() {
     let (engine, at) = (f16(), air(0.6, 6_096.0));
     assert_eq!(engine.push(30_000.0, &at), Push { thrust_n: 30_000.0, roll_n_m: 0.0 });
     assert!((engine.push(1.0e6, &at).thrust_n - 13_760.0 * LBF).abs() < 1.0e-6);

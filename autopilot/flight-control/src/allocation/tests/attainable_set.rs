@@ -67,7 +67,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_just_inside_is_given_and_what_is_just_outside_is_not(columns in columns(4..=12), direction in demand()) {
+    fn a_demand_just_inside_is_met_and_one_just_outside_is_not(columns in columns(4..=12), direction in demand()) {
         let columns: Vec<Column> =
             columns.iter().map(|c| Column { preferred: c.min + 0.5 * (c.max - c.min), ..*c }).collect();
         let at: Vec<f64> = columns.iter().map(|c| c.preferred).collect();
