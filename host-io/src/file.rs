@@ -124,7 +124,7 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
 }
 
 /// Opens a file that is written from its beginning on: a new one, or one that is there, is empty or begins as
-/// `is_own` says, and is emptied.
+/// `is_own` accepts, and is emptied.
 ///
 /// # Errors
 /// [`FileProblem`]; then nothing has changed.
@@ -176,7 +176,7 @@ pub struct NewFile {
 }
 
 impl NewFile {
-    /// Begins a file for a path that is free, or has a file that is empty or begins as `is_own` says.
+    /// Begins a file for a path that is free, or has a file that is empty or begins as `is_own` accepts.
     ///
     /// # Errors
     /// [`FileProblem`]; then nothing has changed.
@@ -202,7 +202,7 @@ impl NewFile {
     /// Gives it its name.
     ///
     /// # Errors
-    /// What the system says; then the old file is as it was.
+    /// The system's error; then the old file is as it was.
     pub fn finish(mut self) -> Result<(), FileProblem> {
         self.file.flush()?;
         if let Some(beside) = &self.beside {
@@ -226,7 +226,7 @@ impl io::Write for NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if let Some(beside) = &self.beside {
-            // It was given up; the error that matters is told elsewhere.
+            // It was given up; the caller has the error that matters.
             let _ = fs::remove_file(beside);
         }
     }
@@ -294,7 +294,7 @@ impl OwnFile {
     /// Whether the path is free or has a file of this program.
     ///
     /// # Errors
-    /// [`FileProblem`] says what is there instead.
+    /// [`FileProblem`] names what is there instead.
     pub fn check(&self) -> Result<(), FileProblem> {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),

@@ -1,7 +1,6 @@
-//! A file whose age says that the process is well, for whoever looks after it from outside: a container
-//! engine, a service manager.
+//! A file whose age shows that the process is well, for a container engine or a service manager.
 //!
-//! A process that hangs, or waits for its other half, does not touch the file, so its age tells.
+//! A process that hangs, or waits for its other half, does not touch the file, so its age grows.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -33,7 +32,7 @@ impl HealthFile {
     /// Touched when all is well for the first time; what an earlier process left is taken away.
     ///
     /// # Errors
-    /// [`HealthFileError`] if there is something that is no health file, or what the system says about the path.
+    /// [`HealthFileError`] if there is something that is no health file, or the system's error about the path.
     pub fn new(path: &Path) -> Result<Self, HealthFileError> {
         let is_own = |content: &[u8]| content == CONTENT;
         // The control loop does not wait for a disk.

@@ -60,7 +60,7 @@ pub enum BindError {
         "{process}: cannot bind the {link} to {address}: address in use; is another {process} running?"
     )]
     InUse {
-        /// Who wanted it.
+        /// The program.
         process: &'static str,
         /// What for.
         link: &'static str,
@@ -70,13 +70,13 @@ pub enum BindError {
     /// Anything else.
     #[error("{process}: cannot bind the {link} to {address}: {source}")]
     Other {
-        /// Who wanted it.
+        /// The program.
         process: &'static str,
         /// What for.
         link: &'static str,
         /// Where.
         address: SocketAddr,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
 }
@@ -147,7 +147,7 @@ impl LinkSocket {
     /// Where it listens.
     ///
     /// # Errors
-    /// What the system says.
+    /// The system's error.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_addr()
     }
@@ -155,7 +155,7 @@ impl LinkSocket {
     /// Waits for a datagram from anyone; `None` when the patience is at its end.
     ///
     /// # Errors
-    /// What the system says; that the peer is not there is no error.
+    /// The system's error; that the peer is not there is no error.
     pub fn receive_from(&mut self, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
         self.wait_for(|socket| socket.recv_from(buffer))
     }
@@ -163,7 +163,7 @@ impl LinkSocket {
     /// Waits for a datagram from the peer; `None` when the patience is at its end.
     ///
     /// # Errors
-    /// What the system says; that the peer is not there is no error.
+    /// The system's error; that the peer is not there is no error.
     pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         self.wait_for(|socket| socket.recv(buffer))
     }
@@ -171,7 +171,7 @@ impl LinkSocket {
     /// Sends to `to`.
     ///
     /// # Errors
-    /// What the system says. The link treats it as a lost packet.
+    /// The system's error. The link treats it as a lost packet.
     pub fn send_to(&self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
         self.socket.send_to(datagram, to).map(|_| ())
     }
@@ -179,10 +179,10 @@ impl LinkSocket {
     /// Sends to the peer.
     ///
     /// # Errors
-    /// What the system says. The link treats it as a lost packet.
+    /// The system's error. The link treats it as a lost packet.
     pub fn send(&self, datagram: &[u8]) -> io::Result<()> {
         match self.socket.send(datagram) {
-            // The news that an earlier packet found nobody; this one has not been sent yet.
+            // The system reports that an earlier packet reached no peer; this one has not been sent yet.
             Err(error) if error.kind() == ErrorKind::ConnectionRefused => {
                 self.socket.send(datagram)
             }
@@ -241,7 +241,7 @@ impl LinkSocket {
 enum Trouble {
     /// Nothing came yet.
     Nothing,
-    /// The last packet found nobody; reported once for each packet.
+    /// The last packet reached no peer; reported once for each packet.
     NoPeer,
     /// The socket is no use.
     Fatal,
@@ -295,9 +295,9 @@ mod tests {
             let mut client = LinkSocket::connect("test", "link", gone, wait, TIMEOUT).unwrap();
             for _ in 0..2 {
                 client.send(b"anyone?").unwrap();
-                let asked = clock::now();
+                let start = clock::now();
                 assert_eq!(client.receive(&mut [0; 16]).unwrap(), None, "{wait:?}");
-                let waited = clock::now() - asked;
+                let waited = clock::now() - start;
                 assert!(waited >= TIMEOUT.mul_f64(0.9), "{wait:?} gave up after {waited:?}");
             }
         }

@@ -47,7 +47,7 @@ pub enum LogError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
     /// Not a file that may be read, or written over.
@@ -142,7 +142,7 @@ impl TickLogWriter {
     /// [`LogError::Io`] if anything could not be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         if let Some(full) = &self.full {
-            // A writer that has ended already tells why below.
+            // If the writer has ended, the join below returns its error.
             let _ = full.send(std::mem::take(&mut self.buffer));
         }
         self.finish_writer()

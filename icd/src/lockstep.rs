@@ -244,7 +244,7 @@ impl FlightSide {
         self.current.map(|exchange| exchange.plant)
     }
 
-    /// Handles one datagram from the address `from`. The caller says whether the present plant has fallen silent; for
+    /// Handles one datagram from the address `from`. The caller passes whether the present plant has fallen silent; for
     /// packets of that plant it does not matter.
     pub fn handle(
         &mut self,
@@ -382,7 +382,7 @@ mod tests {
         Sensors::at(SimTime::ZERO, &values)
     }
 
-    fn ask(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
+    fn begin(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
         let time = SimTime::from_micros(tick * 2_000);
         plant
             .begin_exchange(
@@ -403,7 +403,7 @@ mod tests {
     #[test]
     fn each_question_is_answered_once_and_repeats_come_from_memory() {
         let (mut plant, mut flight) = (PlantSide::new(1, aircraft()), FlightSide::new(aircraft()));
-        let question = ask(&mut plant, 0);
+        let question = begin(&mut plant, 0);
         assert!(matches!(flight.handle(&question, HERE, false), FlightEvent::NewFlight(_)));
         let first = answer(&mut flight);
         assert_eq!(
@@ -414,7 +414,7 @@ mod tests {
         assert_eq!(flight.handle(&question, HERE, false), FlightEvent::Repeat(&first));
         assert!(matches!(plant.handle(&first), PlantEvent::Answer(_)));
         assert_eq!(plant.handle(&first), PlantEvent::Ignored(Ignored::Late));
-        let second = ask(&mut plant, 1);
+        let second = begin(&mut plant, 1);
         assert!(matches!(flight.handle(&second, HERE, false), FlightEvent::Next(_)));
         assert_eq!(flight.handle(&question, HERE, false), FlightEvent::Ignored(Ignored::Late));
     }
@@ -423,11 +423,11 @@ mod tests {
     fn an_autopilot_that_comes_later_joins_the_flight() {
         let mut plant = PlantSide::new(1, aircraft());
         let mut first = FlightSide::new(aircraft());
-        let question = ask(&mut plant, 0);
+        let question = begin(&mut plant, 0);
         first.handle(&question, HERE, false);
         let reply = answer(&mut first);
         plant.handle(&reply);
-        let question = ask(&mut plant, 1);
+        let question = begin(&mut plant, 1);
         let mut second = FlightSide::new(aircraft());
         match second.handle(&question, HERE, false) {
             FlightEvent::NewFlight(packet) => assert_eq!(packet.sequence, 1),
@@ -440,8 +440,8 @@ mod tests {
     #[test]
     fn a_late_packet_of_an_ended_flight_starts_nothing() {
         let mut flight = FlightSide::new(aircraft());
-        let old = ask(&mut PlantSide::new(1, aircraft()), 0);
-        let new = ask(&mut PlantSide::new(2, aircraft()), 0);
+        let old = begin(&mut PlantSide::new(1, aircraft()), 0);
+        let new = begin(&mut PlantSide::new(2, aircraft()), 0);
         flight.handle(&old, HERE, false);
         answer(&mut flight);
         assert!(matches!(flight.handle(&new, HERE, false), FlightEvent::NewFlight(_)));
@@ -453,10 +453,10 @@ mod tests {
     #[test]
     fn a_second_plant_is_turned_away_while_the_first_is_alive() {
         let mut flight = FlightSide::new(aircraft());
-        flight.handle(&ask(&mut PlantSide::new(1, aircraft()), 0), HERE, false);
+        flight.handle(&begin(&mut PlantSide::new(1, aircraft()), 0), HERE, false);
         answer(&mut flight);
         let mut intruder = PlantSide::new(2, aircraft());
-        let question = ask(&mut intruder, 0);
+        let question = begin(&mut intruder, 0);
         let refusal = match flight.handle(&question, THERE, false) {
             FlightEvent::Refuse(bytes, Refused::Busy) => bytes.to_vec(),
             other => panic!("{other:?}"),
@@ -472,16 +472,16 @@ mod tests {
         let mut flight = FlightSide::new(aircraft());
         let mut plant = PlantSide::new(1, aircraft());
         for tick in 0..3 {
-            let question = ask(&mut plant, tick);
+            let question = begin(&mut plant, tick);
             flight.handle(&question, HERE, false);
             plant.handle(&answer(&mut flight));
         }
-        let next = ask(&mut plant, 3);
+        let next = begin(&mut plant, 3);
         // The session with every sequence number around the present one, and a wrong session.
         for (session, sequence) in [(1, 0), (1, 1), (1, 2), (1, 3), (1, 4), (7, 0), (7, 3)] {
-            let mut stranger = PlantSide::new(session, aircraft());
-            stranger.sequence = sequence;
-            let question = ask(&mut stranger, 3);
+            let mut unknown = PlantSide::new(session, aircraft());
+            unknown.sequence = sequence;
+            let question = begin(&mut unknown, 3);
             match flight.handle(&question, THERE, false) {
                 FlightEvent::Refuse(bytes, Refused::Busy) => {
                     let refusal = Packet::Refusal(RefusalPacket {
@@ -516,10 +516,10 @@ mod tests {
         let mut flight = FlightSide::new(aircraft());
         let (mut first, mut second) =
             (PlantSide::new(1, aircraft()), PlantSide::new(2, aircraft()));
-        flight.handle(&ask(&mut first, 0), HERE, false);
+        flight.handle(&begin(&mut first, 0), HERE, false);
         first.handle(&answer(&mut flight));
-        let pending = ask(&mut first, 1);
-        let event = flight.handle(&ask(&mut second, 0), THERE, true);
+        let pending = begin(&mut first, 1);
+        let event = flight.handle(&begin(&mut second, 0), THERE, true);
         assert!(matches!(event, FlightEvent::NewFlight(_)), "the first one was silent: {event:?}");
         second.handle(&answer(&mut flight));
         let event = flight.handle(&pending, HERE, false);
@@ -531,14 +531,14 @@ mod tests {
         assert!(matches!(first.handle(&answer(&mut flight)), PlantEvent::Answer(_)));
         assert_eq!(flight.plant(), Some(HERE));
         // A plant that was silent for long and is still the flight's goes on as if nothing had been.
-        let event = flight.handle(&ask(&mut first, 2), HERE, true);
+        let event = flight.handle(&begin(&mut first, 2), HERE, true);
         assert!(matches!(event, FlightEvent::Next(_)), "{event:?}");
     }
 
     #[test]
     fn another_version_is_refused_on_both_sides() {
         let mut plant = PlantSide::new(1, aircraft());
-        let mut question = ask(&mut plant, 0);
+        let mut question = begin(&mut plant, 0);
         question[4] = 77;
         let mut flight = FlightSide::new(aircraft());
         let refusal = match flight.handle(&question, HERE, false) {
@@ -558,7 +558,7 @@ mod tests {
     fn a_plant_with_another_aircraft_is_refused_and_learns_why() {
         let other = Aircraft { effectors: 7, ..aircraft() };
         let (mut plant, mut flight) = (PlantSide::new(1, other), FlightSide::new(aircraft()));
-        let refusal = match flight.handle(&ask(&mut plant, 0), HERE, false) {
+        let refusal = match flight.handle(&begin(&mut plant, 0), HERE, false) {
             FlightEvent::Refuse(bytes, Refused::Aircraft(theirs)) => {
                 assert_eq!(theirs, other);
                 bytes.to_vec()
@@ -571,7 +571,7 @@ mod tests {
             event => panic!("{event:?}"),
         }
         // An answer with another number of commands moves nothing.
-        flight.handle(&ask(&mut PlantSide::new(1, aircraft()), 0), HERE, true);
+        flight.handle(&begin(&mut PlantSide::new(1, aircraft()), 0), HERE, true);
         let foreign = answer(&mut flight);
         match plant.handle(&foreign) {
             PlantEvent::Refuse(_, Refused::Aircraft(theirs)) => assert_eq!(theirs, aircraft()),

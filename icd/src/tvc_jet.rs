@@ -72,7 +72,7 @@ pub fn effectors() -> EffectorList {
     list.unwrap_or_default()
 }
 
-/// What a packet says of the aircraft.
+/// The aircraft's identity in packets.
 #[must_use]
 pub fn aircraft() -> Aircraft {
     Aircraft::new(Name::from("tvc_jet").unwrap_or_default(), &effectors())

@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Magic, version, kind and the whole refusal packet keep their places in every version, so that two
-//! versions can tell each other that they differ. Times and sequence numbers are u64, values f64 as they
+//! versions can refuse each other. Times and sequence numbers are u64, values f64 as they
 //! were computed. Every value is checked for being finite when a packet is read.
 //!
 //! The body begins with the aircraft: the length of its name, u8, and the name, the number of effectors, u8, and
@@ -24,7 +24,7 @@
 //! valid, u8, then the numbers of all samples, in the order of [`Sensors::stamps`] and [`Sensors::to_array`]. No sample is
 //! younger than its packet.
 //!
-//! A sensor packet ends with an envelope and its length, u16: what the plant tells the recorder of the flight
+//! A sensor packet ends with an envelope and its length, u16: the plant's data for the recorder of the flight
 //! ([`crate::record`]). Nobody else opens it; it is no part of [`SensorPacket`].
 
 use arrayvec::ArrayVec;
@@ -142,10 +142,10 @@ pub struct ActuatorPacket {
     pub wants_envelope: bool,
 }
 
-/// From either side: "I will not talk to you, because".
+/// From either side: the refusal of a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RefusalPacket {
-    /// Version that the sender speaks.
+    /// Version of the sender.
     pub version: u16,
     /// Session of the packet that is refused.
     pub session: u64,
@@ -193,7 +193,7 @@ pub enum WireError {
     },
     /// Does not start with [`MAGIC`].
     Magic,
-    /// The sender speaks another version.
+    /// The sender has another version.
     Version {
         /// The sender's.
         theirs: u16,

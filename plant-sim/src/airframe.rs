@@ -162,7 +162,7 @@ impl Airframe {
             .expect("a test reads the airframe file that is compiled in")
     }
 
-    /// What packets say of it.
+    /// Its identity in packets.
     #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         Aircraft::new(self.name, &self.effectors)

@@ -1,4 +1,4 @@
-//! What can be wrong with a configuration file, told so that the reader can mend it.
+//! Errors of configuration files, with everything that the user needs to correct them.
 
 use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
@@ -94,7 +94,7 @@ pub enum ConfigError {
         number: usize,
         /// `effector` or `sensor`.
         key: &'static str,
-        /// The one asked for.
+        /// The name in the file.
         name: String,
         /// Those that there are.
         known: String,

@@ -138,7 +138,7 @@ impl Dynamics {
         Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth })
     }
 
-    /// The same with an engine that gives any thrust that is asked for, for the search of a steady flight.
+    /// The same with an engine that gives any commanded thrust, for the search of a steady flight.
     pub(crate) fn with_any_thrust(&self) -> Self {
         Self { jet: self.jet.without_limits(), ..self.clone() }
     }
@@ -269,7 +269,7 @@ impl Dynamics {
         self.evaluate(&state.rigid, &effective, &inputs.wind, &inputs.gust, &inputs.density)
     }
 
-    /// Derivative of everything at a state inside the step that began at `start` with what `present` says.
+    /// Derivative of everything at a state inside the step that began at `start` with `present`.
     fn stage<const N: usize>(
         &self,
         x: &[f64; N],
@@ -305,7 +305,7 @@ impl Dynamics {
         rates
     }
 
-    /// The state `step_s` seconds later. `present` is what [`Dynamics::present`] says of `state`: who looks at
+    /// The state `step_s` seconds later. `present` is [`Dynamics::present`] of `state`: who looks at
     /// every state has it already.
     #[must_use]
     pub fn step(

@@ -52,7 +52,7 @@ pub struct Earth {
 pub struct Place {
     /// Height above the ellipsoid or the plane, m.
     pub altitude_m: f64,
-    /// Height that the standard atmosphere wants, m.
+    /// Height for the standard atmosphere, m.
     pub geopotential_altitude_m: f64,
     /// Gravitation and centrifugal acceleration together, m/s², frame E: what a plumb line feels.
     pub gravity: Vector3<f64>,
@@ -63,7 +63,7 @@ pub struct Place {
 /// What of a [`Place`] moves an aircraft there, and the steady wind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearby {
-    /// Height that the standard atmosphere wants, m.
+    /// Height for the standard atmosphere, m.
     pub geopotential_altitude_m: f64,
     /// What a plumb line feels, m/s², frame E.
     pub gravity: Vector3<f64>,

@@ -1,16 +1,16 @@
 //! The plant as a process: command line, socket to the autopilot, pacing by the wall clock, truth log.
 //!
 //! ```text
-//! sense ─> ask ─────────────> autopilot ────────> answer ─> request ─> wait until due ─> advance ─> sense ..
+//! sense ─> send ────────────> autopilot ────────> answer ─> request ─> wait until due ─> advance ─> sense ..
 //!           └ again, if no answer comes             ├ fault: reply rides in the next packet
 //!                                                   ├ restart: a new session
-//!                                                   └ pace ─> pacer <─ orders of the parent process
+//!                                                   └ pace ─> pacer <─ requests of the parent process
 //! ```
 //!
-//! The wall clock decides when a tick is asked for, never what is computed: the same flight at any speed
-//! gives the same bits, also with pauses and single steps in between. While time stands still (pause, slow
-//! motion, on the ground) the plant asks about 20 times a second without a control step, so that it is seen
-//! to be alive, and faults, a restart and another pace can still be requested.
+//! The wall clock decides when a tick is flown, never what is computed: the same flight at any speed
+//! gives the same bits, also with pauses and single steps in between. While time is paused (pause, slow
+//! motion, on the ground) the plant sends about 20 packets a second without a control step, which show that it is
+//! alive and let the autopilot request faults, a restart and another pace.
 
 use std::io;
 use std::path::PathBuf;
@@ -53,9 +53,9 @@ pub enum RunError {
         "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
     )]
     NoScenario {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The known names.
         known: String,
     },
     /// A file that is not a setup.
@@ -88,18 +88,18 @@ pub enum RunError {
         /// Why not.
         source: Box<SetupError>,
     },
-    /// A port that nobody can listen at.
+    /// A port that cannot be used.
     #[error("--autopilot {name}: port 0 is no port; allowed are 1 to 65535")]
     Port {
-        /// What was asked for.
+        /// The address.
         name: String,
     },
     /// No such host.
     #[error("--autopilot {name}: {source}")]
     Resolve {
-        /// What was asked for.
+        /// The address.
         name: String,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
     /// No socket.

@@ -1,4 +1,4 @@
-//! Derivatives that change with the Mach number, for an airframe file that says so.
+//! Derivatives that change with the Mach number, where the airframe file has them.
 //!
 //! By Prandtl and Glauert the pressures on a thin section grow with 1/√(1 − M²). A wing of finite span follows that
 //! in part, a moment whose arm moves follows it more than in full, and a surface behind a shock loses effect. Each

@@ -1,4 +1,4 @@
-//! The plant as the rest of the world sees it: sense, advance, tell the truth, break on request.
+//! The plant from outside: sense, advance, truth, faults on request.
 
 use std::collections::VecDeque;
 
@@ -229,7 +229,7 @@ impl Plant {
         }
     }
 
-    /// Breaks or mends something, now or later, and says what became of it.
+    /// Injects or clears a fault, now or later, and returns the answer.
     pub fn request(&mut self, request: &FaultRequest) -> FaultReply {
         if self.on_ground {
             return FaultReply::Refused(Refusal::FlightOver);
@@ -250,7 +250,7 @@ impl Plant {
         self.reports.pop_front()
     }
 
-    /// How many reports were dropped because nobody fetched them.
+    /// How many reports were dropped because the caller did not fetch them.
     #[must_use]
     pub fn reports_dropped(&self) -> u64 {
         self.reports_dropped
@@ -320,7 +320,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Everything that sensors, judges and the next step will ask about this instant, worked out once.
+    /// Everything that sensors, judges and the next step need of this instant, computed once.
     fn observe(&mut self) {
         self.present = self.dynamics.present(&self.state, &self.inputs);
         let altitude_m = self.present.place.geopotential_altitude_m;

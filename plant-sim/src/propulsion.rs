@@ -41,7 +41,7 @@ impl Jet {
         })
     }
 
-    /// The same with any thrust that is asked for, for the search of a steady flight.
+    /// The same with any commanded thrust, for the search of a steady flight.
     #[must_use]
     pub(crate) fn without_limits(&self) -> Self {
         Self { is_limited: false, ..self.clone() }
@@ -71,7 +71,7 @@ impl Jet {
         self.propulsion.as_ref().map_or(0.0, |engine| engine.roll_n_m(thrust_n, at))
     }
 
-    /// What the engine cannot go beyond in this air, whatever is asked for, N.
+    /// Limits of the thrust in this air, N.
     #[must_use]
     pub fn limits(&self, at: &EngineAir) -> [f64; 2] {
         match &self.propulsion {

@@ -46,7 +46,7 @@ impl fmt::Display for RangeError {
 
 impl std::error::Error for RangeError {}
 
-/// Rounded to nine decimals: a value in degrees went through radians and would show digits that nobody wrote.
+/// Rounded to nine decimals: a value in degrees went through radians and would show rounding errors.
 fn tidy(value: f64) -> f64 {
     let rounded = libm::round(value * 1.0e9) / 1.0e9;
     if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }

@@ -21,7 +21,7 @@ mod fault_table;
 
 use fault_table::FaultTable;
 
-/// Level flight, nothing asked, nothing broken.
+/// Level flight without commands and without faults.
 pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
 /// The paper's first case: climb with a left elevator that jams at +30 degrees.
 pub const CASE1: &str = include_str!("../scenarios/case1.toml");
@@ -38,20 +38,20 @@ pub struct Scenario {
     pub plant: PlantPart,
 }
 
-/// What a scenario says about the plant.
+/// The plant's part of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlantPart {
     /// Seed of the random streams.
     pub seed: u64,
-    /// How long it is flown, s; `None` where the scenario does not say.
+    /// How long it is flown, s; `None` where the scenario has no duration.
     pub duration_s: Option<f64>,
-    /// Where the flight starts; what the file does not say is as at the design point of the airframe.
+    /// Where the flight starts; missing values are those of the design point of the airframe.
     pub start: StartPart,
-    /// What it flies over; WGS-84 if the file does not say.
+    /// What it flies over; WGS-84 if the file has no model.
     pub earth: EarthModel,
-    /// How the air moves; calm if the file does not say.
+    /// How the air moves; calm if the file has no wind.
     pub wind: WindSettings,
-    /// What is wrong with the sensors; nothing if the file does not say.
+    /// Errors of the sensors; ideal if the file has none.
     pub sensors: SensorSettings,
     /// What breaks and when.
     pub faults: Vec<ScheduledFault>,
@@ -139,7 +139,7 @@ struct PlantTable {
     fault: Vec<FaultTable>,
 }
 
-/// What it does not say is calm.
+/// Missing values are calm.
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields, default)]
 struct WindTable {

@@ -15,7 +15,7 @@ use crate::range::{RangeError, check_range};
 use crate::truth::Truth;
 use crate::wind::Gust;
 
-/// What is wrong with the sensors.
+/// Errors of the sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SensorSettings {
     /// White noise of each gyro, rad/s rms of the control samples.

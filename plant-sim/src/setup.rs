@@ -16,10 +16,10 @@ use crate::tables::TablesError;
 use crate::trim::TrimError;
 use crate::wind::WindSettings;
 
-/// Longest integration step where nothing else is asked for, µs.
+/// Longest default integration step, µs.
 pub const DEFAULT_STEP_US: u32 = 1_000;
 
-/// Integration step where nothing else is asked for, µs: the largest divisor of the period up to
+/// Default integration step, µs: the largest divisor of the period up to
 /// [`DEFAULT_STEP_US`].
 #[must_use]
 pub fn default_step_us(period: ControlPeriod) -> u32 {
@@ -38,9 +38,9 @@ pub struct PlantSetup {
     pub earth: EarthModel,
     /// How the air moves.
     pub wind: WindSettings,
-    /// What is wrong with the sensors.
+    /// Errors of the sensors.
     pub sensors: SensorSettings,
-    /// What breaks and when.
+    /// The faults of the scenario.
     pub faults: Vec<ScheduledFault>,
     /// Seed of the random streams.
     pub seed: u64,
@@ -149,7 +149,7 @@ impl PlantSetup {
         Ok(())
     }
 
-    /// What is said of a fault that the aircraft cannot have.
+    /// The error about a fault that the aircraft cannot have.
     pub(crate) fn fault_error(&self, index: usize, refusal: Refusal) -> SetupError {
         let effectors = &self.airframe.effectors;
         let fault = self.faults.get(index);

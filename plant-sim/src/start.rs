@@ -20,7 +20,7 @@ pub struct Start {
     pub longitude_rad: f64,
 }
 
-/// What a scenario says about its start; the rest is as at the design point of the airframe.
+/// The start in a scenario; missing values are those of the design point of the airframe.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StartPart {

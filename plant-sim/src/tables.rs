@@ -1,7 +1,7 @@
 //! Tables of an airframe file: values over one or more inputs, linear between breakpoints.
 //!
 //! A table stands in the file as comma-separated values. The first columns are the inputs, the last of them changing
-//! fastest; every further column is a function of them. What the functions are used for is said by sums of terms
+//! fastest; every further column is a function of them. Sums of terms define the use of the functions
 //! ([`sum`]), and [`lookup`] evaluates sums and tables together.
 //!
 //! ```toml
@@ -35,7 +35,7 @@ pub const BREAKPOINTS_MAX: usize = 200;
 /// Most tables in one part of an airframe file.
 pub const TABLES_MAX: usize = 64;
 
-/// What a table says outside its breakpoints.
+/// The value of a table outside its breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outside {
@@ -141,7 +141,7 @@ pub enum TablesError {
     },
 }
 
-/// Parts with tables in binary files: as the text of a file for people, whose keys tell which form it has.
+/// Parts with tables in binary files: as the text of a file for people, whose keys determine its form.
 pub(crate) mod stored {
     use serde::de::{DeserializeOwned, Error as _};
     use serde::ser::Error as _;

@@ -71,9 +71,9 @@ pub enum TrimError {
     /// There is none that the aircraft can hold.
     #[error("no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}")]
     NotConverged {
-        /// Airspeed asked for, m/s.
+        /// Requested airspeed, m/s.
         airspeed_m_s: f64,
-        /// Altitude asked for, m.
+        /// Requested altitude, m.
         altitude_m: f64,
         /// The flight that comes nearest.
         nearest: Box<Nearest>,
@@ -83,9 +83,9 @@ pub enum TrimError {
         "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
     )]
     OutOfReach {
-        /// Airspeed asked for, m/s.
+        /// Requested airspeed, m/s.
         airspeed_m_s: f64,
-        /// Altitude asked for, m.
+        /// Requested altitude, m.
         altitude_m: f64,
         /// Which quantity, and its range.
         source: Box<RangeError>,

@@ -1,4 +1,4 @@
-//! What really happens: the judges may look at it, the autopilot may not.
+//! The true state of the flight: judges may read it, the autopilot may not.
 
 use icd::record::{TRUTH_HEAD, TRUTH_TAIL, TruthRow};
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
@@ -57,7 +57,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The attitude as roll, pitch, yaw, rad; worked out for the judge who asks.
+    /// The attitude as roll, pitch, yaw, rad; computed on demand.
     #[must_use]
     pub fn euler(&self) -> EulerAngles {
         self.attitude.euler()

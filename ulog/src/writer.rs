@@ -147,7 +147,7 @@ impl<W: Write> Definitions<W> {
     /// Writes the file header; `start_us` is the time of the first row.
     ///
     /// # Errors
-    /// What the output says.
+    /// The output's error.
     pub fn begin(out: W, start_us: u64) -> io::Result<Self> {
         let mut messages = Messages { out, written: 0, scratch: Vec::new() };
         let mut header = [0; FILE_HEADER];
@@ -162,7 +162,7 @@ impl<W: Write> Definitions<W> {
     /// Defines a topic.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if the format is too long.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if the format is too long.
     pub fn format(&mut self, format: &Format) -> io::Result<()> {
         self.0.message(b'F', &[format.to_string().as_bytes()])
     }
@@ -201,7 +201,7 @@ impl<W: Write> Data<W> {
     /// Announces rows of a topic that was defined.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if there are too many topics.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if there are too many topics.
     pub fn subscribe(&mut self, format: &Format) -> io::Result<Topic> {
         let id = self.topics;
         self.topics = id.checked_add(1).ok_or(io::ErrorKind::InvalidInput)?;
@@ -214,7 +214,7 @@ impl<W: Write> Data<W> {
     /// One row.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if the row does not have the topic's length.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if the row does not have the topic's length.
     pub fn row(&mut self, topic: Topic, row: &Row) -> io::Result<()> {
         if row.bytes.len() != topic.size {
             return Err(io::Error::new(
@@ -228,7 +228,7 @@ impl<W: Write> Data<W> {
     /// A text at this time, us.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if the text is too long.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if the text is too long.
     pub fn text(&mut self, level: Level, timestamp_us: u64, text: &str) -> io::Result<()> {
         let level = b'0' + level as u8;
         self.messages.message(b'L', &[&[level], &timestamp_us.to_le_bytes(), text.as_bytes()])
@@ -237,7 +237,7 @@ impl<W: Write> Data<W> {
     /// Says something about the file, also at its end.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if name or value is too long.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if name or value is too long.
     pub fn info(&mut self, name: &str, value: Value<'_>) -> io::Result<()> {
         self.messages.named(b'I', name, value)
     }
@@ -245,7 +245,7 @@ impl<W: Write> Data<W> {
     /// A parameter has changed; it counts from the last row before it on.
     ///
     /// # Errors
-    /// What the output says; [`io::ErrorKind::InvalidInput`] if the value is neither `int32_t` nor `float`.
+    /// The output's error; [`io::ErrorKind::InvalidInput`] if the value is neither `int32_t` nor `float`.
     pub fn parameter(&mut self, name: &str, value: Value<'_>) -> io::Result<()> {
         self.messages.named(b'P', name, value)
     }
@@ -253,7 +253,7 @@ impl<W: Write> Data<W> {
     /// Rows are missing for so many milliseconds.
     ///
     /// # Errors
-    /// What the output says.
+    /// The output's error.
     pub fn dropout(&mut self, milliseconds: u16) -> io::Result<()> {
         self.messages.message(b'O', &[&milliseconds.to_le_bytes()])
     }
@@ -261,7 +261,7 @@ impl<W: Write> Data<W> {
     /// A place from which a damaged file can be read on.
     ///
     /// # Errors
-    /// What the output says.
+    /// The output's error.
     pub fn sync(&mut self) -> io::Result<()> {
         self.messages.message(b'S', &[&SYNC])
     }
@@ -275,7 +275,7 @@ impl<W: Write> Data<W> {
     /// Passes everything on.
     ///
     /// # Errors
-    /// What the output says.
+    /// The output's error.
     pub fn flush(&mut self) -> io::Result<()> {
         self.messages.out.flush()
     }
@@ -283,7 +283,7 @@ impl<W: Write> Data<W> {
     /// The output, after everything was passed on.
     ///
     /// # Errors
-    /// What the output says.
+    /// The output's error.
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         Ok(self.messages.out)

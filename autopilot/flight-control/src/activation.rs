@@ -15,7 +15,7 @@ pub enum CompensatorMode {
     Off,
     /// When the activation logic wakes it (normal).
     Armed,
-    /// All the time, whatever the activation logic says.
+    /// All the time, independent of the activation logic.
     AlwaysOn,
 }
 
@@ -68,7 +68,7 @@ pub struct Activation {
     fade: f64,
 }
 
-/// What the activation logic says in one step.
+/// Output of the activation logic in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wakefulness {
     /// |z2| of roll, pitch and yaw in units of their levels.

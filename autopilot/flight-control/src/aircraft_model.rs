@@ -149,7 +149,7 @@ impl LiftModel {
 pub struct NozzleModel {
     /// x_T: nozzle to centre of gravity, m.
     pub arm_m: f64,
-    /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has no authority to speak of.
+    /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has hardly any authority.
     pub thrust_floor_n: f64,
 }
 
@@ -212,7 +212,7 @@ impl fmt::Display for AircraftModelError {
 impl core::error::Error for AircraftModelError {}
 
 impl AircraftModel {
-    /// What packets say of the aircraft.
+    /// Identity of the aircraft in packets.
     #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         Aircraft::new(self.aircraft, &self.effectors.list)
@@ -343,8 +343,8 @@ mod tests {
     fn a_number_of_an_effector_that_cannot_be_is_named_with_it() {
         let mut aircraft = testing::aircraft_model();
         aircraft.effectors.servos[tvc_jet::RUDDER].lag_s = -1.0;
-        let said = aircraft.validate().unwrap_err().to_string();
-        assert_eq!(said, "effector `rudder`: lag_s = -1 is outside 0.001 to 60");
+        let error = aircraft.validate().unwrap_err().to_string();
+        assert_eq!(error, "effector `rudder`: lag_s = -1 is outside 0.001 to 60");
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
     fn a_list_that_cannot_be_is_refused_when_the_file_is_read() {
         let text = include_str!("../../models/tvc_jet.toml");
         let text = text.replace("partner = \"right aileron\"", "partner = \"right wing\"");
-        let said = toml::from_str::<AircraftModel>(&text).unwrap_err().to_string();
-        assert!(said.contains("`right wing` is no effector of this file"), "{said}");
+        let error = toml::from_str::<AircraftModel>(&text).unwrap_err().to_string();
+        assert!(error.contains("`right wing` is no effector of this file"), "{error}");
     }
 }

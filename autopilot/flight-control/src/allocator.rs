@@ -104,7 +104,7 @@ impl Allocator {
         self.active = allocated.active;
         for (index, (effector, column)) in effectors.iter().zip(&columns).enumerate() {
             increments.positions[*effector] = allocated.positions[index];
-            // An effector without effect rests wherever it is, and is asked for nothing.
+            // An effector without effect stays wherever it is and gets no increment.
             let is_held =
                 allocated.active[index] != Bound::Free && column.effect != Vector3::zeros();
             increments.limited = increments.limited.with(*effector, is_held);

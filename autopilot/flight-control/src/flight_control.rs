@@ -31,7 +31,7 @@ pub struct FlightControl {
     mixer: Mixer,
     watch: AltitudeWatch,
     authority: AuthorityWatch,
-    /// Backward signal one: where healthy effectors are, from what the mixer asked in earlier steps.
+    /// Backward signal one: where healthy effectors are, from the commands of earlier steps.
     applied: HealthyActuators,
     /// The same without the compensation, for the literal observer.
     main_only: HealthyActuators,
@@ -194,7 +194,7 @@ impl FlightControl {
         }
     }
 
-    /// Step two b: the compensation that is asked for, and the commands of both steps together.
+    /// Step two b: the demanded compensation, and the commands of both steps together.
     fn allocate(
         &mut self,
         main: &MainCommand,

@@ -69,7 +69,7 @@ impl ReferenceGains {
 pub struct Selection {
     /// Whether the compensator acts.
     pub compensator: CompensatorMode,
-    /// What the observer is told about the compensation.
+    /// The compensation that the observer takes into account.
     pub observer: ObserverMode,
     /// The law of the healthy aircraft.
     pub main: MainLaw,
@@ -81,13 +81,13 @@ pub struct Selection {
     pub allocation: AllocationMode,
 }
 
-/// What the observer is told about the compensation.
+/// The compensation that the observer takes into account.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObserverMode {
     /// The applied, saturated compensation (normal).
     Informed,
-    /// Nothing, as equations 21 to 23 of the paper literally say.
+    /// None, as equations 21 to 23 of the paper are printed.
     Literal,
 }
 

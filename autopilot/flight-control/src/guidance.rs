@@ -4,8 +4,8 @@
 //! S. Park, J. Deyst, J. P. How, "A New Nonlinear Guidance Logic for Trajectory Tracking", AIAA 2004-4900,
 //! and "Performance and Lyapunov Stability of a Nonlinear Path Following Guidance Method", Journal of
 //! Guidance, Control, and Dynamics 30(6), 2007. Equation numbers in this module are those of the first
-//! paper. Both end where a jet begins: their aircraft can always fly what the law asks for. What is added
-//! for an aircraft whose turns are kilometres wide is in [`approach`], and each function says so.
+//! paper. Both end where a jet begins: their aircraft can always fly the commanded turn. The additions for an
+//! aircraft whose turns are kilometres wide are in [`approach`].
 //!
 //! Everything happens in the plane that touches the Earth at the aircraft: positions are offsets from the
 //! aircraft, velocities are over the ground. So wind needs no term of its own: the law turns the track,
@@ -38,7 +38,7 @@ pub struct GuidanceGains {
     pub bank_max_rad: f64,
 }
 
-/// What the guidance wants.
+/// Output of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steering {
     /// Roll angle, rad, positive to the right.
@@ -148,8 +148,8 @@ pub fn follow_circle(
 #[must_use]
 pub fn hold_course(course_rad: f64, velocity: &Horizontal, gains: &GuidanceGains) -> Steering {
     let (sin, cos) = libm::sincos(course_rad);
-    let wanted = Horizontal::new(cos, sin);
-    steer(&wanted, 0.0, 0.0, &Track::new(velocity, &wanted), gains)
+    let direction = Horizontal::new(cos, sin);
+    steer(&direction, 0.0, 0.0, &Track::new(velocity, &direction), gains)
 }
 
 /// Bank angle of the lateral acceleration that turns the track towards `aim`.

@@ -59,7 +59,7 @@
 //!     valid: Validity::COMPLETE,
 //!     ..NavigationState::at_rest()
 //! };
-//! // A roll angle to the right is wanted: the left aileron goes down.
+//! // Demand a roll angle to the right: the left aileron goes down.
 //! let demand = Demand { altitude_m: 5_000.0, roll_rad: 0.2, airspeed_m_s: 264.0 };
 //! let log = (0..100).map(|_| laws.step(&state, &demand)).last().ok_or("no step")?;
 //! assert!(log.actuators().commands[tvc_jet::LEFT_AILERON] > 0.0);

@@ -12,7 +12,7 @@ use crate::signals::{Compensation, EffectorSet, MainCommand};
 /// The signals of one control step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepLog {
-    /// What the laws knew of the aircraft.
+    /// The navigation state that the laws used.
     pub state: NavigationState,
     /// Altitude reference after its slew limit, m.
     pub altitude_reference_m: f64,
@@ -28,7 +28,7 @@ pub struct StepLog {
     pub levels: Vector3<f64>,
     /// Largest |z2| in units of its activation level.
     pub level: f64,
-    /// The detector says that something is wrong, also where the compensator is off.
+    /// The detector reports a fault, also where the compensator is off.
     pub compensator_active: bool,
     /// How much of the compensation is let through, 0 to 1.
     pub fade: f64,
@@ -36,16 +36,16 @@ pub struct StepLog {
     pub main: MainCommand,
     /// Step two's demand, before limits.
     pub compensation: Compensation,
-    /// What of it was applied, after limits.
+    /// The applied part of it, after limits.
     pub applied_compensation: Compensation,
     /// The same by effectors: what of each command is compensation, rad.
     pub increments: PerEffector<f64>,
     /// Angular acceleration that the increments give by the design model, rad/s²; with all of the demand met it is
     /// minus z2.
     pub attained: Vector3<f64>,
-    /// What each effector is told, rad; engine N.
+    /// Command to each effector, rad; engine N.
     pub commands: PerEffector<f64>,
-    /// Which effectors were asked for more than their travel.
+    /// Effectors whose command was beyond their travel.
     pub limited: EffectorSet,
     /// Where the model of the healthy actuators has each effector at this tick, rad; engine N (measured).
     pub modelled: PerEffector<f64>,
@@ -72,7 +72,7 @@ impl StepLog {
 pub struct Health {
     /// A part of the navigation state is not valid; its last good value was used.
     pub implausible_input: bool,
-    /// The main controller asked for something that is not finite; its last finite command was used.
+    /// A command of the main controller was not finite; its last finite command was used.
     pub implausible_command: bool,
     /// The total aileron demand is beyond the travel.
     pub aileron_saturated: bool,

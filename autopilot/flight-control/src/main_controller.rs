@@ -25,7 +25,7 @@ pub mod pid_ganged_nozzle;
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
 
-/// What the operator or the guidance wants.
+/// Demand of the operator or of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Demand {
     /// H_g: altitude, m.
@@ -52,7 +52,7 @@ pub struct References {
 pub struct LawInput<'a> {
     /// What is known of the aircraft.
     pub state: &'a NavigationState,
-    /// What is wanted.
+    /// The references to track.
     pub references: &'a References,
     /// What the effectors could not give in the last step, for integrators.
     pub saturated: &'a Saturation,
@@ -73,7 +73,7 @@ pub trait Law {
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand;
 
     /// Another law has flown so far and `command` was its last one: integrators start so that the first step of
-    /// this law asks for the same. What remains of the difference fades out over two seconds.
+    /// this law gives the same command. What remains of the difference fades out over two seconds.
     fn start_from(&mut self, _input: &LawInput<'_>, _command: &MainCommand) {}
 
     /// Shows each continuous state to a linearisation, which may change it. Counters and switches are not among them.
@@ -168,7 +168,7 @@ pub struct MainController {
     last: Option<MainCommand>,
     /// After a switch: old command minus new one, and the time for which it still fades, s.
     transfer: Option<(MainCommand, f64)>,
-    /// The law asked for something that is not finite in the last step.
+    /// The law's command in the last step was not finite, or beyond 1e9.
     implausible: bool,
 }
 
@@ -222,7 +222,7 @@ impl MainController {
         self.references
     }
 
-    /// In the last step the law asked for something that no effector can follow: not finite, or beyond 1e9.
+    /// Whether the law's command in the last step was one that no effector can follow: not finite, or beyond 1e9.
     #[must_use]
     pub fn implausible(&self) -> bool {
         self.implausible
@@ -259,23 +259,23 @@ impl MainController {
         }
         let last = self.last.unwrap_or_else(|| at_trim(model));
         let raw = self.running.step(&input, own).unwrap_or(last);
-        let asked = raw.finite_or(&last);
-        self.implausible = asked != raw;
+        let finite = raw.finite_or(&last);
+        self.implausible = finite != raw;
         if switched && self.last.is_some() {
-            self.transfer = Some((last.combine(&asked, |old, new| old - new), TRANSFER_S));
+            self.transfer = Some((last.combine(&finite, |old, new| old - new), TRANSFER_S));
         }
-        let command = self.fade(asked);
+        let command = self.fade(finite);
         self.last = Some(command);
         command
     }
 
     /// Adds what is left of the old law's command.
-    fn fade(&mut self, asked: MainCommand) -> MainCommand {
-        let Some((difference, left_s)) = self.transfer else { return asked };
+    fn fade(&mut self, command: MainCommand) -> MainCommand {
+        let Some((difference, left_s)) = self.transfer else { return command };
         let share = left_s / TRANSFER_S;
         let left_s = left_s - self.h;
         self.transfer = (left_s > 0.0).then_some((difference, left_s));
-        asked.combine(&difference, |asked, difference| asked + share * difference)
+        command.combine(&difference, |command, difference| command + share * difference)
     }
 
     fn track(&mut self, state: &NavigationState, demand: &Demand) -> References {

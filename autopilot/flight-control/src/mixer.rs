@@ -7,7 +7,7 @@ use crate::aircraft_model::EffectorModel;
 use crate::allocator::Increments;
 use crate::signals::{Compensation, EffectorSet, MainCommand, Saturation, Side};
 
-/// What the effectors are told.
+/// Commands to the effectors, and what was cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixed {
     /// One command for each effector, rad; engine N.
@@ -18,7 +18,7 @@ pub struct Mixed {
     pub increments: PerEffector<f64>,
     /// What did not, by the parts of the main command.
     pub saturation: Saturation,
-    /// Which effectors were asked for more than their travel.
+    /// Effectors whose command was beyond their travel.
     pub limited: EffectorSet,
 }
 
@@ -86,7 +86,7 @@ impl Mixer {
     /// The ailerons are shared: the main command is served first, the compensation gets the rest.
     #[must_use]
     pub fn mix(&self, main: &MainCommand, compensation: &Compensation) -> Mixed {
-        let asked = [
+        let demanded = [
             main.aileron_rad + compensation.aileron_rad,
             main.elevator_rad,
             main.rudder_rad,
@@ -94,22 +94,22 @@ impl Mixer {
             main.nozzle_pitch_rad + compensation.nozzle_pitch_rad,
             main.nozzle_yaw_rad + compensation.nozzle_yaw_rad,
         ];
-        let mut given = asked;
+        let mut given = demanded;
         let mut sides = [Side::Inside; PARTS];
         for ((given, side), [min, max]) in given.iter_mut().zip(&mut sides).zip(self.ranges) {
             (*given, *side) = clip(*given, min, max);
         }
         let mut commands = self.sums(&given);
-        // What is asked differs from what is given only if a part is cut.
+        // Demand and command differ only if a part is cut.
         let is_cut = sides.iter().any(|side| side.is_saturated());
-        let asked = is_cut.then(|| self.sums(&asked));
+        let demanded = is_cut.then(|| self.sums(&demanded));
         let mut limited = EffectorSet::default();
         for effector in self.list.all() {
             let [min, max] = self.ends[effector];
             let (command, mut side) = clip(commands[effector], min, max);
             commands[effector] = command;
-            if let Some(asked) = &asked {
-                (_, side) = clip(asked[effector], min, max);
+            if let Some(demanded) = &demanded {
+                (_, side) = clip(demanded[effector], min, max);
             }
             limited = limited.with(effector, side.is_saturated());
         }
@@ -224,10 +224,10 @@ mod tests {
     proptest! {
         #[test]
         fn no_command_leaves_the_travel_for_any_demand(
-            asked in proptest::array::uniform6(-1.0e9..1.0e9_f64), extra in proptest::array::uniform3(-1.0e9..1.0e9_f64),
+            demanded in proptest::array::uniform6(-1.0e9..1.0e9_f64), extra in proptest::array::uniform3(-1.0e9..1.0e9_f64),
         ) {
             let aircraft = testing::aircraft_model();
-            let [aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n] = asked;
+            let [aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n] = demanded;
             let main = MainCommand { aileron_rad, elevator_rad, rudder_rad, nozzle_pitch_rad, nozzle_yaw_rad, thrust_n };
             let [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad] = extra;
             let mixer = Mixer::new(&aircraft.effectors);

@@ -203,7 +203,7 @@ impl Navigator {
     }
 }
 
-/// Takes a valid number between minus and plus `max`, and says whether it was one.
+/// Takes a valid number between minus and plus `max`, and returns whether it was one.
 fn take(part: &mut f64, sample: &Sample<f64>, max: f64) -> bool {
     let good = sample.valid && within(&[sample.value], max);
     if good {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Largest command that the laws accept, rad or N; beyond it sums could overflow.
 const COMMAND_MAX: f64 = 1.0e9;
 
-/// u1: what the main controller asks for, before limits. Rad; thrust N.
+/// u1: command of the main controller, before limits. Rad; thrust N.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct MainCommand {
     /// δa_c: aileron pair, right = this, left = minus this.
@@ -38,7 +38,10 @@ impl MainCommand {
 
     /// Where a field is not finite or beyond [`COMMAND_MAX`], that of `other`.
     pub(crate) fn finite_or(&self, other: &Self) -> Self {
-        self.combine(other, |asked, other| if asked.abs() <= COMMAND_MAX { asked } else { other })
+        self.combine(
+            other,
+            |command, other| if command.abs() <= COMMAND_MAX { command } else { other },
+        )
     }
 }
 

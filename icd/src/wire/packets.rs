@@ -160,7 +160,7 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     let mut reports = Reports::new();
     for _ in 0..r.u8()? {
         let report = PlantReport::read(r, "report")?;
-        // Whoever joins later must not learn from a start what has become of the aircraft since.
+        // An autopilot that joins later must not take the start for the present state.
         if matches!(report, PlantReport::Started { .. }) && r.sequence != 0 {
             return Err(WireError::Code { field: "report", value: 4 });
         }

@@ -1,4 +1,4 @@
-//! The airframe file as it is written, and what an earlier version of it is told.
+//! The airframe file as it is written, and errors about keys of an earlier version.
 
 use icd::effector_list::{EffectorEntry, Name};
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};

@@ -17,7 +17,7 @@ use crate::geodesy::{self, Geodetic, SEMI_MAJOR_M};
 
 /// The slopes are good for places as near as this to the one they were worked out for, m.
 const GOOD_FOR_M: f64 = 10.0;
-/// Farther than this from its start a step asks for the full formulas, m: the third term of the height
+/// Farther than this from its start a step uses the full formulas, m: the third term of the height
 /// would reach 1e-8 m.
 const REACH_M: f64 = 100.0;
 /// Nearer than this to the axis of rotation, m, north and east turn too quickly for a series.
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn far_away_at_the_pole_and_on_the_flat_earth_the_full_formulas_speak() {
+    fn far_away_at_the_pole_and_on_the_flat_earth_the_full_formulas_apply() {
         let far = Vector3::new(300.0, -200.0, 100.0);
         for (model, latitude_deg, way) in [
             (EarthModel::Wgs84, 50.0, far),

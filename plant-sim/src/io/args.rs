@@ -87,7 +87,7 @@ pub struct PlantArgs {
 }
 
 impl PlantArgs {
-    /// The flight that the options ask for.
+    /// The setup of the flight from the options.
     ///
     /// # Errors
     /// [`RunError`] names file, key, value and allowed range.

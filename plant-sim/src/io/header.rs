@@ -1,6 +1,6 @@
-//! What the plant tells the recorder of a flight: its setup, in pieces, and the truth of each tick.
+//! The plant's data for the recorder of a flight: its setup, in pieces, and the truth of each tick.
 //!
-//! It goes into the envelope of sensor packets while the autopilot's process records, and nobody else opens it.
+//! They go into the envelope of sensor packets while the autopilot's process records; only the recorder opens it.
 
 use icd::record::{self, EnvelopeBytes, Piece, TruthRow, piece_max};
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,7 @@ impl Envelopes {
     /// For a process that flies this setup.
     ///
     /// # Errors
-    /// What the encoder says.
+    /// The encoder's error.
     pub(super) fn new(scenario: &str, setup: &PlantSetup) -> serde_json::Result<Self> {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let header = PlantHeader { version, scenario: scenario.to_owned(), setup: setup.clone() };
@@ -51,7 +51,7 @@ impl Envelopes {
         self.is_recorded = true;
     }
 
-    /// What the autopilot's last answer says.
+    /// Whether the flight is recorded, from the autopilot's last answer.
     pub(super) fn set_recorded(&mut self, is_recorded: bool) {
         self.is_recorded = is_recorded;
         if !is_recorded {
@@ -114,7 +114,7 @@ mod tests {
         let mut envelopes = Envelopes::new("case1", &setup).unwrap();
         let (header, pieces) = collect(&mut envelopes);
         assert_eq!((header.scenario.as_str(), &header.setup), ("case1", &setup));
-        // Then only the truth, until it is time to say it again.
+        // Then only the truth, until the header is due again.
         for _ in pieces..AGAIN_AFTER as usize {
             let bytes = envelopes.next(|| [0.0; 59].into_iter().collect());
             assert_eq!(record::open(bytes).unwrap().1, None);
@@ -128,7 +128,7 @@ mod tests {
         let truth = || [0.0; 59].into_iter().collect();
         assert!(!envelopes.next(truth).is_empty());
         envelopes.set_recorded(false);
-        assert_eq!(envelopes.next(|| unreachable!("nobody asked")), &[0_u8; 0]);
+        assert_eq!(envelopes.next(|| unreachable!("not recorded")), &[0_u8; 0]);
         envelopes.set_recorded(true);
         assert_eq!(collect(&mut envelopes).0.setup, setup());
         envelopes.set_recorded(false);

@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    fn ask(link: &mut Link, tick: u64) {
+    fn begin(link: &mut Link, tick: u64) {
         let mut values = [0.0; Sensors::COUNT];
         // The attitude must be one.
         values[6] = 1.0;
@@ -278,14 +278,14 @@ mod tests {
         let address = peer.socket.local_address().unwrap();
         let socket = LinkSocket::connect("test", "link", address, Wait::Block, RESEND_AFTER);
         let mut link = Link::new(socket.unwrap(), tvc_jet::aircraft(), Stop::new(), None).unwrap();
-        ask(&mut link, 0);
+        begin(&mut link, 0);
         peer.answer(2);
         assert_eq!(link.answer().unwrap().unwrap().sequence, 0);
-        ask(&mut link, 1);
+        begin(&mut link, 1);
         peer.answer(1);
         // Meets the second copy of the first answer before its own.
         assert_eq!(link.answer().unwrap().unwrap().sequence, 1);
         let more = peer.socket.receive_from(&mut [0; PACKET_MAX]).unwrap();
-        assert_eq!(more, None, "a late answer made the plant ask again");
+        assert_eq!(more, None, "a late answer made the plant send again");
     }
 }

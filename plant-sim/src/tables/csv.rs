@@ -84,7 +84,7 @@ pub enum TableError {
         "odd_in = {found:?}, expected an input whose first breakpoint is 0, in a table with outside = \"clamp\""
     )]
     Odd {
-        /// What was asked for.
+        /// The requested value.
         found: String,
     },
 }
@@ -179,14 +179,14 @@ fn check_order(inputs: &[Input], rows: &[Row]) -> Result<(), TableError> {
     for (index, (line, row)) in rows.iter().enumerate().take(expected) {
         let mut rest = index;
         for (i, input) in inputs.iter().enumerate().rev() {
-            let wanted = input.breakpoints[rest % input.breakpoints.len()];
+            let expected_value = input.breakpoints[rest % input.breakpoints.len()];
             rest /= input.breakpoints.len();
-            if row[i] != wanted {
+            if row[i] != expected_value {
                 return Err(TableError::Breakpoint {
                     line: *line,
                     column: input.name.clone(),
                     found: row[i],
-                    expected: wanted.to_string(),
+                    expected: expected_value.to_string(),
                 });
             }
         }

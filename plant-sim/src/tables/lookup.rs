@@ -1,6 +1,6 @@
 //! Sums and their tables made ready for the derivative: names resolved, units converted, no allocation.
 //!
-//! Breakpoints that several tables share are searched once; the functions of a table that are asked at the same inputs
+//! Breakpoints that several tables share are searched once; the functions of a table that are evaluated at the same inputs
 //! are interpolated side by side.
 
 use super::sum::{Factor, SumError, factors};
@@ -48,7 +48,7 @@ struct Spot {
     index: usize,
     /// Fraction of the interval.
     part: f64,
-    /// -1 where an odd table is asked for a negative input, else 1.
+    /// -1 where an odd table is evaluated at a negative input, else 1.
     sign: f64,
 }
 
@@ -89,7 +89,7 @@ pub struct SumText<'a> {
 }
 
 impl Sums {
-    /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may say
+    /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
     ///
     /// # Errors

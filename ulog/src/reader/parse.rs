@@ -265,7 +265,7 @@ impl Parser<'_> {
         true
     }
 
-    /// A message that goes beyond the end may have a damaged length; a sync message behind it tells.
+    /// A message that goes beyond the end may have a damaged length; a sync message behind it shows that.
     fn resume_in_rest(&mut self) -> bool {
         let wrong = match self.bytes.get(self.at..).unwrap_or_default() {
             [low, high, kind, ..] => {

@@ -221,7 +221,7 @@ impl NesoGains {
 pub struct Lemma1Warning {
     /// β₁², 1/s².
     pub beta_1_squared: f64,
-    /// 4 β₂ max dg₂/de, 1/s²; Lemma 1 asks that β₁² is larger.
+    /// 4 β₂ max dg₂/de, 1/s²; Lemma 1 requires that β₁² is larger.
     pub bound: f64,
 }
 

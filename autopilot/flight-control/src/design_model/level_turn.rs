@@ -11,7 +11,7 @@ use crate::navigation::NavigationState;
 /// g, m/s², as in the standard atmosphere.
 pub const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Cosine of the bank up to which the turn is level; beyond 60° the lift that is asked for falls again.
+/// Cosine of the bank up to which the turn is level; beyond 60° the demanded lift decreases again.
 const LEVEL_COSINE: f64 = 0.5;
 
 /// What a steady level flight needs.

@@ -1,7 +1,7 @@
 //! How steeply a path may be approached: the angle between the aim and the path, by distance from the path.
 //!
 //! Close to a path the angle is that of Park's geometry: the aim is the point of the path at the distance
-//! L1, so that sin δ = y / L1. Whoever follows these angles turns with the curvature y / (L1² cos δ), which
+//! L1, so that sin δ = y / L1. An aircraft that follows these angles turns with the curvature y / (L1² cos δ), which
 //! grows with the distance, and at the bank angles of a jet it is more than the aircraft can fly already a
 //! few hundred metres from the path: it would weave across it. So from the distance on at which that turn
 //! has the radius that [`RESERVE`] of the largest lateral acceleration gives, the angle is the one from which
@@ -66,7 +66,7 @@ fn turn_onto(distance_m: f64, look_ahead_m: f64, rho_m: f64) -> f64 {
     }
 }
 
-/// Distance up to which Park's angle asks for no tighter turn than `rho_m`, y = L1² / ρ, and the cosine of
+/// Distance up to which Park's angle needs no tighter turn than `rho_m`, y = L1² / ρ, and the cosine of
 /// the angle there. A look-ahead longer than the radius is never too much.
 fn near(look_ahead_m: f64, rho_m: f64) -> (f64, f64) {
     let sin = (look_ahead_m / rho_m).min(1.0);

@@ -14,7 +14,7 @@ use crate::design_model::DesignModel;
 use crate::design_model::level_turn::GRAVITY_M_S2;
 use crate::mixer::Mixer;
 
-/// Gains of the dynamic inversion; all are bandwidths, 1/s, but where a unit says otherwise.
+/// Gains of the dynamic inversion; all are bandwidths, 1/s, except where a unit is given.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NdiGains {
     /// Roll rate.
@@ -37,7 +37,7 @@ pub struct NdiGains {
     pub k_h: f64,
     /// Integral of the altitude error, 1/s².
     pub k_hi: f64,
-    /// Largest climb rate that the altitude error asks for, m/s.
+    /// Largest climb rate for an altitude error, m/s.
     pub climb_max_m_s: f64,
     /// Airspeed.
     pub k_v: f64,
@@ -71,7 +71,7 @@ const ROLL_INTEGRAL_MAX: f64 = 0.2;
 const CLIMB_INTEGRAL_MAX: f64 = 20.0;
 /// The altitude integrator runs while the error is below this, m.
 const ALTITUDE_BAND_M: f64 = 60.0;
-/// Largest flight-path angle that is asked for, rad.
+/// Largest demanded flight-path angle, rad.
 const GAMMA_MAX: f64 = 0.5;
 /// Cosine of the bank up to which lift makes up for it, as in [`crate::level_turn`].
 const LEVEL_COSINE: f64 = 0.5;
@@ -195,10 +195,10 @@ impl Ndi {
 impl Law for Ndi {
     /// u = g⁻¹ (ν - f(x)) with ν = K (ω_c - ω).
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
-        let wanted =
+        let demanded =
             Vector3::new(self.roll_rate(input), self.pitch_rate(input), self.yaw_rate(input));
         let gains = Vector3::new(self.gains.k_p, self.gains.k_q, self.gains.k_r);
-        let acceleration = gains.component_mul(&(wanted - input.state.rates));
+        let acceleration = gains.component_mul(&(demanded - input.state.rates));
         let needed = acceleration - input.model.bare_airframe(input.state, input.at);
         // A model whose surfaces cannot turn the aircraft about each axis is left at rest.
         let inverse = self.effectiveness(input).try_inverse().unwrap_or_else(Matrix3::zeros);
@@ -213,7 +213,7 @@ impl Law for Ndi {
         }
     }
 
-    /// Each integrator moves its own effector linearly, so two steps without time say where it has to start.
+    /// Each integrator moves its own effector linearly, so two steps without time give its start.
     fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
         let input = LawInput { h: 0.0, ..*input };
         let mut probe = Self::new(&self.gains, input.model);
@@ -260,7 +260,7 @@ mod tests {
         let (references, at, model) = (&references, &at, &model);
         let input = LawInput { state, references, saturated, model, at, h: 0.002 };
         let mut ndi = Ndi::new(&NdiGains::REFERENCE, model);
-        let wanted = {
+        let demanded = {
             let mut twin = ndi.clone();
             Vector3::new(twin.roll_rate(&input), twin.pitch_rate(&input), twin.yaw_rate(&input))
         };
@@ -268,7 +268,7 @@ mod tests {
         let positions = ndi.mixer.mix_main_only(&command);
         let given = model.acceleration(state, at, &positions);
         let gains = Vector3::new(4.0, 4.0, 3.0);
-        let error = given - gains.component_mul(&(wanted - state.rates));
+        let error = given - gains.component_mul(&(demanded - state.rates));
         assert!(error.norm() < 1.0e-12, "{error} rad/s2");
     }
 }
