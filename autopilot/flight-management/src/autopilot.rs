@@ -73,7 +73,7 @@ pub struct Autopilot {
     requests: VecDeque<PlantRequest>,
     /// Sent to the plant, not yet answered.
     unanswered: Vec<u32>,
-    /// Commands for a new flight: the plant has been asked once for all of them.
+    /// Commands for a new flight: one request to the plant stands for all of them.
     restarts: Vec<u32>,
     scripts: Scripts,
     events: EventQueue,
@@ -164,10 +164,10 @@ impl Autopilot {
         &self.latest.insert(latest).log
     }
 
-    /// The plant asks without a control step: time stands still. The commands stay as they were; the
-    /// snapshot shows what the sensors say now, which is the contact itself when the flight has ended.
+    /// The plant sends a packet without a control step: time stands still. The commands stay as they were; the
+    /// snapshot shows the sensors of now, which is the contact itself when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
-        // The navigator remembers nothing of it: how often a plant asks meanwhile is a matter of wall time.
+        // The navigator remembers nothing of it: how many packets a plant sends meanwhile is a matter of wall time.
         let state = self.navigator.clone().step(self.time, sensors);
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
@@ -248,7 +248,7 @@ impl Autopilot {
         match command {
             VehicleCommand::Mode(mode) => vehicle.change_mode(mode, rules, publish),
             VehicleCommand::Refer(reference) => vehicle.refer(reference, rules),
-            VehicleCommand::Reposition(wanted) => vehicle.reposition(&wanted, rules, publish),
+            VehicleCommand::Reposition(request) => vehicle.reposition(&request, rules, publish),
             VehicleCommand::Setpoint(setpoint) => vehicle.take_setpoint(setpoint, rules),
             VehicleCommand::Sticks(sticks) => vehicle.take_sticks(sticks),
             VehicleCommand::Plan(plan) => vehicle.replace_plan(&plan, rules, publish),

@@ -31,7 +31,7 @@ pub enum ConfigError {
         "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
     )]
     NoScenario {
-        /// What was asked for.
+        /// The name in the file.
         name: String,
         /// What there is.
         known: String,
@@ -41,7 +41,7 @@ pub enum ConfigError {
     Syntax {
         /// The file.
         file: String,
-        /// What the parser says.
+        /// The parser's message.
         source: Box<toml::de::Error>,
     },
     /// A model outside its range.
@@ -88,7 +88,7 @@ fn hint(problem: &SavedProblem) -> String {
 pub struct Model {
     /// The controller's model of the aircraft.
     pub aircraft: AircraftModel,
-    /// Defaults of the parameters for this aircraft: the program's where the file says nothing.
+    /// Defaults of the parameters for this aircraft: the program's where the file has none.
     pub defaults: Parameters,
 }
 
@@ -309,8 +309,11 @@ mod tests {
             ("OBS_W0 = \"40\"", "OBS_W0 = \"40\" is not a number"),
             ("REF_ALT_MIN = 15000", "REF_ALT_MIN = 15000 m is above REF_ALT_MAX = 12000 m"),
         ] {
-            let said = with(lines).unwrap_err().to_string();
-            assert!(said.starts_with("my.toml: [parameters]: ") && said.contains(words), "{said}");
+            let error = with(lines).unwrap_err().to_string();
+            assert!(
+                error.starts_with("my.toml: [parameters]: ") && error.contains(words),
+                "{error}"
+            );
         }
         let text = format!("parameters = 3\n{DEFAULT_MODEL}");
         assert!(model("my.toml", &text).is_err());

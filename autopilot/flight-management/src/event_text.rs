@@ -1,4 +1,4 @@
-//! What each event says, and how much it matters.
+//! The text of each event, and its severity.
 //!
 //! CRITICAL is what a pilot must see at once: QGroundControl opens its banner for ERROR and worse, shows WARNING
 //! and NOTICE in orange, and the rest plainly. So good news and answers are INFO.
@@ -133,7 +133,7 @@ fn limits_text(limits: Limits) -> String {
     }
 }
 
-/// A fault that begins or ends. What is scheduled or cancelled is told with the answer to the order.
+/// A fault that begins or ends. The answer to the request reports what is scheduled or cancelled.
 fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity, String)> {
     let FaultEntry { target, kind, timing, state, .. } = *entry;
     let kind = kind.described(target.class(effectors));
@@ -174,7 +174,7 @@ pub fn of_script(script: Option<&Script>, event: ScriptEvent) -> (Severity, Stri
             (S::Warning, format!("Script not begun: {name}, {why}"))
         }
         ScriptEvent::Line(line) => match script.and_then(|script| script.line(line)?.words()) {
-            Some(said) => (S::Info, format!("Script: {said}")),
+            Some(text) => (S::Info, format!("Script: {text}")),
             None => (S::Info, format!("Script {line}: {}", words(line))),
         },
         ScriptEvent::LineRefused { line, why } => {

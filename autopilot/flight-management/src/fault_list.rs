@@ -30,7 +30,7 @@ impl FaultList {
         true
     }
 
-    /// Nothing is known for sure until the plant has told it again.
+    /// Nothing is known for sure until the plant has reported it again.
     fn doubt(&mut self) {
         self.doubtful.append(&mut self.entries);
         self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));

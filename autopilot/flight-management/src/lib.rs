@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Start with [`autopilot::Autopilot`]: the process calls it once for each control step, and so does a flight in one
-//! process. [`vehicle`] accepts or refuses what an operator wants, [`parameters`] is the table of all tunables, [`script`]
+//! process. [`vehicle`] accepts or refuses commands, [`parameters`] is the table of all tunables, [`script`]
 //! reads scripts; [`command`] and [`event`] have the values that cross from and to the ground-station side.
 //!
 //! ```

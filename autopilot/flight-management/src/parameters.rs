@@ -174,7 +174,7 @@ pub enum ParameterError {
     /// No such name.
     #[error("there is no parameter {name}")]
     Unknown {
-        /// The name asked for.
+        /// The unknown name.
         name: String,
     },
     /// A compatibility parameter.
@@ -291,7 +291,7 @@ impl Parameters {
     }
 
     /// Checks that the selected law is there. Saved parameters may name a law that only another program brings,
-    /// so this is asked where they are to be flown.
+    /// so this is checked where they are to be flown.
     ///
     /// # Errors
     /// [`ParameterError::NoOwnLaw`].
@@ -322,7 +322,7 @@ impl Parameters {
         self.check_law()
     }
 
-    /// Sets one parameter that is inside its range; says nothing about the whole set.
+    /// Sets one parameter that is inside its range; does not check the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let Some(row) = table().iter().find(|row| row.name == name) else {
             return Err(match (compatibility(name), is_fault(name)) {

@@ -1,4 +1,4 @@
-//! Scripts of faults and events: a short readable text that says what happens in a flight, and when.
+//! Scripts of faults and events: a short readable text of what happens in a flight, and when.
 //!
 //! ```text
 //!  text ─> words ─> parser ─> Script ─┐
@@ -6,8 +6,8 @@
 //!        time, sensors ────────────> Run ─> actions (fault requests, references, modes, texts)
 //! ```
 //!
-//! A script is outside the laws and the vehicle: what it wants takes the same ways as what a ground station
-//! wants. It sees simulation time and sensor values only, so a script that is started at a tick does the same
+//! A script is outside the laws and the vehicle: its lines are executed like commands of a ground
+//! station. It sees simulation time and sensor values only, so a script that is started at a tick does the same
 //! each time, to the bit. The language is in `docs/scripts.md`.
 
 use core::fmt;
@@ -92,7 +92,7 @@ pub enum Action {
     Refer(Reference),
     /// Changes the mode.
     Mode(Mode),
-    /// Tells the ground stations the words behind `say`.
+    /// Sends the text behind `say` to the ground stations.
     Say,
     /// Ends the script with all its sequences.
     End,
@@ -221,7 +221,7 @@ impl From<Script> for Text {
 }
 
 impl Line {
-    /// The words behind `say`.
+    /// The text behind `say`.
     #[must_use]
     pub fn words(&self) -> Option<&str> {
         matches!(self.action, Action::Say).then(|| parser::said(&self.text)).flatten()
@@ -237,7 +237,7 @@ pub enum ScriptEvent {
     NotBegun(NotBegun),
     /// This line of its text was executed.
     Line(u16),
-    /// This line was executed, and what it asked for is refused.
+    /// This line was executed, and its command was refused.
     LineRefused {
         /// Which.
         line: u16,
@@ -259,12 +259,12 @@ pub enum NotBegun {
     FaultInjectionOff,
 }
 
-/// Why what a line asked for is not done.
+/// Why the command of a line is not carried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineRefusal {
-    /// The vehicle says so.
+    /// The vehicle refuses.
     Vehicle(crate::vehicle::VehicleRefusal),
-    /// The plant says so.
+    /// The plant refuses.
     Plant {
         /// What it is about; `None` for everything.
         target: Option<Target>,

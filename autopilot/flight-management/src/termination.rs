@@ -1,6 +1,6 @@
-//! Flight termination: what the effectors are told instead of what the laws say.
+//! Flight termination: the commands of the effectors in place of those of the laws.
 //!
-//! The engine is told to give nothing (it stays at idle), the nozzle is straight, and the surfaces go to their
+//! The engine is commanded to no thrust (it stays at idle), the nozzle is straight, and the surfaces go to their
 //! stops: elevators pitch up, rudder yaws right, ailerons roll right. The shipped aircraft departs and comes
 //! down spinning to the right, about one kilometre from where it was terminated. The laws run on beside it, so
 //! that their signals stay readable; only the commands are replaced, after the mixer. Signs are those of the

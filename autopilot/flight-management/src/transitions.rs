@@ -7,25 +7,25 @@ use icd::ControlPeriod;
 
 use crate::event::{Axis, EventKind, Limit, Limits};
 
-/// A limit must be reached this long before it is told, us.
+/// A limit must be reached this long before it is reported, us.
 const AT_LIMIT_AFTER_US: u64 = 200_000;
 /// The same of an axis without authority while the compensator sleeps, us: a healthy aircraft that begins or ends a
 /// bank has its ailerons at their limit for a moment, and nobody needs the authority then.
 const ASLEEP_EXHAUSTED_AFTER_US: u64 = 3_000_000;
-/// And left for this long before that is told, us; longer, so that a demand that brushes its limit
+/// And left for this long before that is reported, us; longer, so that a demand that brushes its limit
 /// does not fill the operator's screen.
 const INSIDE_AFTER_US: u64 = 2_000_000;
-/// The compensator must sleep this long before its release is told, us: a flag that flickers is told once.
+/// The compensator must sleep this long before its release is reported, us: a flag that flickers is reported once.
 const ASLEEP_AFTER_US: u64 = 1_000_000;
 /// An axis with less than this left has nothing to speak of, percent.
 const EXHAUSTED_PCT: f64 = 1.0;
 /// It has authority again from this on, percent.
 const RESTORED_PCT: f64 = 10.0;
 
-/// Limits that are told as such; those of the compensating effectors are told as the authority of their axis.
+/// Limits that are reported as such; those of the compensating effectors are reported as the authority of their axis.
 const TOLD_LIMITS: [Limit; 3] = [Limit::Elevator, Limit::Rudder, Limit::Thrust];
 
-/// Remembers what was told.
+/// Remembers what was reported.
 #[derive(Debug, Clone, Default)]
 pub struct Transitions {
     compensator: Compensator,
@@ -37,13 +37,13 @@ pub struct Transitions {
 #[derive(Debug, Clone, Copy, Default)]
 struct Compensator {
     reported: bool,
-    /// Since it was told to be active, us.
+    /// Since it was reported active, us.
     active_us: u64,
     /// Asleep without a break, us.
     asleep_us: u64,
 }
 
-/// A state that is told when it has lasted.
+/// A state that is reported when it has lasted.
 #[derive(Debug, Clone, Copy, Default)]
 struct Told {
     reported: bool,
@@ -51,7 +51,7 @@ struct Told {
 }
 
 impl Told {
-    /// Takes whether the state is there now; true when that has to be told: when it has lasted `after_us`.
+    /// Takes whether the state is there now; true when that has to be reported: when it has lasted `after_us`.
     fn step(&mut self, is_there: bool, after_us: u64, elapsed_us: u64) -> bool {
         if is_there == self.reported {
             self.since_us = 0;

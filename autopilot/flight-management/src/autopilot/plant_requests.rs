@@ -31,7 +31,7 @@ impl Autopilot {
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
-                if !self.was_asked(request) || self.answer_script(request, Some(&reply)) {
+                if !self.take_unanswered(request) || self.answer_script(request, Some(&reply)) {
                     return;
                 }
                 let outcome = Outcome::Plant(reply);
@@ -55,7 +55,7 @@ impl Autopilot {
                 (at, EventKind::GroundContact)
             }
             PlantReport::Paced { request, pace, at } => {
-                if let Some(number) = request.filter(|number| self.was_asked(*number)) {
+                if let Some(number) = request.filter(|number| self.take_unanswered(*number)) {
                     self.publish(EventKind::Outcome { number, outcome: Outcome::Done });
                 }
                 (at, EventKind::Paced(pace))
@@ -65,7 +65,7 @@ impl Autopilot {
     }
 
     /// Whether the plant owed an answer with this number; it does not any more.
-    fn was_asked(&mut self, request: u32) -> bool {
+    fn take_unanswered(&mut self, request: u32) -> bool {
         let place = self.unanswered.iter().position(|number| *number == request);
         if let Some(place) = place {
             self.unanswered.swap_remove(place);
@@ -101,7 +101,7 @@ impl Autopilot {
             Outcome::Refused(VehicleRefusal::NoFlight)
         } else if action == PlantAction::Restart && !self.restarts.is_empty() {
             if self.restarts.len() < REQUESTS_MAX {
-                // One new flight is enough for everybody who wants one.
+                // One new flight is enough for all who requested one.
                 self.restarts.push(number);
                 return;
             }
@@ -122,7 +122,7 @@ impl Autopilot {
         self.requests.len() + self.unanswered.len() < REQUESTS_MAX
     }
 
-    /// The plant has been silent for too long: what it was asked is answered in its place.
+    /// The plant has been silent for too long: its open requests end without an answer.
     pub fn plant_lost(&mut self) {
         self.in_flight = false;
         self.abandon_requests();

@@ -105,7 +105,7 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Ends the script that runs, if there is one, and says whether there was.
+    /// Ends the script that runs, if there is one, and returns whether there was.
     pub(super) fn stop_script(&mut self) -> bool {
         let Some(run) = self.scripts.running.take() else { return false };
         self.publish_script_event(run.script().id(), ScriptEvent::Stopped);

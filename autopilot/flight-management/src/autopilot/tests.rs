@@ -128,10 +128,10 @@ fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
     let at = SimTime::from_micros(6_000);
     let report = PlantReport::Paced { request: Some(5), pace: Pace::Step(3), at };
     autopilot.handle_report(&report);
-    let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).collect();
+    let published: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).collect();
     let outcome = EventKind::Outcome { number: 5, outcome: Outcome::Done };
-    assert_eq!(told[0].kind, outcome);
-    assert_eq!(told[1], Event { time: at, kind: EventKind::Paced(Pace::Step(3)) });
+    assert_eq!(published[0].kind, outcome);
+    assert_eq!(published[1], Event { time: at, kind: EventKind::Paced(Pace::Step(3)) });
     // Somebody at the plant: an event, and nobody's outcome.
     autopilot.handle_report(&PlantReport::Paced { request: None, pace: Pace::Run, at });
     assert_eq!(outcomes(&mut autopilot), []);

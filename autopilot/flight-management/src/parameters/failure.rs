@@ -1,7 +1,7 @@
 //! Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
 //!
 //! They are read when an order is given, so a later change leaves an active fault as it is. Which numbers and choices
-//! there are is said by the catalogue of faults.
+//! there are is listed in the catalogue of faults.
 
 use std::sync::LazyLock;
 
@@ -31,7 +31,7 @@ pub struct FailureParameters {
     pub times: u32,
 }
 
-/// A parameter that the catalogue asks for.
+/// A parameter that the catalogue needs.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Setting {
     pub name: &'static str,

@@ -71,7 +71,7 @@ pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
 pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
     let refuse = |problem| SavedError { file: file.to_owned(), problem };
     let mut parameters = *defaults;
-    // The warning, if any, was told when the value was set.
+    // The warning, if any, was reported when the value was set.
     set_from_text(&mut parameters, text).map_err(refuse)?;
     Ok(parameters)
 }

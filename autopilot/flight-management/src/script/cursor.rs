@@ -37,12 +37,12 @@ impl<'a> Cursor<'a> {
         problem.at(self.line, self.column())
     }
 
-    /// Something else was wanted here.
-    pub(super) fn wanted(&self, wanted: impl Into<String>) -> ScriptError {
+    /// Something else was expected here.
+    pub(super) fn expected(&self, expected: impl Into<String>) -> ScriptError {
         let found = self.words.get(self.at);
         let found =
             found.map_or_else(|| "end of the line".to_owned(), |w| quoted(&w.kind.to_string()));
-        self.problem(Problem::Unexpected { found, wanted: wanted.into() })
+        self.problem(Problem::Unexpected { found, expected: expected.into() })
     }
 
     /// Takes these words (`a b c`) if they come next.
@@ -63,9 +63,9 @@ impl<'a> Cursor<'a> {
         true
     }
 
-    /// Takes these words or says that they are wanted.
+    /// Takes these words, or returns the error that they are expected.
     pub(super) fn need(&mut self, words: &str) -> Result<(), ScriptError> {
-        if self.take(words) { Ok(()) } else { Err(self.wanted(quoted(words))) }
+        if self.take(words) { Ok(()) } else { Err(self.expected(quoted(words))) }
     }
 
     /// Takes the first of these that comes next.
@@ -73,7 +73,7 @@ impl<'a> Cursor<'a> {
         choices.iter().find(|(words, _)| self.take(words)).map(|(_, choice)| *choice)
     }
 
-    /// The same, where one of them is wanted.
+    /// The same, where one of them is expected.
     pub(super) fn need_one<T: Copy>(
         &mut self,
         what: &str,
@@ -81,7 +81,7 @@ impl<'a> Cursor<'a> {
     ) -> Result<T, ScriptError> {
         self.choose(choices).ok_or_else(|| {
             let names: Vec<&str> = choices.iter().map(|(words, _)| *words).collect();
-            self.wanted(format!("{what}: {}", names.join(", ")))
+            self.expected(format!("{what}: {}", names.join(", ")))
         })
     }
 
@@ -95,7 +95,8 @@ impl<'a> Cursor<'a> {
         let value = self.number(what)?;
         let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
         let scale = self.choose(units);
-        let scale = scale.ok_or_else(|| self.wanted(format!("the unit {}", names.join(" or "))))?;
+        let scale =
+            scale.ok_or_else(|| self.expected(format!("the unit {}", names.join(" or "))))?;
         Ok(Amount { what, line: self.line, column, value, scale })
     }
 
@@ -105,7 +106,7 @@ impl<'a> Cursor<'a> {
                 self.at += 1;
                 Ok(*value)
             }
-            _ => Err(self.wanted(format!("a number ({what})"))),
+            _ => Err(self.expected(format!("a number ({what})"))),
         }
     }
 
@@ -148,7 +149,7 @@ impl<'a> Cursor<'a> {
                 self.at += 1;
                 Ok(name)
             }
-            _ => Err(self.wanted(what)),
+            _ => Err(self.expected(what)),
         }
     }
 
@@ -159,13 +160,13 @@ impl<'a> Cursor<'a> {
                 self.at += 1;
                 Ok(())
             }
-            _ => Err(self.wanted(what)),
+            _ => Err(self.expected(what)),
         }
     }
 
     /// Nothing may follow.
     pub(super) fn end(&self) -> Result<(), ScriptError> {
-        if self.is_at_end() { Ok(()) } else { Err(self.wanted("the end of the line")) }
+        if self.is_at_end() { Ok(()) } else { Err(self.expected("the end of the line")) }
     }
 }
 
@@ -272,8 +273,8 @@ pub(super) fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError>
                 let text: String = chars[at..at + length].iter().collect();
                 let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
                 let value = value.ok_or_else(|| {
-                    let wanted = "a number such as 10 or -2.5".to_owned();
-                    Problem::Unexpected { found: quoted(&text), wanted }.at(number, column)
+                    let expected = "a number such as 10 or -2.5".to_owned();
+                    Problem::Unexpected { found: quoted(&text), expected }.at(number, column)
                 })?;
                 (length, Kind::Number(value))
             }
@@ -284,10 +285,10 @@ pub(super) fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError>
             }
             other => return Err(Problem::Character(other).at(number, column)),
         };
-        let speaks = kind == Kind::Name("say".to_owned());
+        let is_text_next = kind == Kind::Name("say".to_owned());
         words.push(Word { column, kind });
         at += length;
-        if speaks {
+        if is_text_next {
             // Free text: up to the comment, without the spaces around it.
             let blank = chars[at..].iter().take_while(|c| c.is_whitespace()).count();
             let text: String = chars[at + blank..].iter().take_while(|c| **c != '#').collect();

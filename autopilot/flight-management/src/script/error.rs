@@ -20,12 +20,12 @@ pub struct ScriptError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// A word that cannot stand here.
-    #[error("{found} found, wanted {wanted}")]
+    #[error("{found} found, expected {expected}")]
     Unexpected {
         /// The word, or the end of the line.
         found: String,
         /// What is allowed.
-        wanted: String,
+        expected: String,
     },
     /// A character that no word has.
     #[error("{0:?} belongs to no word")]

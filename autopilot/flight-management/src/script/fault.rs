@@ -41,8 +41,8 @@ pub(super) fn clear(
     if cursor.take("all") {
         return Ok(FaultRequest::ClearAll);
     }
-    let wanted = format!("`all` or {}", names(effectors));
-    Ok(FaultRequest::Clear { target: target(cursor, effectors, &wanted)? })
+    let expected = format!("`all` or {}", names(effectors));
+    Ok(FaultRequest::Clear { target: target(cursor, effectors, &expected)? })
 }
 
 /// Words of ground stations for servos and motors.
@@ -66,20 +66,20 @@ fn names(effectors: &EffectorList) -> String {
 fn target(
     cursor: &mut Cursor,
     effectors: &EffectorList,
-    wanted: &str,
+    expected: &str,
 ) -> Result<Target, ScriptError> {
     let named = |sensor: &SensorKind| cursor.take(sensor.name()) || cursor.take(sensor.key());
     if let Some(sensor) = SensorKind::ALL.into_iter().find(named) {
         return Ok(sensor.into());
     }
-    effector(cursor, effectors, wanted).map(Target::from)
+    effector(cursor, effectors, expected).map(Target::from)
 }
 
 /// An effector by its name for people, for files, or for ground stations. The longest name that fits counts.
 fn effector(
     cursor: &mut Cursor,
     effectors: &EffectorList,
-    wanted: &str,
+    expected: &str,
 ) -> Result<Effector, ScriptError> {
     let mut all: Vec<Effector> = effectors.all().collect();
     all.sort_by_key(|effector| Reverse(effectors.name(*effector).len()));
@@ -104,10 +104,10 @@ fn effector(
             let mut members = members.iter();
             let found =
                 members.find(|effector| u32::from(effectors.instance(**effector)) == instance);
-            return found.copied().ok_or_else(|| before.wanted(wanted));
+            return found.copied().ok_or_else(|| before.expected(expected));
         }
     }
-    Err(cursor.wanted(wanted))
+    Err(cursor.expected(expected))
 }
 
 /// A kind by its words; the longest that fit count.
@@ -119,7 +119,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
         [] => cursor.is_number(),
         words => words.iter().any(|words| cursor.take(words)),
     };
-    let info = all.iter().find(begins).ok_or_else(|| before.wanted(kinds()))?;
+    let info = all.iter().find(begins).ok_or_else(|| before.expected(kinds()))?;
     if !info.targets.allow(class) {
         let only = if info.targets.thrust { "only" } else { "not" };
         let why = format!("`{}` is {only} for the engine", words(info));
@@ -144,7 +144,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
             }
         }
     }
-    info.with(alternative, values).ok_or_else(|| before.wanted(kinds()))
+    info.with(alternative, values).ok_or_else(|| before.expected(kinds()))
 }
 
 /// The words by which a kind is known; none: it begins with a number.
@@ -235,6 +235,6 @@ fn timing(cursor: &mut Cursor) -> Result<Timing, ScriptError> {
     if cursor.is_at_end() {
         Ok(timing)
     } else {
-        Err(cursor.wanted("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
+        Err(cursor.expected("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
     }
 }

@@ -114,7 +114,7 @@ fn micros(cursor: &mut Cursor) -> Result<u64, ScriptError> {
 fn condition(cursor: &mut Cursor) -> Result<Condition, ScriptError> {
     let row = ROWS.iter().find(|row| cursor.take(row.words)).ok_or_else(|| {
         let names: Vec<&str> = ROWS.iter().map(|row| row.words).collect();
-        cursor.wanted(format!("a quantity: {}", names.join(", ")))
+        cursor.expected(format!("a quantity: {}", names.join(", ")))
     })?;
     let crossings = [
         ("passes", Crossing::Passes),
@@ -163,7 +163,7 @@ fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, Scrip
     if cursor.take("end") {
         return Ok(Action::End);
     }
-    Err(cursor.wanted(ACTIONS))
+    Err(cursor.expected(ACTIONS))
 }
 
 fn angle(

@@ -7,7 +7,7 @@ use icd::SimTime;
 
 use super::{Action, Script, Trigger};
 
-/// A script that runs. It begins with the first tick that it is asked at.
+/// A script that runs. It begins with the first tick at which it is stepped.
 #[derive(Debug, Clone)]
 pub struct Run {
     script: Arc<Script>,

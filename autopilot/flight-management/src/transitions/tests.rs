@@ -1,4 +1,4 @@
-//! Signals that flicker, and what is told of them.
+//! Signals that flicker, and the events that are published of them.
 
 use flight_control::{
     AircraftModel, AltitudeLimit, Authority, FlightControl, Gains, NavigationState,
@@ -28,17 +28,17 @@ fn calm() -> StepLog {
     log
 }
 
-/// What is told of this many ticks of 2 ms.
+/// Events of this many ticks of 2 ms.
 fn run(
     transitions: &mut Transitions,
     ticks: u32,
     mut signal: impl FnMut(u32) -> StepLog,
 ) -> Vec<EventKind> {
-    let mut told = Vec::new();
+    let mut published = Vec::new();
     for tick in 0..ticks {
-        transitions.step(&signal(tick), PERIOD, |kind| told.push(kind));
+        transitions.step(&signal(tick), PERIOD, |kind| published.push(kind));
     }
-    told
+    published
 }
 
 fn yaw(percent: f64) -> Authority {
@@ -50,9 +50,9 @@ fn the_compensator_is_told_with_its_axis_and_what_is_at_its_limit_at_that_moment
     let mut log = StepLog { compensator_active: true, ..calm() };
     log.levels = [0.2, 0.1, 1.5].into();
     log.health.nozzle_yaw_saturated = true;
-    let told = run(&mut Transitions::default(), 5_000, |_| log);
+    let published = run(&mut Transitions::default(), 5_000, |_| log);
     let at_limit = Limits::from_fn(|limit| limit == Limit::NozzleYaw);
-    assert_eq!(told, [EventKind::CompensatorActive { axis: Axis::Yaw, at_limit }]);
+    assert_eq!(published, [EventKind::CompensatorActive { axis: Axis::Yaw, at_limit }]);
 }
 
 #[test]
@@ -60,16 +60,17 @@ fn a_flag_that_flickers_is_told_once_and_its_release_with_the_time() {
     let mut transitions = Transitions::default();
     let (calm, active) = (calm(), StepLog { compensator_active: true, ..calm() });
     // 10 s: it changes every 20 ms, and is never asleep for a second.
-    let told = run(&mut transitions, 5_000, |tick| if tick / 10 % 2 == 0 { active } else { calm });
-    assert!(matches!(told[..], [EventKind::CompensatorActive { .. }]), "{told:?}");
+    let published =
+        run(&mut transitions, 5_000, |tick| if tick / 10 % 2 == 0 { active } else { calm });
+    assert!(matches!(published[..], [EventKind::CompensatorActive { .. }]), "{published:?}");
     // It slept the last 10 ticks already.
-    let told = run(&mut transitions, 2_000, |_| calm);
-    let [EventKind::CompensatorReleased { after }] = told[..] else { panic!("{told:?}") };
-    // From the first tick, in which it was told, to the last one of activity.
+    let published = run(&mut transitions, 2_000, |_| calm);
+    let [EventKind::CompensatorReleased { after }] = published[..] else { panic!("{published:?}") };
+    // From the first tick, in which it was published, to the last one of activity.
     assert_eq!(after, Duration::from_millis(2 * (5_000 - 10 - 1)));
 }
 
-/// The compensator has just been told.
+/// The compensator has just been reported.
 fn awake() -> Transitions {
     let mut transitions = Transitions::default();
     let log = StepLog { compensator_active: true, ..calm() };
@@ -86,7 +87,7 @@ fn an_axis_without_authority_is_told_after_200_ms_and_again_when_it_has_some_for
     assert_eq!(run(&mut transitions, 99, |_| log), []);
     let exhausted = EventKind::AuthorityExhausted { axis: Axis::Yaw, by: Limit::NozzleYaw };
     assert_eq!(run(&mut transitions, 1, |_| log), [exhausted]);
-    // Between the two thresholds nothing is told.
+    // Between the two thresholds nothing is published.
     let some = StepLog { authority: yaw(9.0), ..calm() };
     assert_eq!(run(&mut transitions, 5_000, |_| some), []);
     assert_eq!(run(&mut transitions, 999, |_| calm()), []);
@@ -111,10 +112,12 @@ fn an_authority_that_is_gone_when_the_compensator_wakes_is_told_at_once() {
     let mut transitions = Transitions::default();
     assert_eq!(run(&mut transitions, 500, |_| log), []);
     let awake = StepLog { compensator_active: true, ..log };
-    let told = run(&mut transitions, 1, |_| awake);
+    let published = run(&mut transitions, 1, |_| awake);
     let by = Limit::Thrust;
     let exhausted = EventKind::AuthorityExhausted { axis: Axis::Yaw, by };
-    assert!(matches!(told[..], [EventKind::CompensatorActive { .. }, last] if last == exhausted));
+    assert!(
+        matches!(published[..], [EventKind::CompensatorActive { .. }, last] if last == exhausted)
+    );
 }
 
 #[test]
@@ -124,20 +127,20 @@ fn an_authority_that_flickers_at_its_end_is_told_once() {
     let calm = StepLog { compensator_active: true, ..calm() };
     let mut transitions = awake();
     assert_eq!(run(&mut transitions, 100, |_| log).len(), 1);
-    let told = run(&mut transitions, 50_000, |tick| if tick % 2 == 0 { log } else { calm });
-    assert_eq!(told, [], "100 s of flicker");
+    let published = run(&mut transitions, 50_000, |tick| if tick % 2 == 0 { log } else { calm });
+    assert_eq!(published, [], "100 s of flicker");
     let mut transitions = awake();
-    let told = run(&mut transitions, 50_000, |tick| if tick % 50 == 0 { calm } else { log });
-    assert_eq!(told, [], "never 200 ms without a break");
+    let published = run(&mut transitions, 50_000, |tick| if tick % 50 == 0 { calm } else { log });
+    assert_eq!(published, [], "never 200 ms without a break");
 }
 
 #[test]
 fn a_nozzle_without_thrust_is_told_as_that() {
     let log = StepLog { authority: Authority { roll_pct: 80.0, ..Authority::NONE }, ..calm() };
-    let told = run(&mut Transitions::default(), 5_000, |_| log);
+    let published = run(&mut Transitions::default(), 5_000, |_| log);
     let by = Limit::Thrust;
     assert_eq!(
-        told,
+        published,
         [Axis::Pitch, Axis::Yaw].map(|axis| EventKind::AuthorityExhausted { axis, by })
     );
 }
@@ -146,8 +149,8 @@ fn a_nozzle_without_thrust_is_told_as_that() {
 fn the_ailerons_limit_is_told_once_as_the_end_of_the_roll_authority() {
     let mut log = StepLog { authority: Authority { roll_pct: 0.0, ..FULL }, ..calm() };
     log.health.aileron_saturated = true;
-    let told = run(&mut Transitions::default(), 5_000, |_| log);
-    assert_eq!(told, [EventKind::AuthorityExhausted { axis: Axis::Roll, by: Limit::Aileron }]);
+    let published = run(&mut Transitions::default(), 5_000, |_| log);
+    assert_eq!(published, [EventKind::AuthorityExhausted { axis: Axis::Roll, by: Limit::Aileron }]);
 }
 
 #[test]
@@ -164,8 +167,8 @@ fn limits_of_other_effectors_are_told_as_saturation() {
 fn an_altitude_that_is_not_held_is_told_with_what_is_at_its_limit_and_so_is_its_end() {
     let mut transitions = Transitions::default();
     let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..calm() };
-    let told = run(&mut transitions, 1_000, |_| wing);
-    assert_eq!(told, [EventKind::AltitudeNotHeld(AltitudeLimit::Wing)]);
+    let published = run(&mut transitions, 1_000, |_| wing);
+    assert_eq!(published, [EventKind::AltitudeNotHeld(AltitudeLimit::Wing)]);
     // After 2 s without it.
     assert_eq!(run(&mut transitions, 999, |_| calm()), []);
     assert_eq!(run(&mut transitions, 2, |_| calm()), [EventKind::AltitudeHeld]);

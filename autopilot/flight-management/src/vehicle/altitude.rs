@@ -48,7 +48,7 @@ pub fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
     sticks.throttle.map_or(Ok(()), |value| up_to("throttle", "of 1", value, 1.0).check())
 }
 
-/// Rate at which a standing altitude error is added to what the laws are asked for, 1/s: slower than the
+/// Rate at which a standing altitude error is added to the demand to the laws, 1/s: slower than the
 /// altitude law, which needs about 10 s.
 const TRIM_RATE_PER_S: f64 = 0.025;
 /// Largest addition, as a part of the largest error that the altitude law sees; a larger error is a climb that has not
@@ -57,7 +57,7 @@ const TRIM_MAX: f64 = 0.75;
 /// An aircraft that climbs or descends faster than this part of `NAV_CLIMB_MAX` has no standing error.
 const STANDING_CLIMB: f64 = 1.0 / 6.0;
 
-/// The altitude that the laws are asked for where a path, a pilot or a stream is flown.
+/// The altitude demand to the laws where a path, a pilot or a stream is flown.
 ///
 /// Differs from the reference in two ways. It moves no faster than `NAV_CLIMB_MAX`, because an aircraft that
 /// pushes over has no lift left to turn with. And it is displaced slowly so that no error stands: the altitude
@@ -76,7 +76,7 @@ impl AltitudeDemand {
         *self = Self::default();
     }
 
-    /// What to ask the laws for after one tick, m.
+    /// The demand after one tick, m.
     pub fn step(&mut self, reference_m: f64, situation: &Situation, rules: &Rules) -> f64 {
         let Situation { altitude_m, climb_m_s, dt_s, .. } = *situation;
         let sees_m = rules.altitude_error_max_m;

@@ -35,10 +35,10 @@ impl Hold {
     }
 
     /// Takes what a request names; the rest stays.
-    pub fn reposition(&mut self, wanted: &Reposition) {
-        self.centre = wanted.place.map(Site::at).or(self.centre);
-        self.radius_m = wanted.radius_m.or(self.radius_m);
-        self.clockwise = wanted.clockwise.unwrap_or(self.clockwise);
+    pub fn reposition(&mut self, request: &Reposition) {
+        self.centre = request.place.map(Site::at).or(self.centre);
+        self.radius_m = request.radius_m.or(self.radius_m);
+        self.clockwise = request.clockwise.unwrap_or(self.clockwise);
     }
 
     /// One tick.
@@ -58,13 +58,13 @@ impl Hold {
 pub struct Orbit {
     /// Its centre.
     pub centre: Site,
-    /// Radius that was asked for, m; `None`: the parameter `NAV_LOITER_RAD`.
+    /// Radius of the request, m; `None`: the parameter `NAV_LOITER_RAD`.
     pub radius_m: Option<f64>,
     /// Direction, seen from above.
     pub clockwise: bool,
 }
 
-/// What the guidance wants, and for what.
+/// The command of the guidance, and what it is for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flown {
     /// For the roll reference.
@@ -95,11 +95,11 @@ impl Orbit {
         Self { centre: Site::at(situation.horizon.place_at(&centre)), ..circle }
     }
 
-    /// The radius that is flown, m: what was asked for, or the smallest that can be flown.
+    /// The radius that is flown, m: that of the request, or the smallest that can be flown.
     #[must_use]
     pub fn flown_radius_m(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> f64 {
-        let wanted = self.radius_m.unwrap_or(rules.navigation.loiter_radius_m);
-        wanted.max(situation.smallest_circle_m(demand.airspeed_m_s, rules))
+        let radius_m = self.radius_m.unwrap_or(rules.navigation.loiter_radius_m);
+        radius_m.max(situation.smallest_circle_m(demand.airspeed_m_s, rules))
     }
 
     /// One tick on the way to it or around it.

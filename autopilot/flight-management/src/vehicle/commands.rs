@@ -1,4 +1,4 @@
-//! What the operator wants of the vehicle.
+//! Commands of the operator to the vehicle.
 //!
 //! The caller has made sure that there is an aircraft in the air ([`crate::autopilot::Autopilot`]). A refused
 //! command changes nothing.
@@ -135,14 +135,14 @@ impl Vehicle {
     /// [`VehicleRefusal`] says why not; nothing changes then.
     pub fn reposition(
         &mut self,
-        wanted: &Reposition,
+        request: &Reposition,
         rules: &Rules,
         publish: Publish,
     ) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
-        rules.check_some(wanted.place, wanted.altitude_m, wanted.airspeed_m_s)?;
-        wanted.radius_m.map_or(Ok(()), |radius_m| radius(radius_m).check())?;
-        if self.mode != Mode::Hold && !wanted.change_mode {
+        rules.check_some(request.place, request.altitude_m, request.airspeed_m_s)?;
+        request.radius_m.map_or(Ok(()), |radius_m| radius(radius_m).check())?;
+        if self.mode != Mode::Hold && !request.change_mode {
             return Err(VehicleRefusal::NotHold);
         }
         if self.demand.is_none() {
@@ -150,10 +150,10 @@ impl Vehicle {
         }
         self.link.forget();
         self.enter(Mode::Hold, rules, publish);
-        self.hold.reposition(wanted);
+        self.hold.reposition(request);
         if let Some(demand) = self.demand.as_mut() {
-            demand.altitude_m = wanted.altitude_m.unwrap_or(demand.altitude_m);
-            demand.airspeed_m_s = wanted.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
+            demand.altitude_m = request.altitude_m.unwrap_or(demand.altitude_m);
+            demand.airspeed_m_s = request.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
         }
         Ok(())
     }

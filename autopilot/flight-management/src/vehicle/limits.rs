@@ -12,7 +12,7 @@ pub struct NavigationParameters {
     pub l1_period_s: f64,
     /// Damping of the lateral guidance.
     pub l1_damping: f64,
-    /// Largest bank angle that the guidance asks for, deg.
+    /// Largest bank angle of the guidance, deg.
     pub bank_max_deg: f64,
     /// Radius of circles that have none of their own, m.
     pub loiter_radius_m: f64,

@@ -40,7 +40,7 @@ impl Link {
 
     /// The station is back: the mode to fly now. `None` if it was not lost.
     ///
-    /// A mode that lives on a stream is not restored: the stream has to ask for it again.
+    /// A mode that lives on a stream is not restored: the stream has to command it again.
     pub fn regain(&mut self, mode: Mode) -> Option<Mode> {
         if !core::mem::take(&mut self.lost) {
             return None;

@@ -1,4 +1,4 @@
-//! What the aircraft is doing: mode and references. Accepts or refuses what the operator wants.
+//! What the aircraft is doing: mode and references. Accepts or refuses commands of the operator.
 //!
 //! In the modes that follow a path the guidance makes the roll reference ([`flight_control::guidance`]), one
 //! tick at a time, from where the aircraft is and how it moves over the ground. Nothing here is stored that
@@ -155,10 +155,10 @@ impl Vehicle {
         }
     }
 
-    /// What the laws are asked for at this tick: the references, with what a standing altitude error needs.
+    /// The demand to the laws at this tick: the references, with what a standing altitude error needs.
     ///
     /// The references are altitude, airspeed and course of the first known state, then what the schedule,
-    /// the operator and the mode have said since. Before it they are the state's own.
+    /// the operator and the mode have set since. Before it they are the state's own.
     pub fn track(
         &mut self,
         state: &NavigationState,
@@ -277,7 +277,7 @@ impl Vehicle {
     }
 }
 
-/// What asks for nothing: altitude and airspeed as they are, wings level.
+/// A demand that changes nothing: altitude and airspeed as they are, wings level.
 fn present(state: &NavigationState) -> Demand {
     Demand { altitude_m: state.altitude_m, roll_rad: 0.0, airspeed_m_s: state.airspeed_m_s }
 }

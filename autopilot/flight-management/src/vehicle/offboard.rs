@@ -20,9 +20,9 @@ const LOCAL_MAX_M: f64 = 1_000_000.0;
 /// Largest speed or climb rate of a velocity setpoint before it is limited, m/s.
 const VELOCITY_MAX_M_S: f64 = 1_000.0;
 
-/// What the stream asks for.
+/// What the latest setpoint commands.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Wanted {
+enum Guidance {
     /// The roll reference as it stands.
     #[default]
     Roll,
@@ -35,7 +35,7 @@ enum Wanted {
 /// The latest setpoint.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Offboard {
-    wanted: Wanted,
+    guidance: Guidance,
     climb: ClimbReference,
 }
 
@@ -55,7 +55,7 @@ impl Offboard {
             Setpoint::Roll(roll_rad) => {
                 rules.limits.check(Reference::Roll(roll_rad))?;
                 demand.roll_rad = roll_rad;
-                self.wanted = Wanted::Roll;
+                self.guidance = Guidance::Roll;
             }
             Setpoint::Position { place, altitude_m } => {
                 rules.check_some(Some(place), altitude_m, None)?;
@@ -83,18 +83,18 @@ impl Offboard {
                 if let Some(speed_m_s) = speed_m_s {
                     demand.airspeed_m_s = rules.nearest_airspeed_m_s(speed_m_s);
                 }
-                let course_rad = course_rad.or(match self.wanted {
-                    Wanted::Velocity { course_rad, .. } => course_rad,
+                let course_rad = course_rad.or(match self.guidance {
+                    Guidance::Velocity { course_rad, .. } => course_rad,
                     _ => None,
                 });
-                self.wanted = Wanted::Velocity { course_rad, climb_m_s };
+                self.guidance = Guidance::Velocity { course_rad, climb_m_s };
             }
         }
         Ok(())
     }
 
     fn circle(&mut self, centre: Site) {
-        self.wanted = Wanted::Circle(Orbit { centre, radius_m: None, clockwise: true });
+        self.guidance = Guidance::Circle(Orbit { centre, radius_m: None, clockwise: true });
     }
 
     /// One tick; `None` if the roll reference stands as it is.
@@ -104,10 +104,10 @@ impl Offboard {
         demand: &mut Demand,
         rules: &Rules,
     ) -> Option<Flown> {
-        match &mut self.wanted {
-            Wanted::Roll => None,
-            Wanted::Circle(orbit) => Some(orbit.fly(situation, demand, rules)),
-            Wanted::Velocity { course_rad, climb_m_s } => {
+        match &mut self.guidance {
+            Guidance::Roll => None,
+            Guidance::Circle(orbit) => Some(orbit.fly(situation, demand, rules)),
+            Guidance::Velocity { course_rad, climb_m_s } => {
                 let most = rules.navigation.climb_max_m_s;
                 let climb_m_s = climb_m_s.clamp(-most, most);
                 demand.altitude_m = self.climb.step(demand.altitude_m, climb_m_s, situation, rules);

@@ -46,7 +46,7 @@ pub struct Circle {
     pub clockwise: bool,
 }
 
-/// What an item asks for.
+/// What an item does.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Action {
     /// Fly along the leg to this point (NAV_WAYPOINT).

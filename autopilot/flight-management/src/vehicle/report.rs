@@ -53,7 +53,7 @@ impl fmt::Display for Mode {
 pub struct Navigation {
     /// Point that the aircraft flies to or circles around.
     pub target: Option<Target>,
-    /// Course over the ground that the guidance wants, rad from north.
+    /// Course over the ground of the guidance, rad from north.
     pub course_rad: Option<f64>,
     /// Distance from the path, m, positive to its right.
     pub cross_track_m: f64,

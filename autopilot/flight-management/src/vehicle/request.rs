@@ -104,7 +104,7 @@ pub enum LinkLossAction {
     Return,
 }
 
-/// Why the vehicle does not do what was asked. The text is for the operator.
+/// Why the vehicle refuses a command. The text is for the operator.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum VehicleRefusal {
     /// Outside the reference limits.
@@ -143,7 +143,7 @@ pub enum VehicleRefusal {
     /// A jump to an item that does not exist, or an operator's command to select one.
     #[error("there is no item {item}: the plan has {items}")]
     NoSuchItem {
-        /// Which was asked for, from 0.
+        /// The item of the command, from 0.
         item: u16,
         /// How many there are.
         items: u16,

@@ -115,7 +115,7 @@ impl Rules {
         self.navigation.climb_max_m_s
     }
 
-    /// What the guidance is tuned by: it asks for no more bank than a reference may have.
+    /// What the guidance is tuned by: it commands no more bank than a reference may have.
     #[must_use]
     pub fn guidance(&self) -> GuidanceGains {
         let NavigationParameters { l1_period_s, l1_damping, bank_max_deg, .. } = self.navigation;
@@ -155,7 +155,7 @@ impl Rules {
         self.limits.roll_max_deg.to_radians()
     }
 
-    /// Airspeed that a throttle stick asks for, m/s: its range, 0 to 1, is that of the limits.
+    /// Airspeed of a throttle stick, m/s: its range, 0 to 1, is that of the limits.
     #[must_use]
     pub fn airspeed_of_throttle(&self, throttle: f64) -> f64 {
         let (low, high) = (self.limits.airspeed_min_m_s, self.limits.airspeed_max_m_s);

@@ -12,7 +12,7 @@ fn with_script(text: &str) -> Autopilot {
     Autopilot::new(&settings)
 }
 
-/// What was told of scripts since the last call.
+/// What was published of scripts since the last call.
 fn script_events(autopilot: &mut Autopilot) -> Vec<ScriptEvent> {
     std::iter::from_fn(|| autopilot.pop_event())
         .filter_map(|event| match event.kind {
@@ -32,9 +32,9 @@ fn the_script_of_the_settings_begins_with_each_flight_and_not_with_one_under_way
         assert_eq!(script_events(&mut autopilot), [ScriptEvent::Line(1)]);
     }
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::from_micros(9_000_000), true);
-    let told = script_events(&mut autopilot);
+    let published = script_events(&mut autopilot);
     let not_begun = ScriptEvent::NotBegun(NotBegun::JoinedInFlight);
-    assert_eq!(told, [ScriptEvent::Stopped, not_begun]);
+    assert_eq!(published, [ScriptEvent::Stopped, not_begun]);
     autopilot.step(SimTime::from_micros(9_000_000), &sensors());
     assert_eq!(script_events(&mut autopilot), []);
 }
@@ -69,9 +69,9 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
         let request = request.number;
         autopilot.handle_report(&PlantReport::FaultReply { request, reply });
     }
-    let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
+    let published: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
     let why = LineRefusal::Plant { target: Some(tvc_jet::RUDDER.into()), refusal };
-    let [EventKind::Script { event, .. }] = told[..] else { panic!("{told:?}") };
+    let [EventKind::Script { event, .. }] = published[..] else { panic!("{published:?}") };
     assert_eq!(event, ScriptEvent::LineRefused { line: 1, why });
 }
 
@@ -108,9 +108,9 @@ fn a_script_leaves_the_plant_room_for_others_and_goes_on_when_it_has_answered() 
         asked.extend(std::iter::from_fn(|| autopilot.next_request()));
         time = time + ControlPeriod::DEFAULT;
     }
-    let told = script_events(&mut autopilot);
-    assert_eq!(told.last(), Some(&ScriptEvent::Done));
-    assert_eq!(told.len(), 22, "began, 20 lines, done");
+    let published = script_events(&mut autopilot);
+    assert_eq!(published.last(), Some(&ScriptEvent::Done));
+    assert_eq!(published.len(), 22, "began, 20 lines, done");
 }
 
 #[test]
@@ -169,10 +169,10 @@ fn a_script_executes_a_limited_number_of_lines_in_a_tick_and_the_rest_in_the_nex
     let mut all = Vec::new();
     for lines in [32, 32, 32, 4] {
         autopilot.step(time, &sensors());
-        let told = script_events(&mut autopilot);
-        let count = told.iter().filter(|event| matches!(event, ScriptEvent::Line(_))).count();
+        let published = script_events(&mut autopilot);
+        let count = published.iter().filter(|event| matches!(event, ScriptEvent::Line(_))).count();
         assert_eq!(count, lines);
-        all.extend(told);
+        all.extend(published);
         time = time + ControlPeriod::DEFAULT;
     }
     let expected: Vec<_> = (1..=100).map(ScriptEvent::Line).chain([ScriptEvent::Done]).collect();
@@ -213,15 +213,15 @@ fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
         }));
         time = time + ControlPeriod::DEFAULT;
     }
-    let told: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
-    let count = |is_it: fn(&EventKind) -> bool| told.iter().filter(|kind| is_it(kind)).count();
+    let published: Vec<_> = std::iter::from_fn(|| autopilot.pop_event()).map(|e| e.kind).collect();
+    let count = |is_it: fn(&EventKind) -> bool| published.iter().filter(|kind| is_it(kind)).count();
     assert_eq!(count(|kind| matches!(kind, EventKind::Fault(_))), 20);
     let began = |kind: &EventKind| {
         matches!(kind, EventKind::Script { event: ScriptEvent::Began | ScriptEvent::Done, .. })
     };
     assert_eq!(count(began), 2);
-    assert_eq!(told.len(), EVENTS_MAX + 1);
+    assert_eq!(published.len(), EVENTS_MAX + 1);
     assert!(autopilot.dropped_events() > 0);
-    assert_eq!(told.last(), Some(&EventKind::EventsLost(autopilot.dropped_events())));
-    assert_eq!(autopilot.pop_event(), None, "told once");
+    assert_eq!(published.last(), Some(&EventKind::EventsLost(autopilot.dropped_events())));
+    assert_eq!(autopilot.pop_event(), None, "published once");
 }

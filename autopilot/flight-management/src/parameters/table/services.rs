@@ -18,7 +18,7 @@ const SWITCH: &[Parameter] = choices! { "Fault injection";
         1 true "allowed";
 };
 
-/// What the catalogue of faults asks for.
+/// What the catalogue of faults needs.
 fn of_kinds() -> Vec<Parameter> {
     let rows = settings().iter().enumerate().map(|(place, setting)| Parameter {
         name: setting.name,

@@ -1,4 +1,4 @@
-//! How an item begins: from what it asks for to what is flown.
+//! How an item begins: from the item to what is flown.
 
 use flight_control::Demand;
 

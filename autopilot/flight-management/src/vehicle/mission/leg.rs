@@ -29,7 +29,7 @@ pub struct Leg {
     pub from: Site,
     /// The waypoint.
     pub to: Site,
-    /// Acceptance radius that was asked for, m.
+    /// Acceptance radius of the item, m.
     pub acceptance_m: Option<f64>,
     /// Where the path goes on after it.
     pub next: Option<Site>,
@@ -115,8 +115,8 @@ impl View {
         let v = situation.speed_m_s;
         let radius_m = planned_radius_m(v, &rules.guidance());
         let roll_in_m = v * rules.roll_in_s() * turn / ANTICIPATED_MAX_RAD;
-        let wanted = radius_m * libm::tan(0.5 * turn) + roll_in_m;
-        wanted.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
+        let lead_m = radius_m * libm::tan(0.5 * turn) + roll_in_m;
+        lead_m.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
     }
 
     /// Beyond the end of the leg, or beyond the bisector of the turn.

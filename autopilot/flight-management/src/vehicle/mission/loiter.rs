@@ -44,7 +44,7 @@ pub struct Loiter {
     pub next: Option<Site>,
     /// Altitude on the way to the circle.
     pub ramp: Option<Ramp>,
-    /// Altitude of the circle, m, to be asked for again after a pause.
+    /// Altitude of the circle, m, to be commanded again after a pause.
     altitude_m: Option<f64>,
     resumed: bool,
     /// The aircraft is or was on the circle since the item began or was resumed.
@@ -54,7 +54,7 @@ pub struct Loiter {
     bearing: Option<f64>,
     turned_rad: f64,
     held_s: f64,
-    /// Angle turned since what was asked for was done, rad.
+    /// Angle turned since its altitude and radius were reached, rad.
     leaving_rad: Option<f64>,
 }
 

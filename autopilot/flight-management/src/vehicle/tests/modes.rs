@@ -245,9 +245,9 @@ fn what_a_lost_link_led_to_is_undone_when_it_is_back() {
         regain(&mut plane);
         regain(&mut plane);
         assert_eq!(plane.vehicle.mode(), after);
-        let told = |kind| plane.events.iter().filter(|event| **event == kind).count();
-        assert_eq!(told(VehicleEvent::LinkLost(action)), 1, "said once");
-        assert_eq!(told(VehicleEvent::LinkBack(after)), 1, "said once");
+        let published = |kind| plane.events.iter().filter(|event| **event == kind).count();
+        assert_eq!(published(VehicleEvent::LinkLost(action)), 1, "published once");
+        assert_eq!(published(VehicleEvent::LinkBack(after)), 1, "published once");
     }
 }
 
@@ -269,8 +269,8 @@ fn a_terminated_flight_obeys_nobody_until_the_next_one() {
         let events = &mut plane.events;
         plane.vehicle.terminate(&mut |kind| events.push(kind));
     }
-    let told = plane.events.iter().filter(|kind| **kind == VehicleEvent::Terminated).count();
-    assert_eq!(told, 1, "said once");
+    let published = plane.events.iter().filter(|kind| **kind == VehicleEvent::Terminated).count();
+    assert_eq!(published, 1, "published once");
     assert_eq!(plane.change(Mode::Return), Err(VehicleRefusal::Terminated));
     let refused = plane.vehicle.refer(Reference::Altitude(5_000.0), &rules());
     assert_eq!(refused, Err(VehicleRefusal::Terminated));

@@ -1,4 +1,4 @@
-//! A point that flies what the vehicle asks for: enough of an aircraft for modes and plans.
+//! A point that flies what the vehicle demands: enough of an aircraft for modes and plans.
 
 use std::sync::Arc;
 
