@@ -32,7 +32,7 @@
 //! | allocation to effectors, limits | [`mixer`] |
 //! | not in the paper: demand to any number of effectors | [`allocator`], solver [`allocation`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
-//! | not in the paper: trim of level flight and level turns | [`mod@level_turn`] |
+//! | not in the paper: trim of level flight and level turns | [`mod@design_model::level_turn`] |
 //! | not in the paper: why the altitude is not held | [`altitude_limit`] |
 //! | not in the paper: roll reference from a path | [`guidance`] |
 //!

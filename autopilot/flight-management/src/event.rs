@@ -81,7 +81,7 @@ pub enum EventKind {
     Paced(Pace),
     /// So many events were dropped because nobody fetched them; their contents are lost.
     EventsLost(u64),
-    /// Something about the script with this [`Script::id`].
+    /// Something about the script with this [`crate::script::Script::id`].
     Script {
         /// Which script.
         script: u32,

@@ -1,5 +1,5 @@
 //! Setpoints of an offboard stream: SET_ATTITUDE_TARGET, SET_POSITION_TARGET_GLOBAL_INT and
-//! SET_POSITION_TARGET_LOCAL_NED. What is read of them is in [`setpoints`].
+//! SET_POSITION_TARGET_LOCAL_NED. This file reads them.
 //!
 //! The stream must not pause for longer than `COM_OF_LOSS_T` of wall time, since the sender's clock is a
 //! wall clock; a paused simulation changes nothing about that. Without a flying aircraft setpoints are

@@ -73,7 +73,7 @@ const CLIMB_INTEGRAL_MAX: f64 = 20.0;
 const ALTITUDE_BAND_M: f64 = 60.0;
 /// Largest demanded flight-path angle, rad.
 const GAMMA_MAX: f64 = 0.5;
-/// Cosine of the bank up to which lift makes up for it, as in [`crate::level_turn`].
+/// Cosine of the bank up to which lift makes up for it, as in [`mod@crate::design_model::level_turn`].
 const LEVEL_COSINE: f64 = 0.5;
 /// Deflection with which the effectiveness is taken, rad: inside every travel.
 const PROBE_RAD: f64 = 0.01;
