@@ -132,8 +132,8 @@ fn a_flight_condition_that_cannot_be_trimmed_is_refused_with_what_is_at_its_limi
     ] {
         let output =
             sitl(&["linearize", "--airframe", &airframe, "--at", at, "--out", "/nowhere/f16.toml"]);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && said.contains(expected), "{said}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && printed.contains(expected), "{printed}");
     }
 }
 

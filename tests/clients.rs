@@ -1,8 +1,8 @@
-//! Ground stations that nobody here wrote, against the real programs: pymavlink, MAVSDK, MAVProxy, and a
+//! Ground stations of other projects, against the real programs: pymavlink, MAVSDK, MAVProxy, and a
 //! stand-in that plays QGroundControl's connect from a table.
 //!
 //! They need a Python with tests/clients/requirements.txt and MAVProxy; its path is in TWO_STEP_PYTHON.
-//! Without it these tests say so and pass.
+//! Without it these tests print a note and pass.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -15,10 +15,10 @@ use std::process::{Command, Output};
 
 use programs::{Program, free_port, program};
 
-/// What a script said and how it ended; `None` without a Python.
+/// What a script printed and how it ended; `None` without a Python.
 type Ended = Option<(Option<i32>, String)>;
 
-/// The Python to use; says so where there is none.
+/// The Python to use; prints a note where there is none.
 fn python() -> Option<OsString> {
     let python = std::env::var_os("TWO_STEP_PYTHON");
     if python.is_none() {
@@ -28,12 +28,12 @@ fn python() -> Option<OsString> {
 }
 
 fn ended(output: &Output) -> (Option<i32>, String) {
-    let said = String::from_utf8_lossy(&output.stdout).into_owned()
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned()
         + &String::from_utf8_lossy(&output.stderr);
-    (output.status.code(), said)
+    (output.status.code(), printed)
 }
 
-/// Runs a script beside a flying aircraft. `connect` is the form of the address that its library wants.
+/// Runs a script beside a flying aircraft. `connect` is the form of the address that its library takes.
 fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> Ended {
     let python = python()?;
     let link = format!("127.0.0.1:{}", free_port());
@@ -52,11 +52,11 @@ fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> End
     Some(ended(&output))
 }
 
-/// The script must end well. What it said is shown with `--nocapture`.
+/// The script must end well. Its output is shown with `--nocapture`.
 fn holds(ended: Ended) {
-    if let Some((code, said)) = ended {
-        println!("{said}");
-        assert_eq!(code, Some(0), "{said}");
+    if let Some((code, printed)) = ended {
+        println!("{printed}");
+        assert_eq!(code, Some(0), "{printed}");
     }
 }
 
@@ -79,8 +79,8 @@ fn fly_case2_survives_with_the_compensator() {
 #[test]
 fn both_cases_are_lost_without_the_compensator() {
     for script in ["fly_case1.py", "fly_case2.py"] {
-        if let Some((code, said)) = fly(script, "off") {
-            assert_eq!(code, Some(1), "{said}");
+        if let Some((code, printed)) = fly(script, "off") {
+            assert_eq!(code, Some(1), "{printed}");
         }
     }
 }
@@ -96,12 +96,12 @@ fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
 }
 
 #[test]
-fn mavsdk_breaks_and_mends_and_hears_why_not() {
+fn mavsdk_injects_and_clears_faults_and_receives_refusals() {
     holds(run("clients/mavsdk_failure.py", "udpin://", &["--speed", "5"], &[]));
 }
 
 #[test]
-fn every_fault_on_every_effector_is_what_the_truth_in_the_log_says() {
+fn every_fault_on_every_effector_agrees_with_the_truth_in_the_log() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().to_str().expect("a path in UTF-8");
     // Turbulence keeps every effector busy; the truth of every tick is looked at.
@@ -154,7 +154,7 @@ fn traffic_has_no_malformed_or_unexpected_message() {
 }
 
 #[test]
-fn signing_with_pymavlink_and_mavproxy_keeps_out_who_has_no_key() {
+fn signing_with_pymavlink_and_mavproxy_keeps_out_stations_without_a_key() {
     let Some(python) = python() else { return };
     let port = free_port().to_string();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/signing.py");

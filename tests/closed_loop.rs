@@ -132,7 +132,7 @@ fn smaller_plant_steps_change_nothing_that_matters() {
 }
 
 #[test]
-fn without_the_compensator_the_detector_still_speaks() {
+fn without_the_compensator_the_detector_still_reports() {
     let mut setup = case_1(EarthModel::Wgs84);
     setup.parameters.gains = Gains::REFERENCE;
     setup.parameters.gains.selection.compensator = CompensatorMode::Off;

@@ -1,4 +1,4 @@
-//! Every option that names a file, with what is no such file: the real programs say which file and why, end at once,
+//! Every option that names a file, with a path that is no such file: the real programs name file and reason, end at once,
 //! and change nothing.
 #![expect(
     clippy::disallowed_methods,
@@ -58,26 +58,27 @@ const WRITERS: [Start; 5] = [
     ("sitl", &["linearize", "--out"]),
 ];
 
-/// Starts it with this file, expects it to end with an error that has the path and `words`.
+/// Starts it with this file, expects it to end with an error that has the path and one of `words`.
 fn refused(start: Start, path: &str, words: &[&str]) {
     let (name, options) = start;
     let arguments: Vec<&str> = options.iter().copied().chain([path]).collect();
     let mut program = Program::start(name, &arguments);
     let code = program.end();
-    // What it said may arrive a moment after its end.
-    let is_said = |said: &str| {
-        said.contains(path) && (words.is_empty() || words.iter().any(|word| said.contains(word)))
+    // Its output may arrive a moment after its end.
+    let is_complete = |printed: &str| {
+        printed.contains(path)
+            && (words.is_empty() || words.iter().any(|word| printed.contains(word)))
     };
     for _ in 0..100 {
-        if is_said(&program.said()) {
+        if is_complete(&program.printed()) {
             break;
         }
         thread::sleep(Duration::from_millis(50));
     }
-    let said = program.said();
-    assert!(!matches!(code, Some(0 | 101) | None), "{start:?} {path}: {code:?}, {said}");
-    assert!(said.contains(path), "{start:?} does not name {path}: {said}");
-    assert!(is_said(&said), "{start:?} {path}: none of {words:?} in {said}");
+    let printed = program.printed();
+    assert!(!matches!(code, Some(0 | 101) | None), "{start:?} {path}: {code:?}, {printed}");
+    assert!(printed.contains(path), "{start:?} does not name {path}: {printed}");
+    assert!(is_complete(&printed), "{start:?} {path}: none of {words:?} in {printed}");
 }
 
 /// A pipe, a folder and a device; their paths.
@@ -97,7 +98,7 @@ fn file(folder: &Path, name: &str, content: &[u8]) -> String {
 }
 
 #[test]
-fn what_is_no_ordinary_file_of_sane_size_is_neither_read_nor_waited_for() {
+fn pipes_devices_and_huge_files_are_refused_without_waiting() {
     let folder = tempfile::tempdir().expect("a folder");
     let not_ordinary = not_ordinary(folder.path());
     let large = file(folder.path(), "large", b"");
@@ -119,7 +120,7 @@ fn what_is_no_ordinary_file_of_sane_size_is_neither_read_nor_waited_for() {
 }
 
 #[test]
-fn nothing_is_replaced_or_removed_that_the_program_did_not_write() {
+fn files_of_others_are_neither_replaced_nor_removed() {
     let folder = tempfile::tempdir().expect("a folder");
     let not_ordinary = not_ordinary(folder.path());
     let diary = file(folder.path(), "diary", b"my diary\n");
@@ -157,11 +158,11 @@ fn a_log_folder_that_is_deleted_in_flight_is_noticed_and_made_again_for_the_next
     assert_eq!(count(), 1);
     fs::remove_dir_all(&logs).expect("it is there");
     autopilot.wait_for("the flight log was removed");
-    ground.listen_until("the text", |ground| ground.heard("Flight log was removed"));
+    ground.listen_until("the text", |ground| ground.has_text("Flight log was removed"));
     let removed_s = ground.time_s;
     ground.listen_until("the flight to go on", |ground| ground.time_s > removed_s + 2.0);
     let texts = ground.texts.iter().filter(|text| text.contains("log was removed")).count();
-    assert_eq!(texts, 1, "said once: {:?}", ground.texts);
+    assert_eq!(texts, 1, "reported once: {:?}", ground.texts);
     drop(plant);
     let _plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a new flight", |ground| ground.time_s < 0.5);

@@ -59,9 +59,9 @@ fn fly(
     arguments.extend(["--gyro-noise-deg-s", "0.1", "--turbulence-m-s", "1.5"]);
     let mut plant = Program::start("plant-sim", &arguments);
     beside(&listening, &mut plant);
-    assert_eq!(plant.end(), Some(0), "{}", plant.said());
+    assert_eq!(plant.end(), Some(0), "{}", plant.printed());
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     [truth, steps].map(|path| std::fs::read(path).expect("a log was written"))
 }
 
@@ -77,7 +77,7 @@ struct Flood {
     answers: u64,
 }
 
-/// Everybody sends one message each round until told to stop.
+/// Each client sends one message each round until it is stopped.
 fn flood(udp: SocketAddr, tcp: SocketAddr, stop: &AtomicBool) -> Flood {
     let flooders = (0..UDP_FLOODERS).map(|_| Flooder::udp(udp));
     let flooders = flooders.chain((0..TCP_FLOODERS).map(|_| Flooder::tcp(tcp, true)));
@@ -132,7 +132,7 @@ impl Drop for StopsAll<'_> {
 }
 
 #[test]
-fn a_flight_beside_a_flood_is_the_flight_alone_and_whoever_behaves_is_answered() {
+fn a_flight_beside_a_flood_is_the_flight_alone_and_other_clients_are_answered() {
     let folder = tempfile::tempdir().expect("a folder for logs");
     let alone = fly(folder.path(), "alone", &["--no-gcs"], "max", |_, _| {});
     assert!(alone.iter().all(|log| log.len() > 1_000_000), "10000 ticks were written");
@@ -144,27 +144,27 @@ fn a_flight_beside_a_flood_is_the_flight_alone_and_whoever_behaves_is_answered()
     let beside = fly(folder.path(), "beside", &options, SPEED, |listening, plant| {
         let (udp, tcp) = (address(listening, "udp_server"), address(listening, "tcp_server"));
         let stop = AtomicBool::new(false);
-        let (flood, behaved, asked) = thread::scope(|scope| {
+        let (flood, behaved, sent) = thread::scope(|scope| {
             let flooding = scope.spawn(|| flood(udp, tcp, &stop));
             let behaving = scope.spawn(|| behave(tcp, &stop));
             let stop_all = StopsAll(&stop);
-            let mut asked = 0;
+            let mut sent = 0;
             let until = Instant::now() + TIMEOUT;
             while !plant.has_ended() {
-                assert!(Instant::now() < until, "the flight does not end: {}", plant.said());
+                assert!(Instant::now() < until, "the flight does not end: {}", plant.printed());
                 let version = [148.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
                 let result = ground.command(MavCmd::MAV_CMD_REQUEST_MESSAGE, version);
                 assert_eq!(result, MavResult::MAV_RESULT_ACCEPTED);
-                asked += 1;
+                sent += 1;
                 thread::sleep(ROUND);
             }
             drop(stop_all);
             let flood = flooding.join().expect("the flood ends by itself");
-            (flood, behaving.join().expect("all was answered"), asked)
+            (flood, behaving.join().expect("all was answered"), sent)
         });
         let rate = flood.messages as f64 / flood.seconds;
         println!(
-            "{} messages of the flood, {rate:.0} a second, {} frames sent to them; {asked} and {} questions answered",
+            "{} messages of the flood, {rate:.0} a second, {} frames sent to them; {sent} and {} questions answered",
             flood.messages,
             flood.answers,
             2 * behaved.len()
@@ -172,8 +172,8 @@ fn a_flight_beside_a_flood_is_the_flight_alone_and_whoever_behaves_is_answered()
         assert!(rate >= RATE_MIN, "a flood of {rate:.0} messages a second is too thin");
         assert!(flood.answers > flood.messages / 4, "{} answers to the flood", flood.answers);
         assert!(behaved.values().all(|count| *count == 2), "one for each copy: {behaved:?}");
-        assert!(behaved.len() > 50 && asked > 50, "{} and {asked} questions", behaved.len());
-        assert_eq!(ground.acknowledgements.len(), asked);
+        assert!(behaved.len() > 50 && sent > 50, "{} and {sent} questions", behaved.len());
+        assert_eq!(ground.acknowledgements.len(), sent);
     });
     assert!(beside == alone, "the flood has changed the flight");
 }

@@ -26,12 +26,12 @@ fn out(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// A refusal: exit status 2, and these words on the standard error.
+/// A refusal: exit status 2, and this text on the standard error.
 fn assert_refused(words: &[&str], expected: &str) {
     let output = fly(words);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{words:?}: {said}");
-    assert!(said.contains(expected), "{words:?} said {said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{words:?}: {printed}");
+    assert!(printed.contains(expected), "{words:?} printed {printed}");
     assert_eq!(out(&output), "", "{words:?}");
 }
 
@@ -57,8 +57,11 @@ fn a_kept_aircraft_is_exit_status_0_and_a_lost_one_1_each_with_one_line() {
     ] {
         let output = fly(words);
         assert_eq!(output.status.code(), Some(status), "{words:?}");
-        let said = out(&output);
-        assert!(said.starts_with(line) && said.lines().count() == 1, "{words:?} said {said}");
+        let printed = out(&output);
+        assert!(
+            printed.starts_with(line) && printed.lines().count() == 1,
+            "{words:?} printed {printed}"
+        );
     }
 }
 
@@ -128,7 +131,7 @@ fn one_key_of_a_start_can_be_set_where_the_scenario_has_none() {
 }
 
 #[test]
-fn after_the_loss_the_flight_goes_on_only_where_that_is_asked_for() {
+fn after_the_loss_the_flight_goes_on_only_if_requested() {
     let ends_s = |more: &[&str]| {
         let folder = folder();
         let words = ["case1", "--ftc", "off", "--out", text(folder.path())];
@@ -145,7 +148,7 @@ fn after_the_loss_the_flight_goes_on_only_where_that_is_asked_for() {
 }
 
 #[test]
-fn the_limits_of_the_airframe_file_say_when_the_aircraft_is_lost() {
+fn the_limits_of_the_airframe_file_decide_when_the_aircraft_is_lost() {
     let output = fly(&["case2", "--set", "airframe.limits.roll_deg=8"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(out(&output).contains("roll angle 8.0 deg, limit 8 deg"), "{}", out(&output));
@@ -210,10 +213,10 @@ fn a_range_of_seeds_is_the_same_on_any_number_of_threads_and_as_each_alone() {
         let table = fs::read_to_string(folder.path().join("seeds.csv")).expect("it was written");
         (out(&output), table, outcome(folder.path()))
     };
-    let (said, table, many) = of("1");
-    assert_eq!(of("3"), (said.clone(), table.clone(), many.clone()));
-    assert_eq!(said.lines().count(), 1 + 4 + 1, "{said}");
-    assert!(said.contains("0 of 4 lost"), "{said}");
+    let (printed, table, many) = of("1");
+    assert_eq!(of("3"), (printed.clone(), table.clone(), many.clone()));
+    assert_eq!(printed.lines().count(), 1 + 4 + 1, "{printed}");
+    assert!(printed.contains("0 of 4 lost"), "{printed}");
     assert_eq!(table.lines().count(), 1 + 4);
     let alone = folder();
     let words = [
@@ -240,7 +243,7 @@ fn a_range_with_a_lost_aircraft_is_exit_status_1() {
 }
 
 #[test]
-fn what_cannot_be_flown_is_refused_with_key_value_and_what_was_expected() {
+fn a_flight_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
     for (words, expected) in [
         (
             &["case9"][..],
@@ -321,8 +324,8 @@ fn a_live_flight_ends_at_the_duration_of_its_scenario() {
     let words =
         ["--scenario", scenario, "--speed", "20", "--no-gcs", "--plant-link", "127.0.0.1:0"];
     let mut live = programs::Program::start("sitl", &words);
-    assert_eq!(live.end(), Some(0), "{}", live.said());
-    assert!(live.said().contains("the flight is complete"), "{}", live.said());
+    assert_eq!(live.end(), Some(0), "{}", live.printed());
+    assert!(live.printed().contains("the flight is complete"), "{}", live.printed());
 }
 
 #[test]
@@ -335,12 +338,12 @@ fn paper_and_mission_take_aircraft_and_settings_and_refuse_what_has_an_option() 
     ] {
         let folder = folder();
         let output = sitl(&[command, "--out", text(folder.path()), "--set", setting]);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{command} {setting}: {said}");
-        assert!(said.contains(expected), "{command} {setting}: {said}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command} {setting}: {printed}");
+        assert!(printed.contains(expected), "{command} {setting}: {printed}");
     }
     let folder = folder();
-    // Without the compensator its claims do not hold, and the page says what was changed.
+    // Without the compensator its claims do not hold, and the page lists what was changed.
     let words = ["paper", "--out", text(folder.path()), "--set", "FTC_MODE=0", "--step-us", "2000"];
     assert_eq!(sitl(&words).status.code(), Some(1));
     let page = fs::read_to_string(folder.path().join("report.html")).expect("it was written");

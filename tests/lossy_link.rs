@@ -21,7 +21,7 @@ use programs::{Program, autopilot_with};
 const FLOWN_S: &str = "4";
 /// What the relay does happens to one packet of so many; a prime, so that both directions are hit.
 const EVERY: u64 = 37;
-/// How long a late packet is held back: longer than the plant waits before it asks again.
+/// How long a late packet is held back: longer than the plant waits before it repeats its request.
 const LATE: Duration = Duration::from_millis(45);
 
 /// What the relay does to a packet.
@@ -111,9 +111,9 @@ fn fly(ill: Ill, folder: &Path) -> (Vec<u8>, Vec<u8>, u64) {
     let plant = ["--autopilot", &to, "--speed", "max", "--until-s", FLOWN_S];
     let mut plant =
         Program::start("plant-sim", &[&plant[..], &["--truth-log", &truth_name]].concat());
-    assert_eq!(plant.end(), Some(0), "{}", plant.said());
+    assert_eq!(plant.end(), Some(0), "{}", plant.printed());
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     end.store(true, Ordering::Relaxed);
     let read = |path| fs::read(path).expect("a log");
     (read(truth), read(steps), harmed.load(Ordering::Relaxed))

@@ -112,9 +112,11 @@ fn worst_beside(plan: &Plan, flown: &Flown) -> f64 {
 /// Largest distance from the circle of item 3 once it was reached, m.
 fn worst_off_circle(plan: &Plan, flown: &Flown) -> f64 {
     let circle = pieces(flown).into_iter().find(|piece| piece[0].item == 3).expect("item 3");
-    let Action::LoiterTurns { circle: wanted, .. } = plan.items[3].action else { panic!("item 3") };
-    let centre = on_ground(wanted.centre.place.expect("a place"));
-    let radius_m = wanted.radius_m.expect("a radius");
+    let Action::LoiterTurns { circle: expected, .. } = plan.items[3].action else {
+        panic!("item 3")
+    };
+    let centre = on_ground(expected.centre.place.expect("a place"));
+    let radius_m = expected.radius_m.expect("a radius");
     let settled = circle.len() * 6 / 10;
     let off = |point: &TrackPoint| ((on_ground(point.place) - centre).norm() - radius_m).abs();
     circle[settled..].iter().map(off).fold(0.0, f64::max)
@@ -236,9 +238,9 @@ fn with_a_jammed_elevator_the_aircraft_can_be_sent_to_a_circle() {
     let mut setup = flights::case_1(EarthModel::Wgs84);
     setup.duration = SimTime::from_micros(500_000_000);
     setup.references = autopilot::vehicle::schedule::ReferenceSchedule::default();
-    let wanted =
+    let reposition =
         Reposition { radius_m: Some(15_000.0), change_mode: true, ..Reposition::default() };
-    let flown = fly(&setup, &[at(60.0, Command::Vehicle(VehicleCommand::Reposition(wanted)))]);
+    let flown = fly(&setup, &[at(60.0, Command::Vehicle(VehicleCommand::Reposition(reposition)))]);
     let last = flown.track.last().expect("a track");
     assert!(last.t_s > 499.0, "still flying: {last:?}");
     assert!(last.cross_track_m.abs() < 100.0, "{last:?}");
@@ -252,9 +254,9 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         at(20.0, Command::Vehicle(VehicleCommand::Terminate)),
         at(25.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
-    let (mut terminated_at, mut last, mut told) = (None, None, 0);
+    let (mut terminated_at, mut last, mut reports) = (None, None, 0);
     let end = fly_with_commands(&setup, &commands, &mut |moment: &Observation| {
-        told += moment
+        reports += moment
             .events
             .iter()
             .filter(|event| event.kind == EventKind::Vehicle(VehicleEvent::Terminated))
@@ -266,7 +268,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         last = Some(moment.truth.position);
     });
     assert!(end.expect("the shipped aircraft flies").on_ground);
-    assert_eq!(told, 1, "told once");
+    assert_eq!(reports, 1, "reported once");
     let (from, to) = (terminated_at.expect("terminated"), last.expect("flown"));
     let way_m = (to.0 - from.0).xy().norm();
     assert!(way_m < 2_500.0, "{way_m} m on from where it was terminated");

@@ -41,7 +41,7 @@ fn plant(link: &str, options: &[&str]) -> Program {
     Program::start_as_parent("plant-sim", &all)
 }
 
-/// Listens, and is heard as a ground station, for so many seconds of wall time.
+/// Listens, and sends heartbeats as a ground station, for so many seconds of wall time.
 fn be_there(ground: &mut Ground, seconds: u32) {
     for _ in 0..seconds {
         ground.send(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::DEFAULT));
@@ -55,8 +55,8 @@ fn a_long_pause_looks_like_no_loss_and_the_aircraft_can_be_broken_in_it() {
     let (_autopilot, link) = autopilot(ground.address(), &[]);
     let mut plant = plant(&link, &[]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
-    plant.tell("pause");
-    ground.listen_until("the pause", |ground| ground.heard("Simulation paused"));
+    plant.send_line("pause");
+    ground.listen_until("the pause", |ground| ground.has_text("Simulation paused"));
     ground.listen_for(Duration::from_millis(300));
     let (stands_s, heartbeats) = (ground.time_s, ground.heartbeats);
     be_there(&mut ground, LONG_PAUSE_S);
@@ -66,13 +66,13 @@ fn a_long_pause_looks_like_no_loss_and_the_aircraft_can_be_broken_in_it() {
         ground.command(MavCmd::MAV_CMD_USER_1, JAM_LEFT_ELEVATOR),
         MavResult::MAV_RESULT_ACCEPTED
     );
-    ground.listen_until("the fault", |ground| ground.heard("Injected"));
+    ground.listen_until("the fault", |ground| ground.has_text("Injected"));
     assert_eq!(ground.time_s, stands_s, "time stood still");
-    plant.tell("run");
+    plant.send_line("run");
     ground.listen_until("the flight to go on", |ground| ground.time_s > stands_s + 1.0);
     let loss = |text: &&String| text.contains("lost") || text.contains("back");
     assert_eq!(ground.texts.iter().find(loss), None, "{:?}", ground.texts);
-    assert!(!plant.said().contains("does not answer"), "{}", plant.said());
+    assert!(!plant.printed().contains("does not answer"), "{}", plant.printed());
 }
 
 #[test]
@@ -84,15 +84,15 @@ fn a_step_is_one_period_and_a_hundred_are_a_hundred() {
     ground.listen_for(Duration::from_millis(500));
     assert_eq!(ground.time_s, 0.0, "it stands from the start");
     let mut expected_s = 0.0;
-    for (order, periods) in [("step", 1.0), ("step 1", 1.0), ("step 100", 100.0)] {
-        plant.tell(order);
+    for (line, periods) in [("step", 1.0), ("step 1", 1.0), ("step 100", 100.0)] {
+        plant.send_line(line);
         expected_s += periods * PERIOD_S;
-        ground.listen_until(order, |ground| ground.time_s > expected_s - ROUNDING_S);
+        ground.listen_until(line, |ground| ground.time_s > expected_s - ROUNDING_S);
         ground.listen_for(Duration::from_millis(300));
-        assert!((ground.time_s - expected_s).abs() < ROUNDING_S, "{order}: {} s", ground.time_s);
+        assert!((ground.time_s - expected_s).abs() < ROUNDING_S, "{line}: {} s", ground.time_s);
     }
-    plant.tell("somersault");
-    plant.tell("step");
+    plant.send_line("somersault");
+    plant.send_line("step");
     plant.wait_for("none of pause, run, step");
     ground.listen_until("a step after that", |ground| ground.time_s > expected_s + ROUNDING_S);
 }
@@ -103,26 +103,26 @@ fn a_ground_station_pauses_steps_slows_and_runs() {
     let (_autopilot, link) = autopilot(ground.address(), &[]);
     let _plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
-    let ask = |ground: &mut Ground, what: f32, value: f32| {
+    let command = |ground: &mut Ground, what: f32, value: f32| {
         let result = ground.command(MavCmd::MAV_CMD_USER_2, [what, value, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(result, MavResult::MAV_RESULT_ACCEPTED, "{what} {value}");
     };
-    ask(&mut ground, PAUSE, 0.0);
+    command(&mut ground, PAUSE, 0.0);
     ground.listen_for(Duration::from_millis(300));
     let stands_s = ground.time_s;
-    ask(&mut ground, STEP, 5.0);
+    command(&mut ground, STEP, 5.0);
     ground.listen_for(Duration::from_millis(300));
     let stepped_s = ground.time_s - stands_s;
     assert!((stepped_s - 5.0 * PERIOD_S).abs() < ROUNDING_S, "{stepped_s} s");
-    ask(&mut ground, SPEED, 0.5);
+    command(&mut ground, SPEED, 0.5);
     ground.listen_for(Duration::from_millis(300));
     assert_eq!(ground.time_s, stands_s + stepped_s, "a speed is not a run");
-    ask(&mut ground, RUN, 0.0);
+    command(&mut ground, RUN, 0.0);
     ground.listen_until("the flight to go on", |ground| ground.time_s > stands_s + 0.3);
     for text in
         ["Simulation paused", "Simulation steps: 5", "Simulation speed: x0.5", "Simulation runs"]
     {
-        assert!(ground.heard(text), "{text}: {:?}", ground.texts);
+        assert!(ground.has_text(text), "{text}: {:?}", ground.texts);
     }
 }
 
@@ -131,8 +131,8 @@ fn slow_motion_is_slow() {
     let mut ground = Ground::new();
     let (_autopilot, link) = autopilot(ground.address(), &[]);
     let mut plant = plant(&link, &["--start-paused"]);
-    plant.tell("speed 0.1");
-    plant.tell("run");
+    plant.send_line("speed 0.1");
+    plant.send_line("run");
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.0);
     let (start_s, start) = (ground.time_s, Instant::now());
     ground.listen_until("a fifth of a second", |ground| ground.time_s > start_s + 0.2);
@@ -153,9 +153,9 @@ fn logs(options: &[&str], conduct: impl Fn(&mut Program)) -> [Vec<u8>; 2] {
     all.extend(options);
     let mut plant = plant(&link, &all);
     conduct(&mut plant);
-    assert_eq!(plant.end(), Some(0), "{}", plant.said());
+    assert_eq!(plant.end(), Some(0), "{}", plant.printed());
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     [truth, steps].map(|path| std::fs::read(path).expect("a log was written"))
 }
 
@@ -165,15 +165,15 @@ fn pauses_steps_and_speeds_write_the_same_bytes() {
     assert!(undisturbed.iter().all(|log| log.len() > 100_000), "2000 ticks were written");
     let disturbed = logs(&["--speed", "4", "--start-paused"], |plant| {
         plant.wait_for("\"paused\":true");
-        for order in ["step", "step 7", "speed 0.02", "step 3", "speed 2", "run"] {
-            plant.tell(order);
+        for line in ["step", "step 7", "speed 0.02", "step 3", "speed 2", "run"] {
+            plant.send_line(line);
             sleep(Duration::from_millis(200));
         }
-        plant.tell("pause");
+        plant.send_line("pause");
         plant.wait_for("\"paused\":true");
         sleep(Duration::from_millis(1_500));
-        for order in ["step 100", "speed 0.5", "run", "pause", "speed 20", "run"] {
-            plant.tell(order);
+        for line in ["step 100", "speed 0.5", "run", "pause", "speed 20", "run"] {
+            plant.send_line(line);
             sleep(Duration::from_millis(100));
         }
     });

@@ -1,4 +1,4 @@
-//! The paper's claims, one test each. Their limits stand in `sitl::paper`; docs/decisions.md says whose they are.
+//! The paper's claims, one test each. Their limits stand in `sitl::paper`; docs/decisions.md has their origin.
 
 use std::path::PathBuf;
 use std::sync::LazyLock;

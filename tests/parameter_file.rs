@@ -31,7 +31,7 @@ fn save(ground: &mut Ground) -> MavResult {
 }
 
 #[test]
-fn what_was_set_survives_a_kill_and_an_ordinary_end() {
+fn parameters_survive_a_kill_and_an_ordinary_end() {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let path = folder.path().join("deeper/parameters.toml");
     let option = ["--parameter-file", path.to_str().expect("a readable path")];
@@ -54,13 +54,13 @@ fn what_was_set_survives_a_kill_and_an_ordinary_end() {
     ground.command(MavCmd::MAV_CMD_REQUEST_MESSAGE, [148.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     second.signal(15);
     assert_eq!(second.end(), Some(0));
-    assert!(second.said().contains("1 saved value from"), "{}", second.said());
+    assert!(second.printed().contains("1 saved value from"), "{}", second.printed());
 
     let mut ground = Ground::new();
     let (third, _) = autopilot(ground.address(), &[option[0], option[1], "--param", "OBS_W0=60"]);
     ground.listen_until("the vehicle", |ground| ground.heartbeats > 0);
     assert_eq!(save(&mut ground), MavResult::MAV_RESULT_ACCEPTED);
-    assert!(third.said().contains("NAV_LOITER_RAD = 8000, OBS_W0 = 41"), "{}", third.said());
+    assert!(third.printed().contains("NAV_LOITER_RAD = 8000, OBS_W0 = 41"), "{}", third.printed());
     let text = fs::read_to_string(&path).expect("it is still there");
     assert!(text.contains("OBS_W0 = 41"), "the command line is not saved: {text}");
 }
@@ -85,11 +85,11 @@ fn an_uploaded_plan_is_offered_again_after_a_kill() {
 
     let mut ground = Ground::new();
     let (mut second, _) = autopilot(ground.address(), &option);
-    ground.listen_until("the plan", |ground| ground.heard("Mission of the last run: 2 items"));
+    ground.listen_until("the plan", |ground| ground.has_text("Mission of the last run: 2 items"));
     assert_eq!(ground.plan_items(), 2);
     second.signal(15);
     assert_eq!(second.end(), Some(0));
-    assert!(second.said().contains("plan: 2 saved items from"), "{}", second.said());
+    assert!(second.printed().contains("plan: 2 saved items from"), "{}", second.printed());
 
     let damaged = fs::read_to_string(&plan).expect("it is there").replace("count = 2", "count = 3");
     fs::write(&plan, &damaged).expect("the folder is there");
@@ -111,7 +111,7 @@ fn a_damaged_file_stops_the_start_and_stays_as_it_is() {
     for program in ["autopilot", "sitl"] {
         let mut program = Program::start(program, &["--parameter-file", file, "--no-gcs"]);
         program.wait_for("REF_ROLL_MAX = 500 is outside 1 to 80 deg");
-        assert!(program.said().contains(file), "{}", program.said());
+        assert!(program.printed().contains(file), "{}", program.printed());
         assert_eq!(program.end(), Some(1));
         assert_eq!(fs::read_to_string(&path).expect("still there"), damaged);
     }

@@ -62,7 +62,7 @@ fn question(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
 }
 
 /// Sends a packet and returns what comes back, if anything does.
-fn ask(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
+fn exchange(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
     socket.send_to(packet, to).expect("loopback takes it");
     let mut buffer = [0; PACKET_MAX];
     let bytes = socket.recv(&mut buffer).ok()?;
@@ -75,10 +75,10 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_plant() {
     let (ours, strange) = (socket(), socket());
     let mut plant = PlantSide::new(0x0123_4567_89ab_cdef, tvc_jet::aircraft());
     for tick in 0..100 {
-        let asked = question(&mut plant, tick);
+        let request = question(&mut plant, tick);
         // As the neighbour sees it: the right session, the right sequence number; before the plant and after it.
         for is_known in [true, false] {
-            let mut packet = asked.clone();
+            let mut packet = request.clone();
             if !is_known {
                 packet[8] ^= 1;
                 let end = packet.len() - 4;
@@ -86,16 +86,16 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_plant() {
                 packet[end..].copy_from_slice(&sum);
             }
             if tick > 0 {
-                let answer = ask(&strange, &packet, &link).expect("strangers are answered");
+                let answer = exchange(&strange, &packet, &link).expect("strangers are answered");
                 match wire::decode(&answer).expect("a packet") {
                     Packet::Refusal(refusal) => assert_eq!(refusal.reason, RefusalReason::Busy),
                     other => panic!("known {is_known}: {other:?}"),
                 }
             }
         }
-        let answer = ask(&ours, &asked, &link).expect("the plant is answered");
+        let answer = exchange(&ours, &request, &link).expect("the plant is answered");
         assert!(matches!(plant.handle(&answer), PlantEvent::Answer(_)), "tick {tick}");
-        let event = ask(&strange, &asked, &link).expect("strangers are answered");
+        let event = exchange(&strange, &request, &link).expect("strangers are answered");
         assert!(matches!(wire::decode(&event), Ok(Packet::Refusal(_))), "tick {tick}");
     }
 }
@@ -122,7 +122,7 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
     let until = Instant::now() + TIMEOUT;
     let mut ticks = 0;
     while ticks < 50 {
-        assert!(Instant::now() < until, "{ticks} ticks; heard:\n{}", plant.said());
+        assert!(Instant::now() < until, "{ticks} ticks; printed:\n{}", plant.printed());
         let Ok((bytes, from)) = ours.recv_from(&mut buffer) else { continue };
         if !matches!(
             flight.handle(&buffer[..bytes], from, false),
@@ -132,7 +132,7 @@ fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
         }
         let answer =
             flight.answer(&Actuators::default(), None, false).expect("there is a question");
-        // The right answer from the wrong address: the plant keeps asking.
+        // The right answer from the wrong address: the plant keeps repeating its request.
         strange.send_to(answer, from).expect("loopback takes it");
         let again = ours.recv_from(&mut buffer).expect("the plant asks again");
         let event = flight.handle(&buffer[..again.0], from, false);

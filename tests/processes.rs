@@ -48,8 +48,8 @@ fn with_the_compensator_the_jammed_elevator_is_survived() {
     let ground = climb_and_jam("armed");
     assert!(ground.roll_max_deg < 30.0, "largest roll {} deg", ground.roll_max_deg);
     assert!((ground.altitude_m - 6_000.0).abs() < 40.0, "altitude {} m", ground.altitude_m);
-    assert!(ground.heard("ompensator active"), "{:?}", ground.texts);
-    assert!(ground.heard("Injected"), "{:?}", ground.texts);
+    assert!(ground.has_text("ompensator active"), "{:?}", ground.texts);
+    assert!(ground.has_text("Injected"), "{:?}", ground.texts);
 }
 
 #[test]
@@ -71,8 +71,8 @@ fn every_copy_of_a_command_is_acknowledged_once() {
     ground.listen_until("two heartbeats more", |ground| ground.heartbeats >= heartbeats + 2);
     let accepted = (MavCmd::MAV_CMD_USER_1, MavResult::MAV_RESULT_ACCEPTED);
     assert_eq!(ground.acknowledgements, [accepted, accepted, accepted]);
-    let said = ground.texts.iter().filter(|text| text.contains("Injected")).count();
-    assert_eq!(said, 1, "the repeated command changes nothing: {:?}", ground.texts);
+    let count = ground.texts.iter().filter(|text| text.contains("Injected")).count();
+    assert_eq!(count, 1, "the repeated command changes nothing: {:?}", ground.texts);
 }
 
 #[test]
@@ -118,8 +118,8 @@ fn a_port_in_use_names_process_and_port() {
     let (_first, link) = autopilot(ground.address(), &[]);
     let mut second = Program::start("autopilot", &["--plant-link", &link, "--no-gcs"]);
     assert_ne!(second.end(), Some(0));
-    let said = second.said();
-    assert!(said.contains("autopilot") && said.contains(&link), "{said}");
+    let printed = second.printed();
+    assert!(printed.contains("autopilot") && printed.contains(&link), "{printed}");
 }
 
 #[test]
@@ -131,15 +131,18 @@ fn a_port_for_ground_stations_in_use_names_process_link_option_and_port() {
         let arguments = ["--plant-link", "127.0.0.1:0", "--gcs", "none", option, port];
         let mut second = Program::start("autopilot", &arguments);
         assert_ne!(second.end(), Some(0));
-        let said = second.said();
+        let printed = second.printed();
         assert!(
-            [option, port, "autopilot: cannot open"].iter().all(|part| said.contains(part)),
-            "{said}"
+            [option, port, "autopilot: cannot open"].iter().all(|part| printed.contains(part)),
+            "{printed}"
         );
         let mut sitl = Program::start("sitl", &arguments);
         assert_ne!(sitl.end(), Some(0));
-        let said = sitl.said();
-        assert!([option, port, "autopilot ended"].iter().all(|part| said.contains(part)), "{said}");
+        let printed = sitl.printed();
+        assert!(
+            [option, port, "autopilot ended"].iter().all(|part| printed.contains(part)),
+            "{printed}"
+        );
     }
 }
 
@@ -164,14 +167,14 @@ fn a_wrong_configuration_stops_the_start_and_names_file_key_value_and_range() {
     let mut plant =
         Program::start("plant-sim", &["--airframe", path.to_str().expect("plain path")]);
     assert_ne!(plant.end(), Some(0));
-    let said = plant.said();
+    let printed = plant.printed();
     for part in ["mine.toml", "mass_kg", "-9295", "outside"] {
-        assert!(said.contains(part), "{part} is missing: {said}");
+        assert!(printed.contains(part), "{part} is missing: {printed}");
     }
 }
 
 #[test]
-fn sitl_ends_both_on_terminate_and_tells_the_ground_stations() {
+fn sitl_ends_both_on_terminate_and_informs_the_ground_stations() {
     let link = format!("127.0.0.1:{}", free_port());
     let mut ground = Ground::new();
     let gcs = ground.address().to_string();
@@ -182,11 +185,11 @@ fn sitl_ends_both_on_terminate_and_tells_the_ground_stations() {
     sitl.signal(15);
     ground
         .listen_until("the end", |ground| ground.texts.contains(&"The simulation ends".to_owned()));
-    assert_eq!(sitl.end(), Some(0), "{}", sitl.said());
+    assert_eq!(sitl.end(), Some(0), "{}", sitl.printed());
 }
 
 #[test]
-fn a_killed_plant_is_told_to_the_ground_stations_before_sitl_ends_and_names_it() {
+fn a_killed_plant_is_reported_to_the_ground_stations_before_sitl_ends() {
     let link = format!("127.0.0.1:{}", free_port());
     let mut ground = Ground::new();
     let gcs = ground.address().to_string();
@@ -200,15 +203,15 @@ fn a_killed_plant_is_told_to_the_ground_stations_before_sitl_ends_and_names_it()
     let plant = children.lines().next().expect("sitl has a plant");
     let killed = std::process::Command::new("kill").args(["-9", plant]).status();
     assert!(killed.expect("kill runs").success());
-    ground.listen_until("the end", |ground| ground.heard("The simulation ends"));
-    let told = [
+    ground.listen_until("the end", |ground| ground.has_text("The simulation ends"));
+    let expected = [
         "Plant link lost: simulation time stands still",
         "The simulation ends: the plant does not answer",
     ];
     let last = &ground.texts[ground.texts.len() - 2..];
-    assert_eq!(last, told, "{:?}", ground.texts);
+    assert_eq!(last, expected, "{:?}", ground.texts);
     assert_ne!(sitl.end(), Some(0));
-    assert!(sitl.said().contains("plant-sim ended"), "{}", sitl.said());
+    assert!(sitl.printed().contains("plant-sim ended"), "{}", sitl.printed());
 }
 
 #[test]
@@ -238,10 +241,10 @@ fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
                 &truth,
             ],
         );
-        assert_eq!(plant.end(), Some(0), "{}", plant.said());
+        assert_eq!(plant.end(), Some(0), "{}", plant.printed());
         autopilot.signal(15);
         let mut autopilot = autopilot;
-        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
         [truth, steps].map(|path| std::fs::read(path).expect("a log was written"))
     };
     let slow = fly("4");
@@ -310,11 +313,11 @@ fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3
         if (north.hypot(east) - radius_m).abs() < 0.1 * radius_m {
             seen.insert((north > 0.0, east > 0.0));
         }
-        ground.heard("Mission complete")
+        ground.has_text("Mission complete")
     });
     assert_eq!(seen.len(), 4, "quadrants of the circle: {seen:?}");
     let off_m = ground.altitude_m - f64::from(back);
     assert!(off_m.abs() < 0.05 * radius_m.min(1_000.0), "{off_m} m off the altitude");
     assert!(ground.roll_max_deg < 46.0, "largest roll {} deg", ground.roll_max_deg);
-    assert!(!ground.heard("ompensator active"), "{:?}", ground.texts);
+    assert!(!ground.has_text("ompensator active"), "{:?}", ground.texts);
 }

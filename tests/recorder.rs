@@ -140,12 +140,12 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     }));
     let jam = ground.command(MavCmd::MAV_CMD_USER_1, JAM_LEFT_ELEVATOR);
     assert_eq!(jam, MavResult::MAV_RESULT_ACCEPTED);
-    assert_eq!(plant_sim.end(), Some(0), "{}", plant_sim.said());
+    assert_eq!(plant_sim.end(), Some(0), "{}", plant_sim.printed());
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     let paths = logs(&dir);
     assert_eq!(paths.len(), 1, "{paths:?}");
-    assert!(autopilot.said().contains(text(&paths[0])), "{}", autopilot.said());
+    assert!(autopilot.printed().contains(text(&paths[0])), "{}", autopilot.printed());
     let log = Log::open(&paths[0]).expect("a log");
     assert!(!log.is_cut() && log.damages().is_empty());
 
@@ -195,8 +195,8 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     assert_eq!(fault.unsigned("effector"), Some(u64::from(tvc_jet::LEFT_ELEVATOR.code())));
     assert_eq!(fault.unsigned("at_us"), Some(step * 2_000));
     assert!((fault.value("value_1").expect("an angle").to_degrees() - 30.0).abs() < 1.0e-5);
-    let said = |part: &str| log.texts().iter().any(|text| text.text.contains(part));
-    assert!(said("Injected") && said("Input: fault: left elevator"), "{:?}", log.texts());
+    let has_text = |part: &str| log.texts().iter().any(|text| text.text.contains(part));
+    assert!(has_text("Injected") && has_text("Input: fault: left elevator"), "{:?}", log.texts());
 
     // Headers, parameters, end.
     let control: ControlHeader =
@@ -230,9 +230,9 @@ fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
         let (mut autopilot, link) = autopilot_with(&[&options[..], rate].concat());
         let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "60"];
         let mut plant = Program::start("plant-sim", &plant);
-        assert_eq!(plant.end(), Some(0), "{}", plant.said());
+        assert_eq!(plant.end(), Some(0), "{}", plant.printed());
         autopilot.signal(15);
-        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
         Log::open(&logs(&folder)[0]).expect("a log")
     };
     let (log, full) = (fly("events", &[]), fly("full", &FULL));
@@ -303,8 +303,8 @@ fn a_new_flight_is_a_new_log_and_the_oldest_make_room() {
     ground.command(MavCmd::MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, reboot);
     autopilot.wait_for("has reached its limit");
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
-    assert!(!old.exists(), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
+    assert!(!old.exists(), "{}", autopilot.printed());
     let logs = logs(folder.path());
     let last = Log::open(logs.last().expect("a log")).expect("readable");
     assert_eq!(last.info_text("end"), Some("log full"));
@@ -326,7 +326,7 @@ fn a_restart_ends_the_log_and_begins_another() {
     ground.listen_until("the next flight", |ground| ground.time_s < 0.2);
     ground.listen_until("some of it", |ground| ground.time_s > 0.3);
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     let paths = logs(folder.path());
     let ends: Vec<_> = paths
         .iter()
@@ -350,7 +350,7 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     let options = ["--log-dir", text(folder.path()), "--script", text(&script)];
     let (mut autopilot, link) = autopilot(ground.address(), &options);
     let _plant = Program::start("plant-sim", &["--autopilot", &link]);
-    ground.listen_until("the end of the script", |ground| ground.heard("Script done"));
+    ground.listen_until("the end of the script", |ground| ground.has_text("Script done"));
     let no_such_servo = [102.0, 2.0, 8.0, 1.0, 30.0, 0.0, 0.0];
     ground.command(MavCmd::MAV_CMD_USER_1, no_such_servo);
     let too_fast = [0.0, 9_000.0, -1.0, 0.0, 0.0, 0.0, 0.0];
@@ -358,12 +358,12 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     ground.listen_for(Duration::from_millis(300));
     let seen_s = ground.time_s;
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     let log = Log::open(&logs(folder.path())[0]).expect("readable");
     let texts: Vec<&str> = log.texts().iter().map(|text| text.text.as_str()).collect();
-    for heard in &ground.texts {
+    for received in &ground.texts {
         // Long texts come in pieces, all but the last filled with blanks to their full length.
-        let piece = heard.trim_end();
+        let piece = received.trim_end();
         let times = texts.iter().filter(|text| text.contains(piece)).count();
         assert!(times == 1 || piece.len() < 20, "{piece}: {times} times in {texts:?}");
     }
@@ -375,7 +375,7 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     let refused = refused.unwrap_or_else(|| panic!("{texts:?}"));
     assert!(refused.text.contains("no instance 8"), "{}", refused.text);
     let at_s = SimTime::from_micros(refused.timestamp_us).as_seconds();
-    assert!(at_s > 0.5 && at_s <= seen_s + 0.5, "told at {at_s} s, seen until {seen_s} s");
+    assert!(at_s > 0.5 && at_s <= seen_s + 0.5, "sent at {at_s} s, seen until {seen_s} s");
 }
 
 #[test]
@@ -387,9 +387,9 @@ fn a_flight_has_the_same_hash_at_every_speed() {
         let plant = ["--autopilot", &link, "--scenario", "case2", "--until-s", "4"];
         let noise = ["--gyro-noise-deg-s", "0.1", "--speed", speed];
         let mut plant = Program::start("plant-sim", &[&plant[..], &noise].concat());
-        assert_eq!(plant.end(), Some(0), "{}", plant.said());
+        assert_eq!(plant.end(), Some(0), "{}", plant.printed());
         autopilot.signal(15);
-        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+        assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
         let log = Log::open(&logs(folder.path())[0]).expect("readable");
         let hash = log.info_text("run_hash").expect("a footer").to_owned();
         (log.info_u64("control_steps"), hash)
@@ -408,7 +408,7 @@ fn a_folder_that_cannot_be_written_stops_the_start_and_one_that_goes_away_does_n
     let inside = file.join("logs");
     let mut refused = Program::start("autopilot", &["--log-dir", text(&inside), "--no-gcs"]);
     assert_eq!(refused.end(), Some(1));
-    assert!(refused.said().contains(text(&inside)), "{}", refused.said());
+    assert!(refused.printed().contains(text(&inside)), "{}", refused.printed());
 
     // Between start and flight the folder gives way to a file, so that it cannot be made again.
     let gone = folder.path().join("gone");
@@ -417,7 +417,7 @@ fn a_folder_that_cannot_be_written_stops_the_start_and_one_that_goes_away_does_n
     fs::write(&gone, "").expect("its parent is there");
     let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "2"];
     let mut plant = Program::start("plant-sim", &plant);
-    assert_eq!(plant.end(), Some(0), "{}", plant.said());
+    assert_eq!(plant.end(), Some(0), "{}", plant.printed());
     autopilot.wait_for("there is no log of this flight");
 }
 
@@ -428,10 +428,10 @@ fn without_a_folder_there_is_no_log() {
     let _plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
     ground.listen_for(Duration::from_millis(50));
-    assert!(!autopilot.said().contains("flight log"), "{}", autopilot.said());
+    assert!(!autopilot.printed().contains("flight log"), "{}", autopilot.printed());
 }
 
-/// Needs a Python with tests/clients/requirements.txt, named by TWO_STEP_PYTHON; says so and passes without.
+/// Needs a Python with tests/clients/requirements.txt, named by TWO_STEP_PYTHON; prints a note and passes without.
 #[test]
 fn pyulog_reads_a_log() {
     let Some(python) = std::env::var_os("TWO_STEP_PYTHON") else {
@@ -443,15 +443,15 @@ fn pyulog_reads_a_log() {
     let (mut autopilot, link) = autopilot_with(&[&options[..], &FULL].concat());
     let plant = ["--autopilot", &link, "--speed", "max", "--until-s", "3"];
     let mut plant = Program::start("plant-sim", &plant);
-    assert_eq!(plant.end(), Some(0), "{}", plant.said());
+    assert_eq!(plant.end(), Some(0), "{}", plant.printed());
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/read_log.py");
     let output = std::process::Command::new(python)
         .arg(script)
         .args([logs(folder.path())[0].as_os_str(), "1501".as_ref()])
         .output()
         .expect("TWO_STEP_PYTHON runs");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{printed}");
 }

@@ -28,11 +28,11 @@ fn log(folder: &Path) -> PathBuf {
     paths.find(|path| path.extension().is_some_and(|e| e == "ulg")).expect("a log")
 }
 
-/// Exit code of `sitl` with these words, and what it said.
+/// Exit code of `sitl` with these arguments, and its output.
 fn sitl(words: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(program("sitl")).args(words).output().expect("a built program");
-    let said = [output.stdout, output.stderr].concat();
-    (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+    let printed = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8_lossy(&printed).into_owned())
 }
 
 fn replay(log: &Path) -> (Option<i32>, String) {
@@ -98,7 +98,7 @@ fn do_something(ground: &mut Ground, dice: &mut Dice) {
             ground.command(MavCmd::MAV_CMD_DO_PAUSE_CONTINUE, zero);
         }
         _ => {
-            // Time stands still, something is wanted meanwhile, and time runs again.
+            // Time stands still, commands come meanwhile, and time runs again.
             ground.command(MavCmd::MAV_CMD_USER_2, zero);
             let jam = [102.0, 2.0, 3.0, 1.0, dice.between(-8.0, 8.0), 0.0, 0.0];
             ground.command(MavCmd::MAV_CMD_USER_1, jam);
@@ -125,20 +125,20 @@ fn a_flight_with_inputs_at_any_moment_is_flown_again_bit_for_bit() {
         ground.listen_for(Duration::from_micros(dice.roll(200_000)));
     }
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     drop(plant);
     let path = log(folder.path());
-    let (code, said) = replay(&path);
-    assert_eq!(code, Some(0), "dice {seed}: {said}");
+    let (code, printed) = replay(&path);
+    assert_eq!(code, Some(0), "dice {seed}: {printed}");
     let hash = Log::open(&path).expect("readable").info_text("run_hash").map(str::to_owned);
-    assert!(said.contains(&format!("same run hash {}", hash.expect("a footer"))), "{said}");
+    assert!(printed.contains(&format!("same run hash {}", hash.expect("a footer"))), "{printed}");
 
     // The page of the same flight.
     let page = folder.path().join("page.html");
     let words =
         ["plot", path.to_str().expect("readable"), "--out", page.to_str().expect("readable")];
-    let (code, said) = sitl(&words);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, printed) = sitl(&words);
+    assert_eq!(code, Some(0), "{printed}");
     let page = fs::read_to_string(page).expect("a page");
     assert!(page.contains("The log is complete.") && !page.contains("Not in this log"));
 }
@@ -156,7 +156,7 @@ fn a_log_that_was_tampered_with_gives_the_first_tick_and_signal() {
     ground.command(MavCmd::MAV_CMD_USER_1, jam);
     ground.listen_until("a second more", |ground| ground.time_s > 1.5);
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     drop(plant);
     let path = log(folder.path());
     let bytes = fs::read(&path).expect("a log");
@@ -168,10 +168,10 @@ fn a_log_that_was_tampered_with_gives_the_first_tick_and_signal() {
     let mut changed = bytes.clone();
     changed[place] ^= 1;
     fs::write(&path, changed).expect("the folder is there");
-    let (code, said) = replay(&path);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("control step 321 (t = 0.642000 s)"), "{said}");
-    assert!(said.contains("sensors.body_rate_q_rad_s"), "{said}");
+    let (code, printed) = replay(&path);
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(printed.contains("control step 321 (t = 0.642000 s)"), "{printed}");
+    assert!(printed.contains("sensors.body_rate_q_rad_s"), "{printed}");
 
     // Another target in the input.
     let from = br#""target":2"#;
@@ -179,9 +179,9 @@ fn a_log_that_was_tampered_with_gives_the_first_tick_and_signal() {
     let mut changed = bytes;
     changed[place..place + from.len()].copy_from_slice(br#""target":0"#);
     fs::write(&path, changed).expect("the folder is there");
-    let (code, said) = replay(&path);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("request to the plant"), "{said}");
+    let (code, printed) = replay(&path);
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(printed.contains("request to the plant"), "{printed}");
 }
 
 #[test]
@@ -197,11 +197,11 @@ fn a_killed_recording_is_flown_again_up_to_its_cut_and_drawn() {
     autopilot.signal(9);
     autopilot.end();
     let path = log(folder.path());
-    let (code, said) = replay(&path);
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("it was cut off before its run hash"), "{said}");
-    let (code, said) = sitl(&["plot", path.to_str().expect("a readable path")]);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, printed) = replay(&path);
+    assert_eq!(code, Some(0), "{printed}");
+    assert!(printed.contains("it was cut off before its run hash"), "{printed}");
+    let (code, printed) = sitl(&["plot", path.to_str().expect("a readable path")]);
+    assert_eq!(code, Some(0), "{printed}");
     let page = fs::read_to_string(path.with_extension("html")).expect("a page");
     assert!(page.contains("The log was cut off"));
 }
@@ -230,14 +230,14 @@ fn flight(folder: &Path, options: &[&str]) -> (Ground, Program, Program) {
 /// Ends the autopilot; each of its logs is the same flight again and ends as expected.
 fn all_again(folder: &Path, mut autopilot: Program, ends: &[&str]) {
     autopilot.signal(15);
-    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.said());
+    assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
     let logs = logs(folder);
     assert_eq!(logs.len(), ends.len(), "{logs:?}");
     for (path, end) in logs.iter().zip(ends) {
         assert_eq!(Log::open(path).expect("readable").info_text("end"), Some(*end));
-        let (code, said) = replay(path);
-        assert_eq!(code, Some(0), "{said}");
-        assert!(said.contains("same run hash"), "{said}");
+        let (code, printed) = replay(path);
+        assert_eq!(code, Some(0), "{printed}");
+        assert!(printed.contains("same run hash"), "{printed}");
     }
 }
 
@@ -267,13 +267,13 @@ fn a_plan_that_was_uploaded_is_flown_again_and_so_is_the_flight_after_a_restart_
     let plan = [(lat + 200_000, lon, 5_000.0), (lat + 250_000, lon + 250_000, 5_050.0)];
     assert_eq!(ground.upload(&plan), MavMissionResult::MAV_MISSION_ACCEPTED);
     ground.command(MavCmd::MAV_CMD_MISSION_START, ZERO);
-    ground.listen_until("the end of the plan", |ground| ground.heard("Mission complete"));
+    ground.listen_until("the end of the plan", |ground| ground.has_text("Mission complete"));
     ground.texts.clear();
     let reboot = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     ground.command(MavCmd::MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, reboot);
-    ground.listen_until("the next flight", |ground| ground.heard("Flight began"));
+    ground.listen_until("the next flight", |ground| ground.has_text("Flight began"));
     ground.command(MavCmd::MAV_CMD_MISSION_START, ZERO);
-    ground.listen_until("the plan of the flight before", |ground| ground.heard("Mode Mission"));
+    ground.listen_until("the plan of the flight before", |ground| ground.has_text("Mode Mission"));
     let start_s = ground.time_s;
     ground.listen_until("some of it", |ground| ground.time_s > start_s + 3.0);
     all_again(folder.path(), autopilot, &["restart", "stopped"]);
@@ -287,14 +287,14 @@ fn a_silence_of_the_plant_is_flown_again() {
     let (mut ground, autopilot, plant) = flight(folder.path(), &[]);
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
     plant.signal(19);
-    ground.listen_until("a silent plant", |ground| ground.heard("Plant link lost"));
+    ground.listen_until("a silent plant", |ground| ground.has_text("Plant link lost"));
     // Commands while nobody flies.
     let climb = [5_100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     ground.send_command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb);
     ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 1.0, 1.0, 5.0, 0.0, 0.0]);
     ground.listen_for(Duration::from_secs(1));
     plant.signal(18);
-    ground.listen_until("a plant again", |ground| ground.heard("Plant link is back"));
+    ground.listen_until("a plant again", |ground| ground.has_text("Plant link is back"));
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 2.0, 1.0, -4.0, 0.0, 0.0]);
     let back_s = ground.time_s;
     ground.listen_until("a second more", |ground| ground.time_s > back_s + 1.0);
@@ -312,7 +312,7 @@ fn a_plant_that_died_ends_its_log_and_the_next_one_begins_another() {
     let plant = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.5);
     plant.signal(9);
-    ground.listen_until("a silent plant", |ground| ground.heard("Plant link lost"));
+    ground.listen_until("a silent plant", |ground| ground.has_text("Plant link lost"));
     let _next = Program::start("plant-sim", &["--autopilot", &link]);
     ground.listen_until("the next flight", |ground| ground.time_s < 0.4);
     ground.listen_until("some of it", |ground| ground.time_s > 0.6);
@@ -353,7 +353,7 @@ fn streams_of_setpoints_and_of_sticks_are_flown_again() {
             }
             ground.listen_for(Duration::from_micros(dice.roll(60_000)));
         }
-        assert!(ground.heard(&format!("Mode {mode}")), "{:?}", ground.texts);
+        assert!(ground.has_text(&format!("Mode {mode}")), "{:?}", ground.texts);
     }
     eprintln!("dice {seed}");
     all_again(folder.path(), autopilot, &["stopped"]);
@@ -370,7 +370,7 @@ fn the_end_on_the_ground_and_commands_there_are_flown_again() {
     let scenario = ["--scenario", low.to_str().expect("a readable path"), "--speed", "4"];
     let (mut ground, autopilot, _plant) = flight(folder.path(), &scenario);
     ground.command(MavCmd::MAV_CMD_DO_FLIGHTTERMINATION, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    ground.listen_until("the ground", |ground| ground.heard("Ground contact"));
+    ground.listen_until("the ground", |ground| ground.has_text("Ground contact"));
     ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
     ground.listen_for(Duration::from_millis(500));
     all_again(folder.path(), autopilot, &["stopped"]);
@@ -382,14 +382,14 @@ fn the_end_on_the_ground_and_commands_there_are_flown_again() {
 }
 
 #[test]
-fn what_is_no_log_is_told() {
+fn a_file_that_is_no_log_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let path = folder.path().join("no.ulg");
     fs::write(&path, "something else altogether").expect("the folder is there");
-    let (code, said) = replay(&path);
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("no ULog file"), "{said}");
-    let (code, said) = sitl(&["plot", path.to_str().expect("a readable path")]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("no ULog file"), "{said}");
+    let (code, printed) = replay(&path);
+    assert_eq!(code, Some(2), "{printed}");
+    assert!(printed.contains("no ULog file"), "{printed}");
+    let (code, printed) = sitl(&["plot", path.to_str().expect("a readable path")]);
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(printed.contains("no ULog file"), "{printed}");
 }

@@ -177,7 +177,7 @@ fn a_terminal_whose_output_is_stopped_does_not_keep_a_signal_from_ending_the_fli
         .expect("it runs");
     let until = Instant::now() + TIMEOUT;
     let status = loop {
-        if let Some(status) = it.sitl.try_wait().expect("a child can be asked") {
+        if let Some(status) = it.sitl.try_wait().expect("the state of a child") {
             break status;
         }
         assert!(Instant::now() < until, "it waits for its terminal");

@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_button_is_refused_with_its_words() {
+    fn an_entry_that_cannot_be_a_button_is_refused_with_the_reason() {
         let refusal =
             |fault: &str| args(&[fault]).buttons(&Airframe::paper()).unwrap_err().to_string();
         assert!(refusal("left wing stuck at 3 deg").contains("`left wing stuck at 3 deg`"));

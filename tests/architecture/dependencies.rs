@@ -15,8 +15,8 @@ fn tree(arguments: &[&str]) -> Vec<String> {
         .args(arguments)
         .output()
         .expect("cargo runs this test, so it can be started");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "cargo tree {arguments:?}: {said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "cargo tree {arguments:?}: {printed}");
     String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
 }
 
@@ -89,7 +89,7 @@ fn the_recorder_knows_no_system_and_no_protocol() {
 }
 
 #[test]
-fn what_both_programs_need_of_the_system_knows_no_aircraft() {
+fn host_io_knows_no_aircraft() {
     let forbidden = [
         "icd",
         "flight-control",

@@ -110,7 +110,7 @@ fn every_equation_of_the_paper_has_exactly_one_row() {
 }
 
 #[test]
-fn every_row_says_what_where_and_how_it_is_tested_or_why_not() {
+fn every_row_has_content_place_and_test_or_a_reason() {
     let mut offences = Vec::new();
     for row in rows() {
         let implemented = !row.place.starts_with(NOWHERE);
@@ -127,7 +127,7 @@ fn every_row_says_what_where_and_how_it_is_tested_or_why_not() {
 }
 
 #[test]
-fn every_implemented_equation_is_marked_once_and_where_its_row_says() {
+fn every_implemented_equation_is_marked_once_at_the_place_of_its_row() {
     let marks = marks();
     let mut offences = Vec::new();
     for row in rows() {

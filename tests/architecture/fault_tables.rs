@@ -245,7 +245,7 @@ fn words() -> String {
     table(["kind", "words", "for the engine"], rows)
 }
 
-/// A kind with the numbers of its parameters, in words.
+/// A kind with the numbers of its parameters, as text.
 fn example(kind: &KindInfo, alternative: u8, class: TargetClass) -> String {
     let mut values = [0.0; NUMBERS_MAX];
     for (value, number) in values.iter_mut().zip(kind.numbers) {

@@ -36,16 +36,16 @@ fn build(name: &str, more: &str) -> Output {
 #[test]
 fn icd_and_flight_control_need_neither_std_nor_alloc() {
     let pure = build("no_std_proof", "");
-    let said = String::from_utf8_lossy(&pure.stderr);
-    assert!(pure.status.success(), "{said}");
+    let printed = String::from_utf8_lossy(&pure.stderr);
+    assert!(pure.status.success(), "{printed}");
     // The same build notices each of the two, or its success would mean nothing.
     for (name, linked, complaint) in [
         ("with_alloc", "extern crate alloc;", "no global memory allocator found"),
         ("with_std", "extern crate std;", "panic_impl"),
     ] {
         let output = build(name, linked);
-        let said = String::from_utf8_lossy(&output.stderr);
+        let printed = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success(), "`{linked}` went unnoticed");
-        assert!(said.contains(complaint), "`{linked}` failed for another reason: {said}");
+        assert!(printed.contains(complaint), "`{linked}` failed for another reason: {printed}");
     }
 }

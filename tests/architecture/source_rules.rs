@@ -135,7 +135,7 @@ fn the_laws_never_name_a_fault() {
     ];
     let laws = files("autopilot/flight-control/src", &["rs"]);
     let offences: Vec<String> = laws.iter().flat_map(|source| source.uses(&words)).collect();
-    assert_none("flight-control can only notice a fault, not be told of it", &offences);
+    assert_none("flight-control can only notice a fault, not be informed of it", &offences);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn the_flight_software_never_names_the_truth() {
 }
 
 #[test]
-fn everybody_behind_the_navigator_reads_the_navigation_state() {
+fn all_modules_behind_the_navigator_read_the_navigation_state() {
     let allowed = [
         "autopilot/flight-control/src/navigation.rs",
         // It hands them to the navigator.
@@ -172,7 +172,7 @@ fn everybody_behind_the_navigator_reads_the_navigation_state() {
 }
 
 #[test]
-fn only_the_recorder_opens_what_the_plant_tells_it() {
+fn only_the_recorder_opens_the_truth_of_the_plant() {
     // The link hands it on unopened; nobody else in the flight software may have it.
     let words = ["envelope", "record::open", "TruthRow", "truth_fields"];
     let allowed = [
@@ -322,7 +322,7 @@ fn no_file_is_longer_than_500_lines_before_its_tests() {
 }
 
 #[test]
-fn there_is_no_home_for_strays() {
+fn no_module_has_a_catch_all_name() {
     let strays = ["utils", "util", "common", "types", "helpers", "helper", "manager", "misc"];
     let mut offences = Vec::new();
     for source in files("", &["rs", "py"]) {
@@ -369,11 +369,11 @@ fn every_module_opens_with_its_place() {
             offences.push(source.path.clone());
         }
     }
-    assert_none("the first line says what the module is", &offences);
+    assert_none("the first line describes the module", &offences);
 }
 
 #[test]
-fn nothing_unfinished_and_nothing_of_the_workshop_is_in_the_repository() {
+fn the_repository_has_no_unfinished_code_and_no_working_notes() {
     // Written in pieces, so that this file does not find itself.
     let words = [
         concat!("TO", "DO"),

@@ -20,7 +20,7 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
-        // A scenario that does not say is given its length by the test.
+        // The test sets the length of a scenario that has none.
         duration: SimTime::from_seconds(scenario.plant.duration_s.unwrap_or(0.0))
             .expect("checked by the scenario"),
     }

@@ -22,7 +22,7 @@ impl Flooder {
     /// By UDP, to the port for those who call.
     pub fn udp(to: SocketAddr) -> Self {
         let socket = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
-        socket.set_nonblocking(true).expect("a socket can be asked not to block");
+        socket.set_nonblocking(true).expect("a socket can be set not to block");
         Self { link: Link::Udp { socket, to }, answers: 0 }
     }
 
@@ -30,7 +30,7 @@ impl Flooder {
     pub fn tcp(to: SocketAddr, reads: bool) -> Self {
         let stream = TcpStream::connect(to).expect("the autopilot listens");
         stream.set_nodelay(true).expect("an open connection");
-        stream.set_nonblocking(true).expect("a socket can be asked not to block");
+        stream.set_nonblocking(true).expect("a socket can be set not to block");
         Self { link: Link::Tcp { stream, reads }, answers: 0 }
     }
 

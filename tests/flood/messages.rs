@@ -1,4 +1,4 @@
-//! Messages that change nothing: questions, noise, and orders for somebody else.
+//! Messages that change nothing: questions, noise, and commands for another vehicle.
 
 use mavlink::calculate_crc;
 
@@ -97,12 +97,12 @@ impl Source {
             9..=10 => self.bytes(1 + usize::from(low) * 4),
             11 => {
                 // The beginning of something that would change the flight.
-                let mut whole = self.order(US);
+                let mut whole = self.command(US);
                 whole.truncate(usize::from(low) % whole.len());
                 whole
             }
             12 => {
-                let mut damaged = self.order(US);
+                let mut damaged = self.command(US);
                 let last = damaged.len() - 1;
                 damaged[last] ^= 1 + low % 255;
                 damaged
@@ -114,7 +114,7 @@ impl Source {
                 long.extend(self.bytes(3_000));
                 long
             }
-            _ => self.order(ELSEWHERE),
+            _ => self.command(ELSEWHERE),
         }
     }
 
@@ -132,7 +132,7 @@ impl Source {
     }
 
     /// What would change the flight if it reached us.
-    fn order(&mut self, target: [u8; 2]) -> Vec<u8> {
+    fn command(&mut self, target: [u8; 2]) -> Vec<u8> {
         match self.random() % 4 {
             0 => command(USER_1, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0], target),
             1 => frame(SET_MODE, &[0, 0, 6, 0, target[0], 1]),

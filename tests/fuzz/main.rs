@@ -1,4 +1,4 @@
-//! Fuzz targets: every place where bytes or texts come from outside. docs/fuzzing.md says how to run them.
+//! Fuzz targets: every place where bytes or texts come from outside. docs/fuzzing.md has the commands.
 //!
 //! Each target takes bytes as a row of choices: which seed is damaged and how, or what is sent next. So random bytes
 //! reach behind checksums and syntax, under the random inputs of `cargo test` as well as under a fuzzer that looks

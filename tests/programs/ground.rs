@@ -12,7 +12,7 @@ use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message};
 
 use super::programs::TIMEOUT;
 
-/// The ground station and what it has heard.
+/// The ground station and what it has received.
 pub struct Ground {
     socket: UdpSocket,
     vehicle: Option<SocketAddr>,
@@ -29,12 +29,12 @@ pub struct Ground {
     pub roll_deg: f64,
     /// Largest roll angle either way, deg.
     pub roll_max_deg: f64,
-    /// Heartbeats heard.
+    /// Heartbeats received.
     pub heartbeats: u32,
     /// Latest place: latitude and longitude, 1e-7 deg.
     pub place_e7: [i32; 2],
-    /// Item of a plan that the vehicle wants next.
-    wanted_item: Option<u16>,
+    /// Item of a plan that the vehicle requests next.
+    requested_item: Option<u16>,
     /// The answer to a plan.
     plan_answer: Option<MavMissionResult>,
     plan_count: Option<u16>,
@@ -57,7 +57,7 @@ impl Ground {
             roll_max_deg: 0.0,
             heartbeats: 0,
             place_e7: [0; 2],
-            wanted_item: None,
+            requested_item: None,
             plan_answer: None,
             plan_count: None,
         }
@@ -126,7 +126,7 @@ impl Ground {
         self.sequence = self.sequence.wrapping_add(1);
         let mut frame = MAVLinkV2MessageRaw::new();
         frame.serialize_message(header, message);
-        let vehicle = self.vehicle.expect("heard from the vehicle");
+        let vehicle = self.vehicle.expect("received from the vehicle");
         self.socket.send_to(frame.raw_bytes(), vehicle).expect("loopback takes datagrams");
     }
 
@@ -139,7 +139,7 @@ impl Ground {
 
     /// The same with items of any command; number, frame and target are filled in.
     pub fn upload_items(&mut self, items: &[MISSION_ITEM_INT_DATA]) -> MavMissionResult {
-        (self.wanted_item, self.plan_answer) = (None, None);
+        (self.requested_item, self.plan_answer) = (None, None);
         let count = u16::try_from(items.len()).expect("a short plan");
         let to = (1, 1);
         self.send(&MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
@@ -150,12 +150,12 @@ impl Ground {
         }));
         loop {
             self.listen_until("a request for an item, or the end", |ground| {
-                ground.wanted_item.is_some() || ground.plan_answer.is_some()
+                ground.requested_item.is_some() || ground.plan_answer.is_some()
             });
             if let Some(answer) = self.plan_answer {
                 return answer;
             }
-            let seq = self.wanted_item.take().expect("waited for it");
+            let seq = self.requested_item.take().expect("waited for it");
             self.send(&MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {
                 seq,
                 frame: MavFrame::MAV_FRAME_GLOBAL,
@@ -200,7 +200,7 @@ impl Ground {
             Ok(MavMessage::COMMAND_ACK(ack)) => {
                 self.acknowledgements.push((ack.command, ack.result))
             }
-            Ok(MavMessage::MISSION_REQUEST_INT(request)) => self.wanted_item = Some(request.seq),
+            Ok(MavMessage::MISSION_REQUEST_INT(request)) => self.requested_item = Some(request.seq),
             Ok(MavMessage::MISSION_COUNT(answer)) => self.plan_count = Some(answer.count),
             Ok(MavMessage::MISSION_ACK(answer)) => self.plan_answer = Some(answer.mavtype),
             Ok(_) => {}
@@ -208,8 +208,8 @@ impl Ground {
         }
     }
 
-    /// Whether a text was heard that contains `part`.
-    pub fn heard(&self, part: &str) -> bool {
+    /// Whether a text was received that contains `part`.
+    pub fn has_text(&self, part: &str) -> bool {
         self.texts.iter().any(|text| text.contains(part))
     }
 }

@@ -37,12 +37,12 @@ pub fn program(name: &str) -> PathBuf {
 /// A running program; killed when dropped.
 pub struct Program {
     child: Child,
-    said: Arc<Mutex<String>>,
+    printed: Arc<Mutex<String>>,
     lines: Receiver<String>,
 }
 
 impl Program {
-    /// Starts a program and gathers what it says.
+    /// Starts a program and gathers its output.
     pub fn start(name: &str, arguments: &[&str]) -> Self {
         Self::start_with(name, arguments, Stdio::null())
     }
@@ -77,34 +77,34 @@ impl Program {
             .stderr(Stdio::piped())
             .spawn()
             .expect("a built program starts");
-        let said = Arc::new(Mutex::new(String::new()));
+        let printed = Arc::new(Mutex::new(String::new()));
         let (sender, lines) = channel();
         let outputs: [Box<dyn Read + Send>; 2] = [
             Box::new(child.stdout.take().expect("piped")),
             Box::new(child.stderr.take().expect("piped")),
         ];
         for output in outputs {
-            let (said, sender) = (Arc::clone(&said), sender.clone());
+            let (printed, sender) = (Arc::clone(&printed), sender.clone());
             thread::spawn(move || {
                 for line in BufReader::new(output).lines().map_while(Result::ok) {
-                    said.lock().expect("no panic while held").push_str(&format!("{line}\n"));
+                    printed.lock().expect("no panic while held").push_str(&format!("{line}\n"));
                     // The test may have ended.
                     let _ = sender.send(line);
                 }
             });
         }
-        Self { child, said, lines }
+        Self { child, printed, lines }
     }
 
-    /// Says a line to a program that was started with [`Program::start_as_parent`].
-    pub fn tell(&mut self, line: &str) {
+    /// Sends a line to a program that was started with [`Program::start_as_parent`].
+    pub fn send_line(&mut self, line: &str) {
         let input = self.child.stdin.as_mut().expect("started as a parent");
         writeln!(input, "{line}").expect("the program reads");
     }
 
-    /// Everything it said so far.
-    pub fn said(&self) -> String {
-        self.said.lock().expect("no panic while held").clone()
+    /// Everything it has printed so far.
+    pub fn printed(&self) -> String {
+        self.printed.lock().expect("no panic while held").clone()
     }
 
     /// Waits for a line that contains `text`.
@@ -115,7 +115,7 @@ impl Program {
             match self.lines.recv_timeout(left) {
                 Ok(line) if line.contains(text) => return line,
                 Ok(_) => {}
-                Err(_) => panic!("waited for {text:?}, heard:\n{}", self.said()),
+                Err(_) => panic!("waited for {text:?}, printed:\n{}", self.printed()),
             }
         }
     }
@@ -134,7 +134,7 @@ impl Program {
             if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
                 return status.code();
             }
-            assert!(Instant::now() < until, "it does not end; heard:\n{}", self.said());
+            assert!(Instant::now() < until, "it does not end; printed:\n{}", self.printed());
             thread::sleep(Duration::from_millis(10));
         }
     }
@@ -172,7 +172,7 @@ pub fn autopilot_with(options: &[&str]) -> (Program, String) {
     (program, listening["plant_link"].as_str().expect("an address").to_owned())
 }
 
-/// An autopilot on a free port, and everything it says about its ports.
+/// An autopilot on a free port, and everything it prints about its ports.
 pub fn listening_autopilot(options: &[&str]) -> (Program, serde_json::Value) {
     let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--status"];
     arguments.extend(options);
@@ -181,7 +181,7 @@ pub fn listening_autopilot(options: &[&str]) -> (Program, serde_json::Value) {
     (program, serde_json::from_str(&line).expect("status lines are JSON"))
 }
 
-/// A port of loopback that nobody has at this moment.
+/// A port of loopback that is free at this moment.
 pub fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0")
         .and_then(|s| s.local_addr())

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_plant_repeats_is_no_news_also_after_a_silence() {
+    fn a_repeated_report_of_the_plant_is_no_event_even_after_a_silence() {
         let mut list = FaultList::default();
         let acting = entry(1, FaultState::Active { since: at(1) });
         assert!(list.handle_event(&acting));

@@ -86,7 +86,7 @@ impl Default for Aircraft {
 }
 
 impl Aircraft {
-    /// Takes what happened; false if it is no news.
+    /// Takes an event; false if it changes nothing.
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
         let is_news = self.faults.handle_event(kind);
         match *kind {

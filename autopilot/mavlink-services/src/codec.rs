@@ -247,7 +247,7 @@ impl Encoded {
     }
 
     /// A message whose payload was written by hand, since it may carry numbers that the definitions do not
-    /// have. Zeros at its end are cut off, as the protocol says.
+    /// have. Zeros at its end are cut off, as the protocol requires.
     #[must_use]
     pub fn by_hand<D: MessageData>(mut payload: Vec<u8>) -> Self {
         while payload.len() > 1 && payload.last() == Some(&0) {

@@ -1,7 +1,7 @@
 //! COMMAND_LONG and COMMAND_INT: exactly one final COMMAND_ACK for each copy received.
 //!
 //! A command is answered at once, or, where the aircraft decides, when its answer has come. SET_MODE is handled in the
-//! same way without an acknowledgement: the next heartbeat shows the mode, and a text says why it was refused.
+//! same way without an acknowledgement: the next heartbeat shows the mode, and a text has the reason of a refusal.
 
 use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;

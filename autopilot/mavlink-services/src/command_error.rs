@@ -7,7 +7,7 @@ use ::mavlink::dialects::common::MavResult;
 pub struct CommandError {
     /// For COMMAND_ACK.
     pub result: MavResult,
-    /// For STATUSTEXT; `None` where the result says enough.
+    /// For STATUSTEXT; `None` where the result is enough.
     pub reason: Option<String>,
 }
 
@@ -31,13 +31,13 @@ impl CommandError {
         Self { result: MavResult::MAV_RESULT_UNSUPPORTED, reason: Some(reason.into()) }
     }
 
-    /// The protocol wants FAILED here.
+    /// The protocol requires FAILED here.
     #[must_use]
     pub fn failed(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_FAILED, reason: Some(reason.into()) }
     }
 
-    /// A result that says enough.
+    /// A result that needs no text.
     #[must_use]
     pub fn without_text(result: MavResult) -> Self {
         Self { result, reason: None }

@@ -1,5 +1,5 @@
-//! Component metadata: files that tell a ground station what parameters, effectors and events mean. They are
-//! fetched by MAVLink FTP; COMPONENT_METADATA says where to begin.
+//! Component metadata: files that describe parameters, effectors and events to a ground station. They are
+//! fetched by MAVLink FTP; COMPONENT_METADATA names the first one.
 //!
 //! Formats: mavlink/component_metadata/*.schema.json and libevents. One departure: the version in
 //! `parameter.json` is 1, since QGroundControl takes no other, although the latest schema counts from 3.
@@ -80,7 +80,7 @@ fn general(descriptions: &[(&'static str, Arc<str>)]) -> Value {
 }
 
 /// What happens is reported by STATUSTEXT and by messages of its own. The autopilot sends no EVENT, so there is
-/// none to describe; the file says just that.
+/// none to describe, so its list is empty.
 fn events() -> Value {
     json!({
         "version": 1,

@@ -1,7 +1,7 @@
-//! Which ground station has control: the one whose command was last accepted, or else the first that was
-//! heard.
+//! Which ground station has control: the one whose command was last accepted, or else the first from which a
+//! message came.
 //!
-//! A holder whose order was accepted keeps control when it falls silent, whichever others send: its silence is
+//! A holder whose command was accepted keeps control when it falls silent, whichever others send: its silence is
 //! the lost link. A holder that only sent first passes control on to another station that sends.
 //!
 //! A station is a system: its components, a map and a joystick, share control. A program that commands
@@ -22,7 +22,7 @@ const STATIONS_MAX: usize = 16;
 #[derive(Debug, Clone, Copy)]
 struct Station {
     system: u8,
-    heard: WallTime,
+    last_seen: WallTime,
 }
 
 /// What a look at the silence of ground stations came to.
@@ -71,24 +71,24 @@ impl Control {
             self.holder = Some(Holder { system, has_steered: false });
         }
         if let Some(station) = self.stations.iter_mut().find(|station| station.system == system) {
-            station.heard = now;
+            station.last_seen = now;
             return;
         }
         if self.stations.is_full() {
             let holder = self.holder();
             let others = self.stations.iter().enumerate();
             let others = others.filter(|(_, station)| Some(station.system) != holder);
-            if let Some((place, _)) = others.min_by_key(|(_, station)| station.heard) {
+            if let Some((place, _)) = others.min_by_key(|(_, station)| station.last_seen) {
                 self.stations.swap_remove(place);
             }
         }
-        self.stations.push(Station { system, heard: now });
+        self.stations.push(Station { system, last_seen: now });
     }
 
     /// Checks which stations have been silent for `timeout`, and passes control on where none has commanded.
     pub fn check_silence(&mut self, now: WallTime, timeout: Duration) -> Silence {
         let Some(latest) = self.latest() else { return Silence::NoStation };
-        let is_silent = |station: Station| now.since(station.heard) >= timeout;
+        let is_silent = |station: Station| now.since(station.last_seen) >= timeout;
         let has_steered = self.holder.is_some_and(|holder| holder.has_steered);
         match self.holding().filter(|station| is_silent(*station)) {
             Some(_) if has_steered || is_silent(latest) => Silence::Lost,
@@ -105,7 +105,7 @@ impl Control {
     /// `timeout`.
     #[must_use]
     pub fn next_silence(&self, timeout: Duration) -> Option<WallTime> {
-        self.holding().or(self.latest()).map(|station| station.heard + timeout)
+        self.holding().or(self.latest()).map(|station| station.last_seen + timeout)
     }
 
     /// The holder, if it has ever sent a heartbeat.
@@ -114,7 +114,7 @@ impl Control {
     }
 
     fn latest(&self) -> Option<Station> {
-        self.stations.iter().max_by_key(|station| station.heard).copied()
+        self.stations.iter().max_by_key(|station| station.last_seen).copied()
     }
 }
 
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_lost_before_anybody_was_heard() {
+    fn no_station_is_lost_before_the_first_message() {
         let mut control = Control::default();
         assert_eq!(control.check_silence(seconds(1_000), TIMEOUT), Silence::NoStation);
         control.take(station(9));
@@ -156,19 +156,23 @@ mod tests {
     }
 
     #[test]
-    fn control_passes_on_when_a_holder_that_never_steered_is_silent_and_another_is_heard() {
+    fn control_passes_to_an_active_station_when_a_holder_that_never_steered_is_silent() {
         let mut control = Control::default();
         control.receive_heartbeat(station(255), seconds(0));
         control.receive_heartbeat(station(245), seconds(5));
         assert_eq!(control.check_silence(seconds(9), TIMEOUT), Silence::Connected);
         assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
         assert_eq!(control.check_silence(seconds(10), TIMEOUT), Silence::TakenOver(255, 245));
-        assert_eq!(control.check_silence(seconds(11), TIMEOUT), Silence::Connected, "told once");
+        assert_eq!(
+            control.check_silence(seconds(11), TIMEOUT),
+            Silence::Connected,
+            "reported once"
+        );
         assert_eq!(control.check_silence(seconds(15), TIMEOUT), Silence::Lost);
     }
 
     #[test]
-    fn a_holder_that_has_steered_is_lost_although_others_are_heard() {
+    fn a_holder_that_has_steered_is_lost_although_others_are_active() {
         let mut control = Control::default();
         control.receive_heartbeat(station(255), seconds(0));
         control.take(station(255));
@@ -205,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_stations_is_bounded_and_keeps_who_was_heard_last() {
+    fn the_table_of_stations_is_bounded_and_keeps_the_latest() {
         let mut control = Control::default();
         for system in 1..=200 {
             control.receive_heartbeat(station(system), seconds(u64::from(system)));

@@ -1,8 +1,8 @@
-//! Faults on request: whatever the source, one order ([`order::FaultOrder`]) becomes the requests to the plant.
+//! Faults on request: whatever the source, one [`command::FaultCommand`] becomes the requests to the plant.
 //!
 //! ```text
 //!  INJECT_FAILURE (420), USER_1 (31010) ─> command ─┐
-//!  shell ───────────────────────────────────────────┼─> order ──> requests ──> plant
+//!  shell ───────────────────────────────────────────┼─> command ─> requests ─> plant
 //!  parameters FLT_SERVO1.., FLT_MOTOR1 ─────────────┘     ^
 //!                                     FLT_*, model ──────┘
 //! ```
@@ -19,7 +19,7 @@
 //!
 //! Which kinds a type has, their values and parameters stand in [`icd::fault::CATALOGUE`]; docs/commands.md has them as
 //! tables. Of the engine, deg means percent of the largest thrust. Instances are those of the model file.
-//! What 420 has no room for comes from the parameters FLT_*, read when the command arrives. An order that
+//! What 420 has no room for comes from the parameters FLT_*, read when the command arrives. A command that
 //! one of its effectors cannot take is refused as a whole; else the requests go to the plant, one for each
 //! effector, which has the last word.
 
@@ -30,12 +30,12 @@ use icd::{EffectorList, SimTime};
 use crate::codec::CommandMessage;
 use crate::command_error::CommandError;
 use crate::convert;
-use crate::failure::order::{Failure, FaultOrder, Instances, Unit, Value, ValueError};
+use crate::failure::command::{Failure, FaultCommand, Instances, Unit, Value, ValueError};
 use flight_management::parameters::Parameters;
 
-pub use crate::failure::order::Requests;
+pub use crate::failure::command::Requests;
 
-pub mod order;
+pub mod command;
 pub mod units;
 
 /// MAV_CMD_INJECT_FAILURE.
@@ -71,7 +71,7 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
     some.iter().map(|target| target.name(effectors)).collect::<Vec<_>>().join(", ")
 }
 
-/// The requests in a fault command; `model` says how far the effectors travel.
+/// The requests in a fault command; `model` has the travel of the effectors.
 ///
 /// # Errors
 /// Why nothing is requested from the plant.
@@ -80,8 +80,8 @@ pub fn requests(
     parameters: &Parameters,
     model: &AircraftModel,
 ) -> Result<Requests, CommandError> {
-    let order = order_of(command, &model.effectors.list)?;
-    order::requests(&order, parameters, model)
+    let fault = parse(command, &model.effectors.list)?;
+    command::requests(&fault, parameters, model)
 }
 
 /// Reasons, each with the targets for which it was given.
@@ -128,14 +128,14 @@ impl Reasons {
     }
 }
 
-/// The order in a fault command, for an aircraft with these effectors.
+/// The fault command in a message, for an aircraft with these effectors.
 ///
 /// # Errors
 /// What is not a whole number, not known or does not fit together.
-pub fn order_of(
+pub fn parse(
     command: &CommandMessage,
     effectors: &EffectorList,
-) -> Result<FaultOrder, CommandError> {
+) -> Result<FaultCommand, CommandError> {
     let [unit, failure_type, ..] = command.params;
     let unit = Unit::of_code(integer("unit", unit)?);
     let code = integer("type", failure_type)?;
@@ -149,11 +149,11 @@ pub fn order_of(
     if unit == Unit::EVERYTHING {
         check_everything(command, failure, instances)?;
     }
-    let order = FaultOrder::new(unit, failure, instances);
-    if command.id == USER_1 { with_numbers(order, command) } else { Ok(order) }
+    let fault = FaultCommand::new(unit, failure, instances);
+    if command.id == USER_1 { with_numbers(fault, command) } else { Ok(fault) }
 }
 
-/// Everything at once is only mended.
+/// Everything at once can only be cleared.
 fn check_everything(
     command: &CommandMessage,
     failure: Failure,
@@ -173,7 +173,10 @@ fn check_everything(
 }
 
 /// The parameters of USER_1 that 420 does not have.
-fn with_numbers(order: FaultOrder, command: &CommandMessage) -> Result<FaultOrder, CommandError> {
+fn with_numbers(
+    fault: FaultCommand,
+    command: &CommandMessage,
+) -> Result<FaultCommand, CommandError> {
     let [_, _, _, kind, value, ramp, onset] = command.params;
     let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));
     let onset = if is_given(onset) {
@@ -203,7 +206,7 @@ fn with_numbers(order: FaultOrder, command: &CommandMessage) -> Result<FaultOrde
     } else {
         None
     };
-    Ok(FaultOrder { value, ramp_s, onset, ..order })
+    Ok(FaultCommand { value, ramp_s, onset, ..fault })
 }
 
 /// p3 goes before p4, which counts only where p3 is NaN.

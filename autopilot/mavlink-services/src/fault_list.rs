@@ -24,7 +24,7 @@ pub fn lines(list: &FaultList, effectors: &EffectorList) -> impl Iterator<Item =
 /// Requests the list from the plant where reports can have been missed.
 #[derive(Debug, Default)]
 pub struct FaultListRequest {
-    is_wanted: bool,
+    needs_list: bool,
     /// Number of the intent that is open.
     open: Option<u32>,
 }
@@ -34,23 +34,23 @@ impl Service for FaultListRequest {
         if self.open == Some(number) {
             self.open = None;
             // Without a flight there is nothing to list.
-            self.is_wanted |= *outcome == Outcome::NoAnswer;
+            self.needs_list |= *outcome == Outcome::NoAnswer;
         }
     }
 
     fn handle_event(&mut self, event: &EventKind, _: WallTime, _: &mut Shared) {
         match *event {
-            EventKind::FlightBegan { joined_in_flight } => self.is_wanted = joined_in_flight,
-            EventKind::PlantBack | EventKind::EventsLost(_) => self.is_wanted = true,
+            EventKind::FlightBegan { joined_in_flight } => self.needs_list = joined_in_flight,
+            EventKind::PlantBack | EventKind::EventsLost(_) => self.needs_list = true,
             _ => {}
         }
     }
 
     /// Requests it as soon as there is room for the intent.
     fn poll(&mut self, _: WallTime, shared: &mut Shared) {
-        if self.is_wanted && self.open.is_none() {
+        if self.needs_list && self.open.is_none() {
             self.open = shared.intents.push(PlantAction::ListFaults);
-            self.is_wanted = self.open.is_none();
+            self.needs_list = self.open.is_none();
         }
     }
 }

@@ -71,7 +71,7 @@ struct Burst {
 #[derive(Debug)]
 struct Client {
     from: From,
-    heard: WallTime,
+    last_seen: WallTime,
     sessions: ArrayVec<Session, SESSIONS_MAX>,
     burst: Option<Burst>,
     /// The latest request that may come again, its answer, and when it came first.
@@ -90,8 +90,8 @@ impl Service for FtpService {
         let Message::Ftp(bytes) = message else { return };
         let Some(request) = Request::parse(bytes) else { return };
         let client = self.client(from, now);
-        if let Some((asked, reply, at)) = &client.latest
-            && *asked == **bytes
+        if let Some((latest, reply, at)) = &client.latest
+            && *latest == **bytes
             && now.since(*at) < REPEATED_WITHIN
         {
             return send(&mut shared.peers, from, reply.clone());
@@ -113,7 +113,7 @@ impl Service for FtpService {
     /// Sends what is due of each burst, and forgets who is gone.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.clients.retain(|client| {
-            shared.peers.knows(client.from.peer) && now.since(client.heard) < SILENCE
+            shared.peers.knows(client.from.peer) && now.since(client.last_seen) < SILENCE
         });
         if now < self.next_burst {
             return;
@@ -143,7 +143,7 @@ impl FtpService {
             let same_peer = |client: &&Client| client.from.peer == from.peer;
             if self.clients.iter().filter(same_peer).count() >= CLIENTS_OF_A_PEER_MAX {
                 let oldest =
-                    self.clients.iter().filter(same_peer).min_by_key(|client| client.heard);
+                    self.clients.iter().filter(same_peer).min_by_key(|client| client.last_seen);
                 let oldest = oldest.map(|client| client.from);
                 self.clients.retain(|client| Some(client.from) != oldest);
             }
@@ -151,15 +151,15 @@ impl FtpService {
             self.clients.len() - 1
         });
         let client = &mut self.clients[place];
-        client.heard = now;
+        client.last_seen = now;
         client
     }
 }
 
 impl Client {
     fn new(from: From) -> Self {
-        let heard = WallTime::ZERO;
-        Self { from, heard, sessions: ArrayVec::new(), burst: None, latest: None }
+        let last_seen = WallTime::ZERO;
+        Self { from, last_seen, sessions: ArrayVec::new(), burst: None, latest: None }
     }
 
     /// `None`: a burst begins.
@@ -290,7 +290,7 @@ impl Client {
         Ok(())
     }
 
-    /// The next message of the burst. A file ends with a message that says so, as with PX4.
+    /// The next message of the burst. A file ends with a message that marks its end, as with PX4.
     fn continue_burst(&mut self) -> Option<Reply> {
         let burst = self.burst.as_mut()?;
         let request = Request {
@@ -388,7 +388,7 @@ fn script_name(path: &str) -> Option<&str> {
     (folder == SCRIPTS).then(|| name.trim_matches('/'))
 }
 
-/// The name of the script that a request wants to change.
+/// The name of the script that a request changes.
 fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
     request.path().and_then(script_name).ok_or(Problem::FileProtected)
 }

@@ -95,7 +95,7 @@ impl Services {
 
 impl Ground {
     /// Knows the configured peers and no aircraft yet. `model` scales the effectors' commands and
-    /// says how far they travel.
+    /// has their travel.
     #[must_use]
     pub fn new(parameters: &Parameters, model: &AircraftModel, configured: &[Address]) -> Self {
         let defaults = Parameters::default();
@@ -215,7 +215,7 @@ impl Ground {
     fn handle_frame(&mut self, peer: Peer, frame: &Frame<'_>, now: WallTime) {
         self.traffic.record(frame);
         let Some((target, message)) = codec::decode(frame) else { return };
-        // Of a ping the target says whether it is a request or an answer.
+        // The target of a ping shows whether it is a request or an answer.
         if !matches!(message, Message::Ping(_)) && !target.reaches(self.own) {
             return;
         }
@@ -294,7 +294,7 @@ impl Ground {
         self.send_texts();
     }
 
-    /// The process ends: every station gets a text that says so, and whether the plant has ended before it.
+    /// The process ends: every station gets a text about it and about whether the plant has ended before it.
     pub fn end(&mut self) {
         let (severity, text) = statustext::text_of_end(self.shared.aircraft.phase());
         self.shared.texts.publish_event(severity, text);
@@ -325,10 +325,10 @@ impl Ground {
         self.shared.peers.next_resumable().is_some()
     }
 
-    /// A snapshot of the next tick is wanted.
+    /// The next tick must give a snapshot.
     #[must_use]
-    pub fn wants_snapshot(&self) -> bool {
-        self.services.telemetry.wants_snapshot()
+    pub fn needs_snapshot(&self) -> bool {
+        self.services.telemetry.needs_snapshot()
     }
 
     /// Next intent for the control thread.

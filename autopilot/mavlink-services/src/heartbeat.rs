@@ -112,7 +112,7 @@ fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
             Phase::Flying | Phase::Lost if aircraft.is_terminated() => {
                 MavState::MAV_STATE_FLIGHT_TERMINATION
             }
-            // A plant that is silent says nothing about the aircraft: simulation time stands still.
+            // While the plant is silent nothing is known about the aircraft: simulation time stands still.
             Phase::Flying | Phase::Lost => MavState::MAV_STATE_ACTIVE,
             Phase::OnGround => MavState::MAV_STATE_STANDBY,
         },

@@ -54,7 +54,7 @@ pub struct LogService {
 enum Erasing {
     #[default]
     No,
-    Wanted,
+    Requested,
     /// Under way, as the job with this number.
     Job(u64),
 }
@@ -67,16 +67,16 @@ impl Service for LogService {
         }
         match request {
             LogRequest::List { first, last } => {
-                self.client(from.peer, now).ask_entries(first, last);
+                self.client(from.peer, now).request_entries(first, last);
             }
             LogRequest::Data { id, offset, count } => {
-                self.client(from.peer, now).ask_part(Part::new(id, offset, count));
+                self.client(from.peer, now).request_part(Part::new(id, offset, count));
             }
             LogRequest::End => self.client(from.peer, now).end(),
             LogRequest::Erase => {
                 self.client(from.peer, now).forget();
                 if self.erasing == Erasing::No {
-                    self.erasing = Erasing::Wanted;
+                    self.erasing = Erasing::Requested;
                 }
             }
         }
@@ -99,11 +99,11 @@ impl Service for LogService {
         self.latest_burst = now;
         let mut sent = false;
         for client in self.clients.iter_mut().filter(|client| client.is_ready()) {
-            if client.is_fetching() && !shared.peers.was_heard(client.peer, now, SILENCE) {
+            if client.is_fetching() && !shared.peers.is_present(client.peer, now, SILENCE) {
                 client.end();
                 continue;
             }
-            let sets_pace = client.asks_in_pieces() || shared.peers.is_connection(client.peer);
+            let sets_pace = client.requests_pieces() || shared.peers.is_connection(client.peer);
             let time = if sets_pace { MESSAGE_TIME } else { DATAGRAM_TIME };
             let messages = elapsed.as_micros() / time.as_micros();
             let share = (usize::try_from(messages).unwrap_or(1) / ready).max(1);
@@ -137,7 +137,7 @@ impl LogService {
                 let places = 0..self.clients.len();
                 let oldest = places.min_by_key(|place| {
                     let client = &self.clients[*place];
-                    (client.is_fetching(), client.heard)
+                    (client.is_fetching(), client.last_seen)
                 });
                 self.clients.swap_remove(oldest.unwrap_or_default());
             }
@@ -145,14 +145,14 @@ impl LogService {
             self.clients.len() - 1
         });
         let client = &mut self.clients[place];
-        client.heard = now;
+        client.last_seen = now;
         client
     }
 
     /// What the disk has to do next. To be called when it has nothing to do.
     pub fn pop_job(&mut self) -> Option<LogJob> {
         let number = self.next_number;
-        let job = if self.erasing == Erasing::Wanted {
+        let job = if self.erasing == Erasing::Requested {
             self.erasing = Erasing::Job(number);
             LogJob { number, task: LogTask::Erase }
         } else {
@@ -169,7 +169,7 @@ impl LogService {
         Some(job)
     }
 
-    /// Takes what became of a job. Nobody may want it any more.
+    /// Takes what became of a job. Its client may be gone.
     pub fn handle_done(&mut self, done: LogDone, now: WallTime, shared: &mut Shared) {
         if self.erasing == Erasing::Job(done.number) {
             self.erasing = Erasing::No;
@@ -262,7 +262,7 @@ pub enum LogTask {
 pub struct LogDone {
     /// Number of the job.
     pub number: u64,
-    /// What came of it, or what the system says.
+    /// Its outcome, or the error of the system.
     pub result: Result<LogOutcome, String>,
 }
 

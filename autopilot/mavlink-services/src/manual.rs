@@ -1,6 +1,6 @@
 //! MANUAL_CONTROL and RC_CHANNELS_OVERRIDE: a pilot's sticks.
 //!
-//! | stick | MANUAL_CONTROL | RC_CHANNELS_OVERRIDE | wants |
+//! | stick | MANUAL_CONTROL | RC_CHANNELS_OVERRIDE | commands |
 //! |---|---|---|---|
 //! | roll | y, 1000 right | channel 1, 2000 us right | roll angle up to REF_ROLL_MAX |
 //! | pitch | x, 1000 forward | channel 2, 1000 us forward | descent, back climb |
@@ -10,7 +10,7 @@
 //! An axis that is not there (`i16::MAX`, 65535 for a channel that was never given, 0 for a channel that is
 //! released) stands in the middle; a throttle that is not there leaves the airspeed as it is. The sticks of
 //! the station that has control count ([`super::control`]). When they pause for longer than `COM_RC_LOSS_T` of
-//! wall time, Altitude ends as `NAV_RCL_ACT` says; Position goes on with centred sticks.
+//! wall time, Altitude ends with the action `NAV_RCL_ACT`; Position goes on with centred sticks.
 
 use core::time::Duration;
 
@@ -150,7 +150,7 @@ impl Service for Manual {
         }
     }
 
-    /// Passes on what came too fast. When nothing comes, leaves Altitude as NAV_RCL_ACT says, and in Position lets
+    /// Passes on what came too fast. When nothing comes, leaves Altitude by the action NAV_RCL_ACT, and in Position lets
     /// the sticks be centred.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         if !flies_by_sticks(&shared.aircraft) {

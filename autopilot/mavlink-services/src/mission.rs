@@ -100,7 +100,7 @@ impl Service for MissionService {
             }
             Message::MissionClear(list) => self.clear(list, &mut reply),
             Message::MissionRequestList(list) => self.count(list, &mut reply),
-            // Also the old request is answered with MISSION_ITEM_INT, as its definition says.
+            // Also the old request is answered with MISSION_ITEM_INT, by its definition.
             Message::MissionRequest(list, seq, _) => self.give_item(list, seq, &mut reply),
             Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
             Message::MissionSetCurrent(seq) => {

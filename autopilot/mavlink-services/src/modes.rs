@@ -119,7 +119,7 @@ pub fn requested(
 /// The requested standard mode (MAV_STANDARD_MODE).
 ///
 /// # Errors
-/// The protocol wants FAILED for a standard mode that the vehicle does not have.
+/// The protocol requires FAILED for a standard mode that the vehicle does not have.
 pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, CommandError> {
     let has_it = |mode: &Mode| standard(*mode).is_some_and(|own| own as u8 == standard_mode);
     let Some(mode) = Mode::ALL.into_iter().find(has_it) else {
@@ -191,7 +191,7 @@ pub const COUNT: u8 = Mode::ALL.len() as u8;
 pub fn available_modes(index: u8) -> Option<Encoded> {
     let mode = *Mode::ALL.get(usize::from(index.checked_sub(1)?))?;
     let standard_mode = sent_standard(mode);
-    // The definition leaves the name out where a standard mode says it.
+    // By the definition a standard mode has no name.
     let is_own = standard_mode == MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD;
     let name = if is_own { mode.name() } else { "" };
     Some(Encoded::new(&AVAILABLE_MODES_DATA {
@@ -226,8 +226,8 @@ mod tests {
     use super::*;
     use ::mavlink::dialects::common::MavResult;
 
-    const ALL_HEARD: Streams = Streams { setpoints: true, sticks: true };
-    const NOTHING_HEARD: Streams = Streams { setpoints: false, sticks: false };
+    const ALL_STREAMS: Streams = Streams { setpoints: true, sticks: true };
+    const NO_STREAM: Streams = Streams { setpoints: false, sticks: false };
 
     #[test]
     fn the_encoding_is_that_of_px4() {
@@ -247,7 +247,7 @@ mod tests {
     fn every_mode_is_found_by_its_own_encoding() {
         for mode in Mode::ALL {
             let [_, _, main, sub] = custom_mode(mode).to_le_bytes();
-            assert_eq!(requested(true, main, sub, ALL_HEARD), Ok(mode));
+            assert_eq!(requested(true, main, sub, ALL_STREAMS), Ok(mode));
         }
     }
 
@@ -256,19 +256,18 @@ mod tests {
         for (main, sub) in
             [(0, 0), (1, 0), (3, 1), (4, 2), (4, 6), (4, 11), (4, 12), (7, 0), (255, 255)]
         {
-            let refused = requested(true, main, sub, ALL_HEARD).unwrap_err();
+            let refused = requested(true, main, sub, ALL_STREAMS).unwrap_err();
             assert_eq!(refused.result, MavResult::MAV_RESULT_DENIED, "{main}/{sub}");
             assert!(refused.reason.is_some());
         }
-        assert!(requested(false, 4, 3, ALL_HEARD).is_err());
+        assert!(requested(false, 4, 3, ALL_STREAMS).is_err());
     }
 
     #[test]
     fn modes_that_follow_a_stream_wait_for_it_and_the_others_do_not() {
         for mode in Mode::ALL {
             let [_, _, main, sub] = custom_mode(mode).to_le_bytes();
-            let result =
-                requested(true, main, sub, NOTHING_HEARD).map_err(|refused| refused.result);
+            let result = requested(true, main, sub, NO_STREAM).map_err(|refused| refused.result);
             let needs_stream = matches!(mode, Mode::Offboard | Mode::Altitude);
             let expected = if needs_stream {
                 Err(MavResult::MAV_RESULT_TEMPORARILY_REJECTED)
@@ -284,10 +283,10 @@ mod tests {
         for (number, mode) in
             [(3, Mode::Position), (4, Mode::Altitude), (5, Mode::Return), (6, Mode::Mission)]
         {
-            assert_eq!(requested_standard(number, ALL_HEARD), Ok(mode));
+            assert_eq!(requested_standard(number, ALL_STREAMS), Ok(mode));
         }
         for number in [0, 1, 2, 7, 8, 255] {
-            let refused = requested_standard(number, ALL_HEARD).unwrap_err();
+            let refused = requested_standard(number, ALL_STREAMS).unwrap_err();
             assert_eq!(refused.result, MavResult::MAV_RESULT_FAILED, "{number}");
         }
     }

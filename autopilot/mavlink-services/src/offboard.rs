@@ -271,14 +271,14 @@ pub struct Read {
 pub struct Limited {
     what: &'static str,
     unit: &'static str,
-    asked: f64,
+    requested: f64,
     flown: f64,
 }
 
 impl fmt::Display for Limited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { what, unit, asked, flown } = self;
-        write!(f, "{what} {asked:.1} {unit} is flown as {flown:.1} {unit}")
+        let Self { what, unit, requested, flown } = self;
+        write!(f, "{what} {requested:.1} {unit} is flown as {flown:.1} {unit}")
     }
 }
 
@@ -295,12 +295,12 @@ impl Limiter {
         &mut self,
         what: &'static str,
         unit: &'static str,
-        asked: f64,
+        requested: f64,
         (min, max): (f64, f64),
     ) -> f64 {
-        let flown = asked.max(min).min(max);
-        if asked < min || asked > max {
-            self.0 = self.0.or(Some(Limited { what, unit, asked, flown }));
+        let flown = requested.max(min).min(max);
+        if requested < min || requested > max {
+            self.0 = self.0.or(Some(Limited { what, unit, requested, flown }));
         }
         flown
     }

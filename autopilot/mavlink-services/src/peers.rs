@@ -45,13 +45,13 @@ pub enum Address {
 }
 
 impl Address {
-    /// Bytes come as a stream, and silence means nothing: the connection says when it ends.
+    /// Bytes come as a stream, and silence means nothing: the connection has an end of its own.
     #[must_use]
     pub const fn is_connection(self) -> bool {
         matches!(self, Self::Tcp(_))
     }
 
-    /// A UDP address of this computer. Of a connection the number says nothing.
+    /// A UDP address of this computer. For a connection the number has no meaning.
     #[must_use]
     pub fn is_loopback(self) -> bool {
         match self {
@@ -92,7 +92,7 @@ struct Entry {
     is_local: bool,
     configured: bool,
     since: WallTime,
-    heard: WallTime,
+    last_seen: WallTime,
     /// Used by connections only.
     inbox: Inbox,
     outbox: Outbox,
@@ -132,7 +132,13 @@ impl Peers {
         peers
     }
 
-    fn add(&mut self, address: Address, is_local: bool, configured: bool, heard: WallTime) -> Peer {
+    fn add(
+        &mut self,
+        address: Address,
+        is_local: bool,
+        configured: bool,
+        last_seen: WallTime,
+    ) -> Peer {
         let peer = Peer(self.next);
         self.next = self.next.wrapping_add(1);
         let is_free = |link: &u8| self.entries.iter().all(|entry| entry.link != *link);
@@ -144,8 +150,8 @@ impl Peers {
             link,
             is_local,
             configured,
-            since: heard,
-            heard,
+            since: last_seen,
+            last_seen,
             inbox: Inbox::default(),
             outbox: Outbox::default(),
         });
@@ -156,7 +162,7 @@ impl Peers {
     /// connection that is not open.
     pub fn receive(&mut self, address: Address, now: WallTime) -> Option<Peer> {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
-            entry.heard = now;
+            entry.last_seen = now;
             return Some(entry.peer);
         }
         if address.is_connection() {
@@ -175,8 +181,8 @@ impl Peers {
     /// newest. `None` if all talk and the newest has not had its place for long.
     fn displace(&mut self, now: WallTime) -> Option<()> {
         let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
-        let quietest = visitors().min_by_key(|entry| entry.heard);
-        let quiet = quietest.filter(|entry| now.since(entry.heard) >= QUIET);
+        let quietest = visitors().min_by_key(|entry| entry.last_seen);
+        let quiet = quietest.filter(|entry| now.since(entry.last_seen) >= QUIET);
         let newest = || visitors().max_by_key(|entry| entry.since);
         let stayed = || newest().filter(|entry| now.since(entry.since) >= STAY_MIN);
         let leaves = quiet.or_else(stayed)?.peer;
@@ -212,14 +218,15 @@ impl Peers {
 
     /// Forgets who has been silent for too long.
     pub fn poll(&mut self, now: WallTime) {
-        self.entries.retain(|entry| !entry.can_fall_silent() || now.since(entry.heard) < SILENCE);
+        self.entries
+            .retain(|entry| !entry.can_fall_silent() || now.since(entry.last_seen) < SILENCE);
     }
 
     /// When the next silent peer will be forgotten.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
-        visitors.map(|entry| entry.heard + SILENCE).min()
+        visitors.map(|entry| entry.last_seen + SILENCE).min()
     }
 
     /// Whether `peer` is still known.
@@ -307,9 +314,9 @@ impl Peers {
 
     /// Whether `peer` has an open connection or sent something less than `silence` ago.
     #[must_use]
-    pub fn was_heard(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
+    pub fn is_present(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
         self.entries.iter().any(|entry| {
-            let is_present = entry.address.is_connection() || now.since(entry.heard) < silence;
+            let is_present = entry.address.is_connection() || now.since(entry.last_seen) < silence;
             entry.peer == peer && is_present
         })
     }

@@ -39,7 +39,7 @@ pub enum FileProblem {
     Superseded,
 }
 
-/// Whether a file is as its sender wants it.
+/// Whether a file is as its sender wrote it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Completeness {
     /// Its upload has not ended.

@@ -29,7 +29,7 @@ mod session;
 const DEVICE_SHELL: u8 = 10;
 /// The message is an answer.
 const FLAG_REPLY: u8 = 1;
-/// The sender wants answers.
+/// The sender expects answers.
 const FLAG_RESPOND: u8 = 2;
 /// Bytes of one message.
 const CHUNK: usize = 70;
@@ -58,15 +58,15 @@ impl Service for ShellService {
         if data.device != DEVICE_SHELL || data.flags & FLAG_REPLY != 0 {
             return;
         }
-        let wants_answers = data.flags & FLAG_RESPOND != 0;
+        let expects_answers = data.flags & FLAG_RESPOND != 0;
         let typed = data.typed();
-        if typed.is_empty() && !wants_answers {
+        if typed.is_empty() && !expects_answers {
             // The console was closed.
             return self.sessions.retain(|session| session.from != from);
         }
         let session = self.session(from);
         session.received = now;
-        session.listens(wants_answers);
+        session.listens(expects_answers);
         session.take(typed);
     }
 

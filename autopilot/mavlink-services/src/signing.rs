@@ -85,7 +85,7 @@ pub struct Signing {
     saved: Timestamp,
     /// Newest time that had been taken then.
     saved_accepted: Timestamp,
-    /// Signing was turned on or off, and the log does not say so yet.
+    /// Signing was turned on or off, and the log does not have it yet.
     news: Option<&'static str>,
 }
 
@@ -104,7 +104,7 @@ impl Signing {
             self.key = Some(record.key);
             self.local = self.local.max(record.resume_at());
             self.streams = Streams::above(record.floor(), record.accepted);
-            // The file says from now on that its time is not the last one.
+            // From now on the file marks its time as not the last one.
             self.is_unsaved = true;
         }
         self

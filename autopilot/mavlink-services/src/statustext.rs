@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_matters_least_is_not_shown_when_there_are_too_many_texts() {
+    fn the_least_important_texts_are_dropped_when_there_are_too_many() {
         let mut texts = StatusTexts::default();
         texts.publish(MavSeverity::MAV_SEVERITY_EMERGENCY, "ground");
         for number in 0..100 {
@@ -277,7 +277,7 @@ mod tests {
             texts.take_unreported().map(|(_, text)| text).unwrap(),
             "70 texts were not shown"
         );
-        assert_eq!(texts.take_unreported(), None, "said once");
+        assert_eq!(texts.take_unreported(), None, "reported once");
     }
 
     /// As receivers see a chunk: up to its NUL.

@@ -113,9 +113,9 @@ impl Service for Telemetry {
 }
 
 impl Telemetry {
-    /// A snapshot of the next tick is wanted.
+    /// The next tick must give a snapshot.
     #[must_use]
-    pub fn wants_snapshot(&self) -> bool {
+    pub fn needs_snapshot(&self) -> bool {
         self.waiting.is_some() || self.still
     }
 

@@ -1,5 +1,5 @@
 //! Conversations in virtual time: a ground station that speaks through the crate's own encoder, the real
-//! control side, and a plant that says what the test tells it to.
+//! control side, and a plant that answers as the test sets it.
 
 mod commands;
 mod every_command;

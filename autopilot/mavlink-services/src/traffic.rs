@@ -8,37 +8,38 @@ use ::mavlink::dialects::common::{LOG_DATA_DATA, SETUP_SIGNING_DATA};
 use super::codec::Frame;
 
 /// Frames that may wait to be taken: more than one datagram can have.
-const HEARD_MAX: usize = 512;
+const RECEIVED_MAX: usize = 512;
 
 /// Frames that were received and not taken yet.
 #[derive(Debug, Default)]
 pub struct Traffic {
-    is_wanted: bool,
-    heard: VecDeque<Vec<u8>>,
+    is_recording: bool,
+    received: VecDeque<Vec<u8>>,
     dropped: u64,
 }
 
 impl Traffic {
     /// From now on frames are kept until they are taken.
-    pub fn want(&mut self) {
-        self.is_wanted = true;
+    pub fn record_from_now(&mut self) {
+        self.is_recording = true;
     }
 
     /// A good frame has come. A key for signing is not recorded, and neither is what [`is_bulk`].
     pub(super) fn record(&mut self, frame: &Frame<'_>) {
-        if !self.is_wanted || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID {
+        if !self.is_recording || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID
+        {
             return;
         }
-        if self.heard.len() >= HEARD_MAX {
+        if self.received.len() >= RECEIVED_MAX {
             self.dropped += 1;
             return;
         }
-        self.heard.push_back(frame.bytes.to_vec());
+        self.received.push_back(frame.bytes.to_vec());
     }
 
     /// The next received frame.
     pub fn pop(&mut self) -> Option<Vec<u8>> {
-        self.heard.pop_front()
+        self.received.pop_front()
     }
 
     /// Frames that found no room, since the last call.
@@ -65,13 +66,13 @@ mod tests {
         let mut traffic = Traffic::default();
         let frame = |id, bytes| Frame { sender: OWN, id, payload: &[], bytes };
         traffic.record(&frame(0, b"early"));
-        traffic.want();
+        traffic.record_from_now();
         traffic.record(&frame(256, b"secret"));
         traffic.record(&frame(120, b"bulk"));
-        traffic.record(&frame(0, b"heard"));
-        assert_eq!(traffic.pop(), Some(b"heard".to_vec()));
+        traffic.record(&frame(0, b"taken"));
+        assert_eq!(traffic.pop(), Some(b"taken".to_vec()));
         assert_eq!(traffic.pop(), None);
-        for _ in 0..HEARD_MAX + 3 {
+        for _ in 0..RECEIVED_MAX + 3 {
             traffic.record(&frame(0, b"x"));
         }
         assert_eq!((traffic.take_dropped(), traffic.take_dropped()), (3, 0));

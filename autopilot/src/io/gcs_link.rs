@@ -207,7 +207,7 @@ impl GcsLink {
             ground.open_log_folder();
         }
         if tlog.is_some() {
-            ground.traffic().want();
+            ground.traffic().record_from_now();
         }
         Ok(Self {
             ground,
@@ -274,7 +274,7 @@ impl GcsLink {
             }
             self.stores.poll(&mut self.ground, now);
             self.begin_log_job();
-            let wanted = self.ground.wants_snapshot();
+            let wanted = self.ground.needs_snapshot();
             channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
             let deadline = self.next_wake(now);

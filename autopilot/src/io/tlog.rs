@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_recorded_is_in_the_file_soon_while_it_goes_on() {
+    fn recorded_frames_are_in_the_file_soon_while_recording_goes_on() {
         let folder = tempfile::tempdir().unwrap();
         let mut tlog = Tlog::open(folder.path(), START_US, 1000).unwrap();
         tlog.record(at(0), b"frame");

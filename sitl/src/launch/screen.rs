@@ -173,7 +173,7 @@ impl Screen {
         }
         if let Some(path) = &self.log {
             print(&flight_log(path))?;
-            print(&how_to_draw(path, program))?;
+            print(&plot_hint(path, program))?;
         }
         Ok(())
     }
@@ -230,7 +230,7 @@ fn flight_log(path: &Path) -> String {
 }
 
 /// How to look at the log.
-fn how_to_draw(path: &Path, program: &Path) -> String {
+fn plot_hint(path: &Path, program: &Path) -> String {
     format!("draw it          {} plot '{}'", program.display(), path.display())
 }
 

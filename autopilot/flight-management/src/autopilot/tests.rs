@@ -303,7 +303,7 @@ fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
 }
 
 #[test]
-fn what_is_sensed_while_time_stands_still_is_shown_and_leaves_no_trace() {
+fn sensors_read_while_time_stands_still_are_shown_and_leave_no_trace() {
     let mut autopilot = flying();
     let mut slow = sensors();
     slow.pitot_m_s.value = 190.0;
@@ -365,7 +365,7 @@ fn the_mode_changes_before_its_outcome_is_told() {
 }
 
 #[test]
-fn what_is_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
+fn a_mode_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
     use crate::vehicle::Place;
     use crate::vehicle::plan::{Action, Item, Plan, Point, Progress};
     let point = Point { place: None, altitude_m: Some(6_000.0) };

@@ -148,7 +148,7 @@ fn every_version_of_qgroundcontrol_shows_what_matters_as_a_banner_and_good_news_
 }
 
 #[test]
-fn what_can_be_a_banner_is_one_message() {
+fn a_text_that_can_be_a_banner_is_one_message() {
     for (_, shown, text) in texts() {
         assert!(shown != Shown::Banner || text.len() <= 50, "{} characters: {text}", text.len());
     }

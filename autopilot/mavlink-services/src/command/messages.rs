@@ -5,7 +5,7 @@ use crate::codec::CommandMessage;
 use crate::command_error::CommandError;
 use crate::telemetry;
 
-/// REQUEST_MESSAGE: p1 message, p2 what the message says it means.
+/// REQUEST_MESSAGE: p1 message, p2 as the message defines it.
 pub fn request(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [id, index, ..] = command.params;
     show(caller, id, index)

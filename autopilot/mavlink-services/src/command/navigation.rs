@@ -38,7 +38,7 @@ pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decis
     };
     let target = location(command, caller.shared)?;
     let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
-    Ok(ask(
+    Ok(circle_at(
         Reposition {
             place: target.place,
             altitude_m: target.altitude_m,
@@ -67,7 +67,7 @@ pub fn orbit(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, 
     }
     let centre = location(command, caller.shared)?;
     let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
-    Ok(ask(
+    Ok(circle_at(
         Reposition {
             place: centre.place,
             altitude_m: centre.altitude_m,
@@ -102,7 +102,7 @@ fn circle(
 ) -> Result<Decision, CommandError> {
     let (radius_m, clockwise) = signed_radius("radius", radius)?;
     let centre = location_or_here(command, shared)?;
-    Ok(ask(
+    Ok(circle_at(
         Reposition {
             place: centre.place,
             altitude_m: centre.altitude_m,
@@ -116,18 +116,20 @@ fn circle(
 }
 
 /// Passes it on; a circle that is too small for the airspeed is reported. In wind it becomes wider still.
-fn ask(wanted: Reposition, shared: &Shared) -> Decision {
+fn circle_at(target: Reposition, shared: &Shared) -> Decision {
     let rules = Rules::new(
         shared.parameters.limits,
         shared.parameters.navigation,
         &shared.parameters.gains,
     );
     let now_m_s = shared.aircraft.snapshot().map(|state| state.demand.airspeed_m_s);
-    let least_m = wanted.airspeed_m_s.or(now_m_s).map(|speed| rules.smallest_circle_m(speed));
-    let widened = wanted.radius_m.zip(least_m).filter(|(asked_m, least_m)| asked_m < least_m);
-    let note = widened
-        .map(|(asked_m, least_m)| format!("Radius {asked_m:.0} m is flown as {least_m:.0} m"));
-    Decision::pass_on(VehicleCommand::Reposition(wanted)).with_note(note)
+    let least_m = target.airspeed_m_s.or(now_m_s).map(|speed| rules.smallest_circle_m(speed));
+    let widened =
+        target.radius_m.zip(least_m).filter(|(requested_m, least_m)| requested_m < least_m);
+    let note = widened.map(|(requested_m, least_m)| {
+        format!("Radius {requested_m:.0} m is flown as {least_m:.0} m")
+    });
+    Decision::pass_on(VehicleCommand::Reposition(target)).with_note(note)
 }
 
 /// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
@@ -144,7 +146,7 @@ pub fn pause_or_continue(
     Ok(Decision::pass_on(VehicleCommand::Continue))
 }
 
-/// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever p7 says.
+/// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever p7 is.
 pub fn set_home(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [here, _, _, _, _, _, altitude] = command.params;
     if flag("p1", here)? {
@@ -200,11 +202,11 @@ pub fn set_mission_item(
     let [item, reset, ..] = command.params;
     let resets = !reset.is_nan() && flag("p2", reset)?;
     if number("item p1", item)? == Some(CURRENT) && !resets {
-        // The definition wants the current item sent also when nothing changes.
+        // By the definition the current item is sent also when nothing changes.
         let state = caller.shared.aircraft.snapshot();
         return Ok(Decision::answer(state.map(telemetry::mission_current).into_iter().collect()));
     }
-    // The protocol wants FAILED for an item that is not there, and for a plan that is not there.
+    // The protocol requires FAILED for an item that does not exist, and without a plan.
     let plan =
         plan(caller).map_err(|refused| CommandError::failed(refused.reason.unwrap_or_default()))?;
     let item = match number("item p1", item)? {

@@ -33,7 +33,7 @@ const NO_ANSWER: &str = "the aircraft does not answer";
 pub struct Part {
     /// Number of the intent.
     pub number: u32,
-    /// What it breaks or mends, for the text.
+    /// The fault that it injects or clears, for the text.
     pub fault: Option<FaultRequest>,
 }
 
@@ -71,7 +71,7 @@ struct Open {
 /// What the parts of a command came to so far.
 #[derive(Debug)]
 struct Verdict {
-    /// Accepted, until a part says otherwise; once denied, it stays denied.
+    /// Accepted, until a part is not; once denied, it stays denied.
     result: MavResult,
     reasons: Reasons,
     /// A part was refused, not just left without an answer.
@@ -205,7 +205,7 @@ impl Pending {
     }
 }
 
-/// Says in one text what was not done, and acknowledges each copy. Parts still open have no answer.
+/// Reports in one text what was not done, and acknowledges each copy. Parts still open have no answer.
 fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
     for part in &open.parts {
         open.verdict.not_now(part.target(), NO_ANSWER);
@@ -318,7 +318,7 @@ impl Verdict {
             );
             texts.inform(now, text);
         } else if !self.healthy.is_empty() && !self.cleared_active {
-            // Beside something that was cleared_active, it is no news.
+            // Beside a fault that was cleared while active it needs no text.
             let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
             texts.inform(now, text);
         }

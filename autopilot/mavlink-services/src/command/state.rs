@@ -101,7 +101,7 @@ pub fn calibrate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, C
     Err(CommandError::unsupported("Calibration refused: the sensors need none"))
 }
 
-/// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol wants FAILED for anything less.
+/// DO_FLIGHTTERMINATION: p1 above 0.5 terminates; the protocol requires FAILED for anything less.
 pub fn terminate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     let [terminate, ..] = command.params;
     if !terminate.is_finite() {

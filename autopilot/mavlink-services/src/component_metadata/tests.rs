@@ -121,7 +121,7 @@ fn compatibility_parameters_stand_apart_and_are_read_only() {
 }
 
 #[test]
-fn the_actuator_file_names_the_eight_effectors_and_asks_for_no_page() {
+fn the_actuator_file_names_the_eight_effectors_and_needs_no_page() {
     let actuators = file("actuators.json");
     let required = ["version", "outputs_v1", "functions_v1", "mixer_v1"];
     assert_keys(&actuators, &required, &["show-ui-if"]);

@@ -10,7 +10,7 @@ const NAN: f32 = f32::NAN;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
 
-fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
+fn requested(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
     let command = CommandMessage { id, params, frame: None, xy: None };
     let model = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
     requests(&command, &Parameters::default(), &model).map(|requests| requests.to_vec()).map_err(
@@ -22,12 +22,12 @@ fn ask(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
 }
 
 fn inject(p1: f32, p2: f32, p3: f32, p4: f32) -> Result<Vec<FaultRequest>, MavResult> {
-    ask(INJECT_FAILURE, [p1, p2, p3, p4, NAN, NAN, NAN])
+    requested(INJECT_FAILURE, [p1, p2, p3, p4, NAN, NAN, NAN])
 }
 
 /// USER_1 for the left elevator.
 fn user(p2: f32, p4: f32, p5: f32, p6: f32, p7: f32) -> Result<Vec<FaultRequest>, MavResult> {
-    ask(USER_1, [102.0, p2, 3.0, p4, p5, p6, p7])
+    requested(USER_1, [102.0, p2, 3.0, p4, p5, p6, p7])
 }
 
 #[test]
@@ -42,24 +42,25 @@ fn instances_are_the_documented_effectors() {
         tvc_jet::NOZZLE_YAW,
     ];
     for (instance, effector) in (1_u8..).zip(servos) {
-        let asked = inject(102.0, 2.0, f32::from(instance), 0.0).unwrap();
+        let requests = inject(102.0, 2.0, f32::from(instance), 0.0).unwrap();
         let kind = FaultKind::StuckHere;
         assert_eq!(
-            asked,
+            requests,
             [FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW }]
         );
         assert_eq!(unit_and_instance(effector, &tvc_jet::effectors()), ("servo", instance));
     }
-    let asked = inject(101.0, 0.0, 1.0, 0.0).unwrap();
-    assert_eq!(asked, [FaultRequest::Clear { target: tvc_jet::ENGINE.into() }]);
+    let requests = inject(101.0, 0.0, 1.0, 0.0).unwrap();
+    assert_eq!(requests, [FaultRequest::Clear { target: tvc_jet::ENGINE.into() }]);
 }
 
 #[test]
 fn zero_is_all_instances_and_a_mask_counts_only_without_an_instance() {
     assert_eq!(inject(102.0, 1.0, 0.0, 0.0).unwrap().len(), 7);
     assert_eq!(inject(102.0, 1.0, 2.0, 127.0).unwrap().len(), 1);
-    let asked = inject(102.0, 1.0, NAN, 5.0).unwrap();
-    let named: Vec<_> = asked.iter().filter_map(|request| request.target()?.effector()).collect();
+    let requests = inject(102.0, 1.0, NAN, 5.0).unwrap();
+    let named: Vec<_> =
+        requests.iter().filter_map(|request| request.target()?.effector()).collect();
     assert_eq!(named, [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR]);
     for mask in [0.0, NAN, 128.0, -1.0, 1.5] {
         assert_eq!(inject(102.0, 1.0, NAN, mask), Err(DENIED), "mask {mask}");
@@ -88,8 +89,8 @@ fn unknown_units_and_types_are_unsupported_and_odd_numbers_denied() {
 fn every_type_is_a_fault_of_a_servo_and_of_the_engine() {
     for failure_type in 1_u8..=8 {
         for unit in [101.0, 102.0] {
-            let asked = inject(unit, failure_type.into(), 1.0, 0.0).unwrap();
-            let [FaultRequest::Inject { kind, .. }] = asked[..] else { panic!("{asked:?}") };
+            let requests = inject(unit, failure_type.into(), 1.0, 0.0).unwrap();
+            let [FaultRequest::Inject { kind, .. }] = requests[..] else { panic!("{requests:?}") };
             assert_eq!(kind.info().mavlink.failure_type.code(), failure_type, "{kind:?}");
         }
     }
@@ -148,5 +149,9 @@ fn user_1_refuses_what_it_cannot_do() {
     for onset in [-1.0, f32::INFINITY, 1.0e9] {
         assert_eq!(user(2.0, 1.0, 5.0, 0.0, onset), Err(DENIED), "onset {onset} s");
     }
-    assert_eq!(ask(USER_1, [102.0, 2.0, NAN, 1.0, 5.0, 0.0, 0.0]), Err(DENIED), "no instance");
+    assert_eq!(
+        requested(USER_1, [102.0, 2.0, NAN, 1.0, 5.0, 0.0, 0.0]),
+        Err(DENIED),
+        "no instance"
+    );
 }

@@ -23,7 +23,7 @@ impl Unit {
     pub const MOTOR: Self = Self(101);
     /// What moves: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
-    /// Every effector, only to mend and only in MAV_CMD_USER_1: a ground station's button is one command.
+    /// Every effector, only to clear faults and only in MAV_CMD_USER_1: a ground station's button is one command.
     pub const EVERYTHING: Self = Self(-1);
 
     /// Number, name, and why it does not fail here.
@@ -140,10 +140,10 @@ impl fmt::Display for Unit {
     }
 }
 
-/// What an order does to its targets.
+/// What a command does to its targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
-    /// A type of MAVLink: mends, or is one of its kinds, by the value or by the parameter of its mode.
+    /// A type of MAVLink: clears, or is one of its kinds, by the value or by the parameter of its mode.
     Type(FailureType),
     /// This kind, and no other of its type.
     Kind(&'static KindInfo),
@@ -371,7 +371,7 @@ fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
 pub(super) fn to_si(number: f64, measure: Measure, engine_n: Option<f64>) -> f64 {
     match (measure, engine_n) {
         (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
-        // Parameters and texts have milliseconds, orders seconds.
+        // Parameters and texts have milliseconds, commands seconds.
         (Measure::Milliseconds, _) => number,
         (measure, _) => measure.unit(TargetClass::Angle).to_si(number),
     }
@@ -402,14 +402,14 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_that_does_not_fail_is_told_by_name_and_number_with_the_reason() {
-        let said =
+    fn a_unit_that_does_not_fail_is_refused_by_name_and_number_with_the_reason() {
+        let text =
             |code| Unit::of_code(code).check(&tvc_jet::effectors()).unwrap_err().reason.unwrap();
         assert_eq!(
-            said(4),
+            text(4),
             "Fault refused: no failures of unit GPS (4): the sensors of this aircraft do not fail"
         );
-        assert_eq!(said(77), "Fault refused: no failures of unit 77: it is not known");
+        assert_eq!(text(77), "Fault refused: no failures of unit 77: it is not known");
     }
 
     fn failure(name: &str) -> Failure {
@@ -453,7 +453,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_of_the_type_is_refused() {
+    fn a_value_that_is_not_of_the_type_is_refused() {
         for (name, text) in [
             ("stuck", "5%"),
             ("stuck", "5kN"),

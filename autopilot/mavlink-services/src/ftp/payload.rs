@@ -52,7 +52,7 @@ pub(super) struct Request<'a> {
     pub sequence: u16,
     pub session: u8,
     pub opcode: u8,
-    /// Bytes of data, or wanted bytes of a read.
+    /// Bytes of data, or requested bytes of a read.
     pub size: usize,
     pub offset: u32,
     pub data: &'a [u8],

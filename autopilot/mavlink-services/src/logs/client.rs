@@ -32,16 +32,16 @@ impl Block {
     }
 }
 
-/// What a ground station wants, and how far it has got.
+/// What a ground station requests, and how far it has got.
 #[derive(Debug)]
 pub(super) struct Client {
     pub peer: Peer,
-    pub heard: WallTime,
+    pub last_seen: WallTime,
     /// The job whose outcome it waits for.
     pub waiting: Option<LogJob>,
     /// The logs with their numbers: place in the list.
     listing: Option<Vec<LogFile>>,
-    wants_listing: bool,
+    needs_listing: bool,
     /// Numbers of the entries that are still to be sent.
     entries: Option<(u16, u16)>,
     ranges: Ranges,
@@ -49,66 +49,66 @@ pub(super) struct Client {
 }
 
 impl Client {
-    pub fn new(peer: Peer, heard: WallTime) -> Self {
+    pub fn new(peer: Peer, last_seen: WallTime) -> Self {
         Self {
             peer,
-            heard,
+            last_seen,
             waiting: None,
             listing: None,
-            wants_listing: false,
+            needs_listing: false,
             entries: None,
             ranges: Ranges::default(),
             block: None,
         }
     }
 
-    /// Wants the entries `first` to `last`. Asked from the beginning, the folder is looked at again;
+    /// Requests the entries `first` to `last`. A request from the beginning reads the folder again;
     /// otherwise numbers keep their logs.
-    pub fn ask_entries(&mut self, first: u16, last: u16) {
+    pub fn request_entries(&mut self, first: u16, last: u16) {
         self.entries = Some((first, last));
         if first == 0 || self.listing.is_none() {
-            self.want_listing();
+            self.request_listing();
         }
     }
 
-    /// Wants a part of a log.
-    pub fn ask_part(&mut self, mut part: Part) {
+    /// Requests a part of a log.
+    pub fn request_part(&mut self, mut part: Part) {
         match &self.listing {
             Some(listing) => part.log = listing.get(usize::from(part.id)).cloned(),
-            None => self.want_listing(),
+            None => self.request_listing(),
         }
-        self.ranges.ask(part);
+        self.ranges.add(part);
     }
 
-    fn want_listing(&mut self) {
-        if !self.wants_listing {
-            self.wants_listing = true;
+    fn request_listing(&mut self) {
+        if !self.needs_listing {
+            self.needs_listing = true;
             // What it waits for now is requested again after the listing.
             self.waiting = None;
         }
     }
 
-    /// Wants nothing any more; the numbers of the logs stay.
+    /// Ends all requests; the numbers of the logs stay.
     pub fn end(&mut self) {
         self.ranges.clear();
         self.entries = None;
-        self.wants_listing = false;
+        self.needs_listing = false;
         self.waiting = None;
         self.block = None;
     }
 
-    /// Wants the numbers forgotten too: the logs are gone.
+    /// Forgets the numbers too: the logs are gone.
     pub fn forget(&mut self) {
         self.end();
         self.listing = None;
     }
 
-    /// It requests piece by piece, and so sets its own pace.
-    pub fn asks_in_pieces(&self) -> bool {
+    /// It requests piece after piece, and so sets its own pace.
+    pub fn requests_pieces(&self) -> bool {
         self.ranges.first().is_some_and(|part| part.is_piece)
     }
 
-    /// A part of a log is wanted.
+    /// A part of a log is requested.
     pub fn is_fetching(&self) -> bool {
         !self.ranges.is_empty()
     }
@@ -118,7 +118,7 @@ impl Client {
         if self.waiting.is_some() {
             return None;
         }
-        if self.wants_listing {
+        if self.needs_listing {
             return Some(LogTask::List);
         }
         let part = self.ranges.first()?;
@@ -132,7 +132,7 @@ impl Client {
         Some(LogTask::Read { name: log.name.clone(), offset: part.offset, length })
     }
 
-    /// Takes what became of the job it waits for. `Err`: why it is not what was wanted.
+    /// Takes what became of the job it waits for. `Err`: why it failed.
     pub fn take_done(&mut self, done: LogDone) -> Result<(), String> {
         let Some(LogJob { task, .. }) = self.waiting.take() else { return Ok(()) };
         let problem = match (task, done.result) {
@@ -164,7 +164,7 @@ impl Client {
     }
 
     fn take_listing(&mut self, logs: Vec<LogFile>) {
-        self.wants_listing = false;
+        self.needs_listing = false;
         self.ranges.resolve(&logs);
         self.listing = Some(logs);
     }
@@ -179,13 +179,13 @@ impl Client {
 
     /// Something can be sent at once.
     pub fn is_ready(&self) -> bool {
-        let wants_anything = self.entries.is_some() || self.is_fetching();
-        wants_anything && !self.wants_listing && self.waiting.is_none() && self.task().is_none()
+        let is_open = self.entries.is_some() || self.is_fetching();
+        is_open && !self.needs_listing && self.waiting.is_none() && self.task().is_none()
     }
 
     /// The next message; `None` if there is none, or if the disk has to do something first.
     pub fn next(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<Encoded> {
-        if self.wants_listing {
+        if self.needs_listing {
             return None;
         }
         self.next_entry(now, texts).or_else(|| self.next_data(now, texts))
@@ -224,13 +224,13 @@ impl Client {
             return Some(data(id, offset, &[]));
         };
         if offset >= log.size || part.is_over() || part.is_gone {
-            // Nothing, which says where the log ends.
+            // An empty message marks the end of the log.
             self.ranges.drop_first();
             return Some(data(id, offset, &[]));
         }
         let rest = self.block.as_ref()?.rest(&log.name, offset);
-        let wanted = usize::try_from(part.end - u64::from(offset)).unwrap_or(DATA);
-        let bytes = rest.get(..wanted.min(DATA)).unwrap_or(rest);
+        let length = usize::try_from(part.end - u64::from(offset)).unwrap_or(DATA);
+        let bytes = rest.get(..length.min(DATA)).unwrap_or(rest);
         if bytes.is_empty() {
             return None;
         }
@@ -244,7 +244,7 @@ impl Client {
     }
 }
 
-/// There are no logs: one LOG_ENTRY says so, or the station waits for more.
+/// The LOG_ENTRY for "there are no logs", or the station waits for more.
 pub(super) fn no_logs() -> Encoded {
     Encoded::new(&LOG_ENTRY_DATA::DEFAULT)
 }
@@ -274,7 +274,7 @@ pub(super) struct Part {
     pub is_gone: bool,
     /// Next byte.
     pub offset: u32,
-    /// First byte that is not wanted; may be beyond the end of the log.
+    /// First byte that is not requested; may be beyond the end of the log.
     pub end: u64,
     /// One of several that are requested one after the other.
     pub is_piece: bool,
@@ -286,7 +286,7 @@ impl Part {
         Self { id, log: None, is_gone: false, offset, end, is_piece: count <= PIECE }
     }
 
-    /// Nothing more of it is wanted.
+    /// All of it was sent.
     pub fn is_over(&self) -> bool {
         u64::from(self.offset) >= self.end
     }
@@ -305,7 +305,7 @@ pub(super) struct Ranges {
 impl Ranges {
     /// Takes a new request. Another log, or something that is on its way already, takes the place of all
     /// that waits: the ground station has begun anew. Gaps elsewhere in the same log wait behind.
-    pub fn ask(&mut self, part: Part) {
+    pub fn add(&mut self, part: Part) {
         let begins_anew = |old: &Part| old.id != part.id || old.overlaps(&part);
         if self.parts.iter().any(begins_anew) {
             self.parts.clear();
@@ -330,8 +330,8 @@ impl Ranges {
         self.parts.first_mut()
     }
 
-    /// The log is gone: its first part is to say so, and the others are not wanted any more. All parts are of
-    /// one log. Its number, if it was this log that is wanted.
+    /// The log is gone: its first part ends the download, and the others are dropped. All parts are of
+    /// one log. Its number, if it is this log.
     pub fn lose(&mut self, name: &str) -> Option<u16> {
         let part = self.parts.first_mut()?;
         part.log.as_ref().filter(|log| log.name == name)?;
@@ -348,7 +348,7 @@ impl Ranges {
         }
     }
 
-    /// Says which logs the numbers mean; parts that know theirs keep it.
+    /// Resolves the numbers to logs; parts that know theirs keep it.
     pub fn resolve(&mut self, listing: &[LogFile]) {
         for part in self.parts.iter_mut().filter(|part| part.log.is_none()) {
             part.log = listing.get(usize::from(part.id)).cloned();
@@ -368,18 +368,18 @@ mod tests {
     fn gaps_of_one_log_wait_behind_each_other_and_a_new_beginning_replaces_them() {
         let mut ranges = Ranges::default();
         for gap in 0..20 {
-            ranges.ask(Part::new(0, gap * 900, 90));
+            ranges.add(Part::new(0, gap * 900, 90));
         }
         assert_eq!(offsets(&ranges).len(), 20);
-        ranges.ask(Part::new(0, 90, 1_000_000));
+        ranges.add(Part::new(0, 90, 1_000_000));
         assert_eq!(offsets(&ranges), [90], "it covers what waited");
-        ranges.ask(Part::new(1, 5_000_000, 90));
+        ranges.add(Part::new(1, 5_000_000, 90));
         assert_eq!(offsets(&ranges), [5_000_000], "another log");
         for gap in 0..1000 {
-            ranges.ask(Part::new(1, gap * 90, 90));
+            ranges.add(Part::new(1, gap * 90, 90));
         }
         assert_eq!(offsets(&ranges).len(), PARTS_MAX);
-        ranges.ask(Part::new(1, u32::MAX, u32::MAX));
+        ranges.add(Part::new(1, u32::MAX, u32::MAX));
         assert!(!ranges.first().unwrap().is_over());
     }
 }

@@ -187,9 +187,9 @@ fn change_speed(
     Ok(Action::ChangeSpeed { airspeed_m_s })
 }
 
-/// `current` of an item that says where to go.
+/// `current` of an item with a place to go to.
 const GO_TO: u8 = 2;
-/// `current` of an item that says how high to fly.
+/// `current` of an item with an altitude to fly at.
 const GUIDED_ALTITUDE: u8 = 3;
 
 /// The item is no part of a plan.

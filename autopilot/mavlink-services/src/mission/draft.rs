@@ -66,7 +66,7 @@ impl Draft {
         self.count
     }
 
-    /// The item that is wanted next.
+    /// The item to request next.
     #[must_use]
     pub fn next(&self) -> u16 {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
@@ -81,7 +81,7 @@ impl Draft {
     /// Takes the next item. A delay is flown at the point before it.
     ///
     /// # Errors
-    /// [`Rejected`] says what of it cannot be flown.
+    /// [`Rejected`] names what of it cannot be flown.
     pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
         let seq = self.next();
         let mut taken = action::of(item, rules, &mut |note| self.notes.add(note, seq));

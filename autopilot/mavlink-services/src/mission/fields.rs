@@ -14,7 +14,7 @@ const FRAMES_WITH_ALTITUDE: [u8; 4] = [0, 5, 3, 6];
 /// "Not given" in x and y.
 const NOT_GIVEN: i32 = i32::MAX;
 
-/// Whether latitude and longitude zero mean the place of the aircraft, as the definitions say of circles.
+/// Whether latitude and longitude zero mean the place of the aircraft, as the definitions have it for circles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeros {
     /// They do.

@@ -153,7 +153,7 @@ impl MissionService {
         self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, reply);
     }
 
-    /// Asks the control side for something; its outcome is acknowledged for `list`.
+    /// Sends a command to the control side; its outcome is acknowledged for `list`.
     pub(super) fn request(
         &mut self,
         command: VehicleCommand,

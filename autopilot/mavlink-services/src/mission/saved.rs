@@ -151,7 +151,7 @@ pub(super) enum Restoring {
     /// It was not requested from the control side yet.
     Waiting(SavedPlan),
     /// It was requested by the intent with this number.
-    Asked(u32, Arc<Stored>, Notes),
+    Requested(u32, Arc<Stored>, Notes),
 }
 
 impl MissionService {
@@ -163,7 +163,7 @@ impl MissionService {
         }
     }
 
-    /// Asks the control side to take the saved plan, once.
+    /// Commands the control side to take the saved plan, once.
     pub(super) fn restore(&mut self, now: WallTime, shared: &mut Shared) {
         if !matches!(self.restoring, Restoring::Waiting(_)) || shared.intents.room() == 0 {
             return;
@@ -174,7 +174,7 @@ impl MissionService {
         match checked(&saved, &rules) {
             Ok(Finished { stored, plan, notes }) => {
                 if let Some(number) = shared.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
-                    self.restoring = Restoring::Asked(number, Arc::new(stored), notes);
+                    self.restoring = Restoring::Requested(number, Arc::new(stored), notes);
                 }
             }
             Err(rejected) => report_refusal(&rejected.reason, now, shared),
@@ -190,7 +190,7 @@ impl MissionService {
         shared: &mut Shared,
     ) {
         self.restoring = match std::mem::take(&mut self.restoring) {
-            Restoring::Asked(asked, stored, notes) if asked == number => {
+            Restoring::Requested(requested, stored, notes) if requested == number => {
                 match outcome {
                     Outcome::Done => {
                         let text = format!("Mission of the last run: {} items", stored.count());

@@ -27,7 +27,7 @@ pub struct Upload {
     pub from: From,
     /// What has come.
     pub draft: Draft,
-    asked: WallTime,
+    requested_at: WallTime,
     tries: u32,
     as_int: bool,
 }
@@ -36,13 +36,13 @@ impl Upload {
     /// Nothing has come, and the first item was not requested.
     #[must_use]
     pub fn new(from: From, draft: Draft) -> Self {
-        Self { from, draft, asked: WallTime::ZERO, tries: 0, as_int: true }
+        Self { from, draft, requested_at: WallTime::ZERO, tries: 0, as_int: true }
     }
 
     /// The request for the next item.
     #[must_use]
     pub fn request(&mut self, now: WallTime) -> Encoded {
-        self.asked = now;
+        self.requested_at = now;
         self.tries += 1;
         wire::request(self.draft.next(), self.as_int, self.from.sender)
     }
@@ -57,8 +57,8 @@ impl Upload {
     /// The request once more, since something else came; `None` if it has just been sent.
     #[must_use]
     pub fn request_again(&mut self, now: WallTime) -> Option<Encoded> {
-        (now.since(self.asked) >= AGAIN).then(|| {
-            self.asked = now;
+        (now.since(self.requested_at) >= AGAIN).then(|| {
+            self.requested_at = now;
             wire::request(self.draft.next(), self.as_int, self.from.sender)
         })
     }
@@ -73,7 +73,7 @@ impl Upload {
     /// When the request will be sent once more, or the upload given up.
     #[must_use]
     pub fn deadline(&self) -> WallTime {
-        self.asked + REQUEST_TIMEOUT
+        self.requested_at + REQUEST_TIMEOUT
     }
 
     /// The next item was requested often enough.
@@ -92,7 +92,7 @@ const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
 struct Download {
     from: From,
     plan: Arc<Stored>,
-    asked: WallTime,
+    requested_at: WallTime,
 }
 
 /// The downloads under way.
@@ -100,27 +100,28 @@ struct Download {
 pub struct Downloads(Vec<Download>);
 
 impl Downloads {
-    /// Somebody wants the list.
+    /// A station requests the list.
     pub fn begin(&mut self, from: From, plan: &Arc<Stored>, now: WallTime) {
         self.end(from);
         if self.0.len() >= DOWNLOADS_MAX {
-            let oldest = self.0.iter().enumerate().min_by_key(|(_, download)| download.asked);
+            let oldest =
+                self.0.iter().enumerate().min_by_key(|(_, download)| download.requested_at);
             if let Some((place, _)) = oldest {
                 self.0.swap_remove(place);
             }
         }
-        self.0.push(Download { from, plan: Arc::clone(plan), asked: now });
+        self.0.push(Download { from, plan: Arc::clone(plan), requested_at: now });
     }
 
     /// The plan that a station downloads; `None` if nothing is under way.
     pub fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
-        self.0.retain(|download| now.since(download.asked) < DOWNLOAD_TIMEOUT);
+        self.0.retain(|download| now.since(download.requested_at) < DOWNLOAD_TIMEOUT);
         let download = self.0.iter_mut().find(|download| download.from == from)?;
-        download.asked = now;
+        download.requested_at = now;
         Some(Arc::clone(&download.plan))
     }
 
-    /// Somebody has the whole list, or wants no more of it.
+    /// The station has the whole list, or has cancelled.
     pub fn end(&mut self, from: From) {
         self.0.retain(|download| download.from != from);
     }
@@ -154,7 +155,7 @@ pub struct Waiting {
     pub number: u32,
     /// Who requested it.
     pub from: From,
-    /// List to acknowledge; `None`: nobody waits for an acknowledgement, or not any more.
+    /// List to acknowledge; `None`: no station waits for an acknowledgement.
     pub list: Option<ListKind>,
     /// What.
     pub what: What,

@@ -1,9 +1,6 @@
 //! Messages of the mission protocol that the autopilot sends, and items as they are kept.
 
-#![expect(
-    deprecated,
-    reason = "ground stations without integer items are asked by MISSION_REQUEST"
-)]
+#![expect(deprecated, reason = "ground stations without integer items get MISSION_REQUEST")]
 
 use ::mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MISSION_ITEM_REACHED_DATA,
@@ -16,7 +13,7 @@ use crate::convert;
 /// MAV_FRAME of places in degrees.
 const GLOBAL_FRAMES: [u8; 6] = [0, 3, 5, 6, 10, 11];
 
-/// A list of items as a ground station sent them, for those who want it back.
+/// A list of items as a ground station sent them, for downloads.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stored {
     /// Changes with every item; 0 only for an empty list.
@@ -98,7 +95,7 @@ pub fn count(list: ListKind, count: u16, id: u32, to: Identity) -> Encoded {
     Encoded::by_hand::<MISSION_COUNT_DATA>(payload)
 }
 
-/// MISSION_ITEM_INT; `is_current` says whether the aircraft flies to it, or would begin with it.
+/// MISSION_ITEM_INT; `is_current`: the aircraft flies to it, or would begin with it.
 #[must_use]
 pub fn item(item: &MissionItem<i32>, is_current: bool, to: Identity) -> Encoded {
     let mut payload = body(item, u8::from(is_current));
@@ -113,7 +110,7 @@ pub fn reached(seq: u16) -> Encoded {
     Encoded::new(&MISSION_ITEM_REACHED_DATA { seq })
 }
 
-/// Payload of MISSION_ITEM_INT, to nobody.
+/// Payload of MISSION_ITEM_INT, without a target.
 fn body(item: &MissionItem<i32>, current: u8) -> Vec<u8> {
     let mut payload = Vec::with_capacity(MISSION_ITEM_INT_DATA::ENCODED_LEN);
     for param in item.params {

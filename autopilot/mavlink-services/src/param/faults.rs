@@ -1,11 +1,11 @@
-//! The parameters FLT_SERVO1 to FLT_SERVO7 and FLT_MOTOR1: setting one is an order to break an effector.
+//! The parameters FLT_SERVO1 to FLT_SERVO7 and FLT_MOTOR1: setting one injects a fault or clears it.
 //!
 //! ```text
-//!  PARAM_SET ─> order ─> plant ─> outcome ─> its fault on the list ─> PARAM_VALUE, to everybody
-//!                 └refused─────────┴refused, silent──> PARAM_VALUE as it is, and a text that says why
+//!  PARAM_SET ─> command ─> plant ─> outcome ─> its fault on the list ─> PARAM_VALUE, to everybody
+//!                 └refused───────────┴refused, silent──> PARAM_VALUE as it is, and a text with the reason
 //! ```
 //!
-//! The value is what is on the list, whoever ordered it: what acts, else what acts next. So 0 always mends it. It
+//! The value is what is on the list, whoever injected it: what acts, else what acts next. So 0 always clears it. It
 //! is announced whenever it changes.
 
 use core::time::Duration;
@@ -13,28 +13,28 @@ use core::time::Duration;
 use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, TargetClass};
 use icd::{Effector, EffectorList, PerEffector};
 
-use crate::failure::order;
-use crate::failure::order::{Failure, FaultOrder, Instances, Unit};
+use crate::failure::command;
+use crate::failure::command::{Failure, FaultCommand, Instances, Unit};
 use crate::peers::From;
 use crate::wall_time::WallTime;
 use crate::{Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
 
-/// Orders that may be open.
+/// Commands that may be open.
 const OPEN_MAX: usize = 32;
 /// Ground stations wait for an answer for about a second.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(700);
 
-/// An order on its way.
+/// A command that waits for the plant.
 #[derive(Debug)]
 struct Open {
     from: From,
     /// Number of the intent.
     number: u32,
     effector: Effector,
-    /// The value that was ordered.
-    wanted: u8,
+    /// The value that was set.
+    target: u8,
     since: WallTime,
     /// The plant has done it, but its report is not there yet.
     is_done: bool,
@@ -49,7 +49,7 @@ pub(super) struct Answer {
     pub(super) refused: Option<String>,
 }
 
-/// The orders that wait for the plant, and the values as they were published.
+/// The commands that wait for the plant, and the values as they were published.
 #[derive(Debug, Default)]
 pub(super) struct FaultParameters {
     open: Vec<Open>,
@@ -61,8 +61,8 @@ pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
     faults.foremost(effector).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
 }
 
-/// The plant has done what was ordered, and all the same another fault is there, or none.
-fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
+/// The plant has accepted the command, but another fault is there, or none.
+fn not_as_set(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
     let name = effectors.name(effector);
     match faults.foremost(effector) {
         Some(FaultEntry { kind, state, .. }) => {
@@ -74,7 +74,7 @@ fn not_as_wanted(effector: Effector, faults: &FaultList, effectors: &EffectorLis
 }
 
 impl FaultParameters {
-    /// Orders what a PARAM_SET wants; false if it is so already.
+    /// Requests the fault of a PARAM_SET from the plant; false if it is there already.
     ///
     /// # Errors
     /// Why nothing is requested from the plant.
@@ -92,18 +92,18 @@ impl FaultParameters {
             let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
             return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to {last}"));
         };
-        let wanted = failure_type.code();
-        if wanted == 0 && !shared.aircraft.faults().names(effector) {
-            // Nothing to mend: a table of parameters that is sent back changes nothing.
+        let target = failure_type.code();
+        if target == 0 && !shared.aircraft.faults().names(effector) {
+            // Nothing to clear: a table of parameters that is sent back changes nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());
-        let order = FaultOrder::new(
+        let command = FaultCommand::new(
             Unit::of(effector.into(), shared.effectors()),
             Failure::Type(failure_type),
             instances,
         );
-        let requests = order::requests(&order, &shared.parameters, &shared.model)
+        let requests = command::requests(&command, &shared.parameters, &shared.model)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
             return Err("Not set: too many faults are waiting".to_owned());
@@ -111,7 +111,7 @@ impl FaultParameters {
         for request in requests {
             let number = shared.intents.push(PlantAction::Fault(request));
             let number = number.ok_or("Not set: too many commands are waiting")?;
-            self.open.push(Open { from, number, effector, wanted, since: now, is_done: false });
+            self.open.push(Open { from, number, effector, target, since: now, is_done: false });
         }
         Ok(true)
     }
@@ -141,7 +141,7 @@ impl FaultParameters {
         Some(Answer { from, effector, refused })
     }
 
-    /// What can be answered now: what is on the list as it was ordered, and what waits for too long.
+    /// What can be answered now: values that are on the list as they were set, and commands that wait for too long.
     pub(super) fn answers(
         &mut self,
         now: WallTime,
@@ -149,14 +149,13 @@ impl FaultParameters {
         effectors: &EffectorList,
     ) -> Vec<Answer> {
         let is_over = |open: &mut Open| {
-            let is_there = open.is_done && value(open.effector, faults) == open.wanted;
+            let is_there = open.is_done && value(open.effector, faults) == open.target;
             is_there || now.since(open.since) >= ANSWER_TIMEOUT
         };
         let over = self.open.extract_if(.., is_over);
-        over.map(|Open { from, effector, is_done, wanted, .. }| {
+        over.map(|Open { from, effector, is_done, target, .. }| {
             let refused = if is_done {
-                (value(effector, faults) != wanted)
-                    .then(|| not_as_wanted(effector, faults, effectors))
+                (value(effector, faults) != target).then(|| not_as_set(effector, faults, effectors))
             } else {
                 let name = effectors.name(effector);
                 Some(format!("Not confirmed: {name}: the aircraft does not answer"))
@@ -166,8 +165,8 @@ impl FaultParameters {
         .collect()
     }
 
-    /// Effectors whose value is another than the published one. One with an open order waits for its answer:
-    /// between the end of a fault and the one in its place there is no value that is worth telling.
+    /// Effectors whose value is another than the published one. One with an open command waits for its answer:
+    /// between the end of a fault and the one in its place no value is worth publishing.
     pub(super) fn changed(
         &mut self,
         faults: &FaultList,
@@ -182,7 +181,7 @@ impl FaultParameters {
         changed.collect()
     }
 
-    /// When somebody has waited for long enough.
+    /// When the first command has waited for too long.
     pub(super) fn next_deadline(&self) -> Option<WallTime> {
         self.open.iter().map(|open| open.since + ANSWER_TIMEOUT).min()
     }

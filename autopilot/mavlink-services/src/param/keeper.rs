@@ -89,7 +89,7 @@ impl Keeper {
         self.waiting.len() >= WAITING_MAX
     }
 
-    /// Somebody wants to know when everything is saved. False where nothing is kept, or too many wait.
+    /// A station waits until everything is saved. False where nothing is kept, or too many wait.
     pub(super) fn wait(&mut self, from: From, defaults: &Parameters) -> bool {
         if self.kept.is_none() || self.is_crowded() {
             return false;

@@ -64,13 +64,15 @@ fn each_link_has_a_number_of_its_own_for_as_long_as_its_peer_is_known() {
 #[test]
 fn a_peer_is_local_by_its_address_or_by_what_opened_the_connection() {
     let mut peers = Peers::new(&[address(14_550)]);
-    let mut hears = |text: &str| {
+    let mut is_local = |text: &str| {
         let at = Address::UdpServer(text.parse().unwrap());
         let peer = peers.receive(at, seconds(0)).unwrap();
         peers.is_local(peer)
     };
-    assert!(hears("127.8.9.1:1") && hears("[::1]:1") && hears("[::ffff:127.0.0.1]:1"));
-    assert!(!hears("192.168.1.2:1") && !hears("[::ffff:10.0.0.1]:1") && !hears("[fe80::1]:1"));
+    assert!(is_local("127.8.9.1:1") && is_local("[::1]:1") && is_local("[::ffff:127.0.0.1]:1"));
+    assert!(
+        !is_local("192.168.1.2:1") && !is_local("[::ffff:10.0.0.1]:1") && !is_local("[fe80::1]:1")
+    );
     for is_local in [true, false] {
         let peer = peers.open(Connection(u32::from(is_local)), is_local, seconds(0)).unwrap();
         assert_eq!(peers.is_local(peer), is_local);
@@ -95,7 +97,7 @@ fn served(peers: &mut Peers, ports: core::ops::Range<u16>, s: u64) -> Vec<u16> {
 }
 
 #[test]
-fn where_all_talk_a_newcomer_gets_the_newest_place_once_that_was_used_for_a_while() {
+fn among_active_peers_a_new_one_replaces_the_newest_after_a_while() {
     let mut peers = Peers::new(&[]);
     assert_eq!(served(&mut peers, 0..23, 0).len(), VISITORS_MAX - 1);
     assert_eq!(served(&mut peers, 23..24, 1), [23]);
@@ -112,7 +114,7 @@ fn where_all_talk_a_newcomer_gets_the_newest_place_once_that_was_used_for_a_whil
 }
 
 #[test]
-fn a_crowd_displaces_none_of_those_who_came_before_it_and_talk() {
+fn a_crowd_displaces_no_active_peer_that_came_before_it() {
     let mut peers = Peers::new(&[]);
     let operators: Vec<Peer> =
         (0..4).map(|port| peers.receive(address(port), seconds(port.into())).unwrap()).collect();
@@ -134,7 +136,7 @@ fn the_quiet_go_before_the_newest_and_the_quietest_first() {
     served(&mut peers, 0..24, 0);
     served(&mut peers, 0..3, 1);
     served(&mut peers, 4..24, 6);
-    // 3 was heard at 0 s, 0 to 2 at 1 s, the others now.
+    // 3 was received at 0 s, 0 to 2 at 1 s, the others now.
     assert_eq!(served(&mut peers, 100..106, 6), [100, 101, 102, 103]);
     let known = |peers: &Peers, port| peers.entries.iter().any(|e| e.address == address(port));
     assert!((0..4).all(|port| !known(&peers, port)) && (4..24).all(|port| known(&peers, port)));

@@ -53,7 +53,7 @@ pub(super) struct Session {
     pub(super) from: From,
     pub(super) received: WallTime,
     /// The other side listens.
-    wants_answers: bool,
+    expects_answers: bool,
     /// The other side has got its first prompt.
     is_prompted: bool,
     buffer: LineBuffer,
@@ -68,7 +68,7 @@ impl Session {
         Self {
             from,
             received: WallTime::ZERO,
-            wants_answers: false,
+            expects_answers: false,
             is_prompted: false,
             buffer: LineBuffer::default(),
             lines: VecDeque::new(),
@@ -80,9 +80,9 @@ impl Session {
 
     /// Whether the other side listens. The first time that it does, it gets a prompt: its page has just opened, or
     /// this is the first that it sends.
-    pub(super) fn listens(&mut self, wants_answers: bool) {
-        self.wants_answers = wants_answers;
-        if wants_answers && !self.is_prompted {
+    pub(super) fn listens(&mut self, expects_answers: bool) {
+        self.expects_answers = expects_answers;
+        if expects_answers && !self.is_prompted {
             self.is_prompted = true;
             self.print(PROMPT);
         }
@@ -241,7 +241,7 @@ impl Session {
     /// A command prints no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
     /// bounded without dropping anything.
     fn print(&mut self, text: &str) {
-        if self.wants_answers {
+        if self.expects_answers {
             // One byte a character, so that no character is cut in two.
             self.output.extend(text.chars().map(|c| if c.is_ascii() { c as u8 } else { b'?' }));
         }

@@ -225,7 +225,7 @@ impl KeyRecord {
     /// Reads the text of a key file.
     ///
     /// # Errors
-    /// [`RecordError`] says what is wrong, without the key.
+    /// [`RecordError`] names what is wrong, without the key.
     pub fn from_text(text: &str) -> Result<Self, RecordError> {
         // The error of the reader would quote the line, and with it the key.
         let table: Table = toml::from_str(text).map_err(|_| RecordError::Form)?;
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_key_alone_is_enough() {
+    fn a_written_key_file_is_read_back_and_the_key_alone_is_enough() {
         assert_eq!(KeyRecord::from_text(&record().to_text()), Ok(record()));
         let by_hand = format!("key = \"{}\"", "A5".repeat(32));
         let read = KeyRecord::from_text(&by_hand).unwrap();

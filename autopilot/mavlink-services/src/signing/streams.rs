@@ -50,7 +50,7 @@ impl Streams {
         self.newest.max(self.floor)
     }
 
-    /// Takes the timestamp of a rightly signed frame, or says what is wrong with it. `local` is the own
+    /// Takes the timestamp of a rightly signed frame, or returns what is wrong with it. `local` is the own
     /// time.
     pub(super) fn take(
         &mut self,
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_up_to_the_floor_is_taken_and_the_newest_is_remembered() {
+    fn times_up_to_the_floor_are_refused_and_the_newest_is_remembered() {
         let mut streams = Streams::above(seconds(100), seconds(90));
         assert_eq!(streams.newest(), seconds(90));
         let early = streams.take(stream(0, 1), seconds(100), seconds(100));

@@ -229,7 +229,7 @@ fn after_a_start_time_goes_on_behind_what_was_saved_and_behind_the_calendar() {
         let change = signing.pop_change();
         assert!(
             matches!(change, Some(KeyChange::Keep(KeyRecord { is_final: false, .. }))),
-            "from the start on the file says that its time is not the last one: {change:?}"
+            "from the start on the file marks its time as not the last one: {change:?}"
         );
         signing.local.units() - 0x01_0203_0405
     };
@@ -260,12 +260,12 @@ fn started(record: KeyRecord) -> Signing {
 }
 
 #[test]
-fn after_an_end_in_order_nothing_that_was_taken_is_taken_again_and_newer_is_at_once() {
+fn after_a_clean_end_no_frame_is_accepted_twice_and_newer_ones_are_at_once() {
     let mut signing = signing().with_file(None);
     let frame = bytes(HEARTBEAT_HEX);
     assert_eq!(admit(&mut signing, &frame), Admission::Accepted);
     let Some(KeyChange::Keep(mut record)) = signing.last_change() else { panic!("no key") };
-    // Also where nothing is heard between several starts.
+    // Also without a frame between several starts.
     for _ in 0..3 {
         let mut signing = started(record);
         assert_eq!(admit(&mut signing, &frame), Admission::Refused);
@@ -279,7 +279,7 @@ fn after_an_end_in_order_nothing_that_was_taken_is_taken_again_and_newer_is_at_o
 }
 
 #[test]
-fn after_a_kill_nothing_that_was_taken_is_taken_again_and_ten_seconds_later_everybody_is_heard() {
+fn after_a_kill_no_frame_is_accepted_twice_and_after_ten_seconds_all_stations_are_served() {
     let at = |s: u64| 0x01_0203_0405 + s * 100_000;
     let mut signing = signing().with_file(None);
     assert_eq!(admit(&mut signing, &signed_at(0, at(0))), Admission::Accepted);
@@ -304,7 +304,7 @@ fn after_a_kill_nothing_that_was_taken_is_taken_again_and_ten_seconds_later_ever
 }
 
 #[test]
-fn killed_again_and_again_before_anybody_is_heard_the_wait_does_not_grow() {
+fn repeated_kills_before_the_first_message_do_not_lengthen_the_wait() {
     let mut signing = signing().with_file(None);
     assert_eq!(admit(&mut signing, &bytes(HEARTBEAT_HEX)), Admission::Accepted);
     let mut record = saved(&mut signing);

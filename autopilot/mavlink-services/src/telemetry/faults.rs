@@ -9,7 +9,7 @@ use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState, Repeat};
 
 use crate::codec::Encoded;
-use crate::failure::order::Unit;
+use crate::failure::command::Unit;
 use crate::wall_time::WallTime;
 use crate::{Shared, convert, failure};
 use flight_management::event::Snapshot;
@@ -58,7 +58,7 @@ impl FaultStream {
 }
 
 /// One message for each fault, one with the count 0 if there is none; nothing without a flight.
-/// docs/mavlink.md says what is in `data`.
+/// docs/mavlink.md lists the content of `data`.
 #[must_use]
 pub fn messages(shared: &Shared) -> Vec<Encoded> {
     let Some(state) = shared.aircraft.snapshot() else { return Vec::new() };

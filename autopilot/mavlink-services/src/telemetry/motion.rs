@@ -170,7 +170,7 @@ pub fn odometry(state: &Snapshot) -> Encoded {
     let motion = state.motion();
     let (position, rates) = (motion.position.0, motion.rates);
     let velocity = motion.orientation.to_body(motion.velocity).0;
-    // A NaN in the first place says that the covariance is unknown.
+    // A NaN in the first place marks the covariance as unknown.
     let mut unknown = [0.0; 21];
     unknown[0] = f32::NAN;
     Encoded::new(&ODOMETRY_DATA {

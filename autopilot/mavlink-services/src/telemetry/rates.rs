@@ -14,16 +14,16 @@ pub const SHORTEST: Duration = Duration::from_millis(5);
 /// the state reports of the rest keep their rhythm.
 const FAST: Duration = Duration::from_millis(200);
 
-/// What a peer wants of one message.
+/// What a peer has requested of one message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum Requested {
     /// None.
     Never,
     /// One in each interval.
     Every(Duration),
 }
 
-impl Wanted {
+impl Requested {
     /// Time between two of them.
     #[must_use]
     pub const fn interval(self) -> Option<Duration> {
@@ -38,9 +38,9 @@ impl Wanted {
 #[derive(Debug, Clone, Copy, Default)]
 struct Stream {
     /// By SET_MESSAGE_INTERVAL; goes before `grouped`.
-    asked: Option<Wanted>,
+    requested: Option<Requested>,
     /// By REQUEST_DATA_STREAM.
-    grouped: Option<Wanted>,
+    grouped: Option<Requested>,
     due: Option<WallTime>,
 }
 
@@ -71,7 +71,7 @@ impl PeerRates {
     /// REQUEST_DATA_STREAM of one peer.
     pub fn set_group(&mut self, peer: Peer, request: StreamRequest) {
         let defaults = self.defaults;
-        self.of(peer).want_group(request, SHORTEST, &defaults);
+        self.of(peer).request_group(request, SHORTEST, &defaults);
     }
 
     /// Follows the peers as they come and go, and the parameters.
@@ -152,31 +152,31 @@ impl Rates {
         defaults: &StreamParameters,
     ) -> Option<Duration> {
         let stream = self.streams.get(index)?;
-        match stream.asked.or(stream.grouped) {
-            Some(wanted) => wanted.interval(),
+        match stream.requested.or(stream.grouped) {
+            Some(requested) => requested.interval(),
             None => row.default_interval(defaults),
         }
     }
 
-    /// The peer wants this row so often; `None`: the default. The next one comes at once, unless nothing
+    /// Sets how often the peer gets this row; `None`: the default. The next one comes at once, unless nothing
     /// changed.
-    pub fn want(
+    pub fn request_row(
         &mut self,
         index: usize,
         row: &Row,
-        asked: Option<Wanted>,
+        requested: Option<Requested>,
         defaults: &StreamParameters,
     ) {
         let before = self.interval(index, row, defaults);
         if let Some(stream) = self.streams.get_mut(index) {
-            stream.asked = asked;
+            stream.requested = requested;
         }
         self.reschedule(index, row, before, defaults);
     }
 
     /// REQUEST_DATA_STREAM. It moves the fast messages of a group, and of these only those for which no
     /// interval was requested. Zero, or `start` not set, stops the whole group.
-    pub fn want_group(
+    pub fn request_group(
         &mut self,
         request: StreamRequest,
         shortest: Duration,
@@ -191,8 +191,8 @@ impl Rates {
             }
             let is_fast = row.default_interval(defaults).is_some_and(|interval| interval <= FAST);
             let grouped = match (stop, is_fast) {
-                (true, _) => Some(Wanted::Never),
-                (false, true) => Some(Wanted::Every(interval.max(shortest))),
+                (true, _) => Some(Requested::Never),
+                (false, true) => Some(Requested::Every(interval.max(shortest))),
                 (false, false) => None,
             };
             let before = self.interval(index, row, defaults);

@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MESSAGE_INTERVAL_DATA,
 use crate::codec::Encoded;
 use crate::command_error::CommandError;
 use crate::peers::Peer;
-use crate::telemetry::rates::{PeerRates, SHORTEST, Wanted};
+use crate::telemetry::rates::{PeerRates, Requested, SHORTEST};
 use crate::telemetry::registry::{Nothing, Rate, Row};
 use crate::telemetry::{View, faults, registry};
 use crate::wall_time::WallTime;
@@ -35,9 +35,9 @@ impl PeerRates {
         interval_us: f32,
     ) -> Result<(), CommandError> {
         let (index, row) = streamed(message_id)?;
-        let wanted = wanted(interval_us)?;
+        let requested = requested(interval_us)?;
         let defaults = self.defaults;
-        self.of(peer).want(index, row, wanted, &defaults);
+        self.of(peer).request_row(index, row, requested, &defaults);
         Ok(())
     }
 
@@ -91,9 +91,9 @@ fn streamed(message_id: f32) -> Result<(usize, &'static Row), CommandError> {
 }
 
 /// `None`: the default.
-fn wanted(interval_us: f32) -> Result<Option<Wanted>, CommandError> {
+fn requested(interval_us: f32) -> Result<Option<Requested>, CommandError> {
     if interval_us == STOP {
-        return Ok(Some(Wanted::Never));
+        return Ok(Some(Requested::Never));
     }
     if interval_us == DEFAULT {
         return Ok(None);
@@ -109,7 +109,7 @@ fn wanted(interval_us: f32) -> Result<Option<Wanted>, CommandError> {
         let text = format!("Interval refused: {interval_us} us is shorter than {shortest_us} us");
         return Err(CommandError::denied(text));
     }
-    Ok(Some(Wanted::Every(interval)))
+    Ok(Some(Requested::Every(interval)))
 }
 
 /// A message number that came as a float.

@@ -180,7 +180,7 @@ pub fn mission_current(state: &Snapshot) -> Encoded {
     let navigation = &state.navigation;
     Encoded::new(&MISSION_CURRENT_DATA {
         seq: navigation.item,
-        // The greatest number says that there is no mission; zero would mean "not supported".
+        // The greatest number means that there is no mission; zero would mean "not supported".
         total: if navigation.items == 0 { u16::MAX } else { navigation.items },
         mission_state: match navigation.progress {
             Progress::NoPlan => MissionState::MISSION_STATE_NO_MISSION,

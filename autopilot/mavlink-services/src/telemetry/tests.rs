@@ -65,7 +65,7 @@ fn each_message_comes_at_its_rate() {
 }
 
 #[test]
-fn what_only_answers_requests_is_not_streamed() {
+fn messages_that_only_answer_requests_are_not_streamed() {
     let mut world = World::flying();
     world.run_ms(3_000);
     for id in [148, 300, 435, 244] {
@@ -74,7 +74,7 @@ fn what_only_answers_requests_is_not_streamed() {
 }
 
 #[test]
-fn speeds_beyond_the_field_saturate_and_the_float_messages_tell_the_truth() {
+fn speeds_beyond_the_field_saturate_and_the_float_messages_are_exact() {
     let mut world = World::flying();
     world.sensors.gnss.value.velocity = Ned::new(400.0, -400.0, 0.0);
     world.sensors.pitot_m_s.value = 400.0;
@@ -92,14 +92,14 @@ fn speeds_beyond_the_field_saturate_and_the_float_messages_tell_the_truth() {
 fn time_stamps_are_simulation_time() {
     let mut world = World::flying();
     world.run_ms(1_000);
-    let told = u64::from(last::<ATTITUDE_DATA>(&world).time_boot_ms);
+    let sent = u64::from(last::<ATTITUDE_DATA>(&world).time_boot_ms);
     let is = world.sim.as_micros() / 1000;
     // 40 ms between two messages, 2 ms a tick.
-    assert!(is - told <= 42, "{told} ms told at {is} ms");
+    assert!(is - sent <= 42, "{sent} ms sent at {is} ms");
 }
 
 #[test]
-fn the_clock_of_the_computer_is_told_if_it_is_known() {
+fn the_clock_of_the_computer_is_sent_if_it_is_known() {
     let mut world = World::flying();
     world.run_ms(1_100);
     assert_eq!(last::<SYSTEM_TIME_DATA>(&world).time_unix_usec, 0, "unknown");
@@ -112,28 +112,28 @@ fn the_clock_of_the_computer_is_told_if_it_is_known() {
         world.settle();
         world.now = world.now + SNAPSHOT_TIMEOUT;
     }
-    let told = last::<SYSTEM_TIME_DATA>(&world);
-    let since_start = told.time_unix_usec - 1_700_000_000_000_000;
+    let sent = last::<SYSTEM_TIME_DATA>(&world);
+    let since_start = sent.time_unix_usec - 1_700_000_000_000_000;
     assert!(since_start <= world.now.as_micros(), "{since_start} us after the start");
-    assert_eq!(told.time_boot_ms, 0, "no flight");
+    assert_eq!(sent.time_boot_ms, 0, "no flight");
 }
 
 #[test]
-fn ground_contact_is_told_at_once() {
+fn ground_contact_is_sent_at_once() {
     let mut world = World::flying();
     let at = world.sim;
     world.autopilot.handle_report(&PlantReport::GroundContact { at });
     world.settle();
     let state: EXTENDED_SYS_STATE_DATA = last(&world);
     assert_eq!(state.landed_state, MavLandedState::MAV_LANDED_STATE_ON_GROUND);
-    assert!(world.said("Ground contact"), "{:?}", world.texts());
+    assert!(world.has_text("Ground contact"), "{:?}", world.texts());
 }
 
 #[test]
 fn a_plant_that_stands_still_is_shown_as_it_was_at_the_same_rates() {
     let mut world = World::flying();
     world.run_ms(100);
-    let told = last::<ATTITUDE_DATA>(&world).time_boot_ms;
+    let sent = last::<ATTITUDE_DATA>(&world).time_boot_ms;
     world.got.clear();
     for _ in 0..1_000 {
         world.now = world.now + SNAPSHOT_TIMEOUT / 10;
@@ -143,7 +143,7 @@ fn a_plant_that_stands_still_is_shown_as_it_was_at_the_same_rates() {
     assert!(count(&world, 0) >= 4, "heartbeats go on");
     assert!(count(&world, 30) >= 120, "so does telemetry: {}", count(&world, 30));
     let again = last::<ATTITUDE_DATA>(&world).time_boot_ms;
-    assert!(again - told <= 100, "time stands still: {told} ms, {again} ms");
+    assert!(again - sent <= 100, "time stands still: {sent} ms, {again} ms");
 
     world.run_ms(1_000);
     let moved = last::<ATTITUDE_DATA>(&world).time_boot_ms;
@@ -166,7 +166,7 @@ fn the_rare_messages_come_with_the_first_state_of_a_flight() {
 fn the_compensators_values_have_names() {
     let mut world = World::flying();
     world.run_ms(1_000);
-    assert_eq!(count(&world, NAMED_VALUE_FLOAT_DATA::ID), 0, "only for those who ask");
+    assert_eq!(count(&world, NAMED_VALUE_FLOAT_DATA::ID), 0, "only on request");
     world.send_command(511, [251.0, 100_000.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(200);
     let values = world.got.iter().filter_map(Got::read::<NAMED_VALUE_FLOAT_DATA>);
@@ -201,9 +201,9 @@ fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
     let log = world.autopilot.snapshot().unwrap().log;
     let last = world.got.iter().rev().filter_map(Got::read::<DEBUG_VECT_DATA>);
     let authority = last.into_iter().find(|vector| vector.name.to_str().unwrap() == "authority");
-    let (told, is) = (authority.unwrap().x, log.authority.roll_pct as f32);
+    let (sent, is) = (authority.unwrap().x, log.authority.roll_pct as f32);
     // A quarter of a second earlier, in level flight.
-    assert!((told - is).abs() < 5.0, "{told} %, {is} %");
+    assert!((sent - is).abs() < 5.0, "{sent} %, {is} %");
 }
 
 #[test]
@@ -228,8 +228,8 @@ fn the_wind_is_what_the_ground_speed_has_more_than_the_airspeed() {
     world.run_ms(1_100);
     let wind: WIND_COV_DATA = last(&world);
     // 1e-3 m/s: a float has seven digits, and 264 m/s is subtracted.
-    for (told, is) in [(wind.wind_x, 10.0), (wind.wind_y, -7.0), (wind.wind_z, 1.5)] {
-        assert!((told - is).abs() < 1.0e-3, "{told} m/s, not {is}");
+    for (sent, is) in [(wind.wind_x, 10.0), (wind.wind_y, -7.0), (wind.wind_z, 1.5)] {
+        assert!((sent - is).abs() < 1.0e-3, "{sent} m/s, not {is}");
     }
     assert!(wind.var_horiz.is_nan() && wind.var_vert.is_nan());
 }
@@ -259,7 +259,7 @@ fn a_magnetometer_that_does_not_exist_measures_nothing() {
 }
 
 #[test]
-fn references_are_told_as_the_laws_have_them() {
+fn references_are_sent_as_the_laws_have_them() {
     let mut world = World::flying();
     world.run_ms(600);
     let state = *world.autopilot.snapshot().unwrap();
@@ -291,7 +291,7 @@ fn odometry_has_its_velocity_in_body_axes() {
 }
 
 #[test]
-fn without_a_plan_the_current_item_says_so() {
+fn without_a_plan_the_current_item_has_its_own_number() {
     let mut world = World::flying();
     world.run_ms(1_100);
     let mission: MISSION_CURRENT_DATA = last(&world);

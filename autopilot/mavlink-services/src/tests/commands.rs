@@ -14,7 +14,7 @@ const LATER: MavResult = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
 const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
 
 #[test]
-fn a_command_that_nobody_knows_is_unsupported_at_once() {
+fn an_unknown_command_is_unsupported_at_once() {
     let mut world = World::flying();
     for command in [54_321, 0, 1, 16, 115, 32_100, 65_535] {
         world.ground.handle_datagram(
@@ -114,7 +114,7 @@ fn without_an_aircraft_nothing_is_accepted_that_needs_one() {
         world.send_command(command, params);
         assert_eq!(world.take_acks(), [ack(command, LATER)]);
     }
-    assert!(world.said("PreArm: no aircraft is connected"));
+    assert!(world.has_text("PreArm: no aircraft is connected"));
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_restart_is_acknowledged_when_the_new_flight_has_begun() {
     let mut world = World::flying();
     world.send_command(246, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(246, ACCEPTED)]);
-    assert!(world.said("Flight began"));
+    assert!(world.has_text("Flight began"));
     for _ in 0..2 {
         let restart = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let all = Identity { system: 1, component: 1 };

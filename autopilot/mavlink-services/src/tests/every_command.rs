@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const NAN: f32 = f32::NAN;
 
-/// Parameters with which a command has something to say.
+/// Parameters with which a command has an effect.
 const PLAUSIBLE: [(u16, [f32; 7]); 35] = [
     (17, [0.0, 0.0, 9_000.0, NAN, 34.95, -117.85, 6_000.0]),
     (20, [0.0; 7]),
@@ -108,7 +108,7 @@ fn every_command_gets_one_final_acknowledgement_in_both_forms_and_for_each_copy(
 }
 
 #[test]
-fn a_copy_that_comes_after_the_answer_is_answered_again_and_asks_for_the_same() {
+fn a_copy_that_comes_after_the_answer_is_answered_again_and_requests_the_same() {
     // A fault is named by the plant as unchanged; a step is a step.
     for (command, params) in PLAUSIBLE {
         let mut world = World::flying();
@@ -158,7 +158,7 @@ fn a_value_that_is_not_finite_in_any_parameter_of_any_command_never_reaches_the_
 }
 
 #[test]
-fn what_takes_time_is_told_to_be_in_progress_and_then_answered_once_for_each_copy() {
+fn a_slow_command_is_reported_in_progress_and_then_answered_once_for_each_copy() {
     let progress = |command| ack(command, MavResult::MAV_RESULT_IN_PROGRESS);
     for (command, params) in PLAUSIBLE {
         if ![420, 31_010, 31_011].contains(&command) {
@@ -185,13 +185,13 @@ fn what_takes_time_is_told_to_be_in_progress_and_then_answered_once_for_each_cop
 }
 
 #[test]
-fn a_command_in_progress_says_that_it_does_not_know_how_far_it_is() {
+fn a_command_in_progress_reports_unknown_progress() {
     let mut world = World::flying();
     world.plant = PlantManner::Silent;
     world.send_command(420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(600);
-    let told = world.got.iter().find(|got| got.id == 77).expect("an acknowledgement");
-    assert_eq!(told.payload[2..4], [5, 255], "result and progress");
+    let progress = world.got.iter().find(|got| got.id == 77).expect("an acknowledgement");
+    assert_eq!(progress.payload[2..4], [5, 255], "result and progress");
 }
 
 proptest! {

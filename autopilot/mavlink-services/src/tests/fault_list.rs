@@ -8,7 +8,7 @@ use icd::fault::{FaultEntry, FaultState, PlantReport, Repeat, Timing, Travel};
 use icd::tvc_jet;
 use icd::{ControlPeriod, FaultKind, SimTime};
 
-fn told(world: &World) -> Vec<Vec<f32>> {
+fn lists(world: &World) -> Vec<Vec<f32>> {
     let arrays = world.got.iter().filter(|got| got.to == address(14_550));
     let arrays = arrays.filter_map(Got::read::<DEBUG_FLOAT_ARRAY_DATA>);
     let lists = arrays.filter(|array| array.array_id == 2);
@@ -24,7 +24,7 @@ fn requested(world: &mut World, index: f32) -> Vec<Vec<f32>> {
     world.got.clear();
     world.send_command(512, [350.0, index, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(512, MavResult::MAV_RESULT_ACCEPTED)]);
-    told(world)
+    lists(world)
 }
 
 fn rudder(id: u32, state: FaultState) -> PlantReport {
@@ -65,12 +65,12 @@ fn each_fault_is_one_message_and_none_is_a_count_of_zero() {
 fn the_list_comes_each_second_and_soon_after_a_change() {
     let mut world = World::flying();
     world.run_ms(10_000);
-    let calm = told(&world).len();
+    let calm = lists(&world).len();
     assert!((9..=11).contains(&calm), "{calm} lists in ten seconds");
     world.got.clear();
     world.send_command(420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(110);
-    assert!(told(&world).iter().any(|list| list[0] == 1.0), "{:?}", told(&world));
+    assert!(lists(&world).iter().any(|list| list[0] == 1.0), "{:?}", lists(&world));
     // Many changes are no flood.
     world.got.clear();
     for _ in 0..50 {
@@ -79,57 +79,57 @@ fn the_list_comes_each_second_and_soon_after_a_change() {
             world.run_ms(10);
         }
     }
-    assert!(told(&world).len() <= 12, "{} lists in a second", told(&world).len());
+    assert!(lists(&world).len() <= 12, "{} lists in a second", lists(&world).len());
 }
 
 #[test]
-fn joining_a_flight_asks_the_plant_for_its_faults_and_a_new_flight_does_not() {
+fn joining_a_flight_requests_the_faults_of_the_plant_and_a_new_flight_does_not() {
     let mut world = World::flying();
-    let asked = |world: &mut World| {
+    let list_requests = |world: &mut World| {
         world
             .take_commands()
             .iter()
             .filter(|command| **command == Command::Plant(PlantAction::ListFaults))
             .count()
     };
-    assert_eq!(asked(&mut world), 0);
+    assert_eq!(list_requests(&mut world), 0);
     world.listed = vec![rudder(4, FaultState::Active { since: SimTime::from_micros(2_500_000) })];
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, world.sim, true);
     world.run_ms(100);
-    assert_eq!(asked(&mut world), 1);
+    assert_eq!(list_requests(&mut world), 1);
     assert_eq!(requested(&mut world, 2.0).first().map(|list| list[2]), Some(4.0));
     world.got.clear();
-    // After a silence it is asked again; what goes on is no news.
+    // After a silence the list is requested again; known faults are no events.
     world.autopilot.plant_lost();
     world.run_ms(10);
     world.autopilot.plant_back();
     world.run_ms(100);
-    assert_eq!(asked(&mut world), 1);
-    assert!(!world.said("Injected"), "{:?}", world.texts());
+    assert_eq!(list_requests(&mut world), 1);
+    assert!(!world.has_text("Injected"), "{:?}", world.texts());
     assert_eq!(requested(&mut world, 2.0).len(), 1);
     world.autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     world.run_ms(100);
-    assert_eq!(asked(&mut world), 0);
+    assert_eq!(list_requests(&mut world), 0);
     assert_eq!(requested(&mut world, 2.0), [vec![0.0; 15]]);
 }
 
 #[test]
-fn a_fault_that_rests_is_told_with_its_next_onset() {
+fn a_pausing_fault_is_sent_with_its_next_onset() {
     let mut world = World::flying();
     let at = |seconds: u64| SimTime::from_micros(seconds * 1_000_000);
     world.autopilot.handle_report(&rudder(1, FaultState::Active { since: at(2) }));
     world.settle();
     let text =
         "Injected: rudder stuck at 7.0 deg, from 2 s, ramp 1 s, for 5 s, every 20 s, 3 times";
-    assert!(world.said(text), "{:?}", world.texts());
+    assert!(world.has_text(text), "{:?}", world.texts());
     world.autopilot.handle_report(&rudder(1, FaultState::Resting { since: at(7), next: at(22) }));
     world.settle();
     let text = "Cleared: rudder stuck at 7.0 deg, again at 22 s";
-    assert!(world.said(text), "{:?}", world.texts());
+    assert!(world.has_text(text), "{:?}", world.texts());
 }
 
 #[test]
-fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
+fn lost_events_are_reported_and_the_faults_requested_again() {
     let mut world = World::flying();
     let since = SimTime::from_micros(2_500_000);
     world.autopilot.handle_report(&rudder(4, FaultState::Active { since }));
@@ -144,8 +144,8 @@ fn events_that_were_lost_are_told_and_the_faults_are_asked_for_again() {
         world.autopilot.handle_report(&report);
     }
     world.run_ms(100);
-    assert!(world.said("144 events were lost"), "{:?}", world.texts());
-    assert!(world.said(" texts were not shown"), "{:?}", world.texts());
+    assert!(world.has_text("144 events were lost"), "{:?}", world.texts());
+    assert!(world.has_text(" texts were not shown"), "{:?}", world.texts());
     assert_eq!(world.take_commands(), [Command::Plant(PlantAction::ListFaults)]);
     let ids: Vec<f32> = requested(&mut world, 2.0).iter().map(|list| list[2]).collect();
     assert_eq!(ids, [5.0]);

@@ -57,8 +57,8 @@ fn the_sizes_are_latched_when_it_is_set() {
     let bias = 3.0_f64.to_radians();
     assert!(
         matches!(commands[..], [Command::Plant(PlantAction::Fault(FaultRequest::Inject {
-            kind: FaultKind::Biased { bias: ordered }, ..
-        }))] if ordered == bias),
+            kind: FaultKind::Biased { bias: commanded }, ..
+        }))] if commanded == bias),
         "{commands:?}"
     );
     world.send(&set_real("FLT_BIAS_DEG", 9.0));
@@ -72,7 +72,7 @@ fn the_sizes_are_latched_when_it_is_set() {
 }
 
 #[test]
-fn the_value_follows_faults_that_were_ordered_in_another_way_and_ends_with_the_flight() {
+fn the_value_follows_faults_commanded_in_another_way_and_ends_with_the_flight() {
     let mut world = World::flying();
     world.send_command(420, [102.0, 5.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(values(&mut world), one("FLT_SERVO3", 5));
@@ -86,10 +86,10 @@ fn the_value_follows_faults_that_were_ordered_in_another_way_and_ends_with_the_f
 }
 
 #[test]
-fn what_is_refused_answers_with_the_value_as_it_is_and_says_why() {
+fn a_refused_value_is_answered_with_the_present_value_and_the_reason() {
     let no_fault = FaultReply::Refused(Refusal::NotForThisEffector);
     for (plant, before, value, words) in [
-        (PlantManner::Says(no_fault), 1, 2, "this effector has no such fault"),
+        (PlantManner::Answers(no_fault), 1, 2, "this effector has no such fault"),
         (PlantManner::Willing, 0, 2, "SYS_FAILURE_EN 0"),
         (PlantManner::Willing, 1, 9, "is outside 0 to 8"),
         (PlantManner::Willing, 1, -1, "is outside 0 to 8"),
@@ -101,7 +101,7 @@ fn what_is_refused_answers_with_the_value_as_it_is_and_says_why() {
         world.send(&set_int("FLT_SERVO1", value));
         assert!(world.got.iter().any(|got| got.read::<PARAM_ERROR_DATA>().is_some()));
         assert_eq!(values(&mut world), one("FLT_SERVO1", 0), "{words}");
-        assert!(world.said(words), "{words}: {:?}", world.texts());
+        assert!(world.has_text(words), "{words}: {:?}", world.texts());
     }
 }
 
@@ -111,10 +111,10 @@ fn one_fault_in_the_place_of_another_is_one_answer_with_the_new_value() {
     world.send(&set_int("FLT_SERVO1", 1));
     assert_eq!(values(&mut world), one("FLT_SERVO1", 1));
     let at = world.sim;
-    world.plant = PlantManner::Says(FaultReply::Applied { at });
+    world.plant = PlantManner::Answers(FaultReply::Applied { at });
     world.send(&set_int("FLT_SERVO1", 2));
     assert_eq!(values(&mut world), [], "its report is not there yet");
-    // The plant tells the end of the old one first.
+    // The plant reports the end of the old one first.
     let report = |id, kind, state| {
         let effector = tvc_jet::LEFT_AILERON;
         PlantReport::Fault(FaultEntry {
@@ -144,18 +144,18 @@ fn a_silent_plant_is_answered_for_within_a_second() {
     assert_eq!(values(&mut world), []);
     world.run_ms(300);
     assert_eq!(values(&mut world), one("FLT_SERVO2", 0));
-    assert!(world.said("Not confirmed: right aileron: the aircraft does not answer"));
+    assert!(world.has_text("Not confirmed: right aileron: the aircraft does not answer"));
     // Without a flight at once.
     let mut world = World::waiting();
     world.settle();
     world.got.clear();
     world.send(&set_int("FLT_SERVO2", 2));
     assert_eq!(values(&mut world), one("FLT_SERVO2", 0));
-    assert!(world.said("no aircraft is connected"), "{:?}", world.texts());
+    assert!(world.has_text("no aircraft is connected"), "{:?}", world.texts());
 }
 
 #[test]
-fn a_flood_of_orders_is_refused_and_each_is_answered() {
+fn a_flood_of_commands_is_refused_and_each_is_answered() {
     let mut world = World::flying();
     world.plant = PlantManner::Silent;
     for _ in 0..100 {
@@ -166,7 +166,7 @@ fn a_flood_of_orders_is_refused_and_each_is_answered() {
 }
 
 #[test]
-fn they_are_never_kept() {
+fn fault_parameters_are_never_saved() {
     let mut world = World::flying();
     world.ground.keep_parameters(*world.ground.parameters());
     world.send(&set_int("FLT_SERVO1", 2));
@@ -198,10 +198,10 @@ fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
         assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
         let at = world.sim;
         // The same again is there already.
-        world.plant = PlantManner::Says(FaultReply::Unchanged { at });
+        world.plant = PlantManner::Answers(FaultReply::Unchanged { at });
         world.send(&set_int("FLT_SERVO1", 2));
         assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
-        world.plant = PlantManner::Says(FaultReply::Cleared { at });
+        world.plant = PlantManner::Answers(FaultReply::Cleared { at });
         world.take_commands();
         world.send(&set_int("FLT_SERVO1", 0));
         let commands = world.take_commands();
@@ -218,7 +218,7 @@ fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
 }
 
 #[test]
-fn what_acts_counts_more_than_what_will() {
+fn an_active_fault_goes_before_a_scheduled_one() {
     let mut world = World::flying();
     let at = SimTime::from_micros(99_000_000);
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Scheduled { at });
@@ -234,23 +234,23 @@ fn what_acts_counts_more_than_what_will() {
 fn a_value_that_is_another_than_the_one_that_was_set_comes_with_the_reason() {
     let mut world = World::flying();
     let at = world.sim;
-    world.plant = PlantManner::Says(FaultReply::Applied { at });
+    world.plant = PlantManner::Answers(FaultReply::Applied { at });
     world.send(&set_int("FLT_SERVO1", 2));
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Active { since: at });
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
-    // It is over before its parameter is told.
+    // It is over before its parameter is published.
     world.send(&set_int("FLT_SERVO1", 3));
     world.run_ms(800);
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
     let words = "Not as set: left aileron: there is another fault, stuck, since";
-    assert!(world.said(words), "{:?}", world.texts());
+    assert!(world.has_text(words), "{:?}", world.texts());
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Ended { at });
     values(&mut world);
     world.send(&set_int("FLT_SERVO1", 3));
     world.run_ms(800);
     assert_eq!(values(&mut world), one("FLT_SERVO1", 0));
     assert!(
-        world.said("Not as set: left aileron: the fault is over already"),
+        world.has_text("Not as set: left aileron: the fault is over already"),
         "{:?}",
         world.texts()
     );

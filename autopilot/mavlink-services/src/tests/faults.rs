@@ -54,7 +54,7 @@ fn an_identical_copy_that_comes_while_the_first_waits_gets_its_own_answer() {
 }
 
 #[test]
-fn what_the_plant_says_becomes_the_result_and_the_reason() {
+fn the_reply_of_the_plant_becomes_the_result_and_the_reason() {
     let at = SimTime::from_micros(1_000_000);
     let what = icd::fault::Quantity::Angle;
     let angle = Refusal::OutOfRange { what, value: 2.0, min: -0.5, max: 0.5 };
@@ -73,30 +73,30 @@ fn what_the_plant_says_becomes_the_result_and_the_reason() {
         (FaultReply::Refused(Refusal::FlightOver), LATER, "the flight is over"),
     ] {
         let mut world = World::flying();
-        world.plant = PlantManner::Says(reply);
+        world.plant = PlantManner::Answers(reply);
         world.send_command(420, STUCK_LEFT_AILERON);
         assert_eq!(world.take_acks(), [ack(420, expected)], "{reply:?}");
-        assert!(words.is_empty() || world.said(words), "{words}: {:?}", world.texts());
+        assert!(words.is_empty() || world.has_text(words), "{words}: {:?}", world.texts());
     }
 }
 
 #[test]
-fn an_applied_and_a_cleared_fault_are_told_in_words() {
+fn an_applied_and_a_cleared_fault_are_reported_as_text() {
     let mut world = World::flying();
     world.send_command(420, STUCK_LEFT_AILERON);
-    assert!(world.said("Injected: left aileron stuck"), "{:?}", world.texts());
+    assert!(world.has_text("Injected: left aileron stuck"), "{:?}", world.texts());
     world.send_command(420, [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-    assert!(world.said("Cleared: left aileron stuck"), "{:?}", world.texts());
+    assert!(world.has_text("Cleared: left aileron stuck"), "{:?}", world.texts());
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED); 2]);
 }
 
 #[test]
-fn a_scheduled_fault_is_told_again_when_it_acts() {
+fn a_scheduled_fault_is_reported_again_when_it_acts() {
     let mut world = World::flying();
     world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 12.5]);
     assert_eq!(world.take_acks(), [ack(31_010, ACCEPTED)]);
     assert!(
-        world.said("Scheduled: left elevator stuck at 30.0 deg, at 12.5 s"),
+        world.has_text("Scheduled: left elevator stuck at 30.0 deg, at 12.5 s"),
         "{:?}",
         world.texts()
     );
@@ -111,7 +111,7 @@ fn a_scheduled_fault_is_told_again_when_it_acts() {
         state: FaultState::Active { since },
     }));
     world.settle();
-    assert!(world.said("Injected: left elevator stuck at 30.0 deg"), "{:?}", world.texts());
+    assert!(world.has_text("Injected: left elevator stuck at 30.0 deg"), "{:?}", world.texts());
 }
 
 #[test]
@@ -135,14 +135,14 @@ fn all_instances_are_seven_requests_and_one_acknowledgement() {
 }
 
 #[test]
-fn with_fault_injection_off_faults_are_denied_with_the_reason_and_nothing_is_asked() {
+fn with_fault_injection_off_faults_are_denied_with_the_reason_and_nothing_is_requested() {
     let mut world = World::flying();
     world.send(&super::params::set_int("SYS_FAILURE_EN", 0));
     world.take_commands();
     world.send_command(420, STUCK_LEFT_AILERON);
     world.send_command(31_010, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, DENIED), ack(31_010, DENIED)]);
-    assert!(world.said("SYS_FAILURE_EN 0"), "{:?}", world.texts());
+    assert!(world.has_text("SYS_FAILURE_EN 0"), "{:?}", world.texts());
     assert!(world.take_commands().is_empty());
 }
 
@@ -163,7 +163,7 @@ fn faults_of_a_plant_that_goes_away_are_rejected_for_now() {
     world.autopilot.plant_lost();
     world.settle();
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
-    assert!(world.said("Plant link lost"), "{:?}", world.texts());
+    assert!(world.has_text("Plant link lost"), "{:?}", world.texts());
 }
 
 fn stuck_at_28_deg() -> World {
@@ -174,7 +174,7 @@ fn stuck_at_28_deg() -> World {
 }
 
 #[test]
-fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_asked() {
+fn an_angle_that_one_instance_cannot_take_is_denied_for_all_and_nothing_is_requested() {
     let mut world = stuck_at_28_deg();
     world.send_command(420, [102.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, DENIED)]);
@@ -205,7 +205,7 @@ fn an_angle_at_the_very_limit_is_left_to_the_plant() {
 }
 
 #[test]
-fn a_command_that_the_plant_does_in_part_says_which_acted_and_which_were_refused() {
+fn a_command_that_the_plant_does_in_part_lists_successes_and_refusals() {
     let mut world = World::flying();
     world.plant = PlantManner::Silent;
     world.send_command(420, [102.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -227,7 +227,7 @@ fn a_command_that_the_plant_does_in_part_says_which_acted_and_which_were_refused
 }
 
 #[test]
-fn a_refused_command_is_told_in_one_text_however_many_effectors_it_names() {
+fn a_refused_command_is_one_text_however_many_effectors_it_names() {
     let mut world = World::waiting();
     world.settle();
     world.got.clear();
@@ -242,13 +242,13 @@ fn a_refused_command_is_told_in_one_text_however_many_effectors_it_names() {
     world.run_ms(3_100);
     assert_eq!(world.take_acks(), [ack(420, LATER)]);
     let texts = world.texts();
-    let told: Vec<_> = texts.iter().filter(|text| text.contains("does not answer")).collect();
+    let reported: Vec<_> = texts.iter().filter(|text| text.contains("does not answer")).collect();
     let expected = "Not confirmed: all servos: the aircraft does not answer";
-    assert_eq!(told, [expected]);
+    assert_eq!(reported, [expected]);
 }
 
 #[test]
-fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
+fn a_repair_is_reported_once_whether_a_fault_acted_or_was_only_scheduled() {
     let clear = [102.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
     let mut world = World::flying();
     world.send_command(420, STUCK_LEFT_AILERON);
@@ -256,8 +256,8 @@ fn a_repair_is_told_once_whether_a_fault_acted_or_was_only_scheduled() {
     world.send_command(420, clear);
     assert_eq!(world.texts(), ["Cleared: left aileron stuck"]);
     world.got.clear();
-    // A plant has no end to tell of when nothing acts.
-    world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
+    // A plant reports no end when nothing acts.
+    world.plant = PlantManner::Answers(FaultReply::Cleared { at: world.sim });
     for effector in [tvc_jet::LEFT_AILERON, tvc_jet::LEFT_ELEVATOR] {
         schedule(&mut world, effector);
     }
@@ -279,9 +279,9 @@ fn schedule(world: &mut World, effector: Effector) {
 }
 
 #[test]
-fn a_repair_of_what_is_healthy_is_accepted_and_says_that_there_was_nothing() {
+fn a_repair_of_a_healthy_effector_is_accepted_with_a_note() {
     let mut world = World::flying();
-    world.plant = PlantManner::Says(FaultReply::Cleared { at: world.sim });
+    world.plant = PlantManner::Answers(FaultReply::Cleared { at: world.sim });
     world.send_command(420, [102.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
     assert_eq!(world.texts(), ["Nothing to mend: rudder"]);
@@ -289,7 +289,7 @@ fn a_repair_of_what_is_healthy_is_accepted_and_says_that_there_was_nothing() {
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.texts(), ["Nothing to mend: all servos"]);
     world.got.clear();
-    // Beside something that was mended, what is healthy is no news.
+    // Beside a fault that was cleared, healthy effectors need no text.
     schedule(&mut world, tvc_jet::RUDDER);
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.texts(), ["Nothing scheduled: rudder"]);
@@ -325,7 +325,7 @@ fn a_size_that_one_instance_cannot_take_is_denied_for_all_in_its_own_units() {
         world.send_command(31_010, [p1, p2, p3, p4, p5, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(31_010, DENIED)], "{expected}");
         assert!(world.take_commands().is_empty(), "nothing goes to the plant: {expected}");
-        assert!(world.said(expected), "{expected}: {:?}", world.texts());
+        assert!(world.has_text(expected), "{expected}: {:?}", world.texts());
     }
 }
 
@@ -351,8 +351,8 @@ fn numbers_of_a_refusal_are_in_the_units_of_the_effector() {
         (102.0, ramp, "left aileron: this kind of fault has no ramp"),
     ] {
         let mut world = World::flying();
-        world.plant = PlantManner::Says(FaultReply::Refused(refusal));
+        world.plant = PlantManner::Answers(FaultReply::Refused(refusal));
         world.send_command(420, [unit, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        assert!(world.said(words), "{words}: {:?}", world.texts());
+        assert!(world.has_text(words), "{words}: {:?}", world.texts());
     }
 }

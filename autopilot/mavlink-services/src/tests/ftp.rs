@@ -75,7 +75,7 @@ pub(super) fn answers(world: &mut World, to: Address) -> Vec<Answer> {
 }
 
 /// The one answer to a message.
-pub(super) fn ask(world: &mut World, message: &MavMessage) -> Answer {
+pub(super) fn answer_to(world: &mut World, message: &MavMessage) -> Answer {
     world.got.clear();
     world.send(message);
     let answers = answers(world, address(14_550));
@@ -89,7 +89,7 @@ pub(super) fn problem(answer: &Answer) -> u8 {
 }
 
 fn open(world: &mut World, sequence: u16, path: &str) -> (u8, usize) {
-    let answer = ask(world, &with_path(sequence, 0, 4, path));
+    let answer = answer_to(world, &with_path(sequence, 0, 4, path));
     assert_eq!((answer.opcode, answer.request, answer.data.len()), (ACK, 4, 4), "{answer:?}");
     let size = u32::from_le_bytes([answer.data[0], answer.data[1], answer.data[2], answer.data[3]]);
     (answer.session, usize::try_from(size).unwrap())
@@ -108,7 +108,7 @@ fn content(name: &str) -> Vec<u8> {
 #[test]
 fn an_unknown_file_is_refused_in_the_same_poll_as_mavproxy_needs_it() {
     let mut world = World::flying();
-    let answer = ask(&mut world, &with_path(41, 77, 4, "@PARAM/param.pck?withdefaults=1"));
+    let answer = answer_to(&mut world, &with_path(41, 77, 4, "@PARAM/param.pck?withdefaults=1"));
     assert_eq!(problem(&answer), 10);
     assert_eq!((answer.sequence, answer.session, answer.request), (42, 77, 4));
 }
@@ -120,16 +120,16 @@ fn the_way_from_the_message_to_every_file_is_open() {
     let length = usize::from(encoded[1]);
     let message =
         COMPONENT_METADATA_DATA::deser(MavlinkVersion::V2, &encoded[10..10 + length]).unwrap();
-    let mut wanted = vec![(message.uri.to_str().unwrap().to_owned(), message.file_crc)];
+    let mut listed = vec![(message.uri.to_str().unwrap().to_owned(), message.file_crc)];
     let mut fetched = 0;
-    while let Some((uri, crc)) = wanted.pop() {
+    while let Some((uri, crc)) = listed.pop() {
         let path = uri.strip_prefix("mftp://").unwrap();
         let text = fetch(&mut world, path, 0, 239).0;
         assert_eq!(crc32(&text), crc, "{uri}");
         let file: serde_json::Value = serde_json::from_slice(&text).unwrap();
         for entry in file["metadataTypes"].as_array().into_iter().flatten() {
             let crc = u32::try_from(entry["fileCrc"].as_u64().unwrap()).unwrap();
-            wanted.push((entry["uri"].as_str().unwrap().to_owned(), crc));
+            listed.push((entry["uri"].as_str().unwrap().to_owned(), crc));
         }
         fetched += 1;
     }
@@ -176,7 +176,7 @@ fn fetch(world: &mut World, path: &str, lost: usize, size: u8) -> (Vec<u8>, usiz
     while let Some(gap) = text.iter().position(Option::is_none) {
         sequence += 2;
         let offset = u32::try_from(gap).unwrap();
-        let answer = ask(world, &request(sequence, session, 5, size, offset, &[]));
+        let answer = answer_to(world, &request(sequence, session, 5, size, offset, &[]));
         assert_eq!((answer.opcode, answer.offset), (ACK, offset));
         if passes() {
             for (place, byte) in text[gap..].iter_mut().zip(answer.data) {
@@ -184,7 +184,7 @@ fn fetch(world: &mut World, path: &str, lost: usize, size: u8) -> (Vec<u8>, usiz
             }
         }
     }
-    assert_eq!(ask(world, &request(sequence + 2, 0, 2, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(world, &request(sequence + 2, 0, 2, 0, 0, &[])).opcode, ACK);
     (text.into_iter().map(Option::unwrap).collect(), count)
 }
 
@@ -227,7 +227,7 @@ fn a_burst_is_paced_ends_with_the_end_of_the_file_and_counts_its_messages() {
 }
 
 #[test]
-fn a_burst_asked_for_again_begins_again_and_terminating_its_session_ends_it() {
+fn a_repeated_burst_begins_again_and_terminating_its_session_ends_it() {
     let mut world = World::flying();
     let (session, length) = open(&mut world, 1, "parameter.json");
     let burst = request(3, session, 15, 20, 0, &[]);
@@ -238,14 +238,14 @@ fn a_burst_asked_for_again_begins_again_and_terminating_its_session_ends_it() {
     world.run_ms(6);
     let again = answers(&mut world, address(14_550));
     assert_eq!((again[0].sequence, again[0].offset), (4, 0));
-    assert_eq!(ask(&mut world, &request(5, session, 1, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(5, session, 1, 0, 0, &[])).opcode, ACK);
     world.run_ms(1_000);
     assert!(answers(&mut world, address(14_550)).is_empty());
     assert!(length / 20 > 256, "long enough for the next test");
 }
 
 #[test]
-fn a_long_burst_stops_and_says_that_there_is_more() {
+fn a_long_burst_stops_with_a_note_that_there_is_more() {
     let mut world = World::flying();
     let (session, _) = open(&mut world, 1, "parameter.json");
     world.send(&request(3, session, 15, 20, 0, &[]));
@@ -260,21 +260,21 @@ fn a_long_burst_stops_and_says_that_there_is_more() {
 fn a_request_that_comes_again_gets_the_same_answer_and_no_second_session() {
     let mut world = World::flying();
     let message = with_path(9, 0, 4, "/general.json");
-    let first = ask(&mut world, &message);
-    assert_eq!(ask(&mut world, &message), first);
+    let first = answer_to(&mut world, &message);
+    assert_eq!(answer_to(&mut world, &message), first);
     let end = request(11, first.session, 1, 0, 0, &[]);
-    let ended = ask(&mut world, &end);
-    assert_eq!((ended.opcode, ask(&mut world, &end)), (ACK, ended.clone()));
-    let late = ask(&mut world, &request(13, first.session, 5, 239, 0, &[]));
+    let ended = answer_to(&mut world, &end);
+    assert_eq!((ended.opcode, answer_to(&mut world, &end)), (ACK, ended.clone()));
+    let late = answer_to(&mut world, &request(13, first.session, 5, 239, 0, &[]));
     assert_eq!(problem(&late), 4, "it was the only session");
 }
 
 #[test]
 fn a_client_that_insists_on_its_number_gets_it() {
     let mut world = World::flying();
-    let answer = ask(&mut world, &with_path(1, 200, 4, "/general.json"));
+    let answer = answer_to(&mut world, &with_path(1, 200, 4, "/general.json"));
     assert_eq!((answer.opcode, answer.session), (ACK, 200));
-    let second = ask(&mut world, &with_path(3, 200, 4, "/events.json"));
+    let second = answer_to(&mut world, &with_path(3, 200, 4, "/events.json"));
     assert_eq!((second.opcode, second.session), (ACK, 0), "that one is taken");
 }
 
@@ -282,16 +282,16 @@ fn a_client_that_insists_on_its_number_gets_it() {
 fn sessions_are_bounded_and_each_station_has_its_own() {
     let mut world = World::flying();
     for sequence in 0..4 {
-        assert_eq!(ask(&mut world, &with_path(sequence, 0, 4, "/general.json")).opcode, ACK);
+        assert_eq!(answer_to(&mut world, &with_path(sequence, 0, 4, "/general.json")).opcode, ACK);
     }
-    assert_eq!(problem(&ask(&mut world, &with_path(9, 0, 4, "/general.json"))), 5);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(9, 0, 4, "/general.json"))), 5);
     // Another station behind another peer is not touched, and cannot close them.
     let other = world.encode(STATION, &request(1, 0, 2, 0, 0, &[]));
     world.send_bytes(address(14_540), &other);
     assert_eq!(answers(&mut world, address(14_540)).len(), 1);
-    assert_eq!(ask(&mut world, &request(11, 3, 5, 10, 0, &[])).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(13, 0, 2, 0, 0, &[])).opcode, ACK);
-    assert_eq!(problem(&ask(&mut world, &request(15, 3, 5, 10, 0, &[]))), 4);
+    assert_eq!(answer_to(&mut world, &request(11, 3, 5, 10, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(13, 0, 2, 0, 0, &[])).opcode, ACK);
+    assert_eq!(problem(&answer_to(&mut world, &request(15, 3, 5, 10, 0, &[]))), 4);
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn a_client_that_falls_silent_is_forgotten() {
     let (session, _) = open(&mut world, 1, "general.json");
     world.now = world.now + core::time::Duration::from_secs(61);
     world.settle();
-    assert_eq!(problem(&ask(&mut world, &request(3, session, 5, 10, 0, &[]))), 4);
+    assert_eq!(problem(&answer_to(&mut world, &request(3, session, 5, 10, 0, &[]))), 4);
 }
 
 #[test]
@@ -308,8 +308,9 @@ fn sizes_and_offsets_are_checked() {
     let mut world = World::flying();
     let (session, length) = open(&mut world, 1, "general.json");
     let length = u32::try_from(length).unwrap();
-    let mut read =
-        |sequence, size, offset| ask(&mut world, &request(sequence, session, 5, size, offset, &[]));
+    let mut read = |sequence, size, offset| {
+        answer_to(&mut world, &request(sequence, session, 5, size, offset, &[]))
+    };
     assert_eq!(read(3, 255, 0).data.len(), DATA_MAX, "clamped");
     assert_eq!(read(5, 239, length - 3).data.len(), 3);
     assert_eq!(problem(&read(7, 239, length)), 6);
@@ -321,7 +322,7 @@ fn sizes_and_offsets_are_checked() {
 fn the_folder_is_listed_with_sizes() {
     let mut world = World::flying();
     for path in ["/", "", "."] {
-        let answer = ask(&mut world, &with_path(1, 0, 3, path));
+        let answer = answer_to(&mut world, &with_path(1, 0, 3, path));
         let names: Vec<String> = metadata()
             .files()
             .iter()
@@ -330,14 +331,14 @@ fn the_folder_is_listed_with_sizes() {
             .collect();
         assert_eq!(answer.data, names.concat().as_bytes(), "{path}");
     }
-    assert_eq!(problem(&ask(&mut world, &request(3, 0, 3, 1, 5, b"/"))), 6);
-    assert_eq!(problem(&ask(&mut world, &with_path(5, 0, 3, "/fs/microsd"))), 10);
+    assert_eq!(problem(&answer_to(&mut world, &request(3, 0, 3, 1, 5, b"/"))), 6);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(5, 0, 3, "/fs/microsd"))), 10);
 }
 
 #[test]
-fn the_checksum_of_a_file_is_told() {
+fn the_checksum_of_a_file_is_sent() {
     let mut world = World::flying();
-    let answer = ask(&mut world, &with_path(1, 0, 14, "/parameter.json"));
+    let answer = answer_to(&mut world, &with_path(1, 0, 14, "/parameter.json"));
     assert_eq!(answer.data, crc32(&content("parameter.json")).to_le_bytes());
 }
 
@@ -346,13 +347,13 @@ fn whatever_would_change_a_file_is_refused_and_so_is_the_unknown() {
     let mut world = World::flying();
     // 7 writes in a session.
     for opcode in [6, 8, 9, 10, 11, 12, 13] {
-        let answer = ask(&mut world, &with_path(opcode.into(), 0, opcode, "/general.json"));
+        let answer = answer_to(&mut world, &with_path(opcode.into(), 0, opcode, "/general.json"));
         assert_eq!(problem(&answer), 9, "opcode {opcode}");
     }
     for opcode in [16, 100, 127] {
-        assert_eq!(problem(&ask(&mut world, &with_path(1, 0, opcode, "/x"))), 7);
+        assert_eq!(problem(&answer_to(&mut world, &with_path(1, 0, opcode, "/x"))), 7);
     }
-    assert_eq!(ask(&mut world, &request(1, 0, 0, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(1, 0, 0, 0, 0, &[])).opcode, ACK);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Heartbeats as ground stations hear them.
+//! Heartbeats as ground stations receive them.
 
 use ::mavlink::dialects::common::{
     HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavState, PARAM_REQUEST_LIST_DATA,
@@ -17,7 +17,7 @@ fn heartbeats_at(world: &World, port: u16) -> Vec<HEARTBEAT_DATA> {
     world.got.iter().filter(|got| got.to == address(port)).filter_map(Got::read).collect()
 }
 
-fn tell(world: &mut World, kind: EventKind) -> HEARTBEAT_DATA {
+fn heartbeat_after(world: &mut World, kind: EventKind) -> HEARTBEAT_DATA {
     world.got.clear();
     world.ground.handle_event(&Event { time: world.sim, kind }, world.now);
     world.settle();
@@ -35,7 +35,7 @@ fn a_heartbeat_comes_once_a_second_to_everybody() {
 }
 
 #[test]
-fn who_has_just_come_gets_a_heartbeat_at_once_and_only_one() {
+fn a_new_peer_gets_one_heartbeat_at_once() {
     let mut world = World::flying();
     world.run_ms(300);
     world.got.clear();
@@ -49,14 +49,15 @@ fn who_has_just_come_gets_a_heartbeat_at_once_and_only_one() {
 }
 
 #[test]
-fn each_change_of_content_is_told_at_once() {
+fn each_change_of_content_is_sent_at_once() {
     let mut world = World::flying();
-    let hold = tell(&mut world, EventKind::Vehicle(VehicleEvent::Mode(Mode::Hold)));
+    let hold = heartbeat_after(&mut world, EventKind::Vehicle(VehicleEvent::Mode(Mode::Hold)));
     assert_eq!(hold.custom_mode, 50_593_792);
-    let sticks = tell(&mut world, EventKind::Vehicle(VehicleEvent::Mode(Mode::Altitude)));
+    let sticks =
+        heartbeat_after(&mut world, EventKind::Vehicle(VehicleEvent::Mode(Mode::Altitude)));
     assert!(sticks.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED));
     assert!(!sticks.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED));
-    let down = tell(&mut world, EventKind::GroundContact);
+    let down = heartbeat_after(&mut world, EventKind::GroundContact);
     assert_eq!(down.system_status, MavState::MAV_STATE_STANDBY);
     assert!(!down.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
 }
@@ -74,22 +75,22 @@ fn a_silent_plant_is_no_emergency_of_the_aircraft() {
 }
 
 #[test]
-fn a_terminated_flight_is_told_as_one_and_is_not_armed() {
+fn a_terminated_flight_is_shown_as_one_and_is_not_armed() {
     let mut world = World::flying();
-    let heartbeat = tell(&mut world, EventKind::Vehicle(VehicleEvent::Terminated));
+    let heartbeat = heartbeat_after(&mut world, EventKind::Vehicle(VehicleEvent::Terminated));
     assert_eq!(heartbeat.system_status, MavState::MAV_STATE_FLIGHT_TERMINATION);
     assert!(!heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
-    let again = tell(&mut world, EventKind::FlightBegan { joined_in_flight: false });
+    let again = heartbeat_after(&mut world, EventKind::FlightBegan { joined_in_flight: false });
     assert_eq!(again.system_status, MavState::MAV_STATE_ACTIVE);
 }
 
 #[test]
-fn every_mode_has_its_custom_mode_and_the_flag_that_says_so() {
+fn every_mode_has_its_custom_mode_and_the_custom_flag() {
     let mut world = World::flying();
-    // A flight begins in the first of them, so begin with the second: only changes are told at once.
+    // A flight begins in the first of them, so begin with the second: only changes are sent at once.
     let [first, rest @ ..] = Mode::ALL;
     for mode in rest.into_iter().chain([first]) {
-        let heartbeat = tell(&mut world, EventKind::Vehicle(VehicleEvent::Mode(mode)));
+        let heartbeat = heartbeat_after(&mut world, EventKind::Vehicle(VehicleEvent::Mode(mode)));
         assert!(heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED));
         assert_eq!(heartbeat.custom_mode, modes::custom_mode(mode), "{mode}");
     }

@@ -20,7 +20,7 @@ fn beat(world: &mut World, sender: Identity) {
     beat_as(world, sender, MavType::MAV_TYPE_GCS);
 }
 
-/// Flying, with a return after ten seconds of silence, and the first station heard.
+/// Flying, with a return after ten seconds of silence, and a heartbeat of the first station.
 fn watched() -> World {
     let mut world = World::flying();
     world.ground.shared.parameters.link.loss_s = 10.0;
@@ -31,17 +31,17 @@ fn watched() -> World {
 }
 
 #[derive(Debug, PartialEq)]
-enum Told {
+enum LinkChange {
     Lost(LinkLossAction),
     Back,
 }
 
-fn told(world: &mut World) -> Vec<Told> {
+fn link_changes(world: &mut World) -> Vec<LinkChange> {
     let commands = world.take_commands().into_iter();
     commands
         .filter_map(|command| match command {
-            Command::Vehicle(VehicleCommand::LinkLost(action)) => Some(Told::Lost(action)),
-            Command::Vehicle(VehicleCommand::LinkBack) => Some(Told::Back),
+            Command::Vehicle(VehicleCommand::LinkLost(action)) => Some(LinkChange::Lost(action)),
+            Command::Vehicle(VehicleCommand::LinkBack) => Some(LinkChange::Back),
             _ => None,
         })
         .collect()
@@ -51,58 +51,58 @@ fn told(world: &mut World) -> Vec<Told> {
 fn silence_leads_to_the_configured_action_once_and_its_end_undoes_it_once() {
     let mut world = watched();
     world.run_ms(9_990);
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
     world.run_ms(20);
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
     world.run_ms(30_000);
-    assert_eq!(told(&mut world), [], "once");
+    assert_eq!(link_changes(&mut world), [], "once");
     for _ in 0..3 {
         beat(&mut world, STATION);
         world.run_ms(1_000);
     }
-    assert_eq!(told(&mut world), [Told::Back], "once");
+    assert_eq!(link_changes(&mut world), [LinkChange::Back], "once");
 }
 
 #[test]
-fn heartbeats_keep_the_link_and_anything_else_does_not() {
+fn heartbeats_keep_the_link_and_other_messages_do_not() {
     let mut world = watched();
     for _ in 0..30 {
         world.run_ms(1_000);
         beat(&mut world, STATION);
     }
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
     for _ in 0..12 {
         world.run_ms(1_000);
         beat_as(&mut world, STATION, MavType::MAV_TYPE_ONBOARD_CONTROLLER);
         world.send_command(410, [0.0; 7]);
     }
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
 }
 
 #[test]
-fn nobody_is_lost_before_a_ground_station_was_heard() {
+fn no_link_is_lost_before_the_first_heartbeat() {
     let mut world = World::flying();
     beat_as(&mut world, STATION, MavType::MAV_TYPE_ONBOARD_CONTROLLER);
     world.send_command(186, [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(60_000);
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
 }
 
 #[test]
-fn another_station_that_is_heard_takes_over_and_its_silence_is_the_loss() {
+fn another_active_station_takes_over_and_its_silence_is_the_loss() {
     let mut world = watched();
     for _ in 0..15 {
         world.run_ms(1_000);
         beat(&mut world, OTHER);
     }
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
     let takes_over = "Ground station 255 is silent: 245 takes over";
-    let said = world.texts().iter().filter(|text| *text == takes_over).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| *text == takes_over).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
     world.run_ms(10_010);
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
     beat(&mut world, STATION);
-    assert_eq!(told(&mut world), [Told::Back], "any station brings the link back");
+    assert_eq!(link_changes(&mut world), [LinkChange::Back], "any station brings the link back");
 }
 
 #[test]
@@ -113,30 +113,30 @@ fn a_simulation_that_stands_still_loses_nobody_and_does_not_hide_a_loss() {
         world.now = world.now + STEP * 500;
         beat(&mut world, STATION);
     }
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
     world.now = world.now + STEP * 5_001;
     world.settle();
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
 }
 
 #[test]
-fn a_new_flight_is_told_again_of_a_link_that_is_still_lost() {
+fn a_link_that_is_still_lost_is_reported_again_to_a_new_flight() {
     let mut world = watched();
     world.run_ms(10_010);
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
     world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
     world.run_ms(10);
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
 }
 
 #[test]
-fn without_a_flight_nothing_is_told_and_no_deadline_is_in_the_past() {
+fn without_a_flight_no_loss_is_reported_and_no_deadline_is_in_the_past() {
     let mut world = watched();
     world.autopilot.plant_lost();
     world.settle();
     world.now = world.now + STEP * 10_000;
     world.settle();
-    assert_eq!(told(&mut world), []);
+    assert_eq!(link_changes(&mut world), []);
     let ground = &world.ground;
     let deadline = ground.services.link_loss.next_deadline(&ground.shared);
     assert_eq!(deadline, None);
@@ -151,35 +151,39 @@ fn the_deadline_is_the_moment_of_the_loss() {
 }
 
 #[test]
-fn a_station_that_has_steered_is_lost_although_another_is_heard_and_ends_it_itself() {
+fn a_station_that_has_steered_is_lost_although_another_is_active_and_ends_the_loss_itself() {
     let mut world = watched();
     world.send_command(186, [6_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     for _ in 0..15 {
         world.run_ms(1_000);
         beat(&mut world, OTHER);
     }
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
-    assert!(!world.said("takes over"), "{:?}", world.texts());
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
+    assert!(!world.has_text("takes over"), "{:?}", world.texts());
     beat(&mut world, STATION);
-    assert_eq!(told(&mut world), [Told::Back]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Back]);
 }
 
 #[test]
-fn an_accepted_order_of_another_station_ends_the_loss_and_stands() {
+fn an_accepted_command_of_another_station_ends_the_loss_and_stands() {
     let mut world = watched();
     world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
     for _ in 0..11 {
         world.run_ms(1_000);
         beat(&mut world, OTHER);
     }
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)]);
-    // Return, which the loss has chosen already: now it is an order.
-    let order = [1.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0];
-    let bytes = command_long(176, order, crate::codec::OWN);
+    assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
+    // Return, which the loss has chosen already: now it is commanded.
+    let mode = [1.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0];
+    let bytes = command_long(176, mode, crate::codec::OWN);
     world.send_bytes(address(14_550), &sent_by(OTHER, bytes, 152));
     world.run_ms(100);
-    assert_eq!(told(&mut world), [Told::Back]);
+    assert_eq!(link_changes(&mut world), [LinkChange::Back]);
     assert_eq!(world.autopilot.snapshot().unwrap().mode, flight_management::vehicle::Mode::Return);
     world.run_ms(10_010);
-    assert_eq!(told(&mut world), [Told::Lost(LinkLossAction::Return)], "of the new one");
+    assert_eq!(
+        link_changes(&mut world),
+        [LinkChange::Lost(LinkLossAction::Return)],
+        "of the new one"
+    );
 }

@@ -27,14 +27,14 @@ fn acknowledged(world: &World, to: Address) -> Vec<u16> {
     acks.map(|ack| u16::from_le_bytes([ack.payload[0], ack.payload[1]]) - UNKNOWN).collect()
 }
 
-/// PING that asks everybody.
+/// PING to all systems.
 fn ping(number: u32) -> Vec<u8> {
     let payload = [&[0; 8][..], &number.to_le_bytes(), &[0, 0]].concat();
     frame(4, 237, &payload)
 }
 
 #[test]
-fn a_connection_gets_telemetry_before_it_says_anything_and_nothing_after_it_was_closed() {
+fn a_connection_gets_telemetry_from_its_start_until_it_is_closed() {
     let mut world = flying_with_tcp();
     world.run_ms(1_000);
     assert!(world.got.iter().any(|got| got.to == TCP));
@@ -92,7 +92,7 @@ fn a_peer_that_takes_nothing_is_read_no_further_and_loses_no_answer_to_what_was_
 }
 
 #[test]
-fn what_was_read_at_once_waits_for_room_and_is_answered_once_and_in_order() {
+fn messages_read_together_wait_for_room_and_are_answered_once_and_in_order() {
     let mut world = flying_with_tcp();
     world.stuck.push(TCP);
     // More than the queue of answers holds, in pieces as they are read.
@@ -115,10 +115,10 @@ fn what_was_read_at_once_waits_for_room_and_is_answered_once_and_in_order() {
 }
 
 #[test]
-fn what_others_are_told_takes_no_place_from_the_answers_of_a_slow_peer() {
+fn broadcasts_take_no_room_from_the_answers_to_a_slow_peer() {
     let mut world = flying_with_tcp();
     world.stuck.push(TCP);
-    // Each change of a parameter is told to everybody.
+    // Each change of a parameter is broadcast.
     for i in 0..1_000_u16 {
         let value = if i % 2 == 0 { 40.0 } else { 30.0 };
         world.send(&super::params::set_real("OBS_W0", value));
@@ -153,7 +153,7 @@ fn a_datagram_that_cannot_be_answered_changes_nothing() {
 }
 
 #[test]
-fn our_own_words_sent_back_over_a_connection_are_ignored() {
+fn our_own_messages_sent_back_over_a_connection_are_ignored() {
     let mut world = flying_with_tcp();
     let read = PARAM_REQUEST_READ_DATA { param_index: 0, ..Default::default() };
     let echo = world.encode(OWN, &MavMessage::PARAM_REQUEST_READ(read.clone()));
@@ -186,15 +186,15 @@ fn many_ground_stations_are_served_at_once_and_each_gets_its_own_answers() {
 }
 
 #[test]
-fn a_newcomer_to_a_full_port_is_served_in_the_end_and_those_before_it_without_a_gap() {
+fn a_new_station_on_a_full_port_is_served_in_the_end_and_the_others_without_a_gap() {
     let mut world = World::flying();
     let visitor =
         |n: u16| Address::UdpServer(std::net::SocketAddr::from(([127, 0, 0, 1], 9_000 + n)));
-    let newcomer = visitor(24);
+    let late = visitor(24);
     let mut served_since = None;
     for second in 0..14 {
         for n in 0..25 {
-            // 24 fill the table before the newcomer begins to call.
+            // 24 fill the table before the late one begins to call.
             if n < 24 || second > 0 {
                 world.send_bytes(visitor(n), &ping(u32::from(n)));
             }
@@ -206,7 +206,7 @@ fn a_newcomer_to_a_full_port_is_served_in_the_end_and_those_before_it_without_a_
         for n in 0..23 {
             assert!(heartbeats(visitor(n)) > 0, "no heartbeat to {n} in second {second}");
         }
-        if served_since.is_none() && heartbeats(newcomer) > 0 {
+        if served_since.is_none() && heartbeats(late) > 0 {
             served_since = Some(second);
         }
     }

@@ -1,4 +1,4 @@
-//! The log service, with a disk that does what the test wants.
+//! The log service, with a disk that the test controls.
 
 use std::collections::BTreeMap;
 
@@ -88,11 +88,11 @@ impl Flight {
         self.world.send_bytes(address(port), &bytes);
     }
 
-    fn ask_list(&mut self, start: u16, end: u16) {
+    fn request_list(&mut self, start: u16, end: u16) {
         self.world.send(&list(start, end));
     }
 
-    fn ask(&mut self, id: u16, ofs: u32, count: u32) {
+    fn request(&mut self, id: u16, ofs: u32, count: u32) {
         self.world.send(&data(id, ofs, count));
     }
 
@@ -139,24 +139,24 @@ const STATION_PORT: u16 = 14_550;
 #[test]
 fn every_log_is_listed_with_its_number_size_and_time() {
     let mut flight = Flight::with(&[100, 0, 7_000_000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(50);
-    let told = flight.entries(address(STATION_PORT));
-    let told: Vec<_> =
-        told.iter().map(|e| (e.id, e.size, e.num_logs, e.last_log_num, e.time_utc)).collect();
+    let entries = flight.entries(address(STATION_PORT));
+    let entries: Vec<_> =
+        entries.iter().map(|e| (e.id, e.size, e.num_logs, e.last_log_num, e.time_utc)).collect();
     let entry = |id, size| (id, size, 3, 2, 1_795_248_000);
-    assert_eq!(told, [entry(0, 100), entry(1, 0), entry(2, 7_000_000)]);
-    assert_eq!(flight.entries(address(14_540)), [], "only who asked gets them");
+    assert_eq!(entries, [entry(0, 100), entry(1, 0), entry(2, 7_000_000)]);
+    assert_eq!(flight.entries(address(14_540)), [], "only the requesting station gets them");
     flight.world.got.clear();
-    flight.ask_list(1, 1);
+    flight.request_list(1, 1);
     flight.run_ms(50);
     assert_eq!(flight.entries(address(STATION_PORT)).len(), 1, "a missed entry");
 }
 
 #[test]
-fn without_logs_one_entry_says_so_with_a_folder_and_without() {
+fn without_logs_one_empty_entry_is_sent_with_a_folder_and_without() {
     let mut flight = Flight::with(&[]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(50);
     assert_eq!(flight.entries(address(STATION_PORT)), [LOG_ENTRY_DATA::DEFAULT]);
     let mut world = World::flying();
@@ -166,15 +166,15 @@ fn without_logs_one_entry_says_so_with_a_folder_and_without() {
     world.send(&data(0, 0, ALL));
     world.send(&erase());
     world.run_ms(20);
-    assert!(world.said("no log folder"));
+    assert!(world.has_text("no log folder"));
 }
 
 #[test]
-fn a_log_comes_whole_in_messages_of_90_bytes_and_its_end_is_told() {
+fn a_log_comes_whole_in_messages_of_90_bytes_with_an_end() {
     for size in [1, 89, 90, 91, 180, 65_520, 65_521, 200_000] {
         let mut flight = Flight::with(&[10, size]);
-        flight.ask_list(0, 0xFFFF);
-        flight.ask(1, 0, ALL);
+        flight.request_list(0, 0xFFFF);
+        flight.request(1, 0, ALL);
         flight.run_ms(1000);
         let got = flight.data(address(STATION_PORT));
         assert_eq!(joined(1, 0, &got), content(1, size), "{size}");
@@ -187,12 +187,12 @@ fn a_log_comes_whole_in_messages_of_90_bytes_and_its_end_is_told() {
 #[test]
 fn a_range_gives_exactly_its_bytes_as_qgroundcontrol_and_mavsdk_count_them() {
     let mut flight = Flight::with(&[180 * 512]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
     let whole = content(0, 180 * 512);
     for (offset, count) in [(0, 90 * 512), (90 * 512, 90 * 512), (450, 90), (90, 91), (7, 5)] {
         flight.world.got.clear();
-        flight.ask(0, offset, count);
+        flight.request(0, offset, count);
         flight.run_ms(300);
         let got = flight.data(address(STATION_PORT));
         let (from, to) = (offset as usize, (offset + count) as usize);
@@ -206,18 +206,18 @@ fn requests_without_a_meaning_are_answered_with_nothing_or_a_text() {
     let mut flight = Flight::with(&[100]);
     for (id, offset, count) in [(0, 100, 90), (0, 5000, ALL), (0, 0, 0), (1, 0, ALL), (99, 7, 9)] {
         flight.world.got.clear();
-        flight.ask(id, offset, count);
+        flight.request(id, offset, count);
         flight.run_ms(50);
         let got = flight.data(address(STATION_PORT));
         let got: Vec<_> = got.iter().map(|m| (m.id, m.ofs, m.count)).collect();
         assert_eq!(got, [(id, offset, 0)]);
-        assert_eq!(flight.world.said("no such log"), id > 0);
+        assert_eq!(flight.world.has_text("no such log"), id > 0);
     }
     for (start, end) in [(5, 9), (0xFFFF, 0xFFFF), (1, 0)] {
         flight.world.got.clear();
-        flight.ask_list(start, end);
+        flight.request_list(start, end);
         flight.run_ms(50);
-        assert!(flight.world.said("there are 0 to 0"), "{start} {end}");
+        assert!(flight.world.has_text("there are 0 to 0"), "{start} {end}");
     }
     flight.world.got.clear();
     flight.world.send(&end());
@@ -228,17 +228,17 @@ fn requests_without_a_meaning_are_answered_with_nothing_or_a_text() {
 #[test]
 fn the_end_stops_a_download_and_a_new_request_takes_its_place() {
     let mut flight = Flight::with(&[1_000_000, 500]);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(40);
     assert!(!flight.data(address(STATION_PORT)).is_empty());
     flight.world.send(&end());
     flight.world.got.clear();
     flight.run_ms(40);
     assert_eq!(flight.data(address(STATION_PORT)), []);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(40);
     flight.world.got.clear();
-    flight.ask(1, 0, ALL);
+    flight.request(1, 0, ALL);
     flight.run_ms(40);
     let mut got = flight.data(address(STATION_PORT));
     got.retain(|message| message.id == 1);
@@ -249,27 +249,27 @@ fn the_end_stops_a_download_and_a_new_request_takes_its_place() {
 }
 
 #[test]
-fn an_answer_of_the_disk_that_is_not_wanted_any_more_is_not_taken_for_another() {
+fn a_late_answer_of_the_disk_is_not_taken_for_another() {
     let mut flight = Flight::with(&[1000, 2000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     let late = flight.world.ground.pop_log_job().unwrap();
     flight.world.send(&end());
-    flight.ask(1, 0, ALL);
+    flight.request(1, 0, ALL);
     flight.do_job(late);
     flight.run_ms(100);
     assert_eq!(joined(1, 0, &flight.data(address(STATION_PORT))), content(1, 2000));
 }
 
 #[test]
-fn twenty_gaps_in_a_row_are_all_filled_as_mavproxy_asks_for_them() {
+fn twenty_gaps_in_a_row_are_all_filled_as_mavproxy_requests_them() {
     let mut flight = Flight::with(&[100_000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
     flight.world.got.clear();
     for gap in 0..20 {
-        flight.ask(0, gap * 1800, 90);
+        flight.request(0, gap * 1800, 90);
     }
     flight.run_ms(100);
     let got = flight.data(address(STATION_PORT));
@@ -278,23 +278,23 @@ fn twenty_gaps_in_a_row_are_all_filled_as_mavproxy_asks_for_them() {
 }
 
 #[test]
-fn numbers_keep_their_logs_while_others_appear_and_until_the_list_is_asked_for_again() {
+fn numbers_keep_their_logs_until_the_list_is_requested_again() {
     let mut flight = Flight::with(&[1000, 2000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
     // An older one appears, as from another process: with a new list, it would be number 0.
     flight.files.insert("20251121-080000-0123abcd.ulg".to_owned(), vec![1; 50]);
     flight.files.insert(name(7), vec![2; 70]);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(50);
     assert_eq!(joined(0, 0, &flight.data(address(STATION_PORT))), content(0, 1000));
     flight.world.got.clear();
-    flight.ask_list(1, 1);
+    flight.request_list(1, 1);
     flight.run_ms(50);
     let entry = &flight.entries(address(STATION_PORT))[0];
     assert_eq!((entry.size, entry.num_logs), (2000, 2), "a missed entry is of the same list");
     flight.world.got.clear();
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(50);
     let sizes: Vec<_> = flight.entries(address(STATION_PORT)).iter().map(|e| e.size).collect();
     assert_eq!(sizes, [50, 1000, 2000, 70]);
@@ -303,28 +303,28 @@ fn numbers_keep_their_logs_while_others_appear_and_until_the_list_is_asked_for_a
 #[test]
 fn the_log_of_the_flight_under_way_comes_as_far_as_it_was_listed() {
     let mut flight = Flight::with(&[1000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
     flight.files.insert(name(0), content(0, 5000));
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(50);
     assert_eq!(joined(0, 0, &flight.data(address(STATION_PORT))), content(0, 1000));
 }
 
 #[test]
-fn erasing_removes_all_but_the_one_that_is_written_and_says_how_many() {
+fn erasing_removes_all_but_the_log_under_way_and_reports_the_count() {
     let mut flight = Flight::with(&[1000, 2000, 3000]);
     flight.open = Some(name(2));
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     for _ in 0..50 {
         flight.world.send(&erase());
     }
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.world.got.clear();
     flight.run_ms(100);
-    assert!(flight.world.said("2 logs erased, 1 still written"));
+    assert!(flight.world.has_text("2 logs erased, 1 still written"));
     assert_eq!(flight.world.texts().len(), 1, "fifty requests are one");
     let sizes: Vec<_> = flight.entries(address(STATION_PORT)).iter().map(|e| e.size).collect();
     assert_eq!(sizes, [3000]);
@@ -332,13 +332,13 @@ fn erasing_removes_all_but_the_one_that_is_written_and_says_how_many() {
 }
 
 #[test]
-fn a_log_that_is_gone_or_shorter_is_told_and_nothing_is_made_up() {
+fn a_log_that_is_gone_or_shorter_is_reported_and_no_bytes_are_invented() {
     let mut flight = Flight::with(&[1000, 2000]);
-    flight.ask_list(0, 0xFFFF);
+    flight.request_list(0, 0xFFFF);
     flight.run_ms(20);
     flight.files.remove(&name(0));
     flight.files.insert(name(1), vec![1; 10]);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(50);
     assert_eq!(flight.world.texts(), ["Log 0 is gone"], "one message, without words of the system");
     let end = |flight: &mut Flight| {
@@ -347,9 +347,9 @@ fn a_log_that_is_gone_or_shorter_is_told_and_nothing_is_made_up() {
         got.iter().map(|m| (m.id, m.ofs, m.count)).collect::<Vec<_>>()
     };
     assert_eq!(end(&mut flight), [(0, 0, 0)], "whoever waits learns that nothing comes");
-    flight.ask(1, 0, ALL);
+    flight.request(1, 0, ALL);
     flight.run_ms(50);
-    assert!(flight.world.said("Log 1 has become shorter"));
+    assert!(flight.world.has_text("Log 1 has become shorter"));
     assert_eq!(end(&mut flight), [(1, 0, 0)]);
     flight.run_ms(50);
     assert_eq!(end(&mut flight), []);
@@ -369,12 +369,12 @@ fn two_ground_stations_share_the_rate_and_each_gets_its_log() {
 }
 
 #[test]
-fn whoever_asks_for_all_at_once_by_datagram_gets_a_quarter_of_the_rate_of_who_asks_in_pieces() {
-    let count = |asked| {
+fn a_request_for_a_whole_log_by_datagram_gets_a_quarter_of_the_rate() {
+    let count = |requested| {
         let mut flight = Flight::with(&[2_000_000]);
-        flight.ask_list(0, 0xFFFF);
+        flight.request_list(0, 0xFFFF);
         flight.run_ms(20);
-        flight.ask(0, 0, asked);
+        flight.request(0, 0, requested);
         flight.run_ms(50);
         flight.data(address(STATION_PORT)).len()
     };
@@ -413,8 +413,8 @@ fn a_ground_station_that_takes_nothing_holds_up_nobody_and_gets_its_answers_firs
 fn a_slow_disk_holds_up_nothing_else() {
     let mut flight = Flight::with(&[1000]);
     flight.is_slow = true;
-    flight.ask_list(0, 0xFFFF);
-    flight.ask(0, 0, ALL);
+    flight.request_list(0, 0xFFFF);
+    flight.request(0, 0, ALL);
     flight.world.got.clear();
     flight.run_ms(2000);
     assert!(flight.world.got.iter().filter(|got| got.id == 0).count() >= 2, "heartbeats");
@@ -427,7 +427,7 @@ fn a_slow_disk_holds_up_nothing_else() {
 #[test]
 fn a_download_reads_in_blocks_and_ends_when_nobody_listens_any_more() {
     let mut flight = Flight::with(&[20_000_000]);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(500);
     assert!((1..10).contains(&flight.reads), "{}", flight.reads);
     // The configured address is known for ever, so only its silence ends it.
@@ -457,7 +457,7 @@ fn requests_for_another_system_and_floods_of_clients_do_no_harm() {
 #[test]
 fn a_log_erased_by_another_ends_a_download_under_way_with_a_message_without_bytes() {
     let mut flight = Flight::with(&[1_000_000]);
-    flight.ask(0, 0, ALL);
+    flight.request(0, 0, ALL);
     flight.run_ms(50);
     let erase = erase();
     flight.send_from(14_540, &erase);
@@ -466,22 +466,22 @@ fn a_log_erased_by_another_ends_a_download_under_way_with_a_message_without_byte
     let last = got.last().unwrap();
     assert_eq!((last.id, last.count), (0, 0));
     assert_eq!(joined(0, 0, &got), content(0, 1_000_000)[..last.ofs as usize]);
-    assert!(last.ofs < 1_000_000 && flight.world.said("Log 0 is gone"));
+    assert!(last.ofs < 1_000_000 && flight.world.has_text("Log 0 is gone"));
 }
 
 #[test]
-fn whoever_only_looks_at_the_list_takes_no_place_of_a_download() {
+fn listing_the_logs_takes_no_place_of_a_download() {
     let mut flight = Flight::with(&[100_000]);
     let visitor = Identity { system: 7, component: 7 };
-    let ask = |flight: &mut Flight, port, message: &MavMessage| {
+    let request = |flight: &mut Flight, port, message: &MavMessage| {
         let bytes = flight.world.encode(visitor, message);
         flight.world.send_bytes(address(port), &bytes);
     };
     // The download is the oldest of the clients, and more come than there are places.
-    ask(&mut flight, 20_000, &data(0, 0, ALL));
+    request(&mut flight, 20_000, &data(0, 0, ALL));
     flight.run_ms(20);
     for port in 20_001..20_030 {
-        ask(&mut flight, port, &list(0, 0xFFFF));
+        request(&mut flight, port, &list(0, 0xFFFF));
         flight.run_ms(4);
     }
     flight.run_ms(2_000);

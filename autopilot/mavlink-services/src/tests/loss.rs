@@ -1,4 +1,4 @@
-//! Each datagram lost in turn: a client that asks again ends where it would have without the loss.
+//! Each datagram lost in turn: a client that repeats its requests ends where it would have without the loss.
 
 use super::world::*;
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};

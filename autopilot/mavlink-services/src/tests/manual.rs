@@ -80,12 +80,12 @@ fn becomes(message: &MavMessage) -> Vec<Sticks> {
 }
 
 #[test]
-fn altitude_is_refused_until_sticks_are_heard() {
+fn altitude_is_refused_until_sticks_are_received() {
     let mut world = World::flying();
     world.send_command(176, ALTITUDE);
     assert_eq!(world.take_acks(), [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)]);
-    assert!(world.said("Altitude refused: no sticks"), "{:?}", world.texts());
-    assert!(world.said("use Position"), "{:?}", world.texts());
+    assert!(world.has_text("Altitude refused: no sticks"), "{:?}", world.texts());
+    assert!(world.has_text("use Position"), "{:?}", world.texts());
     world.send(&joystick([0, 0, 500, 0]));
     world.run_ms(600);
     world.send_command(176, ALTITUDE);
@@ -168,8 +168,8 @@ fn sticks_that_stop_lead_to_hold_once() {
     world.run_ms(10);
     assert_eq!(mode(&world), Mode::Hold);
     world.run_ms(3_000);
-    let said = world.texts().iter().filter(|text| text.contains("Sticks stopped")).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("Sticks stopped")).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
     world.send(&joystick([0, 100, 500, 0]));
     world.run_ms(10);
     assert_eq!(mode(&world), Mode::Hold, "late sticks do not bring Altitude back");
@@ -188,7 +188,7 @@ fn a_flood_of_sticks_becomes_a_trickle_and_the_last_one_counts() {
 }
 
 #[test]
-fn only_the_sticks_of_the_station_in_control_count_and_that_is_said_once() {
+fn only_the_sticks_of_the_station_in_control_count_and_others_are_reported_once() {
     let mut world = by_joystick();
     for i in 0..100 {
         world.run_ms(20);
@@ -197,12 +197,12 @@ fn only_the_sticks_of_the_station_in_control_count_and_that_is_said_once() {
     }
     assert!(sticks(&mut world).iter().all(|sticks| sticks.roll == 0.0));
     assert_eq!(mode(&world), Mode::Altitude);
-    let said = world.texts().iter().filter(|text| text.contains("it has no control")).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("it has no control")).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
 }
 
 #[test]
-fn whoever_commands_altitude_flies_it() {
+fn the_station_that_commands_altitude_flies_it() {
     let mut world = by_joystick();
     send_as(&mut world, OTHER, &joystick([0, 700, 500, 0]));
     let mut bytes = command_long(176, ALTITUDE, crate::codec::OWN);
@@ -223,17 +223,17 @@ fn whoever_commands_altitude_flies_it() {
 }
 
 #[test]
-fn sticks_that_stop_lead_home_where_nav_rcl_act_says_so() {
+fn sticks_that_stop_lead_home_if_nav_rcl_act_is_return() {
     let mut world = by_joystick();
     world.send(&set_int("NAV_RCL_ACT", 2));
     world.send(&joystick([0, 100, 500, 0]));
     world.run_ms(520);
     assert_eq!(mode(&world), Mode::Return);
-    assert!(world.said("Sticks stopped: Return"), "{:?}", world.texts());
+    assert!(world.has_text("Sticks stopped: Return"), "{:?}", world.texts());
     for number in [0, 3] {
         world.send(&set_int("NAV_RCL_ACT", number));
     }
-    assert!(world.said("NAV_RCL_ACT = 3 is outside 1 to 2"), "{:?}", world.texts());
+    assert!(world.has_text("NAV_RCL_ACT = 3 is outside 1 to 2"), "{:?}", world.texts());
 }
 
 #[test]
@@ -243,10 +243,10 @@ fn sticks_are_silent_by_wall_time_also_while_the_simulation_stands_still() {
         world.now = world.now + STEP * 50;
         world.send(&joystick([0, 0, 500, 0]));
     }
-    assert!(!world.said("Sticks stopped"));
+    assert!(!world.has_text("Sticks stopped"));
     world.now = world.now + STEP * 251;
     world.settle();
-    assert!(world.said("Sticks stopped"));
+    assert!(world.has_text("Sticks stopped"));
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn without_a_flight_sticks_are_ignored_quietly_and_no_deadline_waits() {
 }
 
 #[test]
-fn whoever_asks_for_altitude_has_control_before_the_outcome_is_there() {
+fn a_station_that_requests_altitude_has_control_before_the_outcome() {
     let mut world = World::flying();
     world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
     send_as(&mut world, OTHER, &joystick([0, 700, 500, 0]));
@@ -287,7 +287,7 @@ fn whoever_asks_for_altitude_has_control_before_the_outcome_is_there() {
     world.settle();
     world.run_ms(100);
     assert_eq!(mode(&world), Mode::Altitude);
-    assert!(!world.said("Sticks stopped"), "{:?}", world.texts());
+    assert!(!world.has_text("Sticks stopped"), "{:?}", world.texts());
 }
 
 #[test]
@@ -307,8 +307,8 @@ fn in_position_sticks_count_from_the_start_and_when_they_stop_the_mode_stays() {
     let snapshot = *world.autopilot.snapshot().unwrap();
     assert_eq!(snapshot.demand.roll_rad, 0.0);
     assert!(snapshot.navigation.course_rad.is_some(), "the course is held");
-    let said = world.texts().iter().filter(|text| text.contains("Sticks stopped")).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("Sticks stopped")).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
 }
 
 #[test]
@@ -350,5 +350,5 @@ fn sticks_take_control_only_where_nobody_has_it() {
     world.send(&joystick([0, -500, 500, 0]));
     world.run_ms(20);
     assert_eq!(sticks(&mut world), []);
-    assert!(world.said("it has no control"), "{:?}", world.texts());
+    assert!(world.has_text("it has no control"), "{:?}", world.texts());
 }

@@ -66,7 +66,7 @@ fn a_mode_that_cannot_be_entered_is_refused_with_the_text_of_a_request() {
     world.send(&set_int("COM_FLTMODE1", 7));
     move_to(&mut world, 1_400);
     move_to(&mut world, 1_000);
-    assert!(world.said("Offboard refused: no setpoint a moment ago"), "{:?}", world.texts());
+    assert!(world.has_text("Offboard refused: no setpoint a moment ago"), "{:?}", world.texts());
 }
 
 #[test]
@@ -78,5 +78,5 @@ fn without_a_channel_no_switch_selects_anything() {
     for channel in [1, 4, 9] {
         world.send(&set_int("RC_MAP_FLTMODE", channel));
     }
-    assert!(world.said("RC_MAP_FLTMODE = 1 is none of 0, 5, 6, 7, 8"), "{:?}", world.texts());
+    assert!(world.has_text("RC_MAP_FLTMODE = 1 is none of 0, 5, 6, 7, 8"), "{:?}", world.texts());
 }

@@ -1,4 +1,4 @@
-//! Modes: by DO_SET_MODE, by SET_MODE, as standard modes; what is told about them.
+//! Modes: by DO_SET_MODE, by SET_MODE, as standard modes; the messages about them.
 
 #![expect(deprecated, reason = "ground stations still use SET_MODE")]
 
@@ -58,7 +58,7 @@ fn a_mode_change_shows_in_a_heartbeat_at_once() {
 }
 
 #[test]
-fn set_mode_works_without_an_acknowledgement_and_says_why_not() {
+fn set_mode_works_without_an_acknowledgement_and_reports_a_refusal() {
     let mut world = World::flying();
     let base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
     let set = |custom_mode| {
@@ -68,8 +68,8 @@ fn set_mode_works_without_an_acknowledgement_and_says_why_not() {
     world.send(&set(393_216));
     world.send(&set(100_925_440));
     assert_eq!(world.take_acks(), []);
-    assert!(world.said("Offboard refused: no setpoint"), "{:?}", world.texts());
-    assert!(world.said("Land is not flown here: use Return"), "{:?}", world.texts());
+    assert!(world.has_text("Offboard refused: no setpoint"), "{:?}", world.texts());
+    assert!(world.has_text("Land is not flown here: use Return"), "{:?}", world.texts());
     let commands = world.take_commands();
     assert!(
         matches!(commands[..], [Command::Vehicle(VehicleCommand::Mode(Mode::Hold))]),
@@ -78,18 +78,18 @@ fn set_mode_works_without_an_acknowledgement_and_says_why_not() {
 }
 
 #[test]
-fn set_mode_tells_also_what_only_the_vehicle_knows() {
+fn set_mode_reports_also_refusals_of_the_vehicle() {
     let mut world = World::flying();
     let base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
     let mission = SET_MODE_DATA { custom_mode: 67_371_008, target_system: 1, base_mode };
     world.send(&MavMessage::SET_MODE(mission));
     assert_eq!(world.take_all_acks(), []);
-    assert!(world.said("Refused: there is no plan"), "{:?}", world.texts());
+    assert!(world.has_text("Refused: there is no plan"), "{:?}", world.texts());
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Position);
 }
 
 #[test]
-fn every_mode_can_be_asked_for_by_both_commands_and_nan_is_no_sub_mode() {
+fn every_mode_can_be_requested_by_both_commands_and_nan_is_no_sub_mode() {
     for (params, mode) in [
         ([1.0, 4.0, 3.0], Mode::Hold),
         ([129.0, 4.0, 4.0], Mode::Mission),
@@ -126,7 +126,7 @@ fn a_mode_that_is_none_is_denied_and_one_that_waits_for_a_stream_is_rejected_for
         let [p1, p2, p3] = params;
         world.send_command(176, [p1, p2, p3, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(176, expected)], "{params:?}");
-        assert_eq!(world.texts().len(), 1, "the reason is said: {params:?}");
+        assert_eq!(world.texts().len(), 1, "the reason is reported: {params:?}");
     }
     assert!(world.take_commands().is_empty());
 }

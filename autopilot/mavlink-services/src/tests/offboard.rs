@@ -98,8 +98,8 @@ fn setpoints_that_stop_lead_back_to_hold_after_half_a_second_and_once() {
     world.run_ms(10);
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold);
     world.run_ms(3_000);
-    let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
     world.take_commands();
     world.send(&setpoint(15.0));
     world.run_ms(20);
@@ -136,8 +136,8 @@ fn setpoints_without_a_usable_attitude_do_not_count() {
             [ack(176, MavResult::MAV_RESULT_TEMPORARILY_REJECTED)],
             "{q:?}"
         );
-        let said = world.texts().iter().filter(|text| text.contains("Setpoint refused")).count();
-        assert_eq!(said, 1, "said once: {:?}", world.texts());
+        let count = world.texts().iter().filter(|text| text.contains("Setpoint refused")).count();
+        assert_eq!(count, 1, "reported once: {:?}", world.texts());
     }
 }
 
@@ -197,7 +197,7 @@ fn send_as_other(world: &mut World, message: &MavMessage) {
 }
 
 #[test]
-fn offboard_needs_the_setpoints_of_whoever_asks_for_it() {
+fn offboard_needs_setpoints_of_the_requesting_station() {
     let mut world = World::flying();
     send_as_other(&mut world, &setpoint(15.0));
     world.send_command(176, OFFBOARD);
@@ -210,7 +210,7 @@ fn offboard_needs_the_setpoints_of_whoever_asks_for_it() {
 }
 
 #[test]
-fn setpoints_of_another_station_steer_nothing_keep_nothing_and_are_told_of_once() {
+fn setpoints_of_another_station_steer_nothing_keep_nothing_and_are_reported_once() {
     let mut world = in_offboard();
     for _ in 0..20 {
         world.run_ms(20);
@@ -218,8 +218,8 @@ fn setpoints_of_another_station_steer_nothing_keep_nothing_and_are_told_of_once(
         assert!((roll_deg(&mut world) - 15.0).abs() < 1.0e-4);
     }
     let refused = "Setpoints of system 245 refused: it has no control";
-    let said = world.texts().iter().filter(|text| *text == refused).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| *text == refused).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
     for _ in 0..10 {
         world.run_ms(20);
         send_as_other(&mut world, &setpoint(-20.0));
@@ -228,7 +228,7 @@ fn setpoints_of_another_station_steer_nothing_keep_nothing_and_are_told_of_once(
 }
 
 #[test]
-fn the_asker_has_control_before_the_outcome_of_its_request_is_there() {
+fn a_station_has_control_before_the_outcome_of_its_request() {
     let mut world = World::flying();
     world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
     send_as_other(&mut world, &setpoint(15.0));
@@ -246,11 +246,11 @@ fn the_asker_has_control_before_the_outcome_of_its_request_is_there() {
     world.settle();
     world.run_ms(100);
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard);
-    assert!(!world.said("setpoints stopped"), "{:?}", world.texts());
+    assert!(!world.has_text("setpoints stopped"), "{:?}", world.texts());
 }
 
 #[test]
-fn a_refusal_is_told_of_although_newer_setpoints_have_gone_out_before_it() {
+fn a_refusal_is_reported_although_newer_setpoints_were_sent_before_it() {
     use flight_management::command::Outcome;
     use flight_management::vehicle::VehicleRefusal;
     let mut world = in_offboard();
@@ -271,7 +271,7 @@ fn a_refusal_is_told_of_although_newer_setpoints_have_gone_out_before_it() {
     let kind = flight_management::event::EventKind::Outcome { number: numbers[0], outcome };
     world.ground.handle_event(&flight_management::event::Event { time, kind }, world.now);
     world.settle();
-    assert!(world.said("Setpoint refused"), "{:?}", world.texts());
+    assert!(world.has_text("Setpoint refused"), "{:?}", world.texts());
 }
 
 #[test]
@@ -301,7 +301,7 @@ fn a_plan_and_a_home_of_another_station_leave_control_with_the_stream() {
 }
 
 #[test]
-fn the_request_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
+fn the_request_to_fall_back_is_repeated_until_the_mode_changes_and_reported_once() {
     let mut world = in_offboard();
     world.got.clear();
     let mut commands = 0;
@@ -317,6 +317,6 @@ fn the_request_to_fall_back_is_repeated_until_the_mode_changes_and_said_once() {
         }
     }
     world.settle();
-    let said = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
-    assert_eq!((commands, said), (3, 1), "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("setpoints stopped")).count();
+    assert_eq!((commands, count), (3, 1), "{:?}", world.texts());
 }

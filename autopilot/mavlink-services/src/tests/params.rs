@@ -63,7 +63,7 @@ fn errors(world: &World) -> Vec<PARAM_ERROR_DATA> {
 }
 
 #[test]
-fn the_list_is_complete_paced_and_for_the_asker_only() {
+fn the_list_is_complete_paced_and_for_the_requesting_peer_only() {
     let mut world = World::flying();
     world.send(&request_list());
     world.run_ms(1_000);
@@ -83,7 +83,7 @@ fn the_list_is_complete_paced_and_for_the_asker_only() {
 }
 
 #[test]
-fn asking_again_starts_the_list_again_and_there_is_one_list_a_peer() {
+fn a_repeated_request_starts_the_list_again_and_each_peer_has_one_list() {
     let mut world = World::flying();
     world.send(&request_list());
     world.run_ms(40);
@@ -135,7 +135,7 @@ fn integers_travel_byte_wise_and_reals_as_they_are() {
 }
 
 #[test]
-fn a_change_is_told_to_every_peer_and_reaches_the_laws() {
+fn a_change_is_broadcast_and_reaches_the_laws() {
     let mut world = World::flying();
     world.send(&set_real("OBS_W0", 40.0));
     assert_eq!(world.values(address(14_540)).len(), 1);
@@ -155,7 +155,7 @@ fn a_change_is_told_to_every_peer_and_reaches_the_laws() {
 }
 
 #[test]
-fn a_refused_write_echoes_the_old_value_and_says_why() {
+fn a_refused_write_echoes_the_old_value_with_the_reason() {
     for (message, words) in [
         (set_real("OBS_W0", -5.0), "OBS_W0 = -5 is outside 1 to 500 rad/s"),
         (set_real("OBS_W0", f32::NAN), "OBS_W0 = NaN is outside"),
@@ -172,19 +172,19 @@ fn a_refused_write_echoes_the_old_value_and_says_why() {
         let before = *world.ground.parameters();
         world.send(&message);
         assert_eq!(*world.ground.parameters(), before);
-        assert!(world.said(words), "{words}: {:?}", world.texts());
+        assert!(world.has_text(words), "{words}: {:?}", world.texts());
         assert_eq!(errors(&world).len(), 1);
         assert!(world.take_commands().is_empty());
         let echo = only_value(&mut world);
         let name = echo.param_id.to_str().unwrap().to_owned();
         if let Some(row) = table().iter().find(|row| row.name == name) {
             let old = row.value(&before);
-            let told = match row.kind {
+            let sent = match row.kind {
                 Kind::Int => f64::from(echo.param_value.to_bits()),
                 Kind::Real => f64::from(echo.param_value),
             };
             // f32 on the wire.
-            assert!((told - old).abs() <= 1.0e-6 * old.abs(), "{name}: {told} instead of {old}");
+            assert!((sent - old).abs() <= 1.0e-6 * old.abs(), "{name}: {sent} instead of {old}");
         }
     }
 }
@@ -230,7 +230,7 @@ fn a_default_that_was_changed_and_changed_back_is_exact_again() {
 fn a_set_outside_lemma_1_is_accepted_with_a_warning_that_has_the_numbers() {
     let mut world = World::flying();
     world.send(&set_real("OBS_KB", 1.5));
-    assert!(world.said("beta1^2 5625 <= 10000"), "{:?}", world.texts());
+    assert!(world.has_text("beta1^2 5625 <= 10000"), "{:?}", world.texts());
     assert_eq!(only_value(&mut world).param_value, 1.5);
 }
 

@@ -1,4 +1,4 @@
-//! Commands that say where to go: reposition, orbit, loiter, pause, home.
+//! Commands with a place to go to: reposition, orbit, loiter, pause, home.
 
 use super::world::*;
 use crate::convert;
@@ -127,7 +127,7 @@ fn places_off_the_earth_other_frames_and_odd_values_are_denied_with_the_reason()
         let mut world = World::flying();
         world.send_command_at(192, frame, params, xy, z);
         assert_eq!(world.take_acks(), [ack(192, DENIED)], "{frame} {params:?} {xy:?} {z}");
-        assert!(world.said("efused"), "{frame} {params:?} {xy:?} {z}");
+        assert!(world.has_text("efused"), "{frame} {params:?} {xy:?} {z}");
         assert!(world.take_commands().is_empty());
     }
     let mut world = World::flying();
@@ -139,7 +139,7 @@ fn places_off_the_earth_other_frames_and_odd_values_are_denied_with_the_reason()
 fn the_refusal_of_an_altitude_names_value_and_range() {
     let mut world = World::flying();
     world.send_command_at(192, 0, [-1.0, 1.0, 0.0, NAN], DESERT, 20.0);
-    assert!(world.said("altitude 20.0 m is outside 500.0 to 12000.0 m"), "{:?}", world.texts());
+    assert!(world.has_text("altitude 20.0 m is outside 500.0 to 12000.0 m"), "{:?}", world.texts());
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn an_orbit_turns_by_the_sign_of_its_radius_and_has_no_end() {
     let mut world = World::flying();
     world.send_command_at(34, 0, [9_000.0, NAN, 0.0, 6.3], DESERT, 6_000.0);
     assert_eq!(world.take_acks(), [ack(34, DENIED)]);
-    assert!(world.said("only without an end"), "{:?}", world.texts());
+    assert!(world.has_text("only without an end"), "{:?}", world.texts());
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn pause_circles_here_and_continue_needs_a_paused_plan() {
     assert_eq!(repositions(&mut world), [PAUSE]);
     world.send_command(193, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(193, ACCEPTED), ack(193, LATER)]);
-    assert!(world.said("no plan is paused"), "{:?}", world.texts());
+    assert!(world.has_text("no plan is paused"), "{:?}", world.texts());
     assert!(
         matches!(world.take_commands()[..], [Command::Vehicle(VehicleCommand::Continue)]),
         "the aircraft knows"
@@ -237,18 +237,18 @@ fn home_is_below_the_aircraft_or_where_it_is_put() {
     world.send_command(179, [0.0, 0.0, 0.0, 0.0, 34.95, -117.85, 700.0]);
     assert_eq!(homes(&mut world), [desert()]);
     assert_eq!(world.take_acks(), [ack(179, ACCEPTED); 3]);
-    assert!(world.said("700 m is not used"), "{:?}", world.texts());
+    assert!(world.has_text("700 m is not used"), "{:?}", world.texts());
 }
 
 #[test]
-fn a_moved_home_is_told_at_once() {
+fn a_moved_home_is_broadcast_at_once() {
     let mut world = World::flying();
     world.send_command_at(179, 0, [0.0; 4], DESERT, 0.0);
     world.got.clear();
     world.run_ms(60);
-    let told = world.got.iter().filter(|got| got.to == address(14_550));
-    let told: Vec<HOME_POSITION_DATA> = told.filter_map(Got::read).collect();
-    let [home] = &told[..] else { panic!("{told:?}") };
+    let sent = world.got.iter().filter(|got| got.to == address(14_550));
+    let sent: Vec<HOME_POSITION_DATA> = sent.filter_map(Got::read).collect();
+    let [home] = &sent[..] else { panic!("{sent:?}") };
     assert_eq!([home.latitude, home.longitude, home.altitude], [DESERT[0], DESERT[1], 0]);
     // 0.05 deg of latitude are 5.55 km; 0.3 % for the shape of the Earth.
     assert!((home.x - 5_548.0).abs() < 20.0, "{} m north", home.x);
@@ -263,7 +263,7 @@ fn a_moved_home_is_known_with_its_acknowledgement_and_a_leftover_state_does_not_
     for _ in 0..2 {
         world.got.clear();
         world.send_command(512, [242.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("asked for");
+        let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("requested");
         assert_eq!([home.latitude, home.longitude], DESERT);
         world.ground.handle_snapshot(&leftover, world.now);
     }
@@ -271,7 +271,7 @@ fn a_moved_home_is_known_with_its_acknowledgement_and_a_leftover_state_does_not_
     world.ground.handle_snapshot(&leftover, world.now);
     world.got.clear();
     world.send_command(512, [242.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("asked for");
+    let home: HOME_POSITION_DATA = world.got.iter().find_map(Got::read).expect("requested");
     assert_eq!(home.latitude, 349_000_000);
 }
 
@@ -300,11 +300,11 @@ fn a_circle_that_is_too_small_is_accepted_with_a_note_and_one_that_fits_without(
         world.send_command_at(command, 0, params, DESERT, 6_000.0);
         world.run_ms(20);
         assert_eq!(world.take_acks(), [ack(command, ACCEPTED)]);
-        assert!(world.said("Radius 500 m is flown as "), "{command}: {:?}", world.texts());
+        assert!(world.has_text("Radius 500 m is flown as "), "{command}: {:?}", world.texts());
         let wide = params.map(|value| if value.abs() == 500.0 { 90_000.0 } else { value });
         let mut world = World::flying();
         world.send_command_at(command, 0, wide, DESERT, 6_000.0);
         world.run_ms(20);
-        assert!(!world.said("Radius"), "{command}: {:?}", world.texts());
+        assert!(!world.has_text("Radius"), "{command}: {:?}", world.texts());
     }
 }

@@ -48,7 +48,7 @@ fn progress(world: &World) -> Progress {
 }
 
 #[test]
-fn a_mission_begins_with_the_item_that_is_asked_for() {
+fn a_mission_begins_with_the_requested_item() {
     for (p1, p2, item) in [(0.0, 0.0, 0), (1.0, NAN, 1), (2.0, 2.0, 2), (NAN, 0.0, 0)] {
         let mut world = with_a_plan();
         world.send_command(300, two(p1, p2));
@@ -68,11 +68,11 @@ fn items_that_are_not_there_and_a_plan_cut_short_are_denied() {
 }
 
 #[test]
-fn without_a_plan_there_is_no_mission_and_the_reason_is_said() {
+fn without_a_plan_there_is_no_mission_and_the_reason_is_reported() {
     let mut world = World::flying();
     world.send_command(300, two(0.0, 0.0));
     assert_eq!(world.take_acks(), [ack(300, LATER)]);
-    assert!(world.said("there is no plan"), "{:?}", world.texts());
+    assert!(world.has_text("there is no plan"), "{:?}", world.texts());
     world.send_command(224, two(0.0, 0.0));
     assert_eq!(world.take_acks(), [ack(224, FAILED)]);
     world.send_command(176, [1.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);

@@ -69,7 +69,7 @@ fn setpoints(world: &mut World) -> Vec<Setpoint> {
         .collect()
 }
 
-/// What becomes of one message, and what is said about it.
+/// What becomes of one message, and the texts about it.
 fn becomes(bytes: &[u8]) -> (Vec<Setpoint>, Vec<String>) {
     let mut world = in_offboard();
     world.send_bytes(address(14_550), bytes);
@@ -176,7 +176,7 @@ fn a_velocity_of_the_body_is_turned_by_the_heading() {
 }
 
 #[test]
-fn values_beyond_the_limits_are_limited_and_that_is_said() {
+fn values_beyond_the_limits_are_limited_and_reported() {
     let (setpoints, texts) = becomes(&desert(100_000.0));
     assert!(matches!(setpoints[..], [Setpoint::Position { altitude_m: Some(12_000.0), .. }]));
     assert_eq!(texts, ["Setpoint limited: altitude 100000.0 m is flown as 12000.0 m"]);
@@ -188,18 +188,18 @@ fn values_beyond_the_limits_are_limited_and_that_is_said() {
 }
 
 #[test]
-fn a_stream_that_is_limited_is_told_of_once() {
+fn a_stream_that_is_limited_is_reported_once() {
     let mut world = in_offboard();
     for _ in 0..50 {
         world.send_bytes(address(14_550), &desert(100_000.0));
         world.run_ms(20);
     }
-    let said = world.texts().iter().filter(|text| text.contains("Setpoint limited")).count();
-    assert_eq!(said, 1, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("Setpoint limited")).count();
+    assert_eq!(count, 1, "{:?}", world.texts());
 }
 
 #[test]
-fn a_setpoint_that_the_vehicle_refuses_is_told_of_once_until_one_is_accepted() {
+fn a_setpoint_that_the_vehicle_refuses_is_reported_once_until_one_is_accepted() {
     let mut world = in_offboard();
     let into_space = local([0.0, 0.0, -100_000.0], [0.0; 3], POSITION, LOCAL);
     let fine = local([0.0, 0.0, -6_000.0], [0.0; 3], POSITION, LOCAL);
@@ -209,12 +209,12 @@ fn a_setpoint_that_the_vehicle_refuses_is_told_of_once_until_one_is_accepted() {
             world.run_ms(20);
         }
     }
-    let said = world.texts().iter().filter(|text| text.contains("Setpoint refused")).count();
-    assert_eq!(said, 2, "{:?}", world.texts());
+    let count = world.texts().iter().filter(|text| text.contains("Setpoint refused")).count();
+    assert_eq!(count, 2, "{:?}", world.texts());
 }
 
 #[test]
-fn setpoints_that_cannot_be_flown_do_not_count_and_the_reason_is_said_once() {
+fn setpoints_that_cannot_be_flown_do_not_count_and_the_reason_is_reported_once() {
     let inf = f32::INFINITY;
     for (bytes, reason) in [
         (global(DESERT, 6_000.0, [0.0; 3], POSITION, 1), "frame"),
@@ -257,7 +257,7 @@ fn a_stream_of_positions_keeps_offboard_and_its_end_leads_to_hold() {
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Offboard);
     world.run_ms(520);
     assert_eq!(world.autopilot.snapshot().unwrap().mode, Mode::Hold);
-    assert!(world.said("setpoints stopped"));
+    assert!(world.has_text("setpoints stopped"));
 }
 
 proptest! {

@@ -48,7 +48,7 @@ fn expected(name: &str) -> Result<Mode, String> {
     }
 }
 
-/// The latest custom mode and what was said, worse than information.
+/// The latest custom mode and the texts worse than information.
 fn seen(world: &World) -> (Option<u32>, Vec<String>) {
     let beats = world.got.iter().filter_map(Got::read::<HEARTBEAT_DATA>);
     let custom_mode = beats.map(|beat| beat.custom_mode).reduce(|_, latest| latest);
@@ -56,18 +56,18 @@ fn seen(world: &World) -> (Option<u32>, Vec<String>) {
         |text: &STATUSTEXT_DATA| text.severity as u8 <= MavSeverity::MAV_SEVERITY_WARNING as u8;
     let mine = world.got.iter().filter(|got| got.to == address(14_550));
     let texts = mine.filter_map(Got::read::<STATUSTEXT_DATA>).filter(is_shown);
-    let mut said: Vec<String> = Vec::new();
+    let mut texts: Vec<String> = Vec::new();
     for text in texts {
         let part = text.text.to_str().unwrap().to_owned();
-        match said.last_mut() {
+        match texts.last_mut() {
             Some(last) if text.chunk_seq > 0 => last.push_str(&part),
-            _ => said.push(part),
+            _ => texts.push(part),
         }
     }
-    (custom_mode, said)
+    (custom_mode, texts)
 }
 
-/// A flight in another mode than any that is asked for.
+/// A flight in another mode than any that is requested.
 fn elsewhere() -> World {
     let mut world = World::flying();
     world.send(&super::offboard::setpoint(0.0));
@@ -96,15 +96,15 @@ fn every_mode_that_is_offered_is_flown_or_refused_with_a_text_that_is_shown() {
                 assert_eq!(result.is_some(), uses_command, "{version} {name}");
                 let accepted = result.map(|result| result == MavResult::MAV_RESULT_ACCEPTED as u8);
                 world.run_ms(4);
-                let (now, said) = seen(&world);
+                let (now, texts) = seen(&world);
                 match expected(name) {
                     Ok(mode) => {
-                        assert_eq!(now, Some(custom_mode), "{version} {name}: {said:?}");
+                        assert_eq!(now, Some(custom_mode), "{version} {name}: {texts:?}");
                         assert_eq!(world.autopilot.snapshot().unwrap().mode, mode);
                         assert_ne!(accepted, Some(false), "{version} {name}");
                     }
                     Err(text) => {
-                        assert_eq!(said, [text], "{version} {name}");
+                        assert_eq!(texts, [text], "{version} {name}");
                         assert_eq!(now, None, "{version} {name}: no change of mode");
                         assert_ne!(accepted, Some(true), "{version} {name}");
                     }

@@ -1,4 +1,4 @@
-//! The parameters that QGroundControl asks for, by version, from the list that was taken from its source text; and the
+//! The parameters that QGroundControl requests, by version, from the list that was taken from its source text; and the
 //! conditions under which its setup pages are complete.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -43,10 +43,10 @@ fn parameters() -> BTreeMap<String, (MavParamType, f64)> {
 }
 
 #[test]
-fn every_parameter_that_a_version_asks_for_is_there_with_the_type_of_px4() {
+fn every_parameter_that_a_version_requests_exists_with_the_type_of_px4() {
     let parameters = parameters();
     for version in VERSIONS {
-        let mut asked = BTreeSet::new();
+        let mut requested = BTreeSet::new();
         for [name, kind, versions, file] in rows() {
             assert!(versions.split(' ').all(|one| VERSIONS.contains(&one)), "{versions}");
             if !versions.split(' ').any(|one| one == version) {
@@ -61,9 +61,9 @@ fn every_parameter_that_a_version_asks_for_is_there_with_the_type_of_px4() {
                 other => panic!("{other}"),
             };
             assert_eq!(*own, expected, "{version}: {name} in {file}");
-            asked.insert(name);
+            requested.insert(name);
         }
-        assert!(asked.len() > 80, "{version} asks for {} only", asked.len());
+        assert!(requested.len() > 80, "{version} asks for {} only", requested.len());
     }
 }
 
@@ -163,7 +163,7 @@ fn the_supply_is_the_one_of_the_parameters_and_has_a_number_to_show() {
 }
 
 #[test]
-fn what_would_open_a_warning_or_a_page_of_another_vehicle_is_not_there() {
+fn parameters_that_open_a_warning_or_a_page_of_another_vehicle_do_not_exist() {
     let parameters = parameters();
     for name in ["SYS_HITL", "_HASH_CHECK", "TRIG_MODE", "SYS_VEHICLE_RESP", "SLNK_RADIO_CHAN"] {
         assert!(!parameters.contains_key(name), "{name}");

@@ -49,8 +49,12 @@ fn references_outside_the_limits_are_denied_with_the_range() {
     world.send_command(186, [50_000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.send_command(178, [0.0, 20.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(186, DENIED), ack(178, DENIED)]);
-    assert!(world.said("altitude 50000.0 m is outside 500.0 to 12000.0 m"), "{:?}", world.texts());
-    assert!(world.said("airspeed 20.0 m/s is outside"), "{:?}", world.texts());
+    assert!(
+        world.has_text("altitude 50000.0 m is outside 500.0 to 12000.0 m"),
+        "{:?}",
+        world.texts()
+    );
+    assert!(world.has_text("airspeed 20.0 m/s is outside"), "{:?}", world.texts());
     assert!(world.take_commands().is_empty());
 }
 
@@ -92,31 +96,31 @@ fn a_relative_speed_is_denied_with_the_reason() {
         world.send_command(178, [0.0, 250.0, -1.0, relative, 0.0, 0.0, 0.0]);
         world.send_command_int(178, 0, [0.0, 250.0, -1.0, relative], 0.0);
         assert_eq!(world.take_acks(), [ack(178, DENIED); 2], "p4 = {relative}");
-        assert!(world.said("only an absolute speed (p4 = 0)"), "{:?}", world.texts());
+        assert!(world.has_text("only an absolute speed (p4 = 0)"), "{:?}", world.texts());
         assert!(world.take_commands().is_empty());
     }
 }
 
 #[test]
-fn a_ground_speed_is_flown_as_airspeed_and_that_is_said() {
+fn a_ground_speed_is_flown_as_airspeed_with_a_note() {
     for command in [178, 43_000] {
         let mut world = World::flying();
         world.send_command(command, [1.0, 250.0, -0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(command, ACCEPTED)]);
         assert_eq!(references(&mut world), [Reference::Airspeed(250.0)]);
-        assert!(world.said("A ground speed is flown as airspeed"), "{:?}", world.texts());
+        assert!(world.has_text("A ground speed is flown as airspeed"), "{:?}", world.texts());
     }
 }
 
 #[test]
-fn guided_speed_takes_airspeed_and_says_that_a_rate_is_not_used() {
+fn guided_speed_takes_airspeed_and_reports_an_unused_rate() {
     let mut world = World::flying();
     world.send_command_int(43_000, 0, [0.0, 240.0, 0.0, 0.0], 0.0);
     assert_eq!(references(&mut world), [Reference::Airspeed(240.0)]);
     assert_eq!(world.texts(), [""; 0]);
     world.send_command_int(43_000, 0, [0.0, 245.0, 2.0, 0.0], 0.0);
     assert_eq!(references(&mut world), [Reference::Airspeed(245.0)]);
-    assert!(world.said("The rate is not used"), "{:?}", world.texts());
+    assert!(world.has_text("The rate is not used"), "{:?}", world.texts());
     assert_eq!(world.take_acks(), [ack(43_000, ACCEPTED); 2]);
     for bad in [[2.0, 240.0, 0.0], [0.0, NAN, 0.0], [0.0, 240.0, -1.0], [0.0, 20.0, 0.0]] {
         let [p1, p2, p3] = bad;
@@ -126,18 +130,18 @@ fn guided_speed_takes_airspeed_and_says_that_a_rate_is_not_used() {
 }
 
 #[test]
-fn a_heading_is_flown_as_course_and_that_is_said() {
+fn a_heading_is_flown_as_course_with_a_note() {
     let mut world = World::flying();
-    for (kind, says) in [(0.0, false), (2.0, false), (1.0, true)] {
+    for (kind, has_note) in [(0.0, false), (2.0, false), (1.0, true)] {
         world.got.clear();
         world.send_command(43_002, [kind, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(43_002, ACCEPTED)], "type {kind}");
         assert_eq!(references(&mut world), [Reference::Course(90.0_f64.to_radians())]);
-        assert_eq!(world.said("flown as course over the ground"), says, "type {kind}");
+        assert_eq!(world.has_text("flown as course over the ground"), has_note, "type {kind}");
     }
     world.send_command(43_002, [0.0, 360.0, 0.5, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(references(&mut world), [Reference::Course(0.0)], "north");
-    assert!(world.said("The rate is not used"), "{:?}", world.texts());
+    assert!(world.has_text("The rate is not used"), "{:?}", world.texts());
     world.take_acks();
     for bad in [[0.0, 361.0, 0.0], [0.0, -1.0, 0.0], [0.0, NAN, 0.0], [3.0, 90.0, 0.0]] {
         let [p1, p2, p3] = bad;

@@ -39,7 +39,7 @@ fn noise_makes_nobody_a_peer() {
 }
 
 #[test]
-fn our_own_words_sent_back_are_ignored() {
+fn our_own_messages_sent_back_are_ignored() {
     let mut world = World::flying();
     let ping = MavMessage::PARAM_REQUEST_LIST(Default::default());
     let echo = world.encode(OWN, &ping);

@@ -1,6 +1,6 @@
 //! Scripts by MAVLink FTP and by command.
 
-use super::ftp::{Answer, answers, ask, problem, request, with_path};
+use super::ftp::{Answer, answer_to, answers, problem, request, with_path};
 use super::params::set_int;
 use super::world::*;
 use crate::codec::OWN;
@@ -43,30 +43,30 @@ pub(super) fn upload(world: &mut World, path: &str, text: &str) {
     let mut requests = upload_requests(100, path, text.as_bytes(), 239);
     let last = requests.pop().unwrap();
     for message in requests {
-        assert_eq!(ask(world, &message).opcode, ACK);
+        assert_eq!(answer_to(world, &message).opcode, ACK);
     }
-    // What is said at the end is for the tests.
+    // Texts at the end are for the tests.
     world.send(&last);
 }
 
 fn list(world: &mut World, path: &str) -> String {
-    String::from_utf8(ask(world, &with_path(900, 0, 3, path)).data).unwrap()
+    String::from_utf8(answer_to(world, &with_path(900, 0, 3, path)).data).unwrap()
 }
 
 fn fetch(world: &mut World, path: &str) -> Vec<u8> {
-    let opened = ask(world, &with_path(700, 0, 4, path));
+    let opened = answer_to(world, &with_path(700, 0, 4, path));
     assert_eq!(opened.opcode, ACK, "{opened:?}");
     let mut text = Vec::new();
     for number in 701..800 {
         let offset = u32::try_from(text.len()).unwrap();
         let Answer { opcode, data, .. } =
-            ask(world, &request(number, opened.session, 5, 239, offset, &[]));
+            answer_to(world, &request(number, opened.session, 5, 239, offset, &[]));
         if opcode != ACK {
             break;
         }
         text.extend(data);
     }
-    assert_eq!(ask(world, &request(800, opened.session, 1, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(world, &request(800, opened.session, 1, 0, 0, &[])).opcode, ACK);
     text
 }
 
@@ -74,25 +74,25 @@ fn fetch(world: &mut World, path: &str) -> Vec<u8> {
 fn an_uploaded_script_is_listed_read_back_and_checked() {
     let mut world = World::flying();
     upload(&mut world, "/scripts/chain.txt", CHAIN);
-    assert!(world.said("Script chain.txt: 2 lines, number 1"), "{:?}", world.texts());
+    assert!(world.has_text("Script chain.txt: 2 lines, number 1"), "{:?}", world.texts());
     assert_eq!(list(&mut world, "/scripts"), format!("Fchain.txt\t{}\0", CHAIN.len()));
     assert_eq!(fetch(&mut world, "/scripts/chain.txt"), CHAIN.as_bytes());
-    let checked = ask(&mut world, &with_path(950, 0, 14, "/scripts/chain.txt"));
+    let checked = answer_to(&mut world, &with_path(950, 0, 14, "/scripts/chain.txt"));
     assert_eq!(checked.data, crc32(CHAIN.as_bytes()).to_le_bytes());
 }
 
 #[test]
-fn whichever_request_or_answer_is_lost_an_upload_that_asks_again_is_whole() {
+fn an_upload_that_repeats_lost_requests_is_whole() {
     let text = CHAIN.repeat(4);
     let requests = upload_requests(100, "/scripts/a", text.as_bytes(), 80);
     assert!(requests.len() > 4);
     for repeated in 0..requests.len() {
         let mut world = World::flying();
         for (index, message) in requests.iter().enumerate() {
-            let first = ask(&mut world, message);
+            let first = answer_to(&mut world, message);
             assert_eq!(first.opcode, ACK);
             if index == repeated {
-                assert_eq!(ask(&mut world, message), first, "number {index} again");
+                assert_eq!(answer_to(&mut world, message), first, "number {index} again");
             }
         }
         assert_eq!(fetch(&mut world, "scripts/a"), text.as_bytes(), "{repeated} repeated");
@@ -109,7 +109,7 @@ fn parts_of_an_upload_may_come_in_any_order_and_twice() {
     requests.insert(last, again);
     let mut world = World::flying();
     for message in &requests {
-        assert_eq!(ask(&mut world, message).opcode, ACK);
+        assert_eq!(answer_to(&mut world, message).opcode, ACK);
     }
     assert_eq!(fetch(&mut world, "scripts/a"), text.as_bytes());
 }
@@ -117,7 +117,7 @@ fn parts_of_an_upload_may_come_in_any_order_and_twice() {
 #[test]
 fn of_two_clients_that_write_the_same_file_the_later_one_goes_on() {
     let mut world = World::flying();
-    assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
     let other = |world: &mut World, message: &MavMessage| {
         let bytes = world.encode(STATION, message);
         world.got.clear();
@@ -126,11 +126,11 @@ fn of_two_clients_that_write_the_same_file_the_later_one_goes_on() {
     };
     assert_eq!(other(&mut world, &with_path(1, 0, CREATE, "/scripts/a")), ACK);
     let late = request(2, 0, WRITE, 3, 0, b"end");
-    assert_eq!(problem(&ask(&mut world, &late)), 4, "no session any more");
+    assert_eq!(problem(&answer_to(&mut world, &late)), 4, "no session any more");
     assert_eq!(other(&mut world, &request(2, 0, WRITE, 3, 0, b"say")), ACK);
     // Another file is not touched by that.
-    assert_eq!(ask(&mut world, &with_path(3, 7, CREATE, "/scripts/b")).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(4, 7, WRITE, 3, 0, b"end")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &with_path(3, 7, CREATE, "/scripts/b")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(4, 7, WRITE, 3, 0, b"end")).opcode, ACK);
     assert_eq!(fetch(&mut world, "/scripts/a"), b"say");
     assert_eq!(fetch(&mut world, "/scripts/b"), b"end");
 }
@@ -151,14 +151,14 @@ fn only_good_names_in_the_folder_of_the_scripts_can_be_written() {
         "/other/a",
     ]) {
         for opcode in [CREATE, 11] {
-            let answer = ask(&mut world, &with_path(sequence, 0, opcode, path));
+            let answer = answer_to(&mut world, &with_path(sequence, 0, opcode, path));
             assert_eq!(problem(&answer), 9, "{path}");
         }
     }
-    assert_eq!(problem(&ask(&mut world, &with_path(50, 0, 8, "/general.json"))), 9);
-    assert_eq!(problem(&ask(&mut world, &with_path(51, 0, 8, "/scripts/a"))), 10);
-    assert_eq!(problem(&ask(&mut world, &with_path(52, 0, 4, "/scripts/a"))), 10);
-    assert_eq!(problem(&ask(&mut world, &with_path(53, 0, 3, "/scripts"))), 6, "it is empty");
+    assert_eq!(problem(&answer_to(&mut world, &with_path(50, 0, 8, "/general.json"))), 9);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(51, 0, 8, "/scripts/a"))), 10);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(52, 0, 4, "/scripts/a"))), 10);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(53, 0, 3, "/scripts"))), 6, "it is empty");
 }
 
 #[test]
@@ -167,51 +167,51 @@ fn files_and_their_sizes_are_limited() {
     for number in 0..FILES_MAX {
         upload(&mut world, &format!("/scripts/f{number:02}"), "end");
     }
-    let one_more = ask(&mut world, &with_path(1, 0, CREATE, "/scripts/one_more"));
+    let one_more = answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/one_more"));
     assert_eq!((one_more.opcode, one_more.data), (129, vec![2, 28]), "no space left");
     // One that is there already can be written again.
-    let session = ask(&mut world, &with_path(2, 0, CREATE, "/scripts/f00")).session;
+    let session = answer_to(&mut world, &with_path(2, 0, CREATE, "/scripts/f00")).session;
     let end = u32::try_from(FILE_MAX).unwrap();
-    assert_eq!(ask(&mut world, &request(3, session, WRITE, 1, end - 1, b"#")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(3, session, WRITE, 1, end - 1, b"#")).opcode, ACK);
     for offset in [end, u32::MAX] {
-        let beyond = ask(&mut world, &request(4, session, WRITE, 1, offset, b"#"));
+        let beyond = answer_to(&mut world, &request(4, session, WRITE, 1, offset, b"#"));
         assert_eq!(beyond.data, [2, 28]);
     }
-    assert_eq!(problem(&ask(&mut world, &request(5, session, WRITE, 0, 0, &[]))), 3);
-    assert_eq!(problem(&ask(&mut world, &request(6, 99, WRITE, 1, 0, b"#"))), 4);
+    assert_eq!(problem(&answer_to(&mut world, &request(5, session, WRITE, 0, 0, &[]))), 3);
+    assert_eq!(problem(&answer_to(&mut world, &request(6, 99, WRITE, 1, 0, b"#"))), 4);
 }
 
 #[test]
 fn a_script_can_be_written_on_cut_and_removed() {
     let mut world = World::flying();
     upload(&mut world, "/scripts/a", "say one\n");
-    let session = ask(&mut world, &with_path(1, 0, 11, "/scripts/a")).session;
+    let session = answer_to(&mut world, &with_path(1, 0, 11, "/scripts/a")).session;
     let more = request(2, session, WRITE, 8, 8, b"say two\n");
-    assert_eq!(ask(&mut world, &more).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(3, session, 1, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &more).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(3, session, 1, 0, 0, &[])).opcode, ACK);
     assert_eq!(fetch(&mut world, "/scripts/a"), b"say one\nsay two\n");
-    assert_eq!(ask(&mut world, &request(4, 0, 12, 10, 8, b"/scripts/a")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(4, 0, 12, 10, 8, b"/scripts/a")).opcode, ACK);
     assert_eq!(fetch(&mut world, "/scripts/a"), b"say one\n");
-    assert_eq!(ask(&mut world, &with_path(5, 0, 8, "/scripts/a")).opcode, ACK);
-    assert_eq!(problem(&ask(&mut world, &with_path(6, 0, 4, "/scripts/a"))), 10);
+    assert_eq!(answer_to(&mut world, &with_path(5, 0, 8, "/scripts/a")).opcode, ACK);
+    assert_eq!(problem(&answer_to(&mut world, &with_path(6, 0, 4, "/scripts/a"))), 10);
 }
 
 #[test]
-fn a_script_is_started_by_command_and_every_line_is_told() {
+fn a_script_is_started_by_command_and_every_line_is_reported() {
     let mut world = World::flying();
     upload(&mut world, "/scripts/chain.txt", CHAIN);
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
-    assert!(world.said("Script began: chain.txt"));
+    assert!(world.has_text("Script began: chain.txt"));
     world.run_ms(90);
-    assert!(!world.said("Script 1"));
+    assert!(!world.has_text("Script 1"));
     world.run_ms(100);
     for words in [
         "Script 1: at 100 ms: fail left elevator stuck at 10 deg",
         "Script: Now!",
         "Script done: chain.txt",
     ] {
-        assert!(world.said(words), "{words}: {:?}", world.texts());
+        assert!(world.has_text(words), "{words}: {:?}", world.texts());
     }
     assert_eq!(world.take_acks(), [], "its requests are nobody's commands");
 }
@@ -227,7 +227,7 @@ fn scripts_are_numbered_in_the_order_of_their_names_and_zero_is_the_latest() {
         world.send_command(USER_3, [1.0, number, 0.0, 0.0, 0.0, 0.0, 0.0]);
         world.run_ms(10);
         assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
-        assert!(world.said(words), "{number}: {:?}", world.texts());
+        assert!(world.has_text(words), "{number}: {:?}", world.texts());
     }
     for number in [4.0, 1_000.0, 0.5, -1.0] {
         world.send_command(USER_3, [1.0, number, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -240,22 +240,26 @@ fn a_bad_script_is_denied_with_its_line_and_its_reason() {
     let mut world = World::flying();
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-    assert!(world.said("Script refused: none is here"));
+    assert!(world.has_text("Script refused: none is here"));
     upload(&mut world, "/scripts/bad", "say one\nfail elevator stuck\n");
-    assert!(world.said("Script bad, line 2, column 6: `elevator` found"), "{:?}", world.texts());
+    assert!(
+        world.has_text("Script bad, line 2, column 6: `elevator` found"),
+        "{:?}",
+        world.texts()
+    );
     world.got.clear();
     world.take_commands();
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-    assert!(world.said("Script refused: bad, line 2, column 6"), "{:?}", world.texts());
+    assert!(world.has_text("Script refused: bad, line 2, column 6"), "{:?}", world.texts());
     assert_eq!(world.take_commands(), []);
-    assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/x")).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(2, 0, WRITE, 2, 0, &[0xFF, 0xFE])).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(3, 0, 1, 0, 0, &[])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/x")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(2, 0, WRITE, 2, 0, &[0xFF, 0xFE])).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(3, 0, 1, 0, 0, &[])).opcode, ACK);
     world.got.clear();
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-    assert!(world.said("x: no text, byte 1 is not UTF-8"), "{:?}", world.texts());
+    assert!(world.has_text("x: no text, byte 1 is not UTF-8"), "{:?}", world.texts());
 }
 
 #[test]
@@ -267,9 +271,9 @@ fn a_script_can_be_stopped_once_and_gives_way_to_another() {
     assert_eq!(world.take_acks(), [ack(USER_3, LATER)]);
     world.send_command(USER_3, [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.send_command(USER_3, START);
-    assert!(world.said("Script stopped: a") && world.said("Script began: b"));
+    assert!(world.has_text("Script stopped: a") && world.has_text("Script began: b"));
     world.send_command(USER_3, STOP);
-    assert!(world.said("Script stopped: b"));
+    assert!(world.has_text("Script stopped: b"));
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED); 3]);
 }
 
@@ -281,7 +285,7 @@ fn without_fault_injection_scripts_with_faults_do_not_start_and_others_do() {
     upload(&mut world, "/scripts/words", "say only words");
     world.send_command(USER_3, [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-    assert!(world.said("fault injection is off (SYS_FAILURE_EN 0)"), "{:?}", world.texts());
+    assert!(world.has_text("fault injection is off (SYS_FAILURE_EN 0)"), "{:?}", world.texts());
     world.send_command(USER_3, [1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
 }
@@ -300,8 +304,8 @@ fn fault_injection_that_is_switched_off_under_way_refuses_the_lines_that_follow(
     );
     world.run_ms(200);
     let words = "Script 1 refused: fault injection is off (SYS_FAILURE_EN 0) (at 100 ms: fail left";
-    assert!(world.said(words), "{:?}", world.texts());
-    assert!(world.said("Script: Now!"), "the rest goes on");
+    assert!(world.has_text(words), "{:?}", world.texts());
+    assert!(world.has_text("Script: Now!"), "the rest goes on");
 }
 
 #[test]
@@ -325,7 +329,7 @@ fn the_scenarios_script_is_the_one_to_start_when_none_was_uploaded() {
     world.send_command(USER_3, START);
     world.run_ms(10);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
-    assert!(world.said("Script: from the scenario"), "{:?}", world.texts());
+    assert!(world.has_text("Script: from the scenario"), "{:?}", world.texts());
 }
 
 #[test]
@@ -342,11 +346,11 @@ fn when_the_latest_file_is_removed_the_one_uploaded_before_it_is_the_latest() {
     let left = [("a", "I am b"), ("b", "I am c"), ("c", "from the scenario")];
     for (number, (removed, words)) in (1..).zip(left) {
         let path = format!("/scripts/{removed}");
-        assert_eq!(ask(&mut world, &with_path(number, 0, 8, &path)).opcode, ACK);
+        assert_eq!(answer_to(&mut world, &with_path(number, 0, 8, &path)).opcode, ACK);
         world.got.clear();
         world.send_command(USER_3, START);
         world.run_ms(10);
-        assert!(world.said(words), "without {removed}: {:?}", world.texts());
+        assert!(world.has_text(words), "without {removed}: {:?}", world.texts());
     }
 }
 
@@ -356,19 +360,19 @@ fn a_script_does_not_start_before_its_upload_has_ended() {
     let mut requests = upload_requests(1, "/scripts/a", b"say one\nsay two\n", 8);
     let last = requests.pop().unwrap();
     for message in &requests {
-        assert_eq!(ask(&mut world, message).opcode, ACK);
+        assert_eq!(answer_to(&mut world, message).opcode, ACK);
         for number in [0.0, 1.0] {
             world.got.clear();
             world.send_command(USER_3, [1.0, number, 0.0, 0.0, 0.0, 0.0, 0.0]);
             assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-            assert!(world.said("Script refused: a: its upload has not ended"));
+            assert!(world.has_text("Script refused: a: its upload has not ended"));
         }
     }
-    assert_eq!(ask(&mut world, &last).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &last).opcode, ACK);
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
     // Who falls silent has not ended it.
-    assert_eq!(ask(&mut world, &with_path(50, 0, 11, "/scripts/a")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &with_path(50, 0, 11, "/scripts/a")).opcode, ACK);
     world.now = world.now + core::time::Duration::from_secs(61);
     world.settle();
     world.send_command(USER_3, START);
@@ -379,16 +383,16 @@ fn a_script_does_not_start_before_its_upload_has_ended() {
 fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew() {
     let mut world = World::flying();
     let end = u32::try_from(FILE_MAX).unwrap();
-    assert_eq!(ask(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(2, 0, WRITE, 8, 0, b"say one\n")).opcode, ACK);
-    assert_eq!(ask(&mut world, &request(3, 0, WRITE, 1, end, b"#")).data, [2, 28]);
+    assert_eq!(answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(2, 0, WRITE, 8, 0, b"say one\n")).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &request(3, 0, WRITE, 1, end, b"#")).data, [2, 28]);
     world.send(&request(4, 0, 1, 0, 0, &[]));
-    assert!(world.said("Script a: a part is missing"), "{:?}", world.texts());
+    assert!(world.has_text("Script a: a part is missing"), "{:?}", world.texts());
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
     // Writing on does not bring it back.
-    let session = ask(&mut world, &with_path(5, 0, 11, "/scripts/a")).session;
-    assert_eq!(ask(&mut world, &request(6, session, 1, 0, 0, &[])).opcode, ACK);
+    let session = answer_to(&mut world, &with_path(5, 0, 11, "/scripts/a")).session;
+    assert_eq!(answer_to(&mut world, &request(6, session, 1, 0, 0, &[])).opcode, ACK);
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
     upload(&mut world, "/scripts/a", "say one");
@@ -397,7 +401,7 @@ fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew
 }
 
 #[test]
-fn what_is_there_is_answered_anew_and_a_request_of_some_time_ago_is_a_new_one() {
+fn listings_are_answered_anew_and_a_repeated_removal_is_acknowledged_for_two_seconds() {
     let mut world = World::flying();
     upload(&mut world, "/scripts/a", "say a");
     let listing = with_path(1, 0, 3, "/scripts");
@@ -407,17 +411,17 @@ fn what_is_there_is_answered_anew_and_a_request_of_some_time_ago_is_a_new_one() 
         world.send_bytes(address(14_540), &bytes);
     };
     for (question, text) in [(listing, b"say first"), (checksum, b"say other")] {
-        let before = ask(&mut world, &question);
+        let before = answer_to(&mut world, &question);
         for message in upload_requests(1, "/scripts/a", text, 80) {
             by_other(&mut world, &message);
         }
-        let after = ask(&mut world, &question);
+        let after = answer_to(&mut world, &question);
         assert_eq!((before.opcode, after.opcode), (ACK, ACK));
         assert_ne!(before.data, after.data);
     }
     let remove = with_path(7, 0, 8, "/scripts/a");
-    assert_eq!(ask(&mut world, &remove).opcode, ACK);
-    assert_eq!(ask(&mut world, &remove).opcode, ACK, "its answer was lost");
+    assert_eq!(answer_to(&mut world, &remove).opcode, ACK);
+    assert_eq!(answer_to(&mut world, &remove).opcode, ACK, "its answer was lost");
     world.run_ms(2_100);
-    assert_eq!(problem(&ask(&mut world, &remove)), 10, "no such file");
+    assert_eq!(problem(&answer_to(&mut world, &remove)), 10, "no such file");
 }

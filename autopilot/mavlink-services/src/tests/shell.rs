@@ -61,7 +61,7 @@ fn take(world: &mut World, to: Address, sender: Identity) -> String {
 
 /// Types a line at the station at 14550 and gives what it got within 200 ms, without the prompt of a new session
 /// and without the echo. A line that is no line (too long) has an empty echo.
-fn ask(world: &mut World, line: &str) -> String {
+fn run_line(world: &mut World, line: &str) -> String {
     type_at(world, address(14_550), STATION, &format!("{line}\n"), QGC);
     world.run_ms(200);
     let text = take(world, address(14_550), STATION);
@@ -72,11 +72,11 @@ fn ask(world: &mut World, line: &str) -> String {
 }
 
 /// The same without the prompt, which must be there.
-fn said(world: &mut World, line: &str) -> String {
-    let text = ask(world, line);
-    let said = text.strip_suffix(PROMPT).unwrap_or_else(|| panic!("no prompt: {text:?}"));
-    assert!(!said.contains(PROMPT), "one prompt for one line: {text:?}");
-    said.to_owned()
+fn output(world: &mut World, line: &str) -> String {
+    let text = run_line(world, line);
+    let output = text.strip_suffix(PROMPT).unwrap_or_else(|| panic!("no prompt: {text:?}"));
+    assert!(!output.contains(PROMPT), "one prompt for one line: {text:?}");
+    output.to_owned()
 }
 
 fn values(world: &World) -> Vec<PARAM_VALUE_DATA> {

@@ -1,4 +1,4 @@
-//! Signing in a conversation: who is heard, who may set it up, what is said of it.
+//! Signing in a conversation: whose frames count, who may set it up, which texts report it.
 
 use super::world::*;
 use crate::codec::{OWN, SIGNATURE};
@@ -50,7 +50,7 @@ fn signing() -> World {
     world.ground = world.ground.with_signing(Signing::new(None).with_file(None));
     let on = setup(&mut world, KEY);
     world.send_bytes(visitor(NEAR), &on);
-    assert!(world.said("Signing is on"), "{:?}", world.texts());
+    assert!(world.has_text("Signing is on"), "{:?}", world.texts());
     world.got.clear();
     world
 }
@@ -68,15 +68,15 @@ fn read_parameter(world: &mut World) -> Vec<u8> {
 #[test]
 fn everything_sent_is_signed_and_what_is_not_signed_rightly_is_not_answered() {
     let mut world = signing();
-    let ask = read_parameter(&mut world);
+    let request = read_parameter(&mut world);
     let other = Key::new([1; 32]).unwrap();
-    for wrong in [ask.clone(), signed(&ask, other, 2_000)] {
+    for wrong in [request.clone(), signed(&request, other, 2_000)] {
         world.send_bytes(address(14_550), &wrong);
         assert!(world.values(address(14_550)).is_empty());
     }
-    world.send_bytes(address(14_550), &signed(&ask, key(), 2_000));
+    world.send_bytes(address(14_550), &signed(&request, key(), 2_000));
     assert_eq!(world.values(address(14_550)).len(), 1);
-    world.send_bytes(address(14_550), &signed(&ask, key(), 2_000));
+    world.send_bytes(address(14_550), &signed(&request, key(), 2_000));
     assert_eq!(world.values(address(14_550)).len(), 1, "the same frame again");
     world.run_ms(2_000);
     assert!(world.got.len() > 100);
@@ -116,13 +116,13 @@ fn setup_comes_from_this_computer_only() {
     world.send_bytes(visitor(FAR), &on);
     assert!(world.ground.open(Connection(0), false, world.now));
     world.send_bytes(Address::Tcp(Connection(0)), &on);
-    assert!(world.said("SETUP_SIGNING refused: it may only come from this computer"));
+    assert!(world.has_text("SETUP_SIGNING refused: it may only come from this computer"));
     world.run_ms(100);
     assert!(world.got.iter().all(|got| got.bytes[2] == 0), "it is off");
     assert!(world.ground.open(Connection(1), true, world.now));
     world.got.clear();
     world.send_bytes(Address::Tcp(Connection(1)), &on);
-    assert!(world.said("Signing is on until the end: there is no key file"));
+    assert!(world.has_text("Signing is on until the end: there is no key file"));
     assert!(world.got.iter().all(|got| got.bytes[2] == 1), "it is on");
 }
 
@@ -132,11 +132,11 @@ fn while_on_only_a_signed_setup_counts_and_zeros_turn_it_off() {
     assert!(matches!(world.ground.pop_key_change(), Some(KeyChange::Keep(_))));
     let off = setup(&mut world, [0; 32]);
     world.send_bytes(visitor(NEAR), &off);
-    assert!(!world.said("Signing is off"));
+    assert!(!world.has_text("Signing is off"));
     world.send_bytes(visitor(FAR), &signed(&off, key(), 1_000_000));
-    assert!(!world.said("Signing is off"), "signed, and from somewhere else");
+    assert!(!world.has_text("Signing is off"), "signed, and from somewhere else");
     world.send_bytes(visitor(NEAR), &signed(&off, key(), 1_000_001));
-    assert!(world.said("Signing is off"));
+    assert!(world.has_text("Signing is off"));
     assert_eq!(world.ground.pop_key_change(), Some(KeyChange::Forget));
     assert_eq!(world.ground.last_key_change(), None);
     assert_eq!(world.ground.report_signing(world.now), Some(LogLine::Turned("Signing is off")));
@@ -190,13 +190,13 @@ fn a_stranger_without_the_key_gets_nothing_and_takes_no_place() {
 }
 
 #[test]
-fn what_is_refused_is_told_once_in_ten_seconds() {
+fn refused_frames_are_reported_once_in_ten_seconds() {
     let mut world = signing();
-    let ask = read_parameter(&mut world);
+    let request = read_parameter(&mut world);
     let mut lines = Vec::new();
     world.ground.report_signing(world.now);
     for _ in 0..1_000 {
-        world.send_bytes(address(14_550), &ask);
+        world.send_bytes(address(14_550), &request);
         lines.extend(world.ground.report_signing(world.now));
         world.step();
     }
@@ -208,7 +208,7 @@ fn what_is_refused_is_told_once_in_ten_seconds() {
     assert_eq!(world.texts().iter().filter(|text| text.contains("Signing refused")).count(), 1);
 }
 
-/// PING that asks everybody.
+/// PING to all systems.
 fn ping(number: u8) -> Vec<u8> {
     frame(4, 237, &[0, 0, 0, 0, 0, 0, 0, 0, number, 0, 0, 0, 0, 0])
 }
@@ -286,7 +286,7 @@ proptest! {
 }
 
 #[test]
-fn our_own_signed_words_sent_back_are_no_replay() {
+fn our_own_signed_messages_sent_back_are_no_replay() {
     let mut world = signing();
     world.run_ms(1_100);
     let own = world.got.iter().find(|got| got.id == 0).unwrap().bytes.clone();

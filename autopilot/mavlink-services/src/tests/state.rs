@@ -50,7 +50,7 @@ fn arming_is_a_fact_in_the_air_and_disarming_is_refused_with_the_reason() {
         world.take_acks(),
         [ack(400, ACCEPTED), ack(400, ACCEPTED), ack(400, LATER), ack(400, LATER), ack(400, LATER)]
     );
-    assert!(world.said("Disarming refused: the aircraft is in the air"), "{:?}", world.texts());
+    assert!(world.has_text("Disarming refused: the aircraft is in the air"), "{:?}", world.texts());
     assert!(world.take_commands().is_empty());
     for bad in [2.0, 0.5, NAN, f32::INFINITY] {
         world.send_command(400, one(bad, 0.0));
@@ -59,12 +59,12 @@ fn arming_is_a_fact_in_the_air_and_disarming_is_refused_with_the_reason() {
 }
 
 #[test]
-fn disarming_by_force_in_the_air_terminates_the_flight_and_says_so() {
+fn disarming_by_force_in_the_air_terminates_the_flight_with_a_text() {
     let mut world = World::flying();
     world.send_command(400, one(0.0, FORCE));
     assert_eq!(world.take_acks(), [ack(400, ACCEPTED)]);
     assert_eq!(terminations(&mut world), 1);
-    assert!(world.said("the flight is terminated"), "{:?}", world.texts());
+    assert!(world.has_text("the flight is terminated"), "{:?}", world.texts());
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn disarming_on_the_ground_is_a_fact_by_force_or_not() {
     world.send_command(400, one(0.0, FORCE));
     world.send_command(400, one(1.0, FORCE));
     assert_eq!(world.take_acks(), [ack(400, ACCEPTED), ack(400, ACCEPTED), ack(400, LATER)]);
-    assert!(world.said("PreArm: flight over, reboot the vehicle"), "{:?}", world.texts());
+    assert!(world.has_text("PreArm: flight over, reboot the vehicle"), "{:?}", world.texts());
     assert_eq!(terminations(&mut world), 0);
 }
 
@@ -93,7 +93,7 @@ fn only_more_than_a_half_terminates_a_flight() {
     assert!(world.autopilot.snapshot().unwrap().terminated);
     world.send_command(400, one(1.0, 0.0));
     assert_eq!(world.take_acks(), [ack(400, LATER)]);
-    assert!(world.said("PreArm: flight terminated, reboot the vehicle"), "{:?}", world.texts());
+    assert!(world.has_text("PreArm: flight terminated, reboot the vehicle"), "{:?}", world.texts());
 }
 
 #[test]
@@ -101,12 +101,12 @@ fn a_station_may_stop_a_calibration_and_cannot_begin_one() {
     let mut world = World::flying();
     world.send_command(241, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(241, ACCEPTED)]);
-    assert!(!world.said("alibration"), "a page that opens: {:?}", world.texts());
+    assert!(!world.has_text("alibration"), "a page that opens: {:?}", world.texts());
     for params in [one(1.0, 0.0), one(NAN, 0.0)] {
         world.send_command(241, params);
         assert_eq!(world.take_acks(), [ack(241, UNSUPPORTED)]);
     }
-    assert!(world.said("Calibration refused"));
+    assert!(world.has_text("Calibration refused"));
 }
 
 #[test]
@@ -114,31 +114,35 @@ fn takeoff_and_landing_are_refused_with_the_reason() {
     let mut world = World::flying();
     world.send_command(22, [NAN; 7]);
     assert_eq!(world.take_acks(), [ack(22, LATER)]);
-    assert!(world.said("Takeoff refused: the aircraft is in the air already"));
+    assert!(world.has_text("Takeoff refused: the aircraft is in the air already"));
     for command in [21, 189] {
         world.send_command(command, [0.0, 0.0, 0.0, NAN, NAN, NAN, NAN]);
         assert_eq!(world.take_acks(), [ack(command, UNSUPPORTED)]);
     }
-    assert!(world.said("Landing refused"));
+    assert!(world.has_text("Landing refused"));
     let mut world = on_the_ground();
     world.send_command(22, [NAN; 7]);
     assert_eq!(world.take_acks(), [ack(22, LATER)]);
-    assert!(world.said("Takeoff refused: flight over, reboot the vehicle"), "{:?}", world.texts());
+    assert!(
+        world.has_text("Takeoff refused: flight over, reboot the vehicle"),
+        "{:?}",
+        world.texts()
+    );
 }
 
 #[test]
-fn prearm_checks_are_rejected_in_the_air_and_tell_the_reason_elsewhere() {
+fn prearm_checks_are_rejected_in_the_air_and_report_the_reason_elsewhere() {
     let mut world = World::flying();
     world.send_command(401, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(401, LATER)]);
     let mut world = on_the_ground();
     world.send_command(401, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(401, ACCEPTED)]);
-    assert!(world.said("PreArm: flight over"), "{:?}", world.texts());
+    assert!(world.has_text("PreArm: flight over"), "{:?}", world.texts());
 }
 
 #[test]
-fn the_pace_of_the_simulation_is_asked_for_by_user_2() {
+fn user_2_sets_the_pace_of_the_simulation() {
     for (params, expected) in [
         (one(0.0, 0.0), Pace::Pause),
         (one(1.0, NAN), Pace::Run),
@@ -176,7 +180,7 @@ fn a_pace_that_is_none_is_denied_with_the_range() {
         world.send_command(31_011, params);
         assert_eq!(world.take_acks(), [ack(31_011, DENIED)], "{params:?}");
     }
-    assert!(world.said("0.01 to 1000 times wall time"), "{:?}", world.texts());
+    assert!(world.has_text("0.01 to 1000 times wall time"), "{:?}", world.texts());
     assert!(world.take_commands().is_empty());
 }
 
@@ -192,7 +196,7 @@ fn a_step_with_the_number_of_the_step_before_is_acknowledged_and_not_taken_again
 }
 
 #[test]
-fn a_numbered_step_that_was_refused_is_asked_for_again() {
+fn a_numbered_step_that_was_refused_can_be_repeated() {
     let mut world = World::waiting();
     world.settle();
     let step = [2.0, 5.0, 7.0, 0.0, 0.0, 0.0, 0.0];

@@ -24,7 +24,7 @@ fn storage(world: &mut World, action: f32) {
     world.send_command(PREFLIGHT_STORAGE, [action, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }
 
-/// The disk did what it was asked, or did not.
+/// The disk has done its job, or has not.
 fn finish(world: &mut World, number: u64, result: Result<(), &str>) {
     let result = result.map_err(str::to_owned);
     world.ground.handle_saved(&Saved { number, result });
@@ -32,7 +32,7 @@ fn finish(world: &mut World, number: u64, result: Result<(), &str>) {
 }
 
 #[test]
-fn what_a_ground_station_sets_is_saved_and_what_it_only_repeats_is_not() {
+fn a_changed_parameter_is_saved_and_a_repeated_value_is_not() {
     let mut world = keeping();
     assert_eq!(saved(&mut world), None);
     world.send(&set_real("OBS_W0", 40.0));
@@ -45,18 +45,18 @@ fn what_a_ground_station_sets_is_saved_and_what_it_only_repeats_is_not() {
 }
 
 #[test]
-fn nothing_is_saved_where_nothing_is_kept() {
+fn without_a_parameter_file_nothing_is_saved() {
     let mut world = World::flying();
     world.send(&set_real("OBS_W0", 40.0));
     assert_eq!(saved(&mut world), None);
     storage(&mut world, 1.0);
     let unsupported = ack(PREFLIGHT_STORAGE, MavResult::MAV_RESULT_UNSUPPORTED);
     assert_eq!(world.take_acks(), [unsupported]);
-    assert!(world.said("there is no parameter file"));
+    assert!(world.has_text("there is no parameter file"));
 }
 
 #[test]
-fn what_the_command_line_set_is_not_saved() {
+fn parameters_set_on_the_command_line_are_not_saved() {
     let mut world = World::flying();
     world.send(&set_real("FW_AIRSPD_MAX", 400.0));
     // From here on as after a start with --param FW_AIRSPD_MAX=400.
@@ -68,7 +68,7 @@ fn what_the_command_line_set_is_not_saved() {
     // Flies with the command line's limit; the file without it could not be used.
     world.send(&set_real("FW_AIRSPD_MIN", 350.0));
     assert_eq!(world.ground.parameters().limits.airspeed_min_m_s, 350.0);
-    assert!(world.said("FW_AIRSPD_MIN set, but not saved"), "{:?}", world.texts());
+    assert!(world.has_text("FW_AIRSPD_MIN set, but not saved"), "{:?}", world.texts());
     assert_eq!(saved(&mut world), None);
     // Set on purpose, it is saved after all.
     world.send(&set_real("FW_AIRSPD_MAX", 400.0));
@@ -93,7 +93,7 @@ fn save_now_is_acknowledged_when_it_is_on_the_disk_once_for_each_request() {
 }
 
 #[test]
-fn a_full_disk_is_told_once_and_so_is_its_end() {
+fn a_full_disk_and_its_end_are_reported_once_each() {
     let mut world = keeping();
     storage(&mut world, 1.0);
     let number = world.ground.pop_save().unwrap().number;
@@ -107,7 +107,7 @@ fn a_full_disk_is_told_once_and_so_is_its_end() {
     assert_eq!(complaints, 1, "{:?}", world.texts());
     finish(&mut world, number + 2, Ok(()));
     world.run_ms(2_000);
-    assert!(world.said("saved again"), "{:?}", world.texts());
+    assert!(world.has_text("saved again"), "{:?}", world.texts());
 }
 
 #[test]
@@ -130,8 +130,8 @@ fn defaults_come_back_for_everybody_and_in_the_file() {
         ),
         "{commands:?}"
     );
-    let told = world.got.iter().filter(|got| got.read::<PARAM_VALUE_DATA>().is_some()).count();
-    assert_eq!(told, 4, "two changes, two peers");
+    let sent = world.got.iter().filter(|got| got.read::<PARAM_VALUE_DATA>().is_some()).count();
+    assert_eq!(sent, 4, "two changes, two peers");
     let save = world.ground.pop_save().unwrap();
     assert_eq!(from_text("file", &save.text, &Parameters::default()), Ok(Parameters::default()));
     assert_eq!(world.take_acks(), []);
@@ -147,6 +147,6 @@ fn reading_the_file_again_and_unknown_actions_are_refused_with_the_reason() {
         storage(&mut world, action);
         let unsupported = ack(PREFLIGHT_STORAGE, MavResult::MAV_RESULT_UNSUPPORTED);
         assert_eq!(world.take_acks(), [unsupported], "{action}");
-        assert!(world.said("the file is read at start"), "{:?}", world.texts());
+        assert!(world.has_text("the file is read at start"), "{:?}", world.texts());
     }
 }

@@ -43,5 +43,5 @@ fn a_change_in_flight_waits_for_the_next_start() {
     assert_eq!(senders(&world), [1]);
     assert_eq!(hold(&mut world, 1), 1);
     world.send(&set_int("MAV_SYS_ID", 251));
-    assert!(world.said("MAV_SYS_ID = 251 is outside 1 to 250"), "{:?}", world.texts());
+    assert!(world.has_text("MAV_SYS_ID = 251 is outside 1 to 250"), "{:?}", world.texts());
 }

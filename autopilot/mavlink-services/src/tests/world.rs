@@ -25,10 +25,10 @@ use flight_management::vehicle::schedule::ReferenceSchedule;
 /// What the plant of the test does with a fault request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlantManner {
-    /// Does what it is asked.
+    /// Does what is requested.
     Willing,
     /// Answers with this.
-    Says(FaultReply),
+    Answers(FaultReply),
     /// Does not answer.
     Silent,
 }
@@ -78,7 +78,7 @@ pub struct World {
     pub sensors: Sensors,
     /// Peers to whom nothing can be sent for now.
     pub stuck: Vec<Address>,
-    /// What the plant answers when it is asked for its faults.
+    /// What the plant answers to a request for its faults.
     pub listed: Vec<PlantReport>,
     sequence: u8,
 }
@@ -137,7 +137,7 @@ impl World {
         }
     }
 
-    /// In level flight for a while, what was said so far forgotten.
+    /// In level flight for a while, messages so far forgotten.
     pub fn flying() -> Self {
         Self::flying_with(&Parameters::default())
     }
@@ -151,7 +151,7 @@ impl World {
         world
     }
 
-    /// Everything but the plant's clock: what is due, what was asked, what happened.
+    /// Everything but the plant's clock: what is due, requests, events.
     pub fn settle(&mut self) {
         self.ground.poll(self.now);
         while let Some(intent) = self.ground.pop_intent() {
@@ -175,7 +175,7 @@ impl World {
         self.settle();
         self.sim = self.sim + ControlPeriod::DEFAULT;
         self.autopilot.step(self.sim, &self.sensors);
-        if self.ground.wants_snapshot()
+        if self.ground.needs_snapshot()
             && let Some(snapshot) = self.autopilot.snapshot().copied()
         {
             self.ground.handle_snapshot(&snapshot, self.now);
@@ -214,7 +214,7 @@ impl World {
         let reply = |reply| PlantReport::FaultReply { request: request.number, reply };
         match (self.plant, fault) {
             (PlantManner::Silent, _) => Vec::new(),
-            (PlantManner::Says(said), _) => vec![reply(said)],
+            (PlantManner::Answers(has_text), _) => vec![reply(has_text)],
             (PlantManner::Willing, FaultRequest::Clear { .. } | FaultRequest::ClearAll) => {
                 let ended = entry(icd::FaultKind::StuckHere, FaultState::Ended { at });
                 vec![reply(FaultReply::Cleared { at }), ended]
@@ -305,7 +305,7 @@ impl World {
         acks
     }
 
-    /// The same with those that say "in progress".
+    /// The same with those of "in progress".
     pub fn take_all_acks(&mut self) -> Vec<Ack> {
         let acks = self.got.iter().filter(|got| got.id == 77 && got.to == address(14_550));
         let acks = acks
@@ -336,7 +336,7 @@ impl World {
         texts.into_iter().map(|(_, text)| words(text)).collect()
     }
 
-    pub fn said(&self, words: &str) -> bool {
+    pub fn has_text(&self, words: &str) -> bool {
         self.texts().iter().any(|text| text.contains(words))
     }
 
@@ -376,7 +376,7 @@ pub fn command_int(
     frame(75, 158, &payload)
 }
 
-/// A MAVLink 2 frame of the ground station, trailing zeros cut off as the protocol says.
+/// A MAVLink 2 frame of the ground station, trailing zeros cut off by the protocol.
 pub fn frame(id: u8, extra_crc: u8, payload: &[u8]) -> Vec<u8> {
     let end = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
     let length = u8::try_from(end).unwrap();
@@ -387,7 +387,7 @@ pub fn frame(id: u8, extra_crc: u8, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// The same frame of the ground station as sent by somebody else.
+/// The same frame of the ground station as sent by another system.
 pub fn sent_by(sender: Identity, mut bytes: Vec<u8>, extra_crc: u8) -> Vec<u8> {
     bytes[5] = sender.system;
     bytes[6] = sender.component;

@@ -178,7 +178,7 @@ fn an_event_that_recurs_without_end_does_not_fill_the_disk() {
 }
 
 #[test]
-fn what_waits_has_a_limit_while_time_stands_still() {
+fn waiting_entries_are_bounded_while_time_stands_still() {
     let mut selection = Selection::new(LogRate::Events, 2_000, SimTime::ZERO);
     selection.push(Entry::Step(level()));
     for number in 0..5_000 {

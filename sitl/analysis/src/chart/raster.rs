@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_an_svg_is_refused() {
+    fn a_file_that_is_not_an_svg_is_refused() {
         assert!(png("not a drawing").is_err());
     }
 }

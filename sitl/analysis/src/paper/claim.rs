@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_could_not_be_measured_is_null_and_fails() {
+    fn a_value_that_could_not_be_measured_is_null_and_fails() {
         let result = CLAIM.check("height", f64::NAN, "m", Limit::AtMost(2.0));
         let json = serde_json::to_value(&result).unwrap();
         assert!(json["value"].is_null() && json["pass"] == false);

@@ -31,7 +31,7 @@ pub fn page(
     let body = html! {
         h1 { "Two-step fault-tolerant control: the paper, flown" }
         (summary(evaluation))
-        (what_this_is(&evaluation.flown[0].case.setup.plant.airframe.limits))
+        (introduction(&evaluation.flown[0].case.setup.plant.airframe.limits))
         h2 { "What was flown" }
         (flown(options, evaluation))
         h2 { "Figures" }
@@ -400,7 +400,7 @@ fn broken_limits(cases: &[Ganged; 2]) -> Markup {
 }
 
 /// Paper, and what could and could not be compared with it.
-fn what_this_is(limits: &FlightLimits) -> Markup {
+fn introduction(limits: &FlightLimits) -> Markup {
     html! {
         p {
             "The paper is Wang, Chen, Ren, Liu, \u{201c}Two-Step Robust Fault-Tolerant Controller Design Based on "

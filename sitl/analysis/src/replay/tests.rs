@@ -219,7 +219,7 @@ fn a_flight_ends_on_the_ground() {
 }
 
 #[test]
-fn what_cannot_be_flown_says_why() {
+fn a_log_that_cannot_be_flown_gives_the_reason() {
     let without = Without { headers: true, ..Without::default() };
     let bytes = testing::log(&setup(1), &[], without);
     let reason = Recording::of(Log::from_bytes(bytes).unwrap()).unwrap_err().to_string();

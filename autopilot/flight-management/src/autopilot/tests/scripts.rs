@@ -180,7 +180,7 @@ fn a_script_executes_a_limited_number_of_lines_in_a_tick_and_the_rest_in_the_nex
 }
 
 #[test]
-fn what_crosses_while_other_lines_have_their_turn_is_not_missed() {
+fn a_crossing_during_the_turn_of_other_lines_is_not_missed() {
     let lines = "say x\n".repeat(100);
     // The crossing there and back is over before the first sequence is.
     let mut autopilot =

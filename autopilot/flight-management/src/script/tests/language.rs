@@ -65,7 +65,7 @@ fn every_kind_of_fault_has_its_words() {
 }
 
 #[test]
-fn what_texts_say_of_a_fault_is_what_scripts_say() {
+fn texts_name_a_fault_as_scripts_do() {
     for code in 1..=u8::MAX {
         let Some(expected) = FaultKind::from_code(code, [0.5, 0.5]) else { break };
         for (target, class) in [("rudder", TargetClass::Angle), ("engine", TargetClass::Thrust)] {

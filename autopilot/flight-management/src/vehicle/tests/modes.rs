@@ -224,7 +224,7 @@ fn sticks_need_a_mode_for_pilots_and_give_roll_climb_and_airspeed() {
 }
 
 #[test]
-fn what_a_lost_link_led_to_is_undone_when_it_is_back() {
+fn the_mode_after_a_link_loss_is_undone_when_the_link_is_back() {
     let mut plane = Plane::flying();
     plane.load(&plan(vec![waypoint(90.0, 0.0, 5_000.0)])).unwrap();
     for (before, action, during, after) in [

@@ -220,7 +220,7 @@ fn a_new_plan_in_flight_begins_with_its_first_item() {
 }
 
 #[test]
-fn what_cannot_be_flown_is_refused_with_its_item_and_the_plan_before_stays() {
+fn a_plan_that_cannot_be_flown_is_refused_with_its_item_and_the_old_plan_stays() {
     let mut plane = Plane::flying();
     plane.load(&plan(vec![waypoint(30.0, 0.0, 5_000.0)])).unwrap();
     let good = waypoint(10.0, 0.0, 5_000.0);

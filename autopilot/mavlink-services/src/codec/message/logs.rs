@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{
 use super::{Fields, Message};
 use crate::codec::Identity;
 
-/// What a ground station wants of the logs.
+/// What a ground station requests of the logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogRequest {
     /// The entries with these numbers.

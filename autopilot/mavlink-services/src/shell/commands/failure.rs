@@ -1,5 +1,5 @@
-//! `failure`: break and mend effectors, with the names of PX4's command of the same name and some more. It gives the
-//! same order as the commands of the MAVLink protocol.
+//! `failure`: inject and clear faults of effectors, with the names of PX4's command of the same name and some more.
+//! It makes the same [`FaultCommand`] as the commands of the MAVLink protocol.
 
 use std::fmt::Write as _;
 
@@ -9,8 +9,8 @@ use icd::fault::{
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
 use crate::Shared;
-use crate::failure::order;
-use crate::failure::order::{Failure, FaultOrder, Instances, Size, Unit, Value};
+use crate::failure::command;
+use crate::failure::command::{Failure, FaultCommand, Instances, Size, Unit, Value};
 use crate::shell::commands::{Answer, Output, number, usage};
 use crate::wall_time::WallTime;
 
@@ -69,8 +69,8 @@ pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answe
         ["list"] => Ok(Output::text(super::faults(shared))),
         ["clear"] => clear(shared),
         [component, failure, options @ ..] => {
-            let order = order_of(component, failure, options)?;
-            let requests = order::requests(&order, &shared.parameters, &shared.model)
+            let command = parse(component, failure, options)?;
+            let requests = command::requests(&command, &shared.parameters, &shared.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
             let commands = requests
                 .into_iter()
@@ -89,7 +89,7 @@ fn clear(shared: &Shared) -> Answer {
     }
 }
 
-fn order_of(component: &str, failure: &str, words: &[&str]) -> Result<FaultOrder, String> {
+fn parse(component: &str, failure: &str, words: &[&str]) -> Result<FaultCommand, String> {
     let unit = Unit::parse(component).ok_or_else(|| {
         let names: Vec<&str> = Unit::names().collect();
         format!("there is no component {component}: there are {}", names.join(" "))
@@ -98,23 +98,23 @@ fn order_of(component: &str, failure: &str, words: &[&str]) -> Result<FaultOrder
         let names: Vec<&str> = Failure::all().map(Failure::name).collect();
         format!("there is no type {failure}: there are {}", names.join(" "))
     })?;
-    let mut order = FaultOrder::new(unit, failure, Instances::All);
+    let mut command = FaultCommand::new(unit, failure, Instances::All);
     for pair in words.chunks(2) {
         let [name, word] = *pair else {
             return Err(format!("option {} has no value", pair.join(" ")));
         };
         match name {
-            "-i" | "-m" if order.instances != Instances::All => {
+            "-i" | "-m" if command.instances != Instances::All => {
                 return Err("the instances are named twice".into());
             }
-            "-i" => order.instances = Instances::One(count(name, word)?),
-            "-m" => order.instances = Instances::Mask(count(name, word)?),
-            SIZE_OPTION => order.value = Some(value(failure, unit, word)?),
-            "-t" => order.onset = onset(number(name, word, "s")?)?,
-            "-r" => order.ramp_s = Some(number(name, word, "s")?),
-            "-d" => order.duration_s = Some(number(name, word, "s")?),
-            "-e" => order.every_s = Some(number(name, word, "s")?),
-            "-n" => order.times = Some(count(name, word)?),
+            "-i" => command.instances = Instances::One(count(name, word)?),
+            "-m" => command.instances = Instances::Mask(count(name, word)?),
+            SIZE_OPTION => command.value = Some(value(failure, unit, word)?),
+            "-t" => command.onset = onset(number(name, word, "s")?)?,
+            "-r" => command.ramp_s = Some(number(name, word, "s")?),
+            "-d" => command.duration_s = Some(number(name, word, "s")?),
+            "-e" => command.every_s = Some(number(name, word, "s")?),
+            "-n" => command.times = Some(count(name, word)?),
             _ => {
                 let (_, _, info) = options()
                     .find(|(option, ..)| *option == name)
@@ -124,17 +124,17 @@ fn order_of(component: &str, failure: &str, words: &[&str]) -> Result<FaultOrder
                 let is_room = |known: &&mut Option<(Quantity, f64)>| {
                     known.is_none_or(|(quantity, _)| quantity == info.quantity)
                 };
-                let room = order.numbers.iter_mut().find(is_room);
+                let room = command.numbers.iter_mut().find(is_room);
                 *room.ok_or_else(|| format!("option {name} is one too many"))? =
                     Some((info.quantity, value));
             }
         }
     }
     // As with PX4 and the commands, instance 0 is all of them.
-    if order.instances == Instances::One(0) {
-        order.instances = Instances::All;
+    if command.instances == Instances::One(0) {
+        command.instances = Instances::All;
     }
-    Ok(order)
+    Ok(command)
 }
 
 fn onset(seconds: f64) -> Result<Onset, String> {

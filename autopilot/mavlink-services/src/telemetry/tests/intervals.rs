@@ -23,11 +23,11 @@ fn set(world: &mut World, id: f32, interval_us: f32) -> u8 {
     ack.result
 }
 
-fn told_interval(world: &mut World, id: f32) -> i32 {
+fn reported_interval(world: &mut World, id: f32) -> i32 {
     world.send_command(GET_MESSAGE_INTERVAL, [id, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let told: MESSAGE_INTERVAL_DATA = last(world);
-    assert_eq!(f32::from(told.message_id), id);
-    told.interval_us
+    let sent: MESSAGE_INTERVAL_DATA = last(world);
+    assert_eq!(f32::from(sent.message_id), id);
+    sent.interval_us
 }
 
 fn in_a_second(world: &mut World, port: u16, id: u32) -> usize {
@@ -47,7 +47,7 @@ fn stream_request(stream: MavDataStream, rate_hz: u16, start: u8) -> MavMessage 
 }
 
 #[test]
-fn a_rate_is_changed_for_the_station_that_asks_and_for_nobody_else() {
+fn a_rate_is_changed_for_the_requesting_station_only() {
     let mut world = World::flying();
     assert_eq!(set(&mut world, 30.0, 10_000.0), MavResult::MAV_RESULT_ACCEPTED as u8);
     let fast = in_a_second(&mut world, 14_550, ATTITUDE);
@@ -61,11 +61,11 @@ fn minus_one_stops_a_stream_and_zero_brings_its_default_back() {
     let mut world = World::flying();
     set(&mut world, 30.0, -1.0);
     assert_eq!(in_a_second(&mut world, 14_550, ATTITUDE), 0);
-    assert_eq!(told_interval(&mut world, 30.0), -1);
+    assert_eq!(reported_interval(&mut world, 30.0), -1);
     set(&mut world, 30.0, 0.0);
     let again = in_a_second(&mut world, 14_550, ATTITUDE);
     assert!((24..=26).contains(&again), "{again} of 25");
-    assert_eq!(told_interval(&mut world, 30.0), 40_000);
+    assert_eq!(reported_interval(&mut world, 30.0), 40_000);
 }
 
 #[test]
@@ -83,8 +83,12 @@ fn intervals_that_are_none_are_denied_and_nothing_changes() {
         let result = set(&mut world, 30.0, interval);
         assert_eq!(result, MavResult::MAV_RESULT_DENIED as u8, "{interval} us");
     }
-    assert!(world.said("Interval refused: 1 us is shorter than 5000 us"), "{:?}", world.texts());
-    assert_eq!(told_interval(&mut world, 30.0), 40_000);
+    assert!(
+        world.has_text("Interval refused: 1 us is shorter than 5000 us"),
+        "{:?}",
+        world.texts()
+    );
+    assert_eq!(reported_interval(&mut world, 30.0), 40_000);
 }
 
 #[test]
@@ -93,7 +97,7 @@ fn messages_that_do_not_exist_are_unsupported_and_their_interval_is_zero() {
     for id in [115.0, 65.0, 12_345.0] {
         let result = set(&mut world, id, 100_000.0);
         assert_eq!(result, MavResult::MAV_RESULT_UNSUPPORTED as u8, "{id}");
-        assert_eq!(told_interval(&mut world, id), 0, "{id}");
+        assert_eq!(reported_interval(&mut world, id), 0, "{id}");
     }
     for id in [f32::NAN, 0.5, -1.0, 1.0e9] {
         assert_eq!(set(&mut world, id, 0.0), MavResult::MAV_RESULT_DENIED as u8, "{id}");
@@ -102,7 +106,7 @@ fn messages_that_do_not_exist_are_unsupported_and_their_interval_is_zero() {
     for id in [0.0, 435.0] {
         assert_eq!(set(&mut world, id, 10_000.0), MavResult::MAV_RESULT_DENIED as u8, "{id}");
     }
-    assert_eq!(told_interval(&mut world, 0.0), 1_000_000);
+    assert_eq!(reported_interval(&mut world, 0.0), 1_000_000);
 }
 
 #[test]
@@ -110,8 +114,8 @@ fn an_interval_can_be_requested_as_a_message() {
     let mut world = World::flying();
     world.send_command(REQUEST_MESSAGE, [244.0, 30.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(REQUEST_MESSAGE, MavResult::MAV_RESULT_ACCEPTED)]);
-    let told: MESSAGE_INTERVAL_DATA = last(&world);
-    assert_eq!((told.message_id, told.interval_us), (30, 40_000));
+    let sent: MESSAGE_INTERVAL_DATA = last(&world);
+    assert_eq!((sent.message_id, sent.interval_us), (30, 40_000));
 }
 
 #[test]
@@ -130,12 +134,12 @@ fn the_same_request_again_changes_nothing() {
 #[test]
 fn rates_are_forgotten_with_the_station() {
     let mut world = World::flying();
-    let ask = command_long(
+    let request = command_long(
         SET_MESSAGE_INTERVAL,
         [30.0, 10_000.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         Identity { system: 1, component: 1 },
     );
-    world.send_bytes(address(9_000), &ask);
+    world.send_bytes(address(9_000), &request);
     let fast = in_a_second(&mut world, 9_000, ATTITUDE);
     assert!((99..=101).contains(&fast), "{fast} of 100");
     world.run_ms(11_000);
@@ -175,12 +179,12 @@ fn a_data_stream_request_moves_the_fast_messages_of_one_station() {
 }
 
 #[test]
-fn an_interval_that_was_asked_for_goes_before_a_data_stream() {
+fn a_requested_interval_goes_before_a_data_stream() {
     let mut world = World::flying();
     set(&mut world, 30.0, 20_000.0);
     world.send(&stream_request(MavDataStream::MAV_DATA_STREAM_ALL, 4, 1));
-    let asked = in_a_second(&mut world, 14_550, ATTITUDE);
-    assert!((49..=51).contains(&asked), "{asked} of 50");
+    let requested = in_a_second(&mut world, 14_550, ATTITUDE);
+    assert!((49..=51).contains(&requested), "{requested} of 50");
 }
 
 #[test]
@@ -197,7 +201,7 @@ fn a_default_rate_follows_its_parameter_at_once() {
 }
 
 #[test]
-fn every_request_is_acknowledged_to_who_asked() {
+fn every_request_is_acknowledged_to_its_sender() {
     let mut world = World::flying();
     world.send_command(SET_MESSAGE_INTERVAL, [245.0, 1.0e6, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let [ack] = world.take_acks()[..] else { panic!("not one acknowledgement") };

@@ -1,4 +1,4 @@
-//! The table as a whole: each row can be asked for, and is documented.
+//! The table as a whole: each row can be requested, and is documented.
 
 use std::collections::BTreeSet;
 
@@ -90,8 +90,8 @@ fn modes_are_listed_one_by_one_and_the_list_has_an_end() {
     for index in 1..=modes::COUNT {
         let result = request(&mut world, 435, f32::from(index));
         assert_eq!(result, MavResult::MAV_RESULT_ACCEPTED as u8);
-        let told: Vec<AVAILABLE_MODES_DATA> = world.got.iter().filter_map(Got::read).collect();
-        let [mode] = &told[..] else { panic!("{} messages for one mode", told.len()) };
+        let sent: Vec<AVAILABLE_MODES_DATA> = world.got.iter().filter_map(Got::read).collect();
+        let [mode] = &sent[..] else { panic!("{} messages for one mode", sent.len()) };
         assert_eq!((mode.mode_index, mode.number_modes), (index, modes::COUNT));
     }
     let beyond = request(&mut world, 435, f32::from(modes::COUNT) + 1.0);

@@ -10,7 +10,7 @@ use crate::codec::Identity;
 use crate::peers::Address;
 use crate::tests::world::*;
 
-/// The result that everybody hopes for.
+/// The result of success.
 pub const ACCEPTED: MavMissionResult = MavMissionResult::MAV_MISSION_ACCEPTED;
 
 /// How a ground station waits.
@@ -76,7 +76,7 @@ impl Client {
     }
 
     /// Sends until `answer` is content with something that comes, and returns what it makes of it.
-    pub fn ask<T>(
+    pub fn exchange<T>(
         &mut self,
         message: &MavMessage,
         answer: impl Fn(&Got) -> Option<T>,
@@ -127,10 +127,10 @@ impl Client {
             ..Default::default()
         });
         let counted = |got: &Got| got.read::<MISSION_COUNT_DATA>();
-        let MISSION_COUNT_DATA { count, opaque_id, .. } = self.ask(&list, counted)?;
+        let MISSION_COUNT_DATA { count, opaque_id, .. } = self.exchange(&list, counted)?;
         let mut items = Vec::new();
         for seq in 0..count {
-            let item = self.ask(&request(seq), |got| {
+            let item = self.exchange(&request(seq), |got| {
                 got.read::<MISSION_ITEM_INT_DATA>().filter(|item| item.seq == seq)
             })?;
             items.push(item);
@@ -148,14 +148,14 @@ impl Client {
             target_component: 1,
             ..Default::default()
         });
-        self.ask(&clear, |got| Some(got.read::<MISSION_ACK_DATA>()?.mavtype))
+        self.exchange(&clear, |got| Some(got.read::<MISSION_ACK_DATA>()?.mavtype))
     }
 }
 
 /// MISSION_REQUEST, _COUNT, _ACK, _REQUEST_INT, _ITEM_INT.
 const PROTOCOL: [u32; 5] = [40, 44, 47, 51, 73];
 
-/// The item that MISSION_REQUEST_INT or MISSION_REQUEST asks for.
+/// The item that MISSION_REQUEST_INT or MISSION_REQUEST requests.
 pub fn requested(got: &Got) -> Option<u16> {
     [40, 51].contains(&got.id).then(|| {
         let mut seq = [0; 2];
@@ -221,7 +221,7 @@ pub fn waypoints(count: u16) -> Vec<MISSION_ITEM_INT_DATA> {
     (0..count).map(waypoint).collect()
 }
 
-/// Items as bytes, so that NaN equals NaN; addressed to nobody.
+/// Items as bytes, so that NaN equals NaN; without a target.
 pub fn bytes(items: &[MISSION_ITEM_INT_DATA]) -> Vec<Vec<u8>> {
     items
         .iter()

@@ -21,7 +21,7 @@ fn plan_of(world: &mut World) -> Vec<Action> {
 }
 
 #[test]
-fn a_connecting_ground_station_is_told_of_an_empty_list_in_the_same_poll() {
+fn a_connecting_ground_station_gets_an_empty_list_in_the_same_poll() {
     for (list, kind) in [
         MavMissionType::MAV_MISSION_TYPE_MISSION,
         MavMissionType::MAV_MISSION_TYPE_FENCE,
@@ -43,7 +43,7 @@ fn a_connecting_ground_station_is_told_of_an_empty_list_in_the_same_poll() {
 }
 
 #[test]
-fn what_comes_back_is_what_went_in_and_the_id_says_that_it_is_the_same() {
+fn a_downloaded_plan_is_the_uploaded_one_with_the_same_id() {
     let mut client = Client::new(QGC);
     let mut items = waypoints(3);
     items[1].frame = MavFrame::MAV_FRAME_GLOBAL;
@@ -65,7 +65,7 @@ fn what_comes_back_is_what_went_in_and_the_id_says_that_it_is_the_same() {
 }
 
 #[test]
-fn each_item_is_asked_for_once_and_in_order_and_one_acknowledgement_ends_it() {
+fn each_item_is_requested_once_and_in_order_and_one_acknowledgement_ends_it() {
     let mut world = World::flying();
     let items = waypoints(3);
     world.send(&count(items.len()));
@@ -82,7 +82,7 @@ fn each_item_is_asked_for_once_and_in_order_and_one_acknowledgement_ends_it() {
     assert_eq!(acks.len(), 1, "{acks:?}");
     assert_eq!(acks[0].mavtype, ACCEPTED);
     assert_eq!(world.got.iter().filter_map(requested).count(), 0);
-    assert!(world.said("Mission loaded: 3 items"), "{:?}", world.texts());
+    assert!(world.has_text("Mission loaded: 3 items"), "{:?}", world.texts());
 }
 
 #[test]
@@ -111,9 +111,9 @@ fn a_plan_of_mavsdk_with_speeds_delays_and_return_is_taken() {
     assert_eq!(circle.centre.place, point.place, "a delay stays at the point before it");
     assert_eq!(actions[3], Action::Return);
     client.world.run_ms(10);
-    assert!(client.world.said("Mission item 0: hold time is not flown"));
-    assert!(client.world.said("Mission item 0: acceptance radius is below NAV_ACC_RAD"));
-    assert!(client.world.said("Mission item 1: ground speed is flown as airspeed"));
+    assert!(client.world.has_text("Mission item 0: hold time is not flown"));
+    assert!(client.world.has_text("Mission item 0: acceptance radius is below NAV_ACC_RAD"));
+    assert!(client.world.has_text("Mission item 1: ground speed is flown as airspeed"));
 }
 
 #[test]
@@ -127,18 +127,18 @@ fn two_ground_stations_download_at_the_same_time_and_neither_sees_the_others_pla
         ..Default::default()
     });
     let world = &mut client.world;
-    let mut say = |from, message: &MavMessage| {
+    let mut exchange = |from, message: &MavMessage| {
         world.got.clear();
         let bytes = world.encode(STATION, message);
         world.send_bytes(from, &bytes);
         let answers = world.got.iter().filter(|got| got.to == from);
         answers.filter_map(Got::read::<MISSION_ITEM_INT_DATA>).collect::<Vec<_>>()
     };
-    say(first, &list);
-    say(other, &list);
+    exchange(first, &list);
+    exchange(other, &list);
     for seq in 0..3 {
-        assert_eq!(bytes(&say(first, &request(seq))), bytes(&[waypoint(seq)]));
-        assert_eq!(bytes(&say(other, &request(seq))), bytes(&[waypoint(seq)]));
+        assert_eq!(bytes(&exchange(first, &request(seq))), bytes(&[waypoint(seq)]));
+        assert_eq!(bytes(&exchange(other, &request(seq))), bytes(&[waypoint(seq)]));
     }
     // A plan that comes between two items does not mix with the one that is being read.
     client.address = first;
@@ -165,7 +165,7 @@ fn an_item_beyond_the_list_is_an_invalid_sequence() {
 }
 
 #[test]
-fn a_new_current_item_is_broadcast_and_one_that_is_not_there_is_refused_in_words() {
+fn a_new_current_item_is_broadcast_and_an_unknown_one_is_refused_with_a_text() {
     let mut client = Client::new(QGC);
     client.upload(&waypoints(3)).unwrap();
     // MISSION_SET_CURRENT by hand, since the crate marks it as deprecated.
@@ -180,7 +180,11 @@ fn a_new_current_item_is_broadcast_and_one_that_is_not_there_is_refused_in_words
         assert_ne!(last.mission_id, 0);
     }
     client.world.send_bytes(address(14_550), &set(3));
-    assert!(client.world.said("Mission refused: there is no item 3"), "{:?}", client.world.texts());
+    assert!(
+        client.world.has_text("Mission refused: there is no item 3"),
+        "{:?}",
+        client.world.texts()
+    );
 }
 
 #[test]

@@ -74,7 +74,11 @@ fn guided_items_outside_the_limits_are_refused_with_the_range() {
         world.got.clear();
         world.send(&floats(0, current, 35.1, -117.8, 50.0));
         assert_eq!(results(&world), [R::MAV_MISSION_INVALID_PARAM7]);
-        assert!(world.said("altitude 50.0 m is outside 500.0 to 12000.0 m"), "{:?}", world.texts());
+        assert!(
+            world.has_text("altitude 50.0 m is outside 500.0 to 12000.0 m"),
+            "{:?}",
+            world.texts()
+        );
     }
     let other = item(0, MavCmd::MAV_CMD_NAV_LAND, [0.0; 4]);
     world.got.clear();

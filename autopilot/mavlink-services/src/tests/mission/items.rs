@@ -8,7 +8,7 @@ use flight_management::command::VehicleCommand;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use proptest::prelude::*;
 
-/// The action of an item that stands behind a waypoint, and what was said about it.
+/// The action of an item that stands behind a waypoint, and the texts about it.
 fn taken(item: MISSION_ITEM_INT_DATA) -> (Action, World) {
     let mut client = Client::new(MAVSDK);
     let plan = [waypoint(0), MISSION_ITEM_INT_DATA { seq: 1, current: 0, ..item }];
@@ -100,17 +100,21 @@ fn speeds_altitudes_and_jumps_keep_their_numbers() {
 }
 
 #[test]
-fn a_takeoff_is_a_point_to_fly_to_and_that_is_said() {
+fn a_takeoff_is_flown_as_a_waypoint_with_a_note() {
     let (action, world) = taken(item(1, MavCmd::MAV_CMD_NAV_TAKEOFF, [15.0, 0.0, 0.0, f32::NAN]));
     assert!(matches!(action, Action::Waypoint { .. }), "{action:?}");
-    assert!(world.said("Mission item 1: takeoff is flown as a waypoint"), "{:?}", world.texts());
+    assert!(
+        world.has_text("Mission item 1: takeoff is flown as a waypoint"),
+        "{:?}",
+        world.texts()
+    );
     let mut here = item(1, MavCmd::MAV_CMD_NAV_TAKEOFF, [0.0; 4]);
     (here.x, here.y) = (i32::MAX, i32::MAX);
     assert_eq!(taken(here).0, Action::ChangeAltitude { altitude_m: 5_100.0 });
 }
 
 #[test]
-fn a_circle_too_small_for_the_speed_by_then_is_taken_and_that_is_said() {
+fn a_circle_too_small_for_the_speed_by_then_is_accepted_with_a_note() {
     let mut client = Client::new(MAVSDK);
     let mut fast = item(0, MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 300.0, -1.0, 0.0]);
     fast.frame = MavFrame::MAV_FRAME_MISSION;
@@ -118,7 +122,7 @@ fn a_circle_too_small_for_the_speed_by_then_is_taken_and_that_is_said() {
     assert_eq!(client.upload(&[fast, circle]).unwrap().0, ACCEPTED);
     client.world.run_ms(4);
     assert!(
-        client.world.said("Mission item 1: at 300 m/s the circle needs"),
+        client.world.has_text("Mission item 1: at 300 m/s the circle needs"),
         "{:?}",
         client.world.texts()
     );

@@ -1,4 +1,4 @@
-//! Plans that are not taken: the result, the words, and the old plan that stays.
+//! Plans that are refused: the result, the text, and the old plan that stays.
 
 use super::client::*;
 use crate::tests::world::*;
@@ -17,7 +17,7 @@ fn with(
     item
 }
 
-/// Second item, result and words.
+/// Second item, result and text.
 fn refused() -> Vec<(MISSION_ITEM_INT_DATA, R, &'static str)> {
     let of = |command, params| item(1, command, params);
     let point = || waypoint(1);
@@ -165,9 +165,9 @@ fn every_refusal_names_item_field_value_and_range_and_the_old_plan_stays() {
         client.world.got.clear();
         let plan = [waypoint(0), bad.clone(), waypoint(2)];
         assert_eq!(client.upload(&plan).unwrap().0, result, "{bad:?}");
-        assert!(client.world.said(words), "{words}: {:?}", client.world.texts());
-        let told = client.world.texts().iter().filter(|text| text.contains("refused")).count();
-        assert_eq!(told, 1, "one text: {:?}", client.world.texts());
+        assert!(client.world.has_text(words), "{words}: {:?}", client.world.texts());
+        let count = client.world.texts().iter().filter(|text| text.contains("refused")).count();
+        assert_eq!(count, 1, "one text: {:?}", client.world.texts());
         assert_eq!(client.download().unwrap().1, id, "{bad:?}");
     }
 }
@@ -195,7 +195,7 @@ fn jumps_that_only_lead_to_jumps_are_refused_by_the_vehicle() {
     let jump = |seq, to| item(seq, MavCmd::MAV_CMD_DO_JUMP, [to, -1.0, 0.0, 0.0]);
     let result = client.upload(&[waypoint(0), jump(1, 2.0), jump(2, 1.0)]).unwrap().0;
     assert_eq!(result, R::MAV_MISSION_INVALID);
-    assert!(client.world.said("Mission refused: item"), "{:?}", client.world.texts());
+    assert!(client.world.has_text("Mission refused: item"), "{:?}", client.world.texts());
     assert_eq!(client.download().unwrap().0.len(), 0);
 }
 

@@ -42,7 +42,11 @@ fn after_a_restart_the_plan_is_offered_as_it_was_and_does_not_begin() {
     let saved = file(&mut first);
 
     let mut second = keeping(saved);
-    assert!(second.world.said("Mission of the last run: 4 items"), "{:?}", second.world.texts());
+    assert!(
+        second.world.has_text("Mission of the last run: 4 items"),
+        "{:?}",
+        second.world.texts()
+    );
     let after = second.download().unwrap();
     assert_eq!((bytes(&after.0), after.1), (bytes(&before.0), before.1));
     assert_eq!(after.1, id);
@@ -63,7 +67,7 @@ fn a_cleared_plan_is_gone_after_a_restart() {
     assert_eq!(saved.count(), 0);
     let mut second = keeping(saved);
     assert_eq!(second.download().unwrap().0.len(), 0);
-    assert!(!second.world.said("ission"), "{:?}", second.world.texts());
+    assert!(!second.world.has_text("ission"), "{:?}", second.world.texts());
 }
 
 #[test]
@@ -77,14 +81,18 @@ fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_it
     second.world = World::flying_with(&parameters);
     second.world.ground.keep_plan(saved);
     second.world.run_ms(20);
-    assert!(second.world.said("Mission of the last run refused: "), "{:?}", second.world.texts());
-    assert!(second.world.said("REF_ALT_MIN") || second.world.said("11000"));
+    assert!(
+        second.world.has_text("Mission of the last run refused: "),
+        "{:?}",
+        second.world.texts()
+    );
+    assert!(second.world.has_text("REF_ALT_MIN") || second.world.has_text("11000"));
     assert_eq!(second.download().unwrap().0.len(), 0);
     assert!(second.world.ground.pop_plan_save().is_none());
 }
 
 #[test]
-fn where_nothing_is_kept_nothing_is_handed_out_and_a_failed_write_is_said() {
+fn without_a_plan_file_nothing_is_written_and_a_failed_write_is_reported() {
     let mut client = Client::new(QGC);
     client.upload(&some_items()).unwrap();
     assert!(client.world.ground.pop_plan_save().is_none());
@@ -96,5 +104,5 @@ fn where_nothing_is_kept_nothing_is_handed_out_and_a_failed_write_is_said() {
     let saved = crate::param::Saved { number, result };
     client.world.ground.handle_plan_saved(&saved, client.world.now);
     client.world.settle();
-    assert!(client.world.said("The plan is not saved: No space left"));
+    assert!(client.world.has_text("The plan is not saved: No space left"));
 }

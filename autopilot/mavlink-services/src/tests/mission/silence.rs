@@ -1,4 +1,4 @@
-//! A control side that is slow, and what it tells by itself.
+//! A control side that is slow, and its own reports.
 
 use core::time::Duration;
 use flight_management::command::VehicleCommand;
@@ -17,15 +17,15 @@ use flight_management::vehicle::VehicleEvent;
 struct Slow(World);
 
 impl Slow {
-    fn say(&mut self, message: &MavMessage) {
+    fn send(&mut self, message: &MavMessage) {
         let bytes = self.0.encode(STATION, message);
         self.0.ground.handle_datagram(address(14_550), &bytes, self.0.now);
     }
 
     fn upload(&mut self, items: &[MISSION_ITEM_INT_DATA]) {
-        self.say(&count(items.len()));
+        self.send(&count(items.len()));
         for item in items {
-            self.say(&MavMessage::MISSION_ITEM_INT(item.clone()));
+            self.send(&MavMessage::MISSION_ITEM_INT(item.clone()));
         }
     }
 
@@ -70,7 +70,7 @@ impl Slow {
             target_component: 1,
             ..Default::default()
         };
-        self.say(&MavMessage::MISSION_REQUEST_LIST(list));
+        self.send(&MavMessage::MISSION_REQUEST_LIST(list));
         let frames: Vec<_> = std::iter::from_fn(|| self.0.ground.pop_frame(|_| true)).collect();
         let frame = frames.iter().find(|(_, frame)| frame[7..10] == [44, 0, 0]).unwrap();
         let payload = frame.1[10..frame.1.len() - 2].to_vec();
@@ -91,7 +91,7 @@ fn a_plan_is_acknowledged_when_it_is_in_force_and_not_before() {
     let mut slow = Slow(World::flying());
     slow.upload(&waypoints(2));
     // The last item again, while the control side thinks.
-    slow.say(&MavMessage::MISSION_ITEM_INT(waypoint(1)));
+    slow.send(&MavMessage::MISSION_ITEM_INT(waypoint(1)));
     assert!(slow.results().is_empty());
     assert_eq!(slow.items(), 0, "the old plan");
     let intents = slow.intents();
@@ -117,7 +117,7 @@ fn without_an_answer_the_result_is_an_error_and_a_late_answer_still_counts() {
 }
 
 #[test]
-fn who_begins_anew_is_not_told_of_what_was_before() {
+fn a_new_upload_gets_no_answer_to_the_one_before() {
     let mut slow = Slow(World::flying());
     slow.upload(&waypoints(2));
     slow.upload(&waypoints(3));
@@ -142,7 +142,7 @@ fn a_flood_of_requests_is_bounded_and_each_is_answered() {
     let mut results = Vec::new();
     let mut plans = 0;
     for _ in 0..1_000 {
-        slow.say(&clear);
+        slow.send(&clear);
         results.extend(slow.results());
         let intents = slow.intents();
         plans += intents
@@ -156,7 +156,7 @@ fn a_flood_of_requests_is_bounded_and_each_is_answered() {
 }
 
 #[test]
-fn a_reached_item_and_a_new_current_item_are_told_to_everybody_at_once() {
+fn a_reached_item_and_a_new_current_item_are_broadcast_at_once() {
     let mut client = Client::new(QGC);
     client.upload(&waypoints(3)).unwrap();
     let world = &mut client.world;

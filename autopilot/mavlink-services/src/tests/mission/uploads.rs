@@ -35,7 +35,7 @@ fn plans(world: &mut World) -> usize {
 }
 
 #[test]
-fn an_item_that_does_not_come_is_asked_for_each_second_and_given_up_after_five() {
+fn an_item_that_does_not_come_is_requested_each_second_and_given_up_after_five() {
     let mut client = Client::new(QGC);
     client.upload(&waypoints(2)).unwrap();
     let before = client.download().unwrap();
@@ -51,13 +51,13 @@ fn an_item_that_does_not_come_is_asked_for_each_second_and_given_up_after_five()
         (requests(world), results(world)),
         (vec![], vec![R::MAV_MISSION_OPERATION_CANCELLED])
     );
-    assert!(world.said("item 1 did not come"), "{:?}", world.texts());
+    assert!(world.has_text("item 1 did not come"), "{:?}", world.texts());
     let after = client.download().unwrap();
     assert_eq!((bytes(&after.0), after.1), (bytes(&before.0), before.1), "the old plan stays");
 }
 
 #[test]
-fn a_ground_station_that_cancels_hears_no_more_and_the_old_plan_stays() {
+fn a_cancelled_upload_ends_in_silence_and_the_old_plan_stays() {
     let mut client = Client::new(QGC);
     client.upload(&waypoints(2)).unwrap();
     let world = &mut client.world;
@@ -188,11 +188,11 @@ fn an_item_without_an_upload_is_an_error() {
     let mut world = World::flying();
     world.send(&message(waypoint(0)));
     assert_eq!(results(&mut world), [R::MAV_MISSION_ERROR]);
-    assert!(world.said("no upload is under way"));
+    assert!(world.has_text("no upload is under way"));
 }
 
 #[test]
-fn a_ground_station_without_integer_items_is_asked_in_the_old_way() {
+fn a_ground_station_without_integer_items_gets_mission_request() {
     let mut world = World::flying();
     world.send(&count(1));
     assert!(world.got.iter().any(|got| got.id == 51));
@@ -218,7 +218,7 @@ fn a_plan_of_a_thousand_items_fits_and_one_more_does_not() {
     assert_eq!(client.upload(&items).unwrap().0, ACCEPTED);
     client.world.send(&count(1001));
     assert_eq!(results(&mut client.world), [R::MAV_MISSION_NO_SPACE]);
-    assert!(client.world.said("1001 items are more than 1000"));
+    assert!(client.world.has_text("1001 items are more than 1000"));
     assert_eq!(client.download().unwrap().0.len(), 1000);
 }
 

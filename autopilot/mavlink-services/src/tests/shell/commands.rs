@@ -1,4 +1,4 @@
-//! What each command says and does.
+//! What each command prints and does.
 
 use super::*;
 use flight_management::command::Command;
@@ -14,31 +14,31 @@ use icd::{FaultKind, FaultRequest, SimTime};
 
 fn commands(world: &mut World, line: &str) -> (Vec<Command>, String) {
     world.take_commands();
-    let text = said(world, line);
+    let text = output(world, line);
     (world.take_commands(), text)
 }
 
 #[test]
 fn help_lists_every_command_and_explains_each() {
     let mut world = World::flying();
-    let list = said(&mut world, "help");
+    let list = output(&mut world, "help");
     let names: Vec<&str> = list.lines().map(|line| line.split(' ').next().unwrap()).collect();
     for name in ["status", "list", "failure", "script", "param", "reference", "mode", "pause"] {
         assert!(names.contains(&name), "{name}");
     }
     for name in names {
-        let help = said(&mut world, &format!("help {name}"));
+        let help = output(&mut world, &format!("help {name}"));
         assert!(help.lines().count() >= 2 && help.contains(&format!("  {name}")), "{help}");
         let document = include_str!("../../../../../docs/shell.md");
         assert!(document.contains(&format!("`{name}")), "{name} is not in docs/shell.md");
     }
-    assert_eq!(said(&mut world, "help me"), "ERROR: there is no command \"me\"\n");
+    assert_eq!(output(&mut world, "help me"), "ERROR: there is no command \"me\"\n");
 }
 
 #[test]
 fn status_shows_the_flight_the_compensator_and_each_effector() {
     let mut world = World::flying();
-    let text = said(&mut world, "status");
+    let text = output(&mut world, "status");
     for words in [
         "Aircraft: in the air",
         "Control: nobody",
@@ -57,30 +57,30 @@ fn status_shows_the_flight_the_compensator_and_each_effector() {
     for zero in ["-0 ", "-0.0 ", "-0.00 ", "-0.0000 "] {
         assert!(!text.contains(&format!(" {zero}")), "a zero has no sign:\n{text}");
     }
-    assert!(said(&mut world, "status now").starts_with("ERROR: usage: status"));
+    assert!(output(&mut world, "status now").starts_with("ERROR: usage: status"));
     let mut world = World::waiting();
     world.settle();
-    assert!(ask(&mut world, "status").starts_with("Aircraft: none is connected"));
+    assert!(run_line(&mut world, "status").starts_with("Aircraft: none is connected"));
 }
 
 #[test]
 fn parameters_are_shown_found_by_pattern_and_explained() {
     let mut world = World::flying();
-    let all = said(&mut world, "param show");
+    let all = output(&mut world, "param show");
     assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + tvc_jet::ALL.len());
-    assert!(said(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
-    assert!(said(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));
-    let some = said(&mut world, "param show act_lvl*");
+    assert!(output(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
+    assert!(output(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));
+    let some = output(&mut world, "param show act_lvl*");
     assert_eq!(some.lines().count(), 3, "{some}");
-    assert!(said(&mut world, "param show NOPE*").starts_with("ERROR: no parameter has a name"));
-    let one = said(&mut world, "param get FTC_MODE");
+    assert!(output(&mut world, "param show NOPE*").starts_with("ERROR: no parameter has a name"));
+    let one = output(&mut world, "param get FTC_MODE");
     assert!(one.starts_with("FTC_MODE 1\n") && one.contains("0 to 2"), "{one}");
-    assert_eq!(said(&mut world, "param get NOPE"), "ERROR: there is no parameter NOPE\n");
-    assert!(said(&mut world, "param").starts_with("ERROR: usage: param show"));
+    assert_eq!(output(&mut world, "param get NOPE"), "ERROR: there is no parameter NOPE\n");
+    assert!(output(&mut world, "param").starts_with("ERROR: usage: param show"));
 }
 
 #[test]
-fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
+fn a_parameter_that_is_set_is_broadcast_and_reaches_the_laws() {
     let mut world = World::flying();
     let (commands, text) = commands(&mut world, "param set act_lvl_p 0.5");
     assert_eq!(text, "ACT_LVL_P 1.05 -> 0.5\n");
@@ -89,13 +89,13 @@ fn a_parameter_that_is_set_is_told_to_everybody_and_reaches_the_laws() {
     };
     assert_eq!(gains.activation.level_roll, 0.5);
     let values = values(&world);
-    let [value] = &values[..] else { panic!("told once: {values:?}") };
+    let [value] = &values[..] else { panic!("sent once: {values:?}") };
     assert_eq!((value.param_id.to_str().unwrap(), value.param_value), ("ACT_LVL_P", 0.5));
     assert_eq!(world.ground.parameters().gains.activation.level_roll, 0.5);
 }
 
 #[test]
-fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
+fn a_refused_parameter_keeps_its_value_and_the_reason_is_printed() {
     let mut world = World::flying();
     for (line, reason) in [
         ("param set ACT_LVL_P 1000", "ACT_LVL_P"),
@@ -104,7 +104,7 @@ fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
         ("param set SYS_AUTOSTART 5", "SYS_AUTOSTART"),
         ("param set NOPE 5", "there is no parameter NOPE"),
     ] {
-        let text = said(&mut world, line);
+        let text = output(&mut world, line);
         assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
     }
     assert_eq!(*world.ground.parameters(), flight_management::parameters::Parameters::default());
@@ -112,14 +112,14 @@ fn a_parameter_that_cannot_be_keeps_its_value_and_the_reason_is_said() {
 }
 
 #[test]
-fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
+fn references_are_commanded_and_the_aircraft_reports_what_is_wrong() {
     let mut world = World::flying();
     let (commands, text) = commands(&mut world, "reference altitude 5200m");
     assert_eq!(commands, [Command::Vehicle(VehicleCommand::Refer(Reference::Altitude(5_200.0)))]);
     assert_eq!(text, "Reference altitude: 5200 m\n");
-    assert_eq!(said(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
-    assert_eq!(said(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
-    assert!(said(&mut world, "status").contains("altitude 5200.0 m, airspeed 270.0 m/s"));
+    assert_eq!(output(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
+    assert_eq!(output(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
+    assert!(output(&mut world, "status").contains("altitude 5200.0 m, airspeed 270.0 m/s"));
     for (line, reason) in [
         ("reference altitude 99999", "ERROR: altitude"),
         ("reference airspeed x", "ERROR: airspeed \"x\" is no number in m/s"),
@@ -128,7 +128,7 @@ fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
         ("reference yaw 4", "ERROR: usage: reference"),
         ("reference", "ERROR: usage: reference"),
     ] {
-        let text = said(&mut world, line);
+        let text = output(&mut world, line);
         assert!(text.starts_with(reason), "{line}: {text}");
     }
 }
@@ -136,25 +136,28 @@ fn references_are_asked_for_and_the_aircraft_says_what_is_wrong() {
 #[test]
 fn a_change_of_mode_takes_the_checks_of_the_command_and_gives_control() {
     let mut world = World::flying();
-    assert!(said(&mut world, "mode").contains("* Position\n  Hold\n"));
+    assert!(output(&mut world, "mode").contains("* Position\n  Hold\n"));
     let (commands, text) = commands(&mut world, "mode hold");
     assert_eq!(
         (commands, text),
         (vec![Command::Vehicle(VehicleCommand::Mode(Mode::Hold))], "Mode Hold\n".to_owned())
     );
-    assert!(said(&mut world, "status").contains("Control: system 255"));
-    let offboard = said(&mut world, "mode offboard");
+    assert!(output(&mut world, "status").contains("Control: system 255"));
+    let offboard = output(&mut world, "mode offboard");
     assert!(offboard.starts_with("ERROR: Offboard refused: no setpoint"), "{offboard}");
-    assert_eq!(said(&mut world, "mode mission"), "ERROR: there is no plan: upload one first\n");
+    assert_eq!(output(&mut world, "mode mission"), "ERROR: there is no plan: upload one first\n");
     for gone in ["nope", "reference"] {
-        let said = said(&mut world, &format!("mode {gone}"));
+        let output = output(&mut world, &format!("mode {gone}"));
         assert!(
-            said.starts_with(&format!("ERROR: there is no mode \"{gone}\": there are Position"))
+            output.starts_with(&format!("ERROR: there is no mode \"{gone}\": there are Position"))
         );
     }
     let mut world = World::waiting();
     world.settle();
-    assert_eq!(ask(&mut world, "mode hold"), format!("ERROR: no aircraft is connected\n{PROMPT}"));
+    assert_eq!(
+        run_line(&mut world, "mode hold"),
+        format!("ERROR: no aircraft is connected\n{PROMPT}")
+    );
 }
 
 #[test]
@@ -173,10 +176,10 @@ fn time_is_paused_stepped_and_sped_up() {
         );
     }
     for line in ["step -1", "step 0", "step 999999999", "speed 0", "speed", "pause now"] {
-        let text = said(&mut world, line);
+        let text = output(&mut world, line);
         assert!(text.starts_with("ERROR: "), "{line}: {text}");
     }
-    let text = said(&mut world, "speed 0");
+    let text = output(&mut world, "speed 0");
     assert!(text.contains("0.0 x real time is outside 0.01 to 1000.0 x real time"), "{text}");
 }
 
@@ -193,27 +196,27 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
     let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
     assert!((angle_rad.to_degrees() - 3.0).abs() < 1.0e-6, "{angle_rad} rad");
     assert!(text.starts_with("rudder: acts since"), "{text}");
-    let list = said(&mut world, "list");
+    let list = output(&mut world, "list");
     assert!(list.contains("servo 5 (rudder) stuck at 3.0 deg"), "{list}");
-    assert_eq!(said(&mut world, "failure list"), list);
+    assert_eq!(output(&mut world, "failure list"), list);
     assert!(
-        said(&mut world, "failure servo wrong -m 3 -v 40% -t 99s")
+        output(&mut world, "failure servo wrong -m 3 -v 40% -t 99s")
             .contains("right aileron: acts at")
     );
-    assert!(said(&mut world, "failure servo ok -i 5").starts_with("rudder: healthy since"));
-    assert!(said(&mut world, "failure clear").starts_with("healthy since"));
+    assert!(output(&mut world, "failure servo ok -i 5").starts_with("rudder: healthy since"));
+    assert!(output(&mut world, "failure clear").starts_with("healthy since"));
 }
 
 #[test]
-fn what_was_never_broken_is_not_said_to_be_healthy_since_now() {
+fn clearing_a_healthy_effector_prints_nothing_to_mend() {
     let mut world = World::flying();
-    assert_eq!(said(&mut world, "failure clear"), "nothing to mend\n");
-    assert_eq!(said(&mut world, "failure servo ok"), "nothing to mend\n");
-    said(&mut world, "failure servo stuck -i 5");
-    let text = said(&mut world, "failure servo ok");
+    assert_eq!(output(&mut world, "failure clear"), "nothing to mend\n");
+    assert_eq!(output(&mut world, "failure servo ok"), "nothing to mend\n");
+    output(&mut world, "failure servo stuck -i 5");
+    let text = output(&mut world, "failure servo ok");
     assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
-    said(&mut world, "failure servo stuck -i 5 -t 99s");
-    let text = said(&mut world, "failure servo ok");
+    output(&mut world, "failure servo stuck -i 5 -t 99s");
+    let text = output(&mut world, "failure servo ok");
     assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
 }
 
@@ -299,16 +302,16 @@ fn failures_that_cannot_be_are_refused_with_the_reason() {
         assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
         assert_eq!(commands, [], "{line}");
     }
-    world.plant = PlantManner::Says(FaultReply::Refused(Refusal::FlightOver));
-    let text = said(&mut world, "failure servo stuck -i 5");
+    world.plant = PlantManner::Answers(FaultReply::Refused(Refusal::FlightOver));
+    let text = output(&mut world, "failure servo stuck -i 5");
     assert!(text.starts_with("ERROR: rudder: "), "{text}");
 }
 
 #[test]
-fn a_plant_that_is_silent_is_told_after_three_seconds_and_lines_wait_meanwhile() {
+fn a_silent_plant_is_reported_after_three_seconds_and_lines_wait_meanwhile() {
     let mut world = World::flying();
     world.plant = PlantManner::Silent;
-    let text = ask(&mut world, "failure servo stuck -i 5\nhelp step");
+    let text = run_line(&mut world, "failure servo stuck -i 5\nhelp step");
     assert_eq!(text, "", "neither an answer nor a prompt before the outcome");
     world.run_ms(2_700);
     assert_eq!(take(&mut world, address(14_550), STATION), "");

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn an_empty_line_is_answered_with_the_prompt_in_both_forms() {
     let mut world = World::flying();
-    assert_eq!(ask(&mut world, ""), PROMPT);
+    assert_eq!(run_line(&mut world, ""), PROMPT);
     type_at(&mut world, address(14_550), STATION, "\r\n", MAVSDK);
     world.run_ms(50);
     assert_eq!(take(&mut world, address(14_550), STATION), format!("\n{PROMPT}"));
@@ -23,7 +23,7 @@ fn the_first_message_of_a_console_brings_a_prompt_also_when_nothing_was_typed() 
 }
 
 #[test]
-fn what_was_typed_is_echoed_behind_the_prompt_before_it_is_answered() {
+fn a_typed_line_is_echoed_behind_the_prompt_before_its_answer() {
     let mut world = World::flying();
     let type_line = |world: &mut World, line: &str| {
         type_at(world, address(14_550), STATION, line, QGC);
@@ -50,7 +50,7 @@ fn a_line_may_come_in_pieces_and_several_lines_in_one_message() {
     world.run_ms(50);
     let whole = take(&mut world, address(14_550), STATION);
     assert!(whole.starts_with("help step\nrun for so many"), "{whole}");
-    let three = ask(&mut world, "mode\n\nnonsense");
+    let three = run_line(&mut world, "mode\n\nnonsense");
     let parts: Vec<&str> = three.split(PROMPT).collect();
     let [mode, empty, nonsense, rest] = parts[..] else { panic!("not three prompts: {three}") };
     assert!(mode.contains("* Position"));
@@ -63,18 +63,18 @@ fn a_line_may_come_in_pieces_and_several_lines_in_one_message() {
 fn a_line_longer_than_a_message_is_put_together() {
     let mut world = World::flying();
     let line = format!("help{}step", " ".repeat(150));
-    assert!(said(&mut world, &line).starts_with("run for so many"));
+    assert!(output(&mut world, &line).starts_with("run for so many"));
 }
 
 #[test]
-fn garbage_and_lines_that_are_too_long_are_told_and_nothing_behind_them_is_lost() {
+fn garbage_and_lines_that_are_too_long_are_reported_and_later_lines_are_kept() {
     let mut world = World::flying();
-    let long = said(&mut world, &"x".repeat(1_000));
+    let long = output(&mut world, &"x".repeat(1_000));
     assert_eq!(long, "ERROR: the line has 1000 bytes, at most 240 are allowed: nothing was done\n");
     let garbage =
         typed(&[0xFF, 0x80, 0x01, b'\n'], QGC, SerialControlDev::SERIAL_CONTROL_DEV_SHELL);
     world.send(&garbage);
-    let text = ask(&mut world, "help step");
+    let text = run_line(&mut world, "help step");
     assert!(text.starts_with("ERROR: the line has bytes that are no text"), "{text}");
     assert!(text.contains("run for so many"), "{text}");
 }
@@ -93,7 +93,7 @@ fn a_count_beyond_the_message_is_the_whole_message() {
 }
 
 #[test]
-fn other_devices_answers_and_other_systems_are_none_of_our_business() {
+fn messages_for_other_devices_answers_and_other_systems_are_ignored() {
     let mut world = World::flying();
     for device in [
         SerialControlDev::SERIAL_CONTROL_DEV_GPS1,
@@ -138,7 +138,7 @@ fn consoles_do_not_mix_neither_on_two_links_nor_behind_one() {
 #[test]
 fn a_long_output_waits_for_a_slow_peer_and_nothing_of_it_is_lost() {
     let mut world = World::flying();
-    let quick = said(&mut world, "param show");
+    let quick = output(&mut world, "param show");
     assert!(quick.lines().count() > 70, "{} lines", quick.lines().count());
     world.stuck.push(address(14_550));
     type_at(&mut world, address(14_550), STATION, &"param show\n".repeat(10), QGC);
@@ -157,7 +157,7 @@ fn a_long_output_waits_for_a_slow_peer_and_nothing_of_it_is_lost() {
 }
 
 #[test]
-fn too_many_lines_at_once_are_refused_in_words() {
+fn too_many_lines_at_once_are_refused_with_a_text() {
     let mut world = World::flying();
     world.stuck.push(address(14_550));
     type_at(&mut world, address(14_550), STATION, &"param show\n".repeat(60), QGC);
@@ -178,7 +178,7 @@ fn without_the_flag_respond_a_line_is_run_and_nothing_is_sent() {
     type_at(&mut world, address(14_550), STATION, "mode hold\n", 0);
     world.run_ms(100);
     assert_eq!(take(&mut world, address(14_550), STATION), "");
-    assert!(said(&mut world, "mode").contains("* Hold"));
+    assert!(output(&mut world, "mode").contains("* Hold"));
 }
 
 #[test]
@@ -189,5 +189,8 @@ fn a_console_that_is_closed_gets_nothing_more() {
     take(&mut world, address(14_550), STATION);
     world.run_ms(500);
     assert_eq!(take(&mut world, address(14_550), STATION), "");
-    assert!(ask(&mut world, "help step").starts_with("run for"), "a new session, an empty line");
+    assert!(
+        run_line(&mut world, "help step").starts_with("run for"),
+        "a new session, an empty line"
+    );
 }

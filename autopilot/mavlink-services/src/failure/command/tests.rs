@@ -15,8 +15,8 @@ fn parameters(settings: &[(&str, f64)]) -> Parameters {
     parameters
 }
 
-fn order(unit: Unit, failure: &str) -> FaultOrder {
-    FaultOrder::new(unit, Failure::parse(failure).unwrap(), Instances::One(1))
+fn command(unit: Unit, failure: &str) -> FaultCommand {
+    FaultCommand::new(unit, Failure::parse(failure).unwrap(), Instances::One(1))
 }
 
 /// A size as in the shell.
@@ -24,9 +24,9 @@ fn value(failure: &str, text: &str) -> Option<Value> {
     Some(Value::parse(Failure::parse(failure).unwrap(), text).unwrap())
 }
 
-/// Kind and timing of an order for one effector, or the reason.
-fn fault(order: &FaultOrder, settings: &[(&str, f64)]) -> Result<(FaultKind, Timing), String> {
-    match requests(order, &parameters(settings), &model()).map(|requests| requests.to_vec()) {
+/// Kind and timing of a command for one effector, or the reason.
+fn fault(command: &FaultCommand, settings: &[(&str, f64)]) -> Result<(FaultKind, Timing), String> {
+    match requests(command, &parameters(settings), &model()).map(|requests| requests.to_vec()) {
         Ok(requests) => match requests[..] {
             [FaultRequest::Inject { kind, timing, .. }] => Ok((kind, timing)),
             _ => panic!("{requests:?}"),
@@ -39,11 +39,11 @@ fn fault(order: &FaultOrder, settings: &[(&str, f64)]) -> Result<(FaultKind, Tim
 }
 
 fn kind_of(unit: Unit, failure: &str, settings: &[(&str, f64)]) -> FaultKind {
-    fault(&order(unit, failure), settings).unwrap().0
+    fault(&command(unit, failure), settings).unwrap().0
 }
 
 #[test]
-fn what_an_order_leaves_open_comes_from_the_parameters() {
+fn values_that_a_command_leaves_open_come_from_the_parameters() {
     let deg = f64::to_radians;
     let travel = Travel::AtActuatorRate;
     let stuck = [("FLT_STUCK_MODE", 1.0), ("FLT_STUCK_DEG", -7.0), ("FLT_STUCK_RATE", 1.0)];
@@ -107,37 +107,37 @@ fn the_engines_sizes_are_percent_of_its_largest_thrust() {
     ] {
         assert_eq!(kind_of(Unit::MOTOR, failure_type, &mode), kind, "{failure_type:?}");
     }
-    let bias = FaultOrder { value: value("bias", "-30%"), ..order(Unit::MOTOR, "bias") };
+    let bias = FaultCommand { value: value("bias", "-30%"), ..command(Unit::MOTOR, "bias") };
     assert_eq!(fault(&bias, &[]).unwrap().0, FaultKind::Biased { bias: -0.3 * largest });
     // With an angle in the parameters the engine is stuck where it is.
     assert_eq!(kind_of(Unit::MOTOR, "stuck", &[("FLT_STUCK_MODE", 1.0)]), FaultKind::StuckHere);
 }
 
 #[test]
-fn every_kind_can_be_ordered_by_its_value_its_word_and_the_mode_of_its_type() {
+fn every_kind_can_be_commanded_by_its_value_its_name_and_the_mode_of_its_type() {
     for info in &CATALOGUE {
         let unit = if info.targets.angles { Unit::SERVO } else { Unit::MOTOR };
         let mavlink = &info.mavlink;
         let failure = Failure::Type(mavlink.failure_type);
-        let by_type = FaultOrder::new(unit, failure, Instances::One(1));
-        let ordered = |order: &FaultOrder, settings: &[(&str, f64)]| {
-            fault(order, settings).unwrap_or_else(|reason| panic!("{}: {reason}", info.key)).0
+        let by_type = FaultCommand::new(unit, failure, Instances::One(1));
+        let kind_by = |command: &FaultCommand, settings: &[(&str, f64)]| {
+            fault(command, settings).unwrap_or_else(|reason| panic!("{}: {reason}", info.key)).0
         };
         if let Some(code) = mavlink.user_1 {
             let value = Some(Value::of_user_1(code.into(), 1.0).unwrap());
-            let kind = ordered(&FaultOrder { value, ..by_type }, &[]);
+            let kind = kind_by(&FaultCommand { value, ..by_type }, &[]);
             assert_eq!(kind.info().key, info.key, "by its value");
         }
         let by_word = match mavlink.word.and_then(Failure::parse) {
-            Some(failure) => FaultOrder { failure, ..by_type },
+            Some(failure) => FaultCommand { failure, ..by_type },
             None => by_type,
         };
-        let usual = ordered(&by_word, &[]);
+        let usual = kind_by(&by_word, &[]);
         match mavlink.failure_type.mode() {
             Some(mode) => {
                 for place in 0..mavlink.mode.len() as u8 {
                     let set = [(mode.name, f64::from(mavlink.first_mode + place))];
-                    let kind = ordered(&by_type, &set);
+                    let kind = kind_by(&by_type, &set);
                     assert_eq!((kind.info().key, kind.code()), (info.key, info.code + place));
                 }
             }
@@ -147,32 +147,36 @@ fn every_kind_can_be_ordered_by_its_value_its_word_and_the_mode_of_its_type() {
         for number in usual.info().numbers {
             let parameter = number.parameter;
             let other = 0.5 * parameter.default + 0.01 * parameter.max;
-            let changed = ordered(&by_word, &[(parameter.name, other)]);
+            let changed = kind_by(&by_word, &[(parameter.name, other)]);
             assert_ne!(changed, usual, "{}", parameter.name);
         }
     }
 }
 
 #[test]
-fn what_an_effector_cannot_have_is_refused_with_its_name() {
+fn a_fault_that_an_effector_cannot_have_is_refused_with_its_name() {
     let none = "this effector has no such fault";
-    for (order, settings, reason) in [
-        (order(Unit::MOTOR, "float"), &[][..], none),
-        (order(Unit::MOTOR, "hardover"), &[], none),
-        (order(Unit::MOTOR, "wrong"), &[("FLT_WRONG_MODE", 2.0)], none),
-        (order(Unit::SERVO, "flameout"), &[], none),
-        (FaultOrder { value: value("stuck", "3deg"), ..order(Unit::MOTOR, "stuck") }, &[], none),
-        (order(Unit::MOTOR, "slow"), &[("FLT_ENG_PCT", -5.0)], "FLT_ENG_PCT must be above 0"),
+    for (command, settings, reason) in [
+        (command(Unit::MOTOR, "float"), &[][..], none),
+        (command(Unit::MOTOR, "hardover"), &[], none),
+        (command(Unit::MOTOR, "wrong"), &[("FLT_WRONG_MODE", 2.0)], none),
+        (command(Unit::SERVO, "flameout"), &[], none),
+        (
+            FaultCommand { value: value("stuck", "3deg"), ..command(Unit::MOTOR, "stuck") },
+            &[],
+            none,
+        ),
+        (command(Unit::MOTOR, "slow"), &[("FLT_ENG_PCT", -5.0)], "FLT_ENG_PCT must be above 0"),
     ] {
-        let refused = fault(&order, settings).unwrap_err();
-        let effector = if order.unit == Unit::SERVO { "left aileron: " } else { "engine: " };
+        let refused = fault(&command, settings).unwrap_err();
+        let effector = if command.unit == Unit::SERVO { "left aileron: " } else { "engine: " };
         assert!(refused.contains(reason) && refused.contains(effector), "{refused}");
     }
 }
 
 #[test]
-fn an_order_says_everything_that_a_fault_can_be() {
-    let whole = FaultOrder {
+fn a_command_can_describe_every_fault() {
+    let whole = FaultCommand {
         value: value("oscillate", "3deg"),
         numbers: [Some((Quantity::Frequency, 4.0)), None],
         onset: Onset::At(SimTime::from_micros(5_000_000)),
@@ -180,7 +184,7 @@ fn an_order_says_everything_that_a_fault_can_be() {
         duration_s: Some(10.0),
         every_s: Some(30.0),
         times: Some(3),
-        ..order(Unit::SERVO, "oscillate")
+        ..command(Unit::SERVO, "oscillate")
     };
     let timing = Timing {
         onset: Onset::At(SimTime::from_micros(5_000_000)),
@@ -193,11 +197,11 @@ fn an_order_says_everything_that_a_fault_can_be() {
     let by_parameters = [("FLT_OSC_HZ", 9.0), ("FLT_RAMP_S", 7.0), ("FLT_DUR_S", 2.0)];
     assert_eq!(fault(&whole, &by_parameters), Ok((kind, timing)));
 
-    let here = order(Unit::SERVO, "stuck");
-    let here = FaultOrder { value: value("stuck", "here"), ..here };
+    let here = command(Unit::SERVO, "stuck");
+    let here = FaultCommand { value: value("stuck", "here"), ..here };
     assert_eq!(fault(&here, &[("FLT_STUCK_MODE", 1.0)]).unwrap().0, FaultKind::StuckHere);
     let travel = Travel::AtActuatorRate;
-    let at = FaultOrder { value: value("stuck", "10deg"), ..here };
+    let at = FaultCommand { value: value("stuck", "10deg"), ..here };
     let angle_rad = 10.0_f64.to_radians();
     let slowly = [("FLT_STUCK_RATE", 1.0)];
     assert_eq!(fault(&at, &slowly).unwrap().0, FaultKind::StuckAt { angle_rad, travel });
@@ -207,7 +211,7 @@ fn an_order_says_everything_that_a_fault_can_be() {
 fn times_come_from_the_parameters_and_a_ramp_only_where_there_is_a_size() {
     let settings =
         [("FLT_RAMP_S", 2.0), ("FLT_DUR_S", 5.0), ("FLT_RPT_S", 20.0), ("FLT_RPT_N", 4.0)];
-    let timing = |failure_type| fault(&order(Unit::SERVO, failure_type), &settings).unwrap().1;
+    let timing = |failure_type| fault(&command(Unit::SERVO, failure_type), &settings).unwrap().1;
     let repeat = Some(Repeat { every_s: 20.0, times: Some(4) });
     let whole = Timing { onset: Onset::AtOnce, ramp_s: 2.0, duration_s: Some(5.0), repeat };
     for failure_type in ["wrong", "bias", "garbage"] {
@@ -217,43 +221,44 @@ fn times_come_from_the_parameters_and_a_ramp_only_where_there_is_a_size() {
         assert_eq!(timing(failure_type), Timing { ramp_s: 0.0, ..whole }, "{failure_type:?}");
     }
     let once = [("FLT_DUR_S", 5.0), ("FLT_RPT_S", 20.0), ("FLT_RPT_N", 1.0)];
-    let (_, timing) = fault(&order(Unit::SERVO, "stuck"), &once).unwrap();
+    let (_, timing) = fault(&command(Unit::SERVO, "stuck"), &once).unwrap();
     assert_eq!(timing, Timing { duration_s: Some(5.0), ..Timing::NOW });
-    let (_, timing) = fault(&order(Unit::SERVO, "stuck"), &once[..2]).unwrap();
+    let (_, timing) = fault(&command(Unit::SERVO, "stuck"), &once[..2]).unwrap();
     assert_eq!(timing.repeat, Some(Repeat { every_s: 20.0, times: None }));
 }
 
 #[test]
 fn times_that_do_not_fit_together_are_refused() {
-    let stuck = order(Unit::SERVO, "stuck");
+    let stuck = command(Unit::SERVO, "stuck");
     let (intermittent, garbage) =
-        (order(Unit::SERVO, "intermittent"), order(Unit::SERVO, "garbage"));
+        (command(Unit::SERVO, "intermittent"), command(Unit::SERVO, "garbage"));
     let no_duration = fault(&stuck, &[("FLT_RPT_S", 20.0)]).unwrap_err();
     assert!(no_duration.contains("needs a duration"), "{no_duration}");
     let too_often = fault(&stuck, &[("FLT_RPT_S", 5.0), ("FLT_DUR_S", 5.0)]).unwrap_err();
     assert!(too_often.contains("longer than the duration"), "{too_often}");
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
-        for order in [
-            FaultOrder { ramp_s: Some(bad), ..stuck },
-            FaultOrder { duration_s: Some(bad), ..stuck },
-            FaultOrder { every_s: Some(bad), ..stuck },
-            FaultOrder { numbers: [Some((Quantity::Period, bad)), None], ..intermittent },
-            FaultOrder { numbers: [Some((Quantity::Frequency, bad)), None], ..garbage },
+        for command in [
+            FaultCommand { ramp_s: Some(bad), ..stuck },
+            FaultCommand { duration_s: Some(bad), ..stuck },
+            FaultCommand { every_s: Some(bad), ..stuck },
+            FaultCommand { numbers: [Some((Quantity::Period, bad)), None], ..intermittent },
+            FaultCommand { numbers: [Some((Quantity::Frequency, bad)), None], ..garbage },
         ] {
-            assert!(fault(&order, &[]).is_err(), "{order:?}");
+            assert!(fault(&command, &[]).is_err(), "{command:?}");
         }
     }
-    let no_such_number = FaultOrder { numbers: [Some((Quantity::Frequency, 2.0)), None], ..stuck };
+    let no_such_number =
+        FaultCommand { numbers: [Some((Quantity::Frequency, 2.0)), None], ..stuck };
     assert!(fault(&no_such_number, &[]).unwrap_err().contains("takes no frequency"));
-    let ramp = FaultOrder { ramp_s: Some(1.0), ..stuck };
+    let ramp = FaultCommand { ramp_s: Some(1.0), ..stuck };
     assert!(fault(&ramp, &[]).unwrap_err().contains("no size"));
-    let mended_later = FaultOrder { duration_s: Some(1.0), ..order(Unit::SERVO, "ok") };
+    let mended_later = FaultCommand { duration_s: Some(1.0), ..command(Unit::SERVO, "ok") };
     assert!(fault(&mended_later, &[]).unwrap_err().contains("mended at once"));
 }
 
 #[test]
-fn with_fault_injection_off_nothing_is_asked() {
-    let refused = fault(&order(Unit::SERVO, "stuck"), &[("SYS_FAILURE_EN", 0.0)]);
+fn with_fault_injection_off_nothing_is_requested() {
+    let refused = fault(&command(Unit::SERVO, "stuck"), &[("SYS_FAILURE_EN", 0.0)]);
     assert!(refused.unwrap_err().contains("SYS_FAILURE_EN 0"));
 }
 
@@ -279,7 +284,7 @@ fn kinds_near_the_limits(effector: Effector, reach: &Reach) -> Vec<FaultKind> {
 }
 
 #[test]
-fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
+fn values_are_accepted_here_exactly_if_the_plant_accepts_them() {
     let model = model();
     let mut refused = 0;
     // The aircraft's own numbers, before they are rounded for the model.
@@ -304,28 +309,28 @@ fn what_passes_here_passes_in_the_plant_and_nothing_else_does() {
 
 #[test]
 fn times_that_the_plant_refuses_are_refused_for_all() {
-    let loss = FaultOrder { instances: Instances::All, ..order(Unit::SERVO, "loss") };
-    for (order, words) in [
-        (FaultOrder { ramp_s: Some(3_601.0), ..loss }, "ramp 3601 is outside 0 to 3600 s"),
+    let loss = FaultCommand { instances: Instances::All, ..command(Unit::SERVO, "loss") };
+    for (command, words) in [
+        (FaultCommand { ramp_s: Some(3_601.0), ..loss }, "ramp 3601 is outside 0 to 3600 s"),
         (
-            FaultOrder { ramp_s: Some(5.0), duration_s: Some(2.0), ..loss },
+            FaultCommand { ramp_s: Some(5.0), duration_s: Some(2.0), ..loss },
             "duration 2 s is outside 5 to",
         ),
         (
-            FaultOrder { duration_s: Some(0.02), every_s: Some(0.05), ..loss },
+            FaultCommand { duration_s: Some(0.02), every_s: Some(0.05), ..loss },
             "repetition 0.05 s is outside 0.1 to",
         ),
         (
-            FaultOrder { duration_s: Some(1.0), every_s: Some(2.0), times: Some(1_001), ..loss },
+            FaultCommand { duration_s: Some(1.0), every_s: Some(2.0), times: Some(1_001), ..loss },
             "number of repetitions 1001 times is outside 2 to 1000 times",
         ),
     ] {
-        let refused = fault(&order, &[]).unwrap_err();
+        let refused = fault(&command, &[]).unwrap_err();
         assert!(refused.contains(words), "{refused}");
     }
-    let period = FaultOrder {
+    let period = FaultCommand {
         numbers: [Some((Quantity::Period, 61.0)), None],
-        ..order(Unit::SERVO, "intermittent")
+        ..command(Unit::SERVO, "intermittent")
     };
     assert!(fault(&period, &[]).unwrap_err().contains("period 61 s is outside 0.02 to 60 s"));
 }

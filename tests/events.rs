@@ -1,4 +1,4 @@
-//! What an operator is told of a flight, and when.
+//! Events of a flight as operators get them, and their times.
 
 mod flights;
 
@@ -56,7 +56,7 @@ fn healthy_banks_and_their_reversals_are_no_end_of_the_authority() {
 }
 
 #[test]
-fn a_fault_is_told_with_the_time_at_which_it_acts_and_what_follows_comes_after_it() {
+fn a_fault_is_reported_with_its_onset_and_before_its_consequences() {
     let setup = case_1(EarthModel::Wgs84);
     let (events, _) = fly(&setup);
     let injected = events.iter().find_map(|event| match event.kind {
@@ -65,11 +65,11 @@ fn a_fault_is_told_with_the_time_at_which_it_acts_and_what_follows_comes_after_i
         }
         _ => None,
     });
-    let (told, since) = injected.expect("case 1 has a fault");
-    assert_eq!(told, since, "the event has the time of the fault");
+    let (reported, since) = injected.expect("case 1 has a fault");
+    assert_eq!(reported, since, "the event has the time of the fault");
     assert_eq!(since, SimTime::from_micros(3_000_000), "as the scenario has it");
     let woke = time_of(&events, |kind| matches!(kind, EventKind::CompensatorActive { .. }));
-    assert!(woke.is_some_and(|woke| woke > told), "{woke:?} after {told}");
+    assert!(woke.is_some_and(|woke| woke > reported), "{woke:?} after {reported}");
     let (axis, by) = (Axis::Roll, Limit::Aileron);
     let exhausted = EventKind::AuthorityExhausted { axis, by };
     let gone = time_of(&events, |kind| *kind == exhausted);

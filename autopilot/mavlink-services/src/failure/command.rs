@@ -1,9 +1,9 @@
-//! An order to break or mend something, from a command, the shell or a parameter. From here on
+//! A command to inject or clear a fault, from a message, the shell or a parameter. From here on
 //! they are the same.
 //!
-//! What the order leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
+//! What the command leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
 //! checked without the plant is checked for all effectors before any request is made, in the same ranges as in the
-//! plant: of the values of an order the plant refuses none that passes here, if the model fits the aircraft.
+//! plant: of the values of a command the plant refuses none that passes here, if the model fits the aircraft.
 
 use arrayvec::ArrayVec;
 use flight_control::AircraftModel;
@@ -25,12 +25,12 @@ pub use crate::failure::units::{Effectors, Failure, Size, Unit, Value, ValueErro
 /// as a fraction of it, is left to the plant.
 const ROUNDING: f64 = 1.0e-6;
 
-/// One request for each effector that an order names.
+/// One request for each effector that a command names.
 pub type Requests = ArrayVec<FaultRequest, { Effector::MAX }>;
 
-/// An order. `None` leaves a value to its parameter.
+/// A fault command. `None` leaves a value to its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FaultOrder {
+pub struct FaultCommand {
     /// What.
     pub unit: Unit,
     /// How.
@@ -64,7 +64,7 @@ pub enum Instances {
     Mask(u32),
 }
 
-impl FaultOrder {
+impl FaultCommand {
     /// At once, everything else by the parameters.
     #[must_use]
     pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
@@ -88,12 +88,12 @@ impl FaultOrder {
     }
 }
 
-/// The requests in an order; `model` says how far the effectors travel.
+/// The requests of a command; `model` has the travel of the effectors.
 ///
 /// # Errors
 /// Why nothing is requested from the plant.
 pub fn requests(
-    order: &FaultOrder,
+    command: &FaultCommand,
     parameters: &Parameters,
     model: &AircraftModel,
 ) -> Result<Requests, CommandError> {
@@ -102,22 +102,22 @@ pub fn requests(
         return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
     }
     let list = &model.effectors.list;
-    let effectors = chosen(order, list)?;
-    if order.failure == Failure::OK {
-        if !order.is_bare() {
+    let effectors = chosen(command, list)?;
+    if command.failure == Failure::OK {
+        if !command.is_bare() {
             return Err(denied("a fault is mended at once, without value, ramp or time"));
         }
         let clear =
             effectors.into_iter().map(|effector| FaultRequest::Clear { target: effector.into() });
         return Ok(clear.collect());
     }
-    check_numbers(order)?;
+    check_numbers(command)?;
     let mut requests = Requests::new();
     let mut reasons = Reasons::default();
     for effector in effectors {
-        match kind(order, effector, parameters, model)? {
+        match kind(command, effector, parameters, model)? {
             Some(kind) => {
-                let timing = timing(order, &kind, parameters)?;
+                let timing = timing(command, &kind, parameters)?;
                 if let Err(refusal) = check(effector, &kind, &timing, model) {
                     reasons.refuse(&refusal, Some(effector.into()), list);
                 }
@@ -133,17 +133,17 @@ fn denied(reason: impl ToString) -> CommandError {
     CommandError::denied(format!("Fault refused: {}", reason.to_string()))
 }
 
-/// The effectors that an order names.
-fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, CommandError> {
-    let effectors = order.unit.check(list)?;
+/// The effectors that a command names.
+fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Effectors, CommandError> {
+    let effectors = command.unit.check(list)?;
     // Everything has no instances of its own: they are counted.
     let instance = |place: usize, effector: Effector| {
-        if order.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
+        if command.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
     };
     let bit = |place: usize, effector: Effector| 1_u32 << (instance(place, effector) - 1);
     let bits = || effectors.iter().enumerate().map(|(place, effector)| bit(place, *effector));
     let (all, last) = (bits().sum::<u32>(), bits().max().map_or(0, |bit| bit.ilog2() + 1));
-    let bits = match order.instances {
+    let bits = match command.instances {
         Instances::All => all,
         Instances::One(number) => {
             let bit = number.checked_sub(1).and_then(|shift| 1_u32.checked_shl(shift));
@@ -164,11 +164,11 @@ fn chosen(order: &FaultOrder, list: &EffectorList) -> Result<Effectors, CommandE
 }
 
 /// Numbers that mean nothing for any effector.
-fn check_numbers(order: &FaultOrder) -> Result<(), CommandError> {
+fn check_numbers(command: &FaultCommand) -> Result<(), CommandError> {
     let numbers = [
-        ("ramp", order.ramp_s, fault::RAMP_MAX_S),
-        ("duration", order.duration_s, SimTime::MAX_SECONDS),
-        ("repetition", order.every_s, SimTime::MAX_SECONDS),
+        ("ramp", command.ramp_s, fault::RAMP_MAX_S),
+        ("duration", command.duration_s, SimTime::MAX_SECONDS),
+        ("repetition", command.every_s, SimTime::MAX_SECONDS),
     ];
     for (what, value, max) in numbers {
         if let Some(value) = value.filter(|value| !(0.0..=max).contains(value)) {
@@ -180,31 +180,31 @@ fn check_numbers(order: &FaultOrder) -> Result<(), CommandError> {
 
 /// The kind of fault for one effector; `None` if it has no such fault.
 fn kind(
-    order: &FaultOrder,
+    command: &FaultCommand,
     effector: Effector,
     parameters: &FailureParameters,
     model: &AircraftModel,
 ) -> Result<Option<FaultKind>, CommandError> {
     let class = TargetClass::of(model.effectors.list.is_angle(effector));
-    let Some((info, alternative)) = entry(order, class, parameters)? else { return Ok(None) };
+    let Some((info, alternative)) = entry(command, class, parameters)? else { return Ok(None) };
     let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
     if let Some((quantity, _)) =
-        order.numbers.iter().flatten().find(|(quantity, _)| !takes(*quantity))
+        command.numbers.iter().flatten().find(|(quantity, _)| !takes(*quantity))
     {
-        let (name, what) = (order.failure.name(), quantity.name());
+        let (name, what) = (command.failure.name(), quantity.name());
         return Err(denied(format!("type {name} takes no {what} here")));
     }
     let mut values = [0.0; NUMBERS_MAX];
     for (value, number) in values.iter_mut().zip(info.numbers) {
-        *value = self::number(order, number, class, parameters, model)?;
+        *value = self::number(command, number, class, parameters, model)?;
     }
     Ok(info.with(alternative, values))
 }
 
-/// The entry of the catalogue that an order means for such an effector, and the alternative of it; `None` if there is
+/// The entry of the catalogue that a command means for such an effector, and the alternative of it; `None` if there is
 /// none for it.
 fn entry(
-    order: &FaultOrder,
+    command: &FaultCommand,
     class: TargetClass,
     parameters: &FailureParameters,
 ) -> Result<Option<(&'static KindInfo, u8)>, CommandError> {
@@ -215,9 +215,9 @@ fn entry(
         let default = kind.choice.and_then(|choice| choice.default);
         (kind, by_parameter.or(default).unwrap_or(0))
     };
-    if let Some(value) = order.value {
-        if order.failure.kinds().all(|kind| kind.code != value.kind.code) {
-            let (name, what) = (order.failure.name(), value.name());
+    if let Some(value) = command.value {
+        if command.failure.kinds().all(|kind| kind.code != value.kind.code) {
+            let (name, what) = (command.failure.name(), value.name());
             return Err(denied(format!("type {name} takes no value of this kind ({what})")));
         }
         return Ok(Some(value.kind).filter(is_for).map(|kind| match value.size {
@@ -225,14 +225,14 @@ fn entry(
             _ => usual(kind),
         }));
     }
-    let mode = match order.failure {
+    let mode = match command.failure {
         Failure::Type(failure_type) => failure_type.mode(),
         Failure::Kind(_) => None,
     };
     let Some(mode) = mode.map(|mode| parameters.choice(mode.name)) else {
-        return Ok(order.failure.kinds().find(is_for).map(usual));
+        return Ok(command.failure.kinds().find(is_for).map(usual));
     };
-    let by_mode = order.failure.kinds().filter(is_for).find_map(|kind| {
+    let by_mode = command.failure.kinds().filter(is_for).find_map(|kind| {
         let alternative = mode.checked_sub(kind.mavlink.first_mode)?;
         let is_it = usize::from(alternative) < kind.mavlink.mode.len();
         let (kind, usual) = usual(kind);
@@ -240,13 +240,13 @@ fn entry(
     });
     // An angle means nothing for an engine: it sticks where it is.
     let bare = |kind: &&KindInfo| kind.numbers.is_empty() && kind.choice.is_none();
-    let instead = || order.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
+    let instead = || command.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
     Ok(by_mode.or_else(instead))
 }
 
-/// A number of a kind, SI units: from the order, else from its parameter.
+/// A number of a kind, SI units: from the command, else from its parameter.
 fn number(
-    order: &FaultOrder,
+    command: &FaultCommand,
     number: &NumberInfo,
     class: TargetClass,
     parameters: &FailureParameters,
@@ -255,14 +255,14 @@ fn number(
     let measure = number.quantity.measure();
     let engine_n = (class == TargetClass::Thrust).then(|| model.effectors.thrust_range_n()[1]);
     if number.option == SIZE_OPTION {
-        match order.value.map(|value| value.size) {
+        match command.value.map(|value| value.size) {
             Some(Size::Number(value)) => return Ok(units::to_si(value, measure, engine_n)),
             Some(Size::Si(value)) => return Ok(value),
             Some(Size::None | Size::Alternative(_)) | None => {}
         }
     }
-    let said = order.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
-    if let Some((_, value)) = said {
+    let given = command.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
+    if let Some((_, value)) = given {
         return Ok(units::to_si(*value, measure, engine_n));
     }
     if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
@@ -302,19 +302,19 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
 
 /// When a kind of fault acts.
 fn timing(
-    order: &FaultOrder,
+    command: &FaultCommand,
     kind: &FaultKind,
     parameters: &FailureParameters,
 ) -> Result<Timing, CommandError> {
     let by_parameter = if kind.has_size() { parameters.ramp_s } else { 0.0 };
-    let ramp_s = order.ramp_s.unwrap_or(by_parameter);
+    let ramp_s = command.ramp_s.unwrap_or(by_parameter);
     if ramp_s > 0.0 && !kind.has_size() {
         return Err(denied("this fault has no size that a ramp could change"));
     }
     let given = |time_s: f64| (time_s > 0.0).then_some(time_s);
-    let duration_s = given(order.duration_s.unwrap_or(parameters.duration_s));
-    let every_s = given(order.every_s.unwrap_or(parameters.every_s));
-    let times = order.times.unwrap_or(parameters.times);
+    let duration_s = given(command.duration_s.unwrap_or(parameters.duration_s));
+    let every_s = given(command.every_s.unwrap_or(parameters.every_s));
+    let times = command.times.unwrap_or(parameters.times);
     let repeat = match (duration_s, every_s, times) {
         (_, None, _) | (_, _, 1) => None,
         (None, Some(_), _) => {
@@ -329,7 +329,7 @@ fn timing(
             Some(Repeat { every_s, times: (times > 0).then_some(times) })
         }
     };
-    Ok(Timing { onset: order.onset, ramp_s, duration_s, repeat })
+    Ok(Timing { onset: command.onset, ramp_s, duration_s, repeat })
 }
 
 #[cfg(test)]
