@@ -6,9 +6,8 @@
 use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;
 
-use crate::codec::{CommandMessage, Encoded, Identity, Message, SetMode};
+use crate::codec::{CommandError, CommandMessage, Encoded, Identity, Message, SetMode};
 use crate::command::pending::{OnAcceptance, Part, Pending};
-use crate::command_error::CommandError;
 use crate::param::PREFLIGHT_STORAGE;
 use crate::peers::From;
 use crate::wall_time::WallTime;

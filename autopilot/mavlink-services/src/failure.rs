@@ -27,8 +27,7 @@ use flight_control::AircraftModel;
 use icd::fault::{FailureType, Onset, Refusal, Target, TargetClass};
 use icd::{EffectorList, SimTime};
 
-use crate::codec::CommandMessage;
-use crate::command_error::CommandError;
+use crate::codec::{CommandError, CommandMessage};
 use crate::convert;
 use crate::failure::command::{Failure, FaultCommand, Instances, Unit, Value, ValueError};
 use flight_management::parameters::Parameters;

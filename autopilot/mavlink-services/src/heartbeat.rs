@@ -2,14 +2,20 @@
 //! ground station begins with the first one that it receives.
 //!
 //! Autopilot and type never change: ground stations choose what they offer by the first one.
+//!
+//! PING and TIMESYNC are answered at once.
+
+#![expect(deprecated, reason = "ground stations still send PING")]
 
 use core::time::Duration;
 
-use ::mavlink::dialects::common::{HEARTBEAT_DATA, MavAutopilot, MavModeFlag, MavState, MavType};
+use ::mavlink::dialects::common::{
+    HEARTBEAT_DATA, MavAutopilot, MavModeFlag, MavState, MavType, PING_DATA, TIMESYNC_DATA,
+};
 
 use crate::aircraft::{Aircraft, Phase};
-use crate::codec::Encoded;
-use crate::peers::Peer;
+use crate::codec::{Encoded, Message};
+use crate::peers::{From, Peer};
 use crate::wall_time::WallTime;
 use crate::{Service, Shared, modes};
 use flight_management::event::EventKind;
@@ -117,5 +123,28 @@ fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
             Phase::OnGround => MavState::MAV_STATE_STANDBY,
         },
         mavlink_version: PROTOCOL_VERSION,
+    }
+}
+
+/// Answers PING, and TIMESYNC by wall time.
+#[derive(Debug, Default)]
+pub struct Ping;
+
+impl Service for Ping {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        let (target_system, target_component) = (from.sender.system, from.sender.component);
+        let answer = match *message {
+            // With a target it is itself an answer.
+            Message::Ping(PING_DATA { time_usec, seq, target_system: 0, target_component: 0 }) => {
+                Encoded::new(&PING_DATA { time_usec, seq, target_system, target_component })
+            }
+            // tc1 is zero in a request.
+            Message::TimeSync(TIMESYNC_DATA { tc1: 0, ts1, .. }) => {
+                let tc1 = i64::try_from(now.as_micros().saturating_mul(1000)).unwrap_or(i64::MAX);
+                Encoded::new(&TIMESYNC_DATA { tc1, ts1, target_system, target_component })
+            }
+            _ => return,
+        };
+        shared.peers.answer(from.peer, answer);
     }
 }

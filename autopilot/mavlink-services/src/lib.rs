@@ -1,4 +1,4 @@
-//! The MAVLink services: bytes in, bytes out, one file or folder for each service. No sockets, no clock.
+//! The MAVLink services: bytes in, bytes out. No sockets, no clock.
 //!
 //! ```text
 //!  datagrams,      ┌────────────────────── Ground ──────────────────────┐      datagrams,
@@ -61,26 +61,21 @@ pub use crate::ground::Ground;
 pub mod aircraft;
 pub mod codec;
 pub mod command;
-pub mod command_error;
 pub mod component_metadata;
 pub mod control;
 pub mod convert;
 pub mod failure;
-pub mod fallback;
 pub mod fault_list;
 pub mod ftp;
 mod ground;
 pub mod heartbeat;
-pub mod link_loss;
 pub mod logs;
 pub mod manual;
 pub mod mission;
-pub mod mode_switch;
 mod modes;
 pub mod offboard;
 pub mod param;
 pub mod peers;
-pub mod ping;
 pub mod queues;
 pub mod scripts;
 pub mod shell;

@@ -18,7 +18,7 @@ use ::mavlink::dialects::common::MavSeverity;
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::{ManualControl, Message};
-use crate::fallback::Fallback;
+use crate::modes::Fallback;
 use crate::peers::From;
 use crate::wall_time::WallTime;
 use crate::{Service, Shared};

@@ -34,7 +34,6 @@ pub use crate::mission::saved::{SavedPlan, SavedPlanError};
 mod action;
 mod draft;
 mod fields;
-mod notes;
 mod requests;
 mod saved;
 mod transfers;

@@ -1,14 +1,21 @@
 //! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and what ground
-//! stations receive about the modes there are.
+//! stations receive about the modes there are; the switch of a transmitter that selects modes; the change to
+//! another mode when a stream stops.
+
+use core::time::Duration;
 
 use ::mavlink::dialects::common::{
     AVAILABLE_MODES_DATA, AVAILABLE_MODES_MONITOR_DATA, CURRENT_MODE_DATA, MavModeProperty,
-    MavStandardMode,
+    MavSeverity, MavStandardMode,
 };
 
-use super::aircraft::Aircraft;
-use super::codec::Encoded;
-use crate::command_error::CommandError;
+use crate::aircraft::Aircraft;
+use crate::codec::{CommandError, Encoded, Message, SetMode};
+use crate::peers::From;
+use crate::wall_time::WallTime;
+use crate::{Service, Shared};
+use flight_management::command::VehicleCommand;
+use flight_management::parameters::{MODE_SLOTS, SwitchChannel, SwitchMode};
 use flight_management::vehicle::Mode;
 
 pub(super) const MAIN_MANUAL: u8 = 1;
@@ -221,6 +228,127 @@ pub fn monitor() -> Encoded {
     Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
 
+/// Systems whose switches are followed; the one that was silent for the longest makes room.
+const SYSTEMS_MAX: usize = 4;
+/// Lower end of the lowest slot, us.
+const LOWEST_US: u16 = 1000;
+/// Width of all slots, us.
+const TRAVEL_US: u16 = 1000;
+/// Channels with these values carry no position.
+const NOT_GIVEN: [u16; 2] = [0, u16::MAX];
+
+/// The latest position of the switch of a system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Position {
+    system: u8,
+    channel: usize,
+    slot: usize,
+}
+
+/// Follows the switches that select flight modes: RC_MAP_FLTMODE names the channel of RC_CHANNELS_OVERRIDE,
+/// COM_FLTMODE1 to COM_FLTMODE6 the modes of its six slots, each a sixth of 1000 us to 2000 us.
+///
+/// A change of the slot requests the mode as a SET_MODE of the same station does, so it is refused with the same texts
+/// and gives control. The first position that comes requests nothing: connecting changes no mode.
+#[derive(Debug, Default)]
+pub struct ModeSwitch(Vec<Position>);
+
+impl Service for ModeSwitch {
+    /// Derives the SET_MODE of a slot that has changed.
+    fn handle(&mut self, from: From, message: &Message, _: WallTime, shared: &mut Shared) {
+        let Message::RcOverride(channels) = message else { return };
+        let parameters = &shared.parameters.mode_switch;
+        let Some(channel) = channel_index(parameters.channel) else { return };
+        let pulse_us = channels[channel];
+        if NOT_GIVEN.contains(&pulse_us) {
+            return;
+        }
+        let system = from.sender.system;
+        let now = Position { system, channel, slot: slot(pulse_us) };
+        let before = self.0.iter().position(|position| position.system == system);
+        let before = before.map(|place| self.0.remove(place));
+        if self.0.len() >= SYSTEMS_MAX {
+            self.0.remove(0);
+        }
+        self.0.push(now);
+        let is_same_channel = |before: &Position| before.channel == channel;
+        if before.filter(is_same_channel).is_some_and(|before| before.slot != now.slot) {
+            let mode = slot_mode(parameters.slots[now.slot]);
+            shared.derived =
+                mode.map(|(main, sub)| Message::SetMode(SetMode { is_custom: true, main, sub }));
+        }
+    }
+}
+
+/// Place among the channels, from 0.
+fn channel_index(channel: SwitchChannel) -> Option<usize> {
+    match channel {
+        SwitchChannel::None => None,
+        SwitchChannel::Five => Some(4),
+        SwitchChannel::Six => Some(5),
+        SwitchChannel::Seven => Some(6),
+        SwitchChannel::Eight => Some(7),
+    }
+}
+
+fn slot(pulse_us: u16) -> usize {
+    let travelled = usize::from(pulse_us.saturating_sub(LOWEST_US));
+    (travelled * MODE_SLOTS / usize::from(TRAVEL_US)).min(MODE_SLOTS - 1)
+}
+
+/// PX4's main and sub mode of a slot; the handler of SET_MODE decides whether it can be flown here.
+fn slot_mode(mode: SwitchMode) -> Option<(u8, u8)> {
+    Some(match mode {
+        SwitchMode::Unassigned => return None,
+        SwitchMode::Manual => (MAIN_MANUAL, 0),
+        SwitchMode::Altitude => (MAIN_ALTCTL, 0),
+        SwitchMode::Position => (MAIN_POSCTL, 0),
+        SwitchMode::Mission => (MAIN_AUTO, SUB_MISSION),
+        SwitchMode::Hold => (MAIN_AUTO, SUB_LOITER),
+        SwitchMode::Return => (MAIN_AUTO, SUB_RTL),
+        SwitchMode::Acro => (MAIN_ACRO, 0),
+        SwitchMode::Offboard => (MAIN_OFFBOARD, 0),
+        SwitchMode::Stabilized => (MAIN_STABILIZED, 0),
+    })
+}
+
+/// The request for the other mode is repeated after this time if the mode has not changed.
+const REPEAT: Duration = Duration::from_millis(500);
+
+/// The change to another mode when the stream that a mode follows has stopped: reported once, requested until the mode
+/// changes.
+#[derive(Debug, Default)]
+pub struct Fallback {
+    /// When the other mode was requested last.
+    requested: Option<WallTime>,
+}
+
+impl Fallback {
+    /// The mode that follows the stream has begun.
+    pub fn reset(&mut self) {
+        self.requested = None;
+    }
+
+    /// Requests `mode` unless that was done a moment ago; the first time with a text. A full queue of intents is tried again.
+    pub fn request(&mut self, mode: Mode, text: &str, now: WallTime, shared: &mut Shared) {
+        if self.requested.is_some_and(|at| now.since(at) < REPEAT) {
+            return;
+        }
+        if shared.intents.push(VehicleCommand::Mode(mode)).is_some() {
+            if self.requested.is_none() {
+                shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);
+            }
+            self.requested = Some(now);
+        }
+    }
+
+    /// When the request is repeated; `None` if there is none.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<WallTime> {
+        self.requested.map(|at| at + REPEAT)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -297,5 +425,23 @@ mod tests {
         assert!((1..=COUNT).all(|index| available_modes(index).is_some()));
         assert_eq!(available_modes(COUNT + 1), None);
         assert_eq!(available_modes(255), None);
+    }
+
+    #[test]
+    fn each_sixth_of_the_travel_is_a_slot() {
+        for (pulse_us, expected) in [
+            (1, 0),
+            (1000, 0),
+            (1166, 0),
+            (1167, 1),
+            (1334, 2),
+            (1500, 3),
+            (1667, 4),
+            (1834, 5),
+            (2000, 5),
+            (65_534, 5),
+        ] {
+            assert_eq!(slot(pulse_us), expected, "{pulse_us} us");
+        }
     }
 }

@@ -13,7 +13,7 @@ use ::mavlink::dialects::common::{AttitudeTargetTypemask, SET_ATTITUDE_TARGET_DA
 use icd::Ned;
 
 use crate::codec::{Message, PositionTarget};
-use crate::fallback::Fallback;
+use crate::modes::Fallback;
 use crate::peers::From;
 use crate::wall_time::WallTime;
 use crate::{Service, Shared, convert};

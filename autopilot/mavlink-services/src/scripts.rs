@@ -10,7 +10,7 @@ use std::sync::Arc;
 use ::mavlink::dialects::common::MavSeverity;
 use icd::EffectorList;
 
-use crate::command_error::CommandError;
+use crate::codec::CommandError;
 use crate::statustext;
 use crate::statustext::StatusTexts;
 use flight_management::event_text;

@@ -16,24 +16,21 @@ use ::mavlink::dialects::common::MavLandedState;
 
 use crate::aircraft::Home;
 use crate::codec::Message;
+use crate::fault_list::FaultStream;
 use crate::heartbeat::HeartbeatIdentity;
 use crate::peers::From;
-use crate::telemetry::faults::FaultStream;
 use crate::telemetry::registry::TABLE;
 use crate::wall_time::WallTime;
 use crate::{Service, Shared};
 use flight_management::event::EventKind;
 
-pub use crate::telemetry::rates::PeerRates;
-pub use crate::telemetry::requests::request;
+pub use crate::telemetry::rates::{PeerRates, request};
 pub use crate::telemetry::status::mission_current;
 
 mod controls;
-mod faults;
 mod motion;
 mod rates;
 mod registry;
-mod requests;
 mod status;
 
 /// How long the telemetry waits for a snapshot that it requested.

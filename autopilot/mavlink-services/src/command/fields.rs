@@ -1,8 +1,7 @@
 //! Parameters of commands: numbers that are finite and in range, or a reason.
 
 use crate::Shared;
-use crate::codec::CommandMessage;
-use crate::command_error::CommandError;
+use crate::codec::{CommandError, CommandMessage};
 use crate::convert;
 use flight_management::vehicle::{Place, Reference};
 

@@ -1,8 +1,7 @@
 //! Messages on request, and how often they come.
 
 use super::{Caller, Decision};
-use crate::codec::CommandMessage;
-use crate::command_error::CommandError;
+use crate::codec::{CommandError, CommandMessage};
 use crate::telemetry;
 
 /// REQUEST_MESSAGE: p1 message, p2 as the message defines it.

@@ -1,11 +1,10 @@
 //! Circle somewhere, pause, home, and the plan.
 
-use crate::codec::CommandMessage;
+use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{
     airspeed, byte, flag, location, location_or_here, number, place, signed_radius, word,
 };
 use crate::command::{Caller, Decision};
-use crate::command_error::CommandError;
 use crate::{Shared, telemetry};
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Place, Reposition, Rules};

@@ -7,8 +7,7 @@ use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, Refusal, Target};
 use icd::{Effector, EffectorList, FaultRequest};
 
-use crate::codec::{CommandMessage, Encoded, Identity};
-use crate::command_error::CommandError;
+use crate::codec::{CommandError, CommandMessage, Encoded, Identity};
 use crate::failure::Reasons;
 use crate::peers::From;
 use crate::statustext::StatusTexts;

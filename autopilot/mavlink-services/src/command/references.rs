@@ -1,9 +1,8 @@
 //! Altitude, speed and course references.
 
-use crate::codec::CommandMessage;
+use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{above_ellipsoid, airspeed, byte, number, unused_rate, within};
 use crate::command::{Caller, Decision};
-use crate::command_error::CommandError;
 use crate::{Shared, convert};
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Reference;

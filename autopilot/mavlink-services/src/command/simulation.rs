@@ -4,10 +4,9 @@ use ::mavlink::dialects::common::MavResult;
 use icd::fault::PlantAction;
 use icd::pace::Pace;
 
-use crate::codec::CommandMessage;
+use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{byte, flag, number, word};
 use crate::command::{Caller, Decision};
-use crate::command_error::CommandError;
 use crate::failure;
 use flight_management::command::ScriptCommand;
 

@@ -3,10 +3,9 @@
 use ::mavlink::dialects::common::MavResult;
 
 use crate::aircraft::{Aircraft, Phase};
-use crate::codec::CommandMessage;
+use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{byte, flag};
 use crate::command::{Caller, Decision};
-use crate::command_error::CommandError;
 use crate::modes;
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Mode;

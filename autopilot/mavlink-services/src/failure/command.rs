@@ -14,7 +14,7 @@ use icd::fault::{
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 
-use crate::command_error::CommandError;
+use crate::codec::CommandError;
 use crate::convert;
 use crate::failure::{Reasons, units};
 use flight_management::parameters::{FailureParameters, Parameters};

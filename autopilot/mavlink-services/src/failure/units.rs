@@ -11,7 +11,7 @@ use icd::fault::{
 };
 use icd::{Effector, EffectorList};
 
-use crate::command_error::CommandError;
+use crate::codec::CommandError;
 use crate::convert;
 
 /// FAILURE_UNIT: what can fail, here or elsewhere.

@@ -2,9 +2,8 @@
 
 use crate::codec::MissionItem;
 use crate::mission::fields::{
-    Param, Rejected, Zeros, flag, needed_altitude, none, number, point, positive, word,
+    Note, Param, Rejected, Zeros, flag, needed_altitude, none, number, point, positive, word,
 };
-use crate::mission::notes::Note;
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::plan::{Action, Circle, Point};

@@ -4,8 +4,7 @@ use ::mavlink::dialects::common::MavMissionResult;
 
 use crate::codec::MissionItem;
 use crate::mission::action;
-use crate::mission::fields::{Param, Rejected};
-use crate::mission::notes::{Note, Notes};
+use crate::mission::fields::{Note, Notes, Param, Rejected};
 use crate::mission::wire::Stored;
 use flight_management::vehicle::Place;
 use flight_management::vehicle::geodesy::{Horizon, Site};

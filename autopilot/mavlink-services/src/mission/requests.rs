@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::MavMissionResult as R;
 use crate::Shared;
 use crate::codec::{ListKind, MissionItem};
 use crate::mission::draft::{Draft, Finished};
-use crate::mission::notes::Notes;
+use crate::mission::fields::Notes;
 use crate::mission::transfers::{Upload, Waiting, What};
 use crate::mission::wire::Stored;
 use crate::mission::{EMPTY_LISTS, Ended, MissionService, Reply, action, wire};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::codec::{Encoded, ListKind};
 use crate::mission::draft::Draft;
-use crate::mission::notes::Notes;
+use crate::mission::fields::Notes;
 use crate::mission::wire;
 use crate::mission::wire::Stored;
 use crate::peers::From;

@@ -6,7 +6,7 @@ use icd::EffectorList;
 use icd::fault::{PlantAction, Target};
 use icd::pace::Pace;
 
-use crate::command_error::CommandError;
+use crate::codec::CommandError;
 use crate::scripts::Scripts;
 use crate::wall_time::WallTime;
 use crate::{Shared, fault_list, modes};
