@@ -1,6 +1,6 @@
-"""Every kind of fault on every effector, ordered with stock pymavlink and checked in the plant's truth.
+"""Every kind of fault on every effector, commanded with stock pymavlink and checked in the plant's truth.
 
-The truth is read from the flight log with pyulog: the named effector does what the kind says, and no other
+The truth is read from the flight log with pyulog: the named effector does what its kind means, and no other
 effector has a fault. One flight for each effector, so that one broken flight does not spoil the next.
 """
 
@@ -87,7 +87,7 @@ class Truth:
 
 
 def does(name, truth, rows, size, thrust_max):
-    """Whether an effector does what the kind of its fault says, and what was seen instead."""
+    """Whether an effector does what the kind of its fault means, and what was seen instead."""
     engine = thrust_max is not None
     scale = thrust_max / 100.0 if engine else math.pi / 180.0
     t, p, e, u = truth.t[rows], truth.position[rows], truth.effect[rows], truth.command[rows]
@@ -108,7 +108,7 @@ def does(name, truth, rows, size, thrust_max):
         fastest = np.max(np.abs(step))
         return 0.0 < fastest <= size_si * (1 + 1e-6), fastest / scale
     if name == "delayed":
-        # Nothing is told twice: until the first command of the delay is due the one before it holds. The fault
+        # No command is given twice: until the first command of the delay is due the one before it holds. The fault
         # came with the answer to the tick before its first row.
         onset, ticks = rows.start - 1, round(size / (truth.t[1] - truth.t[0]))
         held = truth.command.copy()
@@ -136,7 +136,7 @@ def does(name, truth, rows, size, thrust_max):
     return bool(np.all(side * step >= 0.0)) and side * (p[-1] - p[0]) > 5.0 * scale, (p[0] / scale, p[-1] / scale)
 
 
-def order(s, unit, instance, kind, value_kind, value):
+def inject(s, unit, instance, kind, value_kind, value):
     values = [NAN, NAN] if value_kind is None else [value_kind, value]
     return s.command(USER_1, [unit, kind, instance, *values, NAN, NAN])
 
@@ -163,9 +163,9 @@ def fly(c, s, effector):
         code = code["engine" if engine else "surface"] if isinstance(code, dict) else code
         if size is None:
             value = 10.0 if name == "stuck at" else value
-            c.expect(f"{effector} {name}: denied", order(s, unit, instance, kind, value_kind, value) == DENIED)
+            c.expect(f"{effector} {name}: denied", inject(s, unit, instance, kind, value_kind, value) == DENIED)
             continue
-        result = order(s, unit, instance, kind, value_kind, size)
+        result = inject(s, unit, instance, kind, value_kind, size)
         if not c.expect(f"{effector} {name}: accepted", result == ACCEPTED, result):
             continue
         done.append((name, code, size))

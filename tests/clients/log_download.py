@@ -18,7 +18,7 @@ ALL = 0xFFFFFFFF
 
 
 def write_logs(folder, large):
-    """Logs whose bytes tell where they belong; one ends with a full message."""
+    """Logs whose bytes show where they belong; one ends with a full message."""
     source = random.Random(1)
     for name, size in [(SMALL, 12_345), (FULL, 90 * 1000), (LARGE, large)]:
         with open(os.path.join(folder, name), "wb") as file:
@@ -64,8 +64,8 @@ def entries(s):
 
 
 def fetch(s, number, size, timeout_s=180.0):
-    """A whole log in one request, what was lost asked for again; its bytes and how often it had to ask."""
-    data, asked, have = bytearray(size), 1, set()
+    """A whole log in one request, with lost parts requested again; its bytes and the number of requests."""
+    data, requests, have = bytearray(size), 1, set()
     s.mav.log_request_data_send(1, 1, number, 0, ALL)
     end, quiet = time.monotonic() + timeout_s, time.monotonic()
     wanted = {offset for offset in range(0, size, 90)}
@@ -82,9 +82,9 @@ def fetch(s, number, size, timeout_s=180.0):
         elif time.monotonic() - quiet > 0.5:
             for offset in sorted(wanted - have)[:20]:
                 s.mav.log_request_data_send(1, 1, number, offset, 90)
-            asked, quiet = asked + 1, time.monotonic()
+            requests, quiet = requests + 1, time.monotonic()
     s.mav.log_request_end_send(1, 1)
-    return bytes(data) if have == wanted else b"", asked
+    return bytes(data) if have == wanted else b"", requests
 
 
 def with_pymavlink(c, connect, folder):
@@ -103,10 +103,10 @@ def with_pymavlink(c, connect, folder):
     for number, name in enumerate((FULL, LARGE), start=1):
         size = os.path.getsize(os.path.join(folder, name))
         began = time.monotonic()
-        data, asked = fetch(s, number, size)
+        data, requests = fetch(s, number, size)
         took = time.monotonic() - began
         c.expect(f"pymavlink: {size} bytes are those of the file", data == content(folder, name),
-                 f"{took:.1f} s, {size / took / 1e3:.0f} kB/s, asked {asked} times")
+                 f"{took:.1f} s, {size / took / 1e3:.0f} kB/s, {requests} requests")
     s.mav.log_request_data_send(1, 1, 2, 0, ALL)
     s.run(0.5)
     c.expect("pymavlink: a command is acknowledged during a download", s.command(520, [1.0]) == 0)
@@ -118,14 +118,14 @@ def with_pymavlink(c, connect, folder):
     mark = len(s.messages)
     s.mav.log_request_data_send(1, 1, 999, 0, 90)
     s.run(0.5)
-    c.expect("pymavlink: a log that is not there is told", any("no such log" in t for t in s.texts(mark)))
+    c.expect("pymavlink: a log that is not there is reported", any("no such log" in t for t in s.texts(mark)))
     return s
 
 
 def erase(c, s, folder):
     mark = len(s.messages)
     s.mav.log_erase_send(1, 1)
-    c.expect("erase: told", s.wait(lambda: any("erased" in t for t in s.texts(mark)), 5.0), s.texts(mark))
+    c.expect("erase: reported", s.wait(lambda: any("erased" in t for t in s.texts(mark)), 5.0), s.texts(mark))
     left = sorted(os.listdir(folder))
     c.expect("erase: the logs are gone", not {SMALL, FULL, LARGE} & set(left), left)
     c.expect("erase: what is no log stays", f"mavsdk-{SMALL}" in left and any(n.endswith(".tlog") for n in left))

@@ -34,11 +34,11 @@ class Session:
         while data := os.read(self.process.stdout.fileno(), 4096):
             self.output += data.decode(errors="replace").replace("\r", "\n")
 
-    def say(self, line):
+    def send_line(self, line):
         self.process.stdin.write(f"{line}\n".encode())
         self.process.stdin.flush()
 
-    def hears(self, pattern, timeout_s=5.0, since=0):
+    def wait_for(self, pattern, timeout_s=5.0, since=0):
         return wait_until(lambda: re.search(pattern, self.output[since:]), timeout_s)
 
 
@@ -49,9 +49,9 @@ def main():
     c = Checks("MAVProxy")
     with tempfile.TemporaryDirectory() as folder:
         s = Session(args.connect, folder)
-        c.expect("connects", s.hears(r"Detected vehicle 1:1", 20.0))
+        c.expect("connects", s.wait_for(r"Detected vehicle 1:1", 20.0))
         began = time.monotonic()
-        got = s.hears(r"Received (\d+) parameters", 15.0)
+        got = s.wait_for(r"Received (\d+) parameters", 15.0)
         took = time.monotonic() - began
         c.expect("all parameters within 3 s", got and took < 3.0, f"{took:.2f} s")
         for line, answer in [
@@ -67,34 +67,34 @@ def main():
             ("param show FTC_MODE", r"FTC_MODE\s+1"),
         ]:
             mark = len(s.output)
-            s.say(line)
+            s.send_line(line)
             if answer is None:
                 # Its answer is the value of the next line.
                 time.sleep(1.0)
                 continue
-            c.expect(line, s.hears(answer, 5.0, mark), s.output[mark:].strip()[-100:].replace("\n", " "))
+            c.expect(line, s.wait_for(answer, 5.0, mark), s.output[mark:].strip()[-100:].replace("\n", " "))
             time.sleep(0.3)
-        c.expect("the mode is told", s.hears(r"Mode LOITER"))
+        c.expect("the mode is reported", s.wait_for(r"Mode LOITER"))
         path = os.path.join(folder, "mission.txt")
         with open(path, "w", encoding="ascii") as file:
             file.write(MISSION)
         mark = len(s.output)
-        s.say(f"wp load {path}")
-        c.expect("a mission is loaded", s.hears(r"Sent waypoint 2|sent all 3 waypoints|MISSION_ACCEPTED|Flight plan received|Got MISSION_ACK: TYPE_MISSION: ACCEPTED", 10.0, mark), s.output[mark:][-200:])
+        s.send_line(f"wp load {path}")
+        c.expect("a mission is loaded", s.wait_for(r"Sent waypoint 2|sent all 3 waypoints|MISSION_ACCEPTED|Flight plan received|Got MISSION_ACK: TYPE_MISSION: ACCEPTED", 10.0, mark), s.output[mark:][-200:])
         mark = len(s.output)
-        s.say("wp list")
-        c.expect("and listed", s.hears(r"2 \d+.*35\.5|Saved 3 waypoints|17 .*35\.5", 10.0, mark), s.output[mark:][-300:])
+        s.send_line("wp list")
+        c.expect("and listed", s.wait_for(r"2 \d+.*35\.5|Saved 3 waypoints|17 .*35\.5", 10.0, mark), s.output[mark:][-300:])
         mark = len(s.output)
-        s.say("long DO_SET_MODE 1 4 4")
-        c.expect("and flown", s.hears(r"Mode MISSION", 5.0, mark))
+        s.send_line("long DO_SET_MODE 1 4 4")
+        c.expect("and flown", s.wait_for(r"Mode MISSION", 5.0, mark))
         mark = len(s.output)
-        s.say("guided 35.2 -117.9 5000")
-        c.expect("guided", s.hears(r"DO_REPOSITION: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
+        s.send_line("guided 35.2 -117.9 5000")
+        c.expect("guided", s.wait_for(r"DO_REPOSITION: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
         mark = len(s.output)
-        s.say("changealt 5200")
-        c.expect("changealt", s.hears(r"DO_CHANGE_ALTITUDE: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
+        s.send_line("changealt 5200")
+        c.expect("changealt", s.wait_for(r"DO_CHANGE_ALTITUDE: ACCEPTED", 5.0, mark), s.output[mark:][-200:])
         time.sleep(2.0)
-        s.say("exit")
+        s.send_line("exit")
         for words in ["fence breach", "Traceback", "no link", "link 1 down", "UNKNOWN_", "unknown message",
                       "ERROR", "timed out", "Unable"]:
             c.expect(f"never says {words!r}", words not in s.output)

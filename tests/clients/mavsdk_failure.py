@@ -46,7 +46,7 @@ def main():
     Telemetry(system).subscribe_status_text(lambda text, _=None: texts.append(text.text))
     failure, param = Failure(system), Param(system)
 
-    def heard(words):
+    def has_text(words):
         return wait_until(lambda: any(words in text for text in texts), 3.0)
 
     def expect(unit, kind, instance, wanted, words=None):
@@ -55,7 +55,7 @@ def main():
         claim = f"{unit.name} {kind.name} {instance}: {wanted.name}"
         c.expect(claim, result == wanted, result)
         if words is not None:
-            c.expect(f"  and the text says {words!r}", heard(words), texts)
+            c.expect(f"  and the text says {words!r}", has_text(words), texts)
 
     for kind in [T.STUCK, T.GARBAGE, T.WRONG, T.SLOW, T.DELAYED, T.INTERMITTENT, T.OFF]:
         expect(SERVO, kind, 7, R.SUCCESS, "Injected: nozzle yaw")
@@ -70,12 +70,12 @@ def main():
         expect(unit, T.OFF, 1, R.UNSUPPORTED)
     texts.clear()
     result_of(failure, FailureUnit.SENSOR_GPS, T.OFF, 0)
-    c.expect("the text says which unit has no failures", heard("GPS"), texts)
+    c.expect("the text says which unit has no failures", has_text("GPS"), texts)
 
     expect(SERVO, T.STUCK, 8, R.DENIED, "instance")
     expect(MOTOR, T.STUCK, 2, R.DENIED, "instance")
 
-    # This MAVSDK has read 1, so it asks and is denied; the next one reads 0 and does not ask.
+    # This MAVSDK has read 1, so it requests and is denied; the next one reads 0 and does not.
     param.set_param_int("SYS_FAILURE_EN", 0)
     expect(SERVO, T.STUCK, 5, R.DENIED, "SYS_FAILURE_EN 0")
     mavsdk.destroy()

@@ -38,7 +38,7 @@ def parameters(s, c):
 
 
 def commands(s, c):
-    expect = lambda claim, want, got: c.expect(claim, got == want, f"result {got}")
+    expect = lambda claim, expected, got: c.expect(claim, got == expected, f"result {got}")
     expect("change altitude (186)", ACCEPTED, s.command(186, [5100.0, 0.0]))
     expect("change altitude, outside the limits", DENIED, s.command(186, [90000.0, 0.0]))
     c.expect("and the text names the range", any("12000" in t for t in s.texts()), s.texts()[-1:])
@@ -83,7 +83,7 @@ def modes(s, c):
         mark = len(s.messages)
         result = s.command(176, [1.0, float(mode[0]), float(mode[1])])
         took = s.wait(lambda: s.mode() == mode, 1.0)
-        c.expect(f"mode {mode} by DO_SET_MODE, and the heartbeat tells", result == ACCEPTED and took, result)
+        c.expect(f"mode {mode} by DO_SET_MODE, and the heartbeat shows it", result == ACCEPTED and took, result)
     s.link.target_system = 1
     s.mav.set_mode_send(1, 1, HOLD[0] << 16 | HOLD[1] << 24)
     c.expect("mode by SET_MODE", s.wait(lambda: s.mode() == HOLD, 1.0))
@@ -148,7 +148,7 @@ def mission(s, c):
     c.expect("mission: pause (193)", s.command(193, [0.0]) == ACCEPTED and s.wait(lambda: s.mode() == HOLD, 2.0))
     c.expect("mission: continue (193)",
              s.command(193, [1.0]) == ACCEPTED and s.wait(lambda: s.mode() == MISSION, 2.0))
-    c.expect("mission: progress is told", s.wait(lambda: s.latest["MISSION_CURRENT"].seq >= 2, 5.0))
+    c.expect("mission: progress is reported", s.wait(lambda: s.latest["MISSION_CURRENT"].seq >= 2, 5.0))
     c.expect("mission: set the current item (224)", s.command(224, [3.0, 0.0]) == ACCEPTED)
     c.expect("mission: and it is", s.wait(lambda: s.latest["MISSION_CURRENT"].seq == 3, 3.0))
     c.expect("mission: a current item that is not there", s.command(224, [77.0, 0.0]) == FAILED)
@@ -212,7 +212,7 @@ def streams(s, c):
     s.run(2.0)
     count = len(s.of("ATTITUDE", mark))
     c.expect("and it comes so often", 7 <= count <= 13, f"{count} in 2 s")
-    c.expect("interval asked (510)", s.command(510, [30.0]) == ACCEPTED
+    c.expect("interval requested (510)", s.command(510, [30.0]) == ACCEPTED
              and s.latest["MESSAGE_INTERVAL"].interval_us == 200_000)
     c.expect("switched off", s.command(511, [30.0, -1.0]) == ACCEPTED)
     s.run(0.3)

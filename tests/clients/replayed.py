@@ -68,8 +68,8 @@ def main():
     wait_until(lambda: len(glob.glob(os.path.join(args.log_dir, "*.ulg"))) == 2, 5.0)
     time.sleep(1.0)
     replay = subprocess.run([args.sitl, "replay", log[0]], capture_output=True, text=True, timeout=120)
-    said = replay.stdout + replay.stderr
-    c.expect("flown again to the same hash", replay.returncode == 0 and re.search("same run hash", said), said[-300:])
+    printed = replay.stdout + replay.stderr
+    c.expect("flown again to the same hash", replay.returncode == 0 and re.search("same run hash", printed), printed[-300:])
     c.end()
 
 

@@ -62,19 +62,19 @@ def faults(station, since):
 def fly_chain(c, station, start, since, who):
     """The texts and the faults of the chain, once `start()` has begun it."""
     c.expect(f"{who}: the script begins", start())
-    said = lambda words: any(words in text for text in station.texts(since))
-    c.expect(f"{who}: it is told", station.wait(lambda: said("Script began: "), 5.0))
-    c.expect(f"{who}: and ends", station.wait(lambda: said("Script done: "), 60.0), station.texts(since)[-4:])
+    has_text = lambda part: any(part in text for text in station.texts(since))
+    c.expect(f"{who}: it is reported", station.wait(lambda: has_text("Script began: "), 5.0))
+    c.expect(f"{who}: and ends", station.wait(lambda: has_text("Script done: "), 60.0), station.texts(since)[-4:])
     for number, line in enumerate(LINES, 2):
-        c.expect(f"{who}: line {number} is told", said(f"Script {number}: {line}"))
-    c.expect(f"{who}: its words", said("Script: The chain is over"))
-    c.expect(f"{who}: nothing was refused", not said("refused"), [t for t in station.texts(since) if "refused" in t])
+        c.expect(f"{who}: line {number} is reported", has_text(f"Script {number}: {line}"))
+    c.expect(f"{who}: its words", has_text("Script: The chain is over"))
+    c.expect(f"{who}: nothing was refused", not has_text("refused"), [t for t in station.texts(since) if "refused" in t])
     onset = faults(station, since)
     c.expect(f"{who}: exactly these fail", sorted(onset) == [LEFT_ELEVATOR, RUDDER], onset)
     later = onset.get(RUDDER, 0.0) - onset.get(LEFT_ELEVATOR, 0.0)
     c.expect(f"{who}: the rudder 2 s after the elevator", abs(later - 2.0) < 1e-3, f"{later:.4f} s")
     for words in ["Cleared: left elevator stuck at 2.0 deg", "Cleared: rudder 50 % left"]:
-        c.expect(f"{who}: {words!r} is told", station.wait(lambda: words in station.texts(since), 3.0))
+        c.expect(f"{who}: {words!r} is reported", station.wait(lambda: words in station.texts(since), 3.0))
     for effector, form in [
         (LEFT_ELEVATOR, r"Injected: left elevator stuck at 2\.0 deg, from ([0-9.]+) s, for 2 s"),
         (RUDDER, r"Injected: rudder 50 % left, from ([0-9.]+) s"),
@@ -96,34 +96,34 @@ def by_command(c, station):
     mark = len(station.messages)
     c.expect("a bad script is denied", station.command(USER_3, (1, 1, 0, 0, 0, 0, 0)) == DENIED)
     reason = "Script refused: bad.txt, line 2, column 6"
-    told = station.wait(lambda: any(text.startswith(reason) for text in station.texts(mark)), 3.0)
-    c.expect("with line and reason", told, station.texts(mark))
+    found = station.wait(lambda: any(text.startswith(reason) for text in station.texts(mark)), 3.0)
+    c.expect("with line and reason", found, station.texts(mark))
     c.expect("so is a number that is not there", station.command(USER_3, (1, 9, 0, 0, 0, 0, 0)) == DENIED)
     mark = len(station.messages)
     c.expect("0 is the one that came last", station.command(USER_3, (1, 0, 0, 0, 0, 0, 0)) == ACCEPTED)
     c.expect("and is stopped", station.command(USER_3, (0, 0, 0, 0, 0, 0, 0)) == ACCEPTED)
     stopped = lambda: "Script stopped: late.txt" in station.texts(mark)
-    c.expect("which is told", station.wait(stopped, 3.0), station.texts(mark))
+    c.expect("which is reported", station.wait(stopped, 3.0), station.texts(mark))
     c.expect("once", station.command(USER_3, (0, 0, 0, 0, 0, 0, 0)) == TEMPORARILY_REJECTED)
 
 
 def by_shell(c, station):
-    ask = Console(station).ask
-    listed = ask("script list") or ""
+    run = Console(station).run
+    listed = run("script list") or ""
     c.expect("shell: the list", [line.split()[:2] for line in listed.splitlines()]
              == [["1", "bad.txt"], ["2", "chain.txt"], ["3", "late.txt"]], listed)
-    refused = ask("script run bad.txt") or ""
+    refused = run("script run bad.txt") or ""
     c.expect("shell: a bad script is an error", refused.startswith("ERROR: Script refused: bad.txt, line 2, column 6"), refused)
-    c.expect("shell: one that is not there too", "no such file" in (ask("script run nope.txt") or ""))
-    c.expect("shell: none runs", ask("script stop") == "ERROR: no script runs\n")
-    c.expect("shell: late.txt begins", ask("script run 3") == "Script began: late.txt\n")
-    status = ask("script status") or ""
+    c.expect("shell: one that is not there too", "no such file" in (run("script run nope.txt") or ""))
+    c.expect("shell: none runs", run("script stop") == "ERROR: no script runs\n")
+    c.expect("shell: late.txt begins", run("script run 3") == "Script began: late.txt\n")
+    status = run("script status") or ""
     c.expect("shell: its line", "line 1 is next: at 30 min: say late" in status, status)
-    c.expect("shell: it is stopped", ask("script stop") == "Script stopped\n")
+    c.expect("shell: it is stopped", run("script stop") == "Script stopped\n")
     mark = len(station.messages)
-    start = lambda: ask("script run chain.txt") == "Script began: chain.txt\n"
+    start = lambda: run("script run chain.txt") == "Script began: chain.txt\n"
     fly_chain(c, station, start, mark, "shell")
-    c.expect("shell: no fault is left", ask("list") == "No faults\n")
+    c.expect("shell: no fault is left", run("list") == "No faults\n")
 
 
 def by_mavproxy(c, connect, folder):
@@ -131,18 +131,18 @@ def by_mavproxy(c, connect, folder):
     with open(path, "w", encoding="ascii") as file:
         file.write("say Hello from MAVProxy\nfail rudder 80 % left, for 1 s\nat 30 min: end\n")
     s = Session(connect, folder)
-    c.expect("MAVProxy: connects", s.hears(r"Detected vehicle 1:1", 20.0))
-    c.expect("MAVProxy: has the parameters", s.hears(r"Received \d+ parameters", 15.0))
+    c.expect("MAVProxy: connects", s.wait_for(r"Detected vehicle 1:1", 20.0))
+    c.expect("MAVProxy: has the parameters", s.wait_for(r"Received \d+ parameters", 15.0))
     for line, answers in [
         (f"ftp put {path} /scripts/proxy.txt", ["Script proxy.txt: 3 lines, number 4"]),
         ("long 31012 1 0", ["Script began: proxy.txt", "Script: Hello from MAVProxy", "Injected: "]),
         ("long 31012 0 0", ["Script stopped: proxy.txt"]),
     ]:
         mark = len(s.output)
-        s.say(line)
+        s.send_line(line)
         for answer in answers:
-            c.expect(f"MAVProxy: {line.split()[0]}: {answer}", s.hears(answer, 10.0, mark), s.output[mark:].strip()[-200:])
-    s.say("exit")
+            c.expect(f"MAVProxy: {line.split()[0]}: {answer}", s.wait_for(answer, 10.0, mark), s.output[mark:].strip()[-200:])
+    s.send_line("exit")
     c.expect("MAVProxy: no error", "Traceback" not in s.output)
     s.process.kill()
     s.process.wait(5.0)

@@ -21,7 +21,7 @@ class Console:
     def __init__(self, station):
         self.station = station
 
-    def ask(self, line, timeout_s=5.0):
+    def run(self, line, timeout_s=5.0):
         """Sends one line; what came back between its echo and the prompt. The first prompt stands before the echo."""
         mark = len(self.station.messages)
         data = (line + "\n").encode()
@@ -48,36 +48,36 @@ def qgroundcontrol(c, connect):
     station = Station(connect)
     c.expect("pymavlink: the aircraft is there", station.wait(lambda: "ATTITUDE" in station.latest, 10.0))
     console = Console(station)
-    ask = console.ask
+    run = console.run
     mark = len(station.messages)
-    c.expect("an empty line is the prompt", ask("") == "")
+    c.expect("an empty line is the prompt", run("") == "")
     c.expect("the page opens with a prompt", console.text(mark) == f"{PROMPT}\n{PROMPT}", console.text(mark))
-    c.expect("help lists the commands", "failure" in (ask("help") or ""))
-    status = ask("status") or ""
+    c.expect("help lists the commands", "failure" in (run("help") or ""))
+    status = run("status") or ""
     c.expect("status shows the flight", "in the air" in status and "nozzle yaw" in status, status)
-    everything = ask("param show") or ""
+    everything = run("param show") or ""
     c.expect("a long list comes whole", len(everything.splitlines()) > 70, len(everything.splitlines()))
-    before = (ask("param get OBS_W0") or "? ?").split()[1]
-    c.expect("a parameter is set", ask("param set OBS_W0 41") == f"OBS_W0 {before} -> 41\n", before)
-    c.expect("and every station is told", "OBS_W0" in [m.param_id for m in station.of("PARAM_VALUE")])
-    c.expect("and set back", ask(f"param set OBS_W0 {before}") == f"OBS_W0 41 -> {before}\n")
-    c.expect("a reference is changed", ask("reference altitude 5200") == "Reference altitude: 5200 m\n")
-    c.expect("and one beyond the limits is not", "ERROR: altitude" in (ask("reference altitude 99999") or ""))
-    c.expect("the mode is changed", ask("mode hold") == "Mode Hold\n")
-    ask("mode position")
-    jam = ask("failure servo stuck -i 5 -v 3deg") or ""
+    before = (run("param get OBS_W0") or "? ?").split()[1]
+    c.expect("a parameter is set", run("param set OBS_W0 41") == f"OBS_W0 {before} -> 41\n", before)
+    c.expect("and every station gets the value", "OBS_W0" in [m.param_id for m in station.of("PARAM_VALUE")])
+    c.expect("and set back", run(f"param set OBS_W0 {before}") == f"OBS_W0 41 -> {before}\n")
+    c.expect("a reference is changed", run("reference altitude 5200") == "Reference altitude: 5200 m\n")
+    c.expect("and one beyond the limits is not", "ERROR: altitude" in (run("reference altitude 99999") or ""))
+    c.expect("the mode is changed", run("mode hold") == "Mode Hold\n")
+    run("mode position")
+    jam = run("failure servo stuck -i 5 -v 3deg") or ""
     c.expect("a servo sticks when the plant says so", jam.startswith("rudder: acts since"), jam)
-    c.expect("it is on the list", "rudder" in (ask("failure list") or ""))
-    later = ask("failure servo loss -m 3 -v 40% -t 100000s -d 5s -e 20s -n 3") or ""
+    c.expect("it is on the list", "rudder" in (run("failure list") or ""))
+    later = run("failure servo loss -m 3 -v 40% -t 100000s -d 5s -e 20s -n 3") or ""
     c.expect("two are scheduled", later.count("acts at") == 2, later)
-    c.expect("a component that does not fail here", "do not fail" in (ask("failure gyro off") or ""))
-    c.expect("everything is mended", "healthy since" in (ask("failure clear") or ""))
-    c.expect("and the list is empty", ask("list") == "No faults\n")
-    c.expect("time stands still", ask("pause") == "Simulation paused\n")
-    c.expect("one step", ask("step 5") == "Simulation steps: 5\n")
-    c.expect("time runs", ask("run") == "Simulation runs\n")
-    c.expect("nonsense is an error", (ask("nonsense") or "").startswith("ERROR: "))
-    c.expect("a line that is too long is an error", "at most" in (ask("x" * 700) or ""))
+    c.expect("a component that does not fail here", "do not fail" in (run("failure gyro off") or ""))
+    c.expect("everything is mended", "healthy since" in (run("failure clear") or ""))
+    c.expect("and the list is empty", run("list") == "No faults\n")
+    c.expect("time stands still", run("pause") == "Simulation paused\n")
+    c.expect("one step", run("step 5") == "Simulation steps: 5\n")
+    c.expect("time runs", run("run") == "Simulation runs\n")
+    c.expect("nonsense is an error", (run("nonsense") or "").startswith("ERROR: "))
+    c.expect("a line that is too long is an error", "at most" in (run("x" * 700) or ""))
     station.link.close()
 
 

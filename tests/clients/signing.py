@@ -37,10 +37,10 @@ class Program:
         )
 
     def end(self, kill=False):
-        """Ends it and returns its exit status and what it has said."""
+        """Ends it and returns its exit status and what it has printed."""
         self.process.kill() if kill else self.process.terminate()
-        said = self.process.communicate(timeout=20)[1]
-        return self.process.returncode, said
+        printed = self.process.communicate(timeout=20)[1]
+        return self.process.returncode, printed
 
 
 def call(port, component, key=None, link=0):
@@ -105,7 +105,7 @@ def set_up(c, port, key_file):
 
 
 def refused(c, port, plain, s):
-    """Who is not heard while signing is on."""
+    """Who is ignored while signing is on."""
     c.expect("signed: answered", answered(s))
     mark = len(s.messages)
     s.run(2.0)
@@ -139,18 +139,18 @@ def refused(c, port, plain, s):
     c.expect("an unsigned SETUP_SIGNING changes nothing", answered(s) and not any("Signing is off" in t for t in s.texts()))
     stranger = call(port, 103)
     stranger.run(2.5)
-    c.expect("who comes without the key hears nothing", not stranger.messages, len(stranger.messages))
+    c.expect("who comes without the key receives nothing", not stranger.messages, len(stranger.messages))
     stranger.link.close()
 
 
 def gets_in(port, component, link, within_s):
-    """A station with the key and a right clock that tries until it is heard, and the seconds that took."""
+    """A station with the key and a right clock that tries until it is answered, and the seconds that took."""
     began = time.monotonic()
     s = call(port, component, KEY, link)
-    while not (heard := answered(s, 0.4)) and time.monotonic() - began < within_s:
+    while not (accepted := answered(s, 0.4)) and time.monotonic() - began < within_s:
         # pymavlink reads the clock at this moment only.
         s.link.setup_signing(KEY, sign_outgoing=True, link_id=link)
-    return s, heard, time.monotonic() - began
+    return s, accepted, time.monotonic() - began
 
 
 def restarted(c, port, key_file, start, s):
@@ -163,16 +163,16 @@ def restarted(c, port, key_file, start, s):
             c.expect("before a restart: answered", answers(s, frame))
             time.sleep(0.9)
         s.link.close()
-        status, said = start.running.end(kill)
+        status, printed = start.running.end(kill)
         c.expect("killed" if kill else "ended in order", status == (-9 if kill else 0), status)
-        c.expect("the log never shows a key", KEY.hex() not in said and str(list(KEY))[1:-1] not in said)
+        c.expect("the log never shows a key", KEY.hex() not in printed and str(list(KEY))[1:-1] not in printed)
         start()
         thief = call(port, 108)
-        c.expect("after a restart: a message from before is not answered, and who sends it hears nothing",
+        c.expect("after a restart: a message from before is not answered, and who sends it receives nothing",
                  not answers(thief, frame, 2.0) and not thief.messages, len(thief.messages))
         limit_s = 10.0 if kill else 1.0
-        s, heard, took_s = gets_in(port, 104, 7, limit_s)
-        c.expect(f"and a station with a right clock is heard within {limit_s:.0f} s", heard, f"{took_s:.1f} s")
+        s, accepted, took_s = gets_in(port, 104, 7, limit_s)
+        c.expect(f"and a station with a right clock is answered within {limit_s:.0f} s", accepted, f"{took_s:.1f} s")
         c.expect("the message from before is not answered later either", not answers(thief, frame))
         thief.link.close()
         first = min(times(s))
@@ -197,17 +197,17 @@ def turned_off(c, port, key_file, s):
 
 def mavproxy(c, port, folder):
     s = Session(f"udpout:127.0.0.1:{port}", folder)
-    c.expect("MAVProxy connects", s.hears(r"Received \d+ parameters", 30.0), s.output[-200:])
+    c.expect("MAVProxy connects", s.wait_for(r"Received \d+ parameters", 30.0), s.output[-200:])
     for line, answer in [(f"signing setup {PASSPHRASE}", r"AP: Signing is on"),
                          ("param fetch OBS_W0", r"OBS_W0 = "),
                          ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE"),
                          ("signing remove", r"Removed signing"),
                          ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE")]:
         mark = len(s.output)
-        s.say(line)
-        c.expect(f"MAVProxy: {line}", s.hears(answer, 6.0, mark), s.output[mark:].strip()[-160:])
+        s.send_line(line)
+        c.expect(f"MAVProxy: {line}", s.wait_for(answer, 6.0, mark), s.output[mark:].strip()[-160:])
         time.sleep(0.5)
-    s.say("exit")
+    s.send_line("exit")
     try:
         s.process.wait(5.0)
     except subprocess.TimeoutExpired:
@@ -234,18 +234,18 @@ def main():
             s = restarted(c, args.port, key_file, start, s)
             turned_off(c, args.port, key_file, s)
             mavproxy(c, args.port, folder)
-            status, said = start.running.end()
-            c.expect("it ends in order", status == 0, said[-500:])
-            c.expect("the log says that signing was on and off", "Signing is on" in said and "Signing is off" in said)
+            status, printed = start.running.end()
+            c.expect("it ends in order", status == 0, printed[-500:])
+            c.expect("the log says that signing was on and off", "Signing is on" in printed and "Signing is off" in printed)
             os.makedirs(os.path.dirname(key_file), exist_ok=True)
             with open(key_file, "w", encoding="ascii") as file:
                 file.write(f'key = "{KEY.hex()}"\n')
             os.chmod(key_file, 0o644)
             start()
             start.running.process.wait(20)
-            status, said = start.running.end()
+            status, printed = start.running.end()
             c.expect("a key file that others may read stops the start",
-                     status == 1 and "0644" in said and "0600" in said and key_file in said, said.strip()[-200:])
+                     status == 1 and "0644" in printed and "0600" in printed and key_file in printed, printed.strip()[-200:])
             os.chmod(key_file, 0o600)
             start()
             s = call(args.port, 107, KEY, link=1)
