@@ -233,7 +233,7 @@ fn clearing_all_lists_clears_the_plan() {
         mission_type: MavMissionType::MAV_MISSION_TYPE_ALL,
     };
     let acked =
-        client.ask(&MavMessage::MISSION_CLEAR_ALL(clear), Got::read::<MISSION_ACK_DATA>).unwrap();
+        client.exchange(&MavMessage::MISSION_CLEAR_ALL(clear), Got::read::<MISSION_ACK_DATA>).unwrap();
     assert_eq!(
         (acked.mavtype, acked.mission_type),
         (ACCEPTED, MavMissionType::MAV_MISSION_TYPE_ALL)
