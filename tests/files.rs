@@ -1,4 +1,4 @@
-//! Every option that names a file, with a path that is no such file: the real programs name file and reason, end at once,
+//! Every option that names a file, with a path that is no such file: the programs name file and reason, end at once,
 //! and change nothing.
 #![expect(
     clippy::disallowed_methods,

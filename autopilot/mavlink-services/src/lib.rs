@@ -14,8 +14,8 @@
 //!                                                └─> intents ─> control thread
 //! ```
 //!
-//! Every service implements [`Service`]: it handles messages, outcomes and events, does in `poll` what is due, and returns from
-//! `next_deadline` when that will be. What one service needs of another one is in [`Shared`]. Time is an argument.
+//! Every service implements [`Service`]: it handles messages, outcomes and events, does in `poll` what is due, and returns
+//! from `next_deadline` when that will be. What one service needs of another one is in [`Shared`]. Time is an argument.
 //!
 //! Start with [`Ground`]. A process feeds it what its sockets receive, and sends what it returns:
 //!
