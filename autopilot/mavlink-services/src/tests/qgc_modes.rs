@@ -56,15 +56,15 @@ fn seen(world: &World) -> (Option<u32>, Vec<String>) {
         |text: &STATUSTEXT_DATA| text.severity as u8 <= MavSeverity::MAV_SEVERITY_WARNING as u8;
     let mine = world.got.iter().filter(|got| got.to == address(14_550));
     let texts = mine.filter_map(Got::read::<STATUSTEXT_DATA>).filter(is_shown);
-    let mut texts: Vec<String> = Vec::new();
+    let mut shown: Vec<String> = Vec::new();
     for text in texts {
         let part = text.text.to_str().unwrap().to_owned();
-        match texts.last_mut() {
+        match shown.last_mut() {
             Some(last) if text.chunk_seq > 0 => last.push_str(&part),
-            _ => texts.push(part),
+            _ => shown.push(part),
         }
     }
-    (custom_mode, texts)
+    (custom_mode, shown)
 }
 
 /// A flight in another mode than any that is requested.

@@ -159,7 +159,8 @@ fn an_item_beyond_the_list_is_an_invalid_sequence() {
     let mut client = Client::new(MAVPROXY);
     client.upload(&waypoints(2)).unwrap();
     for seq in [2, 3, u16::MAX] {
-        let result = client.exchange(&request(seq), |got| Some(got.read::<MISSION_ACK_DATA>()?.mavtype));
+        let result =
+            client.exchange(&request(seq), |got| Some(got.read::<MISSION_ACK_DATA>()?.mavtype));
         assert_eq!(result, Some(MavMissionResult::MAV_MISSION_INVALID_SEQUENCE), "{seq}");
     }
 }

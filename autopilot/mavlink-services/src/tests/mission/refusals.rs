@@ -232,8 +232,9 @@ fn clearing_all_lists_clears_the_plan() {
         target_component: 1,
         mission_type: MavMissionType::MAV_MISSION_TYPE_ALL,
     };
-    let acked =
-        client.exchange(&MavMessage::MISSION_CLEAR_ALL(clear), Got::read::<MISSION_ACK_DATA>).unwrap();
+    let acked = client
+        .exchange(&MavMessage::MISSION_CLEAR_ALL(clear), Got::read::<MISSION_ACK_DATA>)
+        .unwrap();
     assert_eq!(
         (acked.mavtype, acked.mission_type),
         (ACCEPTED, MavMissionType::MAV_MISSION_TYPE_ALL)
