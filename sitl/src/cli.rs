@@ -26,6 +26,7 @@ use flight_analysis::mission::{self, MissionOptions};
 use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
+use flight_analysis::trimmable::{self, TrimmableArgs};
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -84,6 +85,8 @@ enum Command {
     Linearize(LinearizeArgs),
     /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
     Jams(Box<JamsArgs>),
+    /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
+    Trimmable(Box<TrimmableArgs>),
     /// Design the gains of a law from the controller's model
     #[command(subcommand)]
     Design(Design),
@@ -135,6 +138,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
+        Some(Command::Trimmable(args)) => trimmable::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
         Some(Command::Linearize(args)) => linearize::run(args)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
@@ -184,6 +188,7 @@ mod tests {
             "mission --out x",
             "envelope --out x",
             "false-alarms --out x",
+            "trimmable --pairs-deg 10 --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

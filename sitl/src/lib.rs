@@ -29,7 +29,7 @@
 
 pub use flight_analysis::{
     chart, closed_loop, configuration, design, envelope, false_alarms, fly, linearize, margins,
-    metrics, mission, paper, plot, replay, runner, settings, table,
+    metrics, mission, paper, plot, replay, runner, settings, table, trimmable,
 };
 
 pub mod actions;

@@ -51,3 +51,4 @@ pub mod replay;
 pub mod runner;
 pub mod settings;
 pub mod table;
+pub mod trimmable;

@@ -1,0 +1,387 @@
+//! `sitl trimmable`: which jams leave a steady flight at all, whatever the controller does.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use host_io::file;
+use icd::Effector;
+use plant_sim::airframe::Airframe;
+use plant_sim::dynamics::Dynamics;
+use plant_sim::earth::{Earth, EarthModel};
+use plant_sim::trim;
+
+use crate::configuration::AircraftArgs;
+use crate::runner;
+use sets::Set;
+use steady::{Search, SteadyFlight};
+
+pub mod picture;
+pub mod sets;
+pub mod steady;
+
+/// Part of the healthy authority that is left on every axis where a margin is required.
+pub const MARGIN: f64 = 0.1;
+/// Halvings between the last jam with a steady flight and the first without.
+const HALVINGS: u32 = 5;
+/// Steps of the jams of an engine over its range.
+const ENGINE_STEPS: f64 = 20.0;
+/// First line of the table, by which this program knows what it may write over.
+const MARK: &str = "<!-- Written by `sitl trimmable`; do not edit. -->";
+/// First line of the file of flights.
+const COLUMNS: &str = "set,margin,effector,jammed_at,other_effector,other_jammed_at,exists,airspeed_m_s,angle_of_attack_deg,\
+                       sideslip_deg,bank_deg,climb_deg,turn_rate_deg_s";
+
+/// Options of `sitl trimmable`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct TrimmableArgs {
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
+    /// Which steady flights count, instead of the sets that come with the program
+    #[arg(long, value_name = "FILE")]
+    sets: Option<PathBuf>,
+    /// Step of the jams, deg
+    #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = step, allow_hyphen_values = true)]
+    step_deg: f64,
+    /// Also jam two effectors at once, in steps of this many degrees
+    #[arg(long, value_name = "DEG", value_parser = step, allow_hyphen_values = true)]
+    pairs_deg: Option<f64>,
+    /// Folder for trimmable.csv, trimmable.md and the picture
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Parser of a step.
+fn step(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(step) if (0.05..=90.0).contains(&step) => Ok(step),
+        _ => Err("expected a number from 0.05 to 90 deg".to_owned()),
+    }
+}
+
+/// One jam, and the steady flight that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The jammed effectors by their place in the list, with their positions, rad or N: one or two.
+    pub jams: Vec<(usize, f64)>,
+    /// A steady flight.
+    pub flight: Option<SteadyFlight>,
+}
+
+/// The jams of one effector in one set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// Place of the set in the file.
+    pub set: usize,
+    /// With [`MARGIN`] left on every axis.
+    pub margin: bool,
+    /// The effector.
+    pub effector: usize,
+    /// Largest jam to the negative and to the positive side up to which every jam leaves a steady flight, rad or N; `None`
+    /// if not even the healthy aircraft has one.
+    pub limits: Option<[f64; 2]>,
+    /// The jams.
+    pub rows: Vec<Row>,
+}
+
+/// A set by its place, whether the margin is required, and the search.
+type SetSearch<'a> = (usize, bool, Search<'a>);
+/// A set by its place, whether the margin is required, and jams.
+type Jams = (usize, bool, Vec<Row>);
+
+/// An aircraft and the sets.
+#[derive(Debug)]
+pub struct Study {
+    dynamics: Dynamics,
+    sets: Vec<Set>,
+}
+
+/// Computes and writes.
+///
+/// # Errors
+/// What is wrong with a file, an option or the folder.
+pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
+    let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
+    let sweeps = study.singles(args.step_deg)?;
+    let pairs = match args.pairs_deg {
+        Some(step_deg) => study.pairs(step_deg)?,
+        None => Vec::new(),
+    };
+    let table = study.table(&sweeps);
+    std::fs::create_dir_all(&args.out)
+        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
+        let path = args.out.join(name);
+        file::write(&path, bytes, beginning)
+            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
+    };
+    let csv = study.csv(&sweeps, &pairs);
+    write("trimmable.csv", csv.as_bytes(), COLUMNS.as_bytes())?;
+    write("trimmable.md", format!("{MARK}\n\n{table}").as_bytes(), MARK.as_bytes())?;
+    for (name, bytes) in picture::figure(&study, &sweeps).files()? {
+        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
+        write(&name, &bytes, beginning)?;
+    }
+    print!("{table}");
+    println!("wrote {}", args.out.display());
+    Ok(())
+}
+
+impl TrimmableArgs {
+    fn sets(&self) -> Result<Vec<Set>, Box<dyn Error>> {
+        let Some(path) = &self.sets else { return Ok(sets::read("sets.toml", sets::SHIPPED)?) };
+        let text = file::read_text(path, file::TEXT_MAX)
+            .map_err(|problem| format!("--sets {}: {problem}", path.display()))?;
+        Ok(sets::read(&path.display().to_string(), &text)?)
+    }
+}
+
+impl Study {
+    /// An aircraft over a flat Earth, in still air.
+    ///
+    /// # Errors
+    /// What is wrong with its tables.
+    pub fn new(airframe: Airframe, sets: Vec<Set>) -> Result<Self, Box<dyn Error>> {
+        let earth = Earth::new(EarthModel::Flat, airframe.design_point.geodetic());
+        Ok(Self { dynamics: Dynamics::new(airframe, earth)?, sets })
+    }
+
+    /// The aircraft.
+    #[must_use]
+    pub fn airframe(&self) -> &Airframe {
+        self.dynamics.airframe()
+    }
+
+    /// The sets.
+    #[must_use]
+    pub fn sets(&self) -> &[Set] {
+        &self.sets
+    }
+
+    /// The effectors in the order of the list.
+    #[must_use]
+    pub fn effectors(&self) -> Vec<Effector> {
+        self.airframe().effectors.all().collect()
+    }
+
+    /// The search of each set, without and with a margin.
+    fn searches(&self) -> Result<Vec<SetSearch<'_>>, Box<dyn Error>> {
+        let design = self.airframe().design_point;
+        let trim = trim::solve(&self.dynamics, &design, &icd::Ned::zero())?;
+        let of_set = |(place, set): (usize, &Set)| {
+            let search = Search::new(&self.dynamics, set.bounds(&design), set.thrust_part);
+            let with_margin = search.with_margin(MARGIN, &trim);
+            [(place, false, search), (place, true, with_margin)]
+        };
+        Ok(self.sets.iter().enumerate().flat_map(of_set).collect())
+    }
+
+    /// Every effector alone.
+    ///
+    /// # Errors
+    /// There is no level flight at the design point.
+    pub fn singles(&self, step_deg: f64) -> Result<Vec<Sweep>, Box<dyn Error>> {
+        let searches = self.searches()?;
+        let count = self.airframe().effectors.len();
+        let items: Vec<_> =
+            searches.iter().flat_map(|search| (0..count).map(move |e| (search, e))).collect();
+        Ok(runner::map_quietly(
+            "jams of one effector",
+            &items,
+            |((set, margin, search), effector)| {
+                self.sweep(*set, *margin, search, *effector, step_deg)
+            },
+        ))
+    }
+
+    /// Positions at which an effector jams: the middle, and from there outwards on either side.
+    fn jams(&self, effector: usize, step_deg: f64) -> (f64, [Vec<f64>; 2]) {
+        let airframe = self.airframe();
+        let all = self.effectors();
+        let servo = &airframe.servos[all[effector]];
+        let is_angle = airframe.effectors.is_angle(all[effector]);
+        let step =
+            if is_angle { step_deg.to_radians() } else { (servo.max - servo.min) / ENGINE_STEPS };
+        let middle = if is_angle { 0.0 } else { 0.5 * (servo.min + servo.max) };
+        let sides = [servo.min, servo.max].map(|end| {
+            let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a few hundred"
+            )]
+            let steps = steps as u32;
+            let at = |i: u32| middle + (end - middle).signum() * step * f64::from(i);
+            (1..=steps).map(|i| if i == steps { end } else { at(i) }).collect()
+        });
+        (middle, sides)
+    }
+
+    fn sweep(
+        &self,
+        set: usize,
+        margin: bool,
+        search: &Search<'_>,
+        effector: usize,
+        step_deg: f64,
+    ) -> Sweep {
+        let (middle, sides) = self.jams(effector, step_deg);
+        let healthy = search.find(&[]);
+        let find = |at: f64, near: &[SteadyFlight]| search.jammed(&[(effector, at)]).find(near);
+        let at_end =
+            |at: f64, near: &[SteadyFlight]| search.jammed(&[(effector, at)]).find_thoroughly(near);
+        let mut rows = Vec::new();
+        let first = find(middle, healthy.as_slice());
+        rows.push(Row { jams: vec![(effector, middle)], flight: first });
+        let limits = sides.map(|side| {
+            let (mut last, mut near, mut inside) = (middle, first, first.is_some());
+            for at in side {
+                // Behind the end of the range a flight may exist again; it is looked for with less effort.
+                let flight =
+                    if inside { at_end(at, near.as_slice()) } else { find(at, near.as_slice()) };
+                rows.push(Row { jams: vec![(effector, at)], flight });
+                match flight {
+                    Some(_) if inside => (last, near) = (at, flight),
+                    Some(_) => near = flight,
+                    None if inside => {
+                        inside = false;
+                        let (mut low, mut high) = (last, at);
+                        for _ in 0..HALVINGS {
+                            let between = 0.5 * (low + high);
+                            match at_end(between, near.as_slice()) {
+                                Some(found) => (low, near) = (between, Some(found)),
+                                None => high = between,
+                            }
+                        }
+                        last = low;
+                    }
+                    None => {}
+                }
+            }
+            last
+        });
+        rows.sort_by(|a, b| a.jams[0].1.total_cmp(&b.jams[0].1));
+        Sweep { set, margin, effector, limits: first.map(|_| limits), rows }
+    }
+
+    /// Every two effectors at once.
+    ///
+    /// # Errors
+    /// There is no level flight at the design point.
+    fn pairs(&self, step_deg: f64) -> Result<Vec<Jams>, Box<dyn Error>> {
+        let searches = self.searches()?;
+        let count = self.airframe().effectors.len();
+        let mut items = Vec::new();
+        for search in &searches {
+            for one in 0..count {
+                items.extend((one + 1..count).map(|other| (search, one, other)));
+            }
+        }
+        let all = |effector| {
+            let (middle, [below, above]) = self.jams(effector, step_deg);
+            below.into_iter().rev().chain([middle]).chain(above).collect::<Vec<f64>>()
+        };
+        Ok(runner::map_quietly(
+            "jams of two effectors",
+            &items,
+            |((set, margin, search), one, other)| {
+                let mut rows: Vec<Row> = Vec::new();
+                let others = all(*other);
+                for at in all(*one) {
+                    for (place, then) in others.iter().enumerate() {
+                        let jams = vec![(*one, at), (*other, *then)];
+                        // The neighbours that are solved already.
+                        let before = rows.len().checked_sub(1).filter(|_| place > 0);
+                        let below = rows.len().checked_sub(others.len());
+                        let near: Vec<SteadyFlight> = [before, below]
+                            .into_iter()
+                            .flatten()
+                            .filter_map(|i| rows[i].flight)
+                            .collect();
+                        let flight = search.jammed(&jams).find(&near);
+                        rows.push(Row { jams, flight });
+                    }
+                }
+                (*set, *margin, rows)
+            },
+        ))
+    }
+
+    /// Position in the unit of people: deg or kN.
+    #[must_use]
+    pub fn shown(&self, effector: usize, value: f64) -> f64 {
+        let is_angle = self.airframe().effectors.is_angle(self.effectors()[effector]);
+        if is_angle { value.to_degrees() } else { value / 1.0e3 }
+    }
+
+    fn csv(&self, sweeps: &[Sweep], pairs: &[Jams]) -> String {
+        let mut text = format!("{COLUMNS}\n");
+        let singles = sweeps.iter().map(|s| (s.set, s.margin, &s.rows));
+        let all = singles.chain(pairs.iter().map(|(set, margin, rows)| (*set, *margin, rows)));
+        let list = &self.airframe().effectors;
+        let effectors = self.effectors();
+        for (set, margin, rows) in all {
+            for Row { jams, flight } in rows {
+                let _ = write!(text, "{},{}", self.sets[set].key, u8::from(margin));
+                for place in 0..2 {
+                    let _ = match jams.get(place) {
+                        Some((e, at)) => {
+                            write!(text, ",{},{:.4}", list.key(effectors[*e]), self.shown(*e, *at))
+                        }
+                        None => write!(text, ",,"),
+                    };
+                }
+                let _ = match flight {
+                    None => writeln!(text, ",0,,,,,,"),
+                    Some(f) => writeln!(
+                        text,
+                        ",1,{:.3},{:.4},{:.4},{:.4},{:.4},{:.4}",
+                        f.airspeed_m_s,
+                        f.alpha_rad.to_degrees(),
+                        f.beta_rad.to_degrees(),
+                        f.bank_rad.to_degrees(),
+                        f.climb_rad.to_degrees(),
+                        f.turn_rate_rad_s.to_degrees(),
+                    ),
+                };
+            }
+        }
+        text
+    }
+
+    /// The limits of every effector in every set, in Markdown.
+    #[must_use]
+    pub fn table(&self, sweeps: &[Sweep]) -> String {
+        let airframe = self.airframe();
+        let list = &airframe.effectors;
+        let mut text = format!(
+            "Jams of {} up to which a steady flight exists, deg (engine: kN), at {} m; with {:.0} %: a tenth of the healthy authority \
+             left on every axis both ways.\n\n| jammed |",
+            airframe.name,
+            airframe.design_point.altitude_m,
+            100.0 * MARGIN
+        );
+        for set in &self.sets {
+            let _ = write!(text, " {} | with {:.0} % |", set.name, 100.0 * MARGIN);
+        }
+        let _ = write!(text, "\n|---|{}\n", "---|".repeat(2 * self.sets.len()));
+        for (place, effector) in self.effectors().into_iter().enumerate() {
+            let _ = write!(text, "| {} |", list.name(effector));
+            for sweep in sweeps.iter().filter(|sweep| sweep.effector == place) {
+                let _ = match sweep.limits {
+                    None => write!(text, " none |"),
+                    Some(limits) => {
+                        let [low, high] = limits.map(|at| self.shown(place, at));
+                        write!(text, " {low:.1} to {high:.1} |")
+                    }
+                };
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests;
