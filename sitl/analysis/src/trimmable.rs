@@ -9,7 +9,7 @@ use icd::Effector;
 use plant_sim::airframe::Airframe;
 use plant_sim::dynamics::Dynamics;
 use plant_sim::earth::{Earth, EarthModel};
-use plant_sim::trim;
+use plant_sim::trim::{self, Trim};
 
 use crate::configuration::AircraftArgs;
 use crate::runner;
@@ -95,6 +95,8 @@ type Jams = (usize, bool, Vec<Row>);
 pub struct Study {
     dynamics: Dynamics,
     sets: Vec<Set>,
+    /// Level flight of the healthy aircraft at the design point.
+    trim: Trim,
 }
 
 /// Computes and writes.
@@ -103,14 +105,14 @@ pub struct Study {
 /// What is wrong with a file, an option or the folder.
 pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
     let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
-    let sweeps = study.singles(args.step_deg)?;
+    std::fs::create_dir_all(&args.out)
+        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let sweeps = study.singles(args.step_deg);
     let pairs = match args.pairs_deg {
-        Some(step_deg) => study.pairs(step_deg)?,
+        Some(step_deg) => study.pairs(step_deg),
         None => Vec::new(),
     };
     let table = study.table(&sweeps);
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
     let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
         let path = args.out.join(name);
         file::write(&path, bytes, beginning)
@@ -141,10 +143,13 @@ impl Study {
     /// An aircraft over a flat Earth, in still air.
     ///
     /// # Errors
-    /// What is wrong with its tables.
+    /// What is wrong with its tables; there is no level flight at the design point.
     pub fn new(airframe: Airframe, sets: Vec<Set>) -> Result<Self, Box<dyn Error>> {
         let earth = Earth::new(EarthModel::Flat, airframe.design_point.geodetic());
-        Ok(Self { dynamics: Dynamics::new(airframe, earth)?, sets })
+        let dynamics = Dynamics::new(airframe, earth)?;
+        let design = dynamics.airframe().design_point;
+        let trim = trim::solve(&dynamics, &design, &icd::Ned::zero())?;
+        Ok(Self { dynamics, sets, trim })
     }
 
     /// The aircraft.
@@ -166,33 +171,26 @@ impl Study {
     }
 
     /// The search of each set, without and with a margin.
-    fn searches(&self) -> Result<Vec<SetSearch<'_>>, Box<dyn Error>> {
+    fn searches(&self) -> Vec<SetSearch<'_>> {
         let design = self.airframe().design_point;
-        let trim = trim::solve(&self.dynamics, &design, &icd::Ned::zero())?;
         let of_set = |(place, set): (usize, &Set)| {
             let search = Search::new(&self.dynamics, set.bounds(&design), set.thrust_part);
-            let with_margin = search.with_margin(MARGIN, &trim);
+            let with_margin = search.with_margin(MARGIN, &self.trim);
             [(place, false, search), (place, true, with_margin)]
         };
-        Ok(self.sets.iter().enumerate().flat_map(of_set).collect())
+        self.sets.iter().enumerate().flat_map(of_set).collect()
     }
 
     /// Every effector alone.
-    ///
-    /// # Errors
-    /// There is no level flight at the design point.
-    pub fn singles(&self, step_deg: f64) -> Result<Vec<Sweep>, Box<dyn Error>> {
-        let searches = self.searches()?;
+    #[must_use]
+    pub fn singles(&self, step_deg: f64) -> Vec<Sweep> {
+        let searches = self.searches();
         let count = self.airframe().effectors.len();
         let items: Vec<_> =
             searches.iter().flat_map(|search| (0..count).map(move |e| (search, e))).collect();
-        Ok(runner::map_quietly(
-            "jams of one effector",
-            &items,
-            |((set, margin, search), effector)| {
-                self.sweep(*set, *margin, search, *effector, step_deg)
-            },
-        ))
+        runner::map("jams of one effector", &items, |((set, margin, search), effector)| {
+            self.sweep(*set, *margin, search, *effector, step_deg)
+        })
     }
 
     /// Positions at which an effector jams: the middle, and from there outwards on either side.
@@ -203,7 +201,7 @@ impl Study {
         let is_angle = airframe.effectors.is_angle(all[effector]);
         let step =
             if is_angle { step_deg.to_radians() } else { (servo.max - servo.min) / ENGINE_STEPS };
-        let middle = if is_angle { 0.0 } else { 0.5 * (servo.min + servo.max) };
+        let middle = if is_angle { 0.0 } else { self.trim.positions[all[effector]] };
         let sides = [servo.min, servo.max].map(|end| {
             let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
             #[expect(
@@ -266,11 +264,8 @@ impl Study {
     }
 
     /// Every two effectors at once.
-    ///
-    /// # Errors
-    /// There is no level flight at the design point.
-    fn pairs(&self, step_deg: f64) -> Result<Vec<Jams>, Box<dyn Error>> {
-        let searches = self.searches()?;
+    fn pairs(&self, step_deg: f64) -> Vec<Jams> {
+        let searches = self.searches();
         let count = self.airframe().effectors.len();
         let mut items = Vec::new();
         for search in &searches {
@@ -282,30 +277,26 @@ impl Study {
             let (middle, [below, above]) = self.jams(effector, step_deg);
             below.into_iter().rev().chain([middle]).chain(above).collect::<Vec<f64>>()
         };
-        Ok(runner::map_quietly(
-            "jams of two effectors",
-            &items,
-            |((set, margin, search), one, other)| {
-                let mut rows: Vec<Row> = Vec::new();
-                let others = all(*other);
-                for at in all(*one) {
-                    for (place, then) in others.iter().enumerate() {
-                        let jams = vec![(*one, at), (*other, *then)];
-                        // The neighbours that are solved already.
-                        let before = rows.len().checked_sub(1).filter(|_| place > 0);
-                        let below = rows.len().checked_sub(others.len());
-                        let near: Vec<SteadyFlight> = [before, below]
-                            .into_iter()
-                            .flatten()
-                            .filter_map(|i| rows[i].flight)
-                            .collect();
-                        let flight = search.jammed(&jams).find(&near);
-                        rows.push(Row { jams, flight });
-                    }
+        runner::map("jams of two effectors", &items, |((set, margin, search), one, other)| {
+            let mut rows: Vec<Row> = Vec::new();
+            let others = all(*other);
+            for at in all(*one) {
+                for (place, then) in others.iter().enumerate() {
+                    let jams = vec![(*one, at), (*other, *then)];
+                    // The neighbours that are solved already.
+                    let before = rows.len().checked_sub(1).filter(|_| place > 0);
+                    let below = rows.len().checked_sub(others.len());
+                    let near: Vec<SteadyFlight> = [before, below]
+                        .into_iter()
+                        .flatten()
+                        .filter_map(|i| rows[i].flight)
+                        .collect();
+                    let flight = search.jammed(&jams).find(&near);
+                    rows.push(Row { jams, flight });
                 }
-                (*set, *margin, rows)
-            },
-        ))
+            }
+            (*set, *margin, rows)
+        })
     }
 
     /// Position in the unit of people: deg or kN.

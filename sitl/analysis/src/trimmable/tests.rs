@@ -14,7 +14,7 @@ fn place(study: &Study, key: &str) -> usize {
 /// Limits of an effector in a set, deg.
 fn limits(study: &Study, key: &str, set: &str, margin: bool) -> [f64; 2] {
     let set = study.sets.iter().position(|one| one.key == set).unwrap();
-    let searches = study.searches().unwrap();
+    let searches = study.searches();
     let search = searches.iter().find(|(s, m, _)| (*s, *m) == (set, margin)).unwrap();
     let effector = place(study, key);
     let sweep = study.sweep(set, margin, &search.2, effector, 1.0);
@@ -47,7 +47,7 @@ fn the_rudder_of_the_paper_can_jam_as_far_as_an_independent_model_says() {
 #[test]
 fn a_flight_that_is_found_is_steady_and_inside_its_set() {
     let study = study();
-    let searches = study.searches().unwrap();
+    let searches = study.searches();
     let rudder = place(&study, "rudder");
     let (set, _, search) = &searches[0];
     let flight = search.jammed(&[(rudder, 0.2)]).find(&[]).unwrap();
@@ -63,9 +63,8 @@ fn the_healthy_authority_is_that_of_the_independent_model() {
     // Coefficients .0238, .0459 and .0506 at q = 0.5 rho V^2 of 264 m/s and 5000 m.
     let study = study();
     let design = study.airframe().design_point;
-    let trim = trim::solve(&study.dynamics, &design, &icd::Ned::zero()).unwrap();
-    let searches = study.searches().unwrap();
-    let authority = searches[0].2.authority(&trim);
+    let searches = study.searches();
+    let authority = searches[0].2.authority(&study.trim);
     let density =
         plant_sim::atmosphere::LocalDensity::around(design.altitude_m).at(design.altitude_m);
     let geometry = study.airframe().aero.geometry();
@@ -84,7 +83,7 @@ fn the_healthy_authority_is_that_of_the_independent_model() {
 fn two_jams_at_once_leave_what_the_independent_model_says() {
     // Straight and level with the left elevator at 30 deg: rudder from -15.1 to 18.2 deg.
     let study = study();
-    let searches = study.searches().unwrap();
+    let searches = study.searches();
     let jams = |rudder_deg: f64| {
         let elevator = (place(&study, "left_elevator"), 30.0_f64.to_radians());
         let rudder = (place(&study, "rudder"), rudder_deg.to_radians());
