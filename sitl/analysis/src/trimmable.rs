@@ -193,15 +193,23 @@ impl Study {
         })
     }
 
-    /// Positions at which an effector jams: the middle, and from there outwards on either side.
-    fn jams(&self, effector: usize, step_deg: f64) -> (f64, [Vec<f64>; 2]) {
+    /// Positions at which an effector jams: zero, of an engine the thrust of a healthy flight, and from there outwards on
+    /// either side.
+    fn jams(
+        &self,
+        effector: usize,
+        step_deg: f64,
+        healthy: Option<&SteadyFlight>,
+    ) -> (f64, [Vec<f64>; 2]) {
         let airframe = self.airframe();
         let all = self.effectors();
         let servo = &airframe.servos[all[effector]];
         let is_angle = airframe.effectors.is_angle(all[effector]);
         let step =
             if is_angle { step_deg.to_radians() } else { (servo.max - servo.min) / ENGINE_STEPS };
-        let middle = if is_angle { 0.0 } else { self.trim.positions[all[effector]] };
+        let thrust =
+            || healthy.map_or(&self.trim.positions, |flight| &flight.positions)[all[effector]];
+        let middle = if is_angle { 0.0 } else { thrust() };
         let sides = [servo.min, servo.max].map(|end| {
             let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
             #[expect(
@@ -224,8 +232,8 @@ impl Study {
         effector: usize,
         step_deg: f64,
     ) -> Sweep {
-        let (middle, sides) = self.jams(effector, step_deg);
         let healthy = search.find(&[]);
+        let (middle, sides) = self.jams(effector, step_deg, healthy.as_ref());
         let find = |at: f64, near: &[SteadyFlight]| search.jammed(&[(effector, at)]).find(near);
         let at_end =
             |at: f64, near: &[SteadyFlight]| search.jammed(&[(effector, at)]).find_thoroughly(near);
@@ -274,7 +282,7 @@ impl Study {
             }
         }
         let all = |effector| {
-            let (middle, [below, above]) = self.jams(effector, step_deg);
+            let (middle, [below, above]) = self.jams(effector, step_deg, None);
             below.into_iter().rev().chain([middle]).chain(above).collect::<Vec<f64>>()
         };
         runner::map("jams of two effectors", &items, |((set, margin, search), one, other)| {
