@@ -1,4 +1,4 @@
-//! Each aircraft that comes with the program, flown by its files with the real binary.
+//! Each shipped aircraft, flown from its files with the real binary.
 #![expect(
     clippy::disallowed_methods,
     reason = "waiting for real programs, with the wall clock as bound"
@@ -12,10 +12,10 @@ use std::process::{Command, Output};
 
 use programs::program;
 
-/// Flight conditions of the F-16: altitude, m, and airspeed, m/s, all below Mach 0.6, where its tables hold.
+/// Flight conditions of the F-16: altitude, m, and airspeed, m/s, all below Mach 0.6, where its tables are valid.
 const F16_CONDITIONS: [[f64; 2]; 3] = [[1_500.0, 150.0], [4_000.0, 180.0], [8_000.0, 175.0]];
 
-/// Where the shipped model of the F-16 is linearised.
+/// Condition at which the shipped model of the F-16 is linearised.
 const F16_POINTS: [&str; 7] =
     ["3000,100", "3000,115", "3000,135", "3000,160", "3000,190", "3000,220", "3000,260"];
 
@@ -33,7 +33,7 @@ fn files(name: &str) -> [String; 2] {
         .map(|folder| root().join(folder).join(name).with_extension("toml").display().to_string())
 }
 
-/// Exit status and measures of a flight at a condition with these lines behind `[plant.start]`.
+/// Exit status and measures of a flight at a condition with these lines after `[plant.start]`.
 fn fly(
     name: &str,
     at: [f64; 2],
@@ -90,7 +90,7 @@ fn the_shipped_model_of_the_f16_is_its_airframe_linearised() {
 #[test]
 fn the_healthy_f16_follows_roll_airspeed_and_altitude_at_three_flight_conditions_with_each_law() {
     for at in F16_CONDITIONS {
-        // The integrator of the PID takes long to forget a step.
+        // The integrator of the PID takes long to recover from a step.
         for (law, altitude_m) in [("pid", 20.0), ("ndi", 2.0), ("lqr", 5.0)] {
             let (status, outcome) = fly("f16", at, &steps(at), &["--law", law]);
             assert_eq!(status, Some(0), "{law} at {at:?}: {outcome}");

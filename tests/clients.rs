@@ -15,10 +15,10 @@ use std::process::{Command, Output};
 
 use programs::{Program, free_port, program};
 
-/// What a script printed and how it ended; `None` without a Python.
+/// Output of a script and whether it succeeded; `None` without a Python.
 type Ended = Option<(Option<i32>, String)>;
 
-/// The Python to use; prints a note where there is none.
+/// The Python to use; prints a note if there is none.
 fn python() -> Option<OsString> {
     let python = std::env::var_os("TWO_STEP_PYTHON");
     if python.is_none() {
@@ -33,7 +33,7 @@ fn ended(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), printed)
 }
 
-/// Runs a script beside a flying aircraft. `connect` is the form of the address that its library takes.
+/// Runs a script together with a flying aircraft. `connect` is the form of the address that its library expects.
 fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> Ended {
     let python = python()?;
     let link = format!("127.0.0.1:{}", free_port());
@@ -52,7 +52,7 @@ fn run(script: &str, connect: &str, options: &[&str], arguments: &[&str]) -> End
     Some(ended(&output))
 }
 
-/// The script must end well. Its output is shown with `--nocapture`.
+/// The script must succeed. Its output is shown with `--nocapture`.
 fn holds(ended: Ended) {
     if let Some((code, printed)) = ended {
         println!("{printed}");
@@ -104,7 +104,7 @@ fn mavsdk_injects_and_clears_faults_and_receives_refusals() {
 fn every_fault_on_every_effector_agrees_with_the_truth_in_the_log() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().to_str().expect("a path in UTF-8");
-    // Turbulence keeps every effector busy; the truth of every tick is looked at.
+    // Turbulence moves every effector; the test checks the truth of every tick.
     let options =
         ["--log-dir", folder, "--log-rate", "full", "--speed", "10", "--turbulence-m-s", "3"];
     holds(run("clients/every_fault.py", "udpin:", &options, &options[..2]));

@@ -1,4 +1,4 @@
-//! What only plant and controller together can promise.
+//! Properties of plant and controller together.
 
 mod flights;
 
@@ -10,7 +10,7 @@ use icd::tvc_jet;
 use plant_sim::{EarthModel, Plant};
 use sitl::closed_loop::{FlightSetup, Record, settings};
 
-/// The same flight seen in a mirror: faults on the other side, roll references and rudder the other way.
+/// The mirrored flight: faults on the other side, roll references and rudder reversed.
 fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
     let mut mirrored = setup.clone();
     for fault in &mut mirrored.plant.faults {
@@ -179,7 +179,7 @@ fn off_the_design_point_the_estimate_begins_near_zero_and_not_at_half_its_level(
             let [with, without] = [true, false]
                 .map(|report| level_after_start(earth, airspeed_m_s, altitude_m, report));
             println!("{earth:?}, {airspeed_m_s} m/s, {altitude_m} m: {with} instead of {without}");
-            // What the estimate has of a turn of 30 deg at the design point is 0.003 rad/s2, 0.015 of a level.
+            // The estimate of a turn of 30 deg at the design point is 0.003 rad/s2, 0.015 of a level.
             assert!(with < 0.02, "{earth:?}, {airspeed_m_s} m/s, {altitude_m} m: {with}");
             assert!(without > 5.0 * with, "without the report {without}");
         }
@@ -187,7 +187,7 @@ fn off_the_design_point_the_estimate_begins_near_zero_and_not_at_half_its_level(
 }
 
 #[test]
-fn sensors_with_rates_of_their_own_and_one_that_fails_for_a_second_keep_level_flight() {
+fn sensors_with_different_rates_and_one_that_fails_for_a_second_keep_level_flight() {
     let setup = healthy(EarthModel::Wgs84);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
     let mut autopilot = Autopilot::new(&settings(&setup));

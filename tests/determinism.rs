@@ -42,7 +42,7 @@ fn the_seed_is_without_meaning_where_nothing_is_random() {
 fn gyro_noise_does_not_change_the_gusts() {
     let mut quiet = noisy(7);
     quiet.plant.sensors.gyro_noise_rad_s = 0.0;
-    // The trajectories part, but the air moves alike at the first ticks: the streams are separate.
+    // The trajectories diverge, but the air moves alike at the first ticks: the streams are separate.
     let (a, b) = (fly(&noisy(7)), fly(&quiet));
     assert_ne!(bytes(&a[..100]), bytes(&b[..100]), "the noise is there");
     let first = |records: &[sitl::closed_loop::Record]| records[1].truth.beta_rad;

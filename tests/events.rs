@@ -1,4 +1,4 @@
-//! Events of a flight as operators get them, and their times.
+//! Events of a flight as operators receive them, and their times.
 
 mod flights;
 

@@ -1,4 +1,4 @@
-//! Every option that names a file, with a path that is no such file: the programs name file and reason, end at once,
+//! Every option that names a file, with a path of another kind of file: the programs name file and reason, end at once,
 //! and change nothing.
 #![expect(
     clippy::disallowed_methods,
@@ -19,13 +19,13 @@ use std::time::Duration;
 use ground::Ground;
 use programs::{Program, autopilot};
 
-/// Longer than any file that is read whole but a flight log, bytes.
+/// Longer than any file that is read as a whole except a flight log, bytes.
 const LARGE: u64 = 100_000_000;
 
 /// A way to start a program up to the option that takes the file.
 type Start = (&'static str, &'static [&'static str]);
 
-/// Options that read a file of which there has to be one.
+/// Options that read a file, which must exist.
 const READERS: [Start; 13] = [
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--scenario"]),
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--belief"]),
@@ -42,7 +42,7 @@ const READERS: [Start; 13] = [
     ("sitl", &["replay"]),
 ];
 
-/// Options that read a file and write it again; none is needed.
+/// Options that read a file and write it again; it may be missing.
 const KEEPERS: [Start; 3] = [
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--parameter-file"]),
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--signing-key"]),
@@ -106,7 +106,7 @@ fn pipes_devices_and_huge_files_are_refused_without_waiting() {
     let bytes = file(folder.path(), "bytes", b"\xFF\xFE\x00");
     let missing = folder.path().join("missing").to_str().expect("plain path").to_owned();
     for start in READERS.into_iter().chain(KEEPERS) {
-        // A setup is not text: whatever is wrong with it, it is no setup.
+        // A setup is binary: any wrong content is an invalid setup.
         let setup = "setup of this version";
         for path in &not_ordinary {
             refused(start, path, &["an ordinary file is needed", setup]);
@@ -131,7 +131,7 @@ fn files_of_others_are_neither_replaced_nor_removed() {
         refused(start, &diary, &["not written by this program"]);
         assert_eq!(fs::read(&diary).expect("it is there"), b"my diary\n", "{start:?}");
     }
-    // What reads a file and writes it again has refused to start with what it cannot read.
+    // For a file that it reads and rewrites, the program has refused to start on content that it cannot read.
     for start in KEEPERS {
         refused(start, &diary, &[]);
         assert_eq!(fs::read(&diary).expect("it is there"), b"my diary\n", "{start:?}");

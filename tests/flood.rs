@@ -1,5 +1,5 @@
-//! A flight beside a flood of messages that change nothing is the flight alone, bit for bit, and whoever
-//! behaves gets every answer.
+//! A flight during a flood of messages without effect is the same as without it, bit for bit, and a
+//! well-behaved client gets every answer.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -27,20 +27,20 @@ use programs::{Program, TIMEOUT, listening_autopilot};
 
 /// Simulation time of the flight, s.
 const FLIGHT_S: &str = "20";
-/// Simulation time per wall time beside the flood: ten seconds of it.
+/// Simulation time per wall time during the flood: ten seconds of it.
 const SPEED: &str = "2";
 /// Ground stations that flood by UDP.
 const UDP_FLOODERS: usize = 12;
-/// Ground stations that flood by TCP and read what they are sent.
+/// Ground stations that flood by TCP and read what the autopilot sends.
 const TCP_FLOODERS: usize = 6;
 /// Ground stations that flood by TCP and read nothing.
 const SLOW_FLOODERS: usize = 2;
-/// Each of them sends one message in this time.
+/// Each of them sends one message per this time.
 const ROUND: Duration = Duration::from_millis(10);
 /// Messages of all of them together, 1/s, at least.
 const RATE_MIN: f64 = 1_000.0;
 
-/// Flies and returns what both programs wrote. `beside` runs until the plant has ended.
+/// Flies and returns the logs of both programs. `beside` runs until the plant has ended.
 fn fly(
     folder: &Path,
     name: &str,
@@ -70,14 +70,14 @@ fn address(listening: &serde_json::Value, key: &str) -> SocketAddr {
     text.parse().expect("an address")
 }
 
-/// What the flood came to.
+/// Result of the flood.
 struct Flood {
     messages: u64,
     seconds: f64,
     answers: u64,
 }
 
-/// Each client sends one message each round until it is stopped.
+/// Each client sends one message per round until it is stopped.
 fn flood(udp: SocketAddr, tcp: SocketAddr, stop: &AtomicBool) -> Flood {
     let flooders = (0..UDP_FLOODERS).map(|_| Flooder::udp(udp));
     let flooders = flooders.chain((0..TCP_FLOODERS).map(|_| Flooder::tcp(tcp, true)));
@@ -122,7 +122,7 @@ fn behave(tcp: SocketAddr, stop: &AtomicBool) -> BTreeMap<u16, u32> {
     station.acknowledged
 }
 
-/// Ends the flood also where the test fails.
+/// Ends the flood even if the test fails.
 struct StopsAll<'a>(&'a AtomicBool);
 
 impl Drop for StopsAll<'_> {

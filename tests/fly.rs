@@ -1,4 +1,4 @@
-//! `sitl fly` with the real binary: what it prints, writes and returns, and what it refuses.
+//! `sitl fly` with the real binary: its output, files and exit status, and what it refuses.
 #![expect(
     clippy::disallowed_methods,
     reason = "waiting for real programs, with the wall clock as bound"
@@ -89,7 +89,7 @@ fn an_aircraft_of_eleven_kilograms_flies_by_its_files_and_survives_a_jammed_aile
     const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../autopilot/models/aerosonde.toml");
     let folder = folder();
     let linearized = folder.path().join("model.toml");
-    // Its parameters are kept.
+    // Its parameters stay.
     fs::copy(MODEL, &linearized).expect("a free path");
     let status = sitl(&["linearize", "--airframe", AIRFRAME, "--out", text(&linearized)]).status;
     assert!(status.success());

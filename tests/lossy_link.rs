@@ -19,22 +19,22 @@ use programs::{Program, autopilot_with};
 
 /// Simulation time flown, s.
 const FLOWN_S: &str = "4";
-/// What the relay does happens to one packet of so many; a prime, so that both directions are hit.
+/// The relay disturbs one packet in this many; a prime, so that both directions are hit.
 const EVERY: u64 = 37;
-/// How long a late packet is held back: longer than the plant waits before it repeats its request.
+/// Delay of a late packet: longer than the plant waits before it repeats its request.
 const LATE: Duration = Duration::from_millis(45);
 
-/// What the relay does to a packet.
+/// Disturbance of a packet.
 #[derive(Clone, Copy)]
 enum Ill {
     Nothing,
     Lose,
     Double,
-    /// Comes after its repetition, and behind later packets.
+    /// Arrives after its repetition, and after later packets.
     Delay,
 }
 
-/// A relay in front of `autopilot`; its address, and how many packets it did something to.
+/// A relay in front of `autopilot`; its address, and the number of disturbed packets.
 fn relay(autopilot: SocketAddr, ill: Ill, end: &Arc<AtomicBool>) -> (SocketAddr, Arc<AtomicU64>) {
     let front = UdpSocket::bind("127.0.0.1:0").expect("a port for the plant");
     let back = UdpSocket::bind("127.0.0.1:0").expect("a port for the autopilot");
@@ -66,7 +66,7 @@ fn relay(autopilot: SocketAddr, ill: Ill, end: &Arc<AtomicBool>) -> (SocketAddr,
                 let packet = buffer[..bytes].to_vec();
                 let (front, back, plant) =
                     (Arc::clone(&front), Arc::clone(&back), Arc::clone(&plant));
-                // What does not leave is one more lost packet.
+                // A packet that cannot be sent is one more lost packet.
                 let pass = move || {
                     let to = *plant.lock().expect("no panic while held");
                     let _ = match to {
@@ -100,7 +100,7 @@ fn relay(autopilot: SocketAddr, ill: Ill, end: &Arc<AtomicBool>) -> (SocketAddr,
     (address, harmed)
 }
 
-/// Both logs of a flight over such a network, and how many packets were harmed.
+/// Both logs of a flight over such a network, and the number of disturbed packets.
 fn fly(ill: Ill, folder: &Path) -> (Vec<u8>, Vec<u8>, u64) {
     let (truth, steps) = (folder.join("truth.log"), folder.join("steps.log"));
     let (truth_name, step_name) = (truth.display().to_string(), steps.display().to_string());

@@ -1,4 +1,4 @@
-//! Plans flown by the real aircraft: the whole way from an operator's command to a track over the ground.
+//! Plans flown by the real aircraft: the whole chain from an operator's command to a track over the ground.
 
 mod flights;
 
@@ -59,7 +59,7 @@ fn begun(flown: &Flown) -> Vec<u16> {
     flown.events.iter().filter_map(item).collect()
 }
 
-/// A point of the ellipsoid as the plant's own geodesy sees it: a judge that the guidance does not share.
+/// A point of the ellipsoid by the plant's own geodesy, which is independent of the guidance.
 fn on_ground(place: Place) -> Vector3<f64> {
     let Place { latitude_rad, longitude_rad } = place;
     ecef(&Geodetic { latitude_rad, longitude_rad, altitude_m: 0.0 })
@@ -82,14 +82,14 @@ fn place_of(action: &Action) -> Place {
     place.expect("an item with a place")
 }
 
-/// Pieces of the track that were flown with one item after the other.
+/// Sections of the track that were flown with one item after the other.
 fn pieces(flown: &Flown) -> Vec<&[TrackPoint]> {
     let in_mission: Vec<_> =
         flown.track.chunk_by(|a, b| (a.item, a.mode) == (b.item, b.mode)).collect();
     in_mission.into_iter().filter(|piece| piece[0].mode == Mode::Mission).collect()
 }
 
-/// Largest distance beside legs between two points of the plan, in the last 40 % of each.
+/// Largest distance from the legs between two points of the plan, in the last 40 % of each.
 fn worst_beside(plan: &Plan, flown: &Flown) -> f64 {
     let mut worst = 0.0_f64;
     let mut legs = 0;
@@ -122,7 +122,7 @@ fn worst_off_circle(plan: &Plan, flown: &Flown) -> f64 {
     circle[settled..].iter().map(off).fold(0.0, f64::max)
 }
 
-/// Largest difference from the altitude of a point when the aircraft is there, m.
+/// Largest altitude error at the passage of a point, m.
 fn worst_altitude(plan: &Plan, flown: &Flown) -> f64 {
     let mut worst = 0.0_f64;
     for piece in pieces(flown) {
@@ -136,7 +136,7 @@ fn worst_altitude(plan: &Plan, flown: &Flown) -> f64 {
     worst
 }
 
-/// Flies the demonstration and checks what any wind must leave: the order, the end, home.
+/// Flies the demonstration and checks what must hold in any wind: the order, the end, home.
 fn demonstrate(earth: EarthModel, wind_m_s: f64, turbulence_m_s: f64) -> (Arc<Plan>, Flown) {
     let setup = setup(earth, wind_m_s, turbulence_m_s);
     let plan = demo(&setup);
@@ -263,7 +263,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
             .count();
         if moment.snapshot.terminated {
             terminated_at.get_or_insert(moment.truth.position);
-            assert_eq!(moment.snapshot.mode, Mode::Position, "nobody is obeyed");
+            assert_eq!(moment.snapshot.mode, Mode::Position, "no command has an effect");
         }
         last = Some(moment.truth.position);
     });

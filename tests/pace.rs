@@ -1,4 +1,4 @@
-//! Simulation time that stands still, steps and creeps, in the two real programs: it looks like no loss, and the
+//! Simulation time that pauses, steps and runs slowly, in the two real programs: neither side sees a loss, and the
 //! flight stays the same to the bit.
 #![expect(
     clippy::disallowed_methods,
@@ -41,7 +41,7 @@ fn plant(link: &str, options: &[&str]) -> Program {
     Program::start_as_parent("plant-sim", &all)
 }
 
-/// Listens, and sends heartbeats as a ground station, for so many seconds of wall time.
+/// Receives, and sends heartbeats as a ground station, for this many seconds of wall time.
 fn be_there(ground: &mut Ground, seconds: u32) {
     for _ in 0..seconds {
         ground.send(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::DEFAULT));
@@ -141,7 +141,7 @@ fn slow_motion_is_slow() {
     assert!(factor < 0.12, "x{factor}");
 }
 
-/// Truth log and step log of four noisy seconds of case 2, after `conduct` had its way with the plant.
+/// Truth log and step log of four noisy seconds of case 2, while `conduct` controls the pace of the plant.
 fn logs(options: &[&str], conduct: impl Fn(&mut Program)) -> [Vec<u8>; 2] {
     let folder = tempfile::tempdir().expect("a folder for logs");
     let file = |name: &str| folder.path().join(name).display().to_string();
@@ -180,7 +180,7 @@ fn pauses_steps_and_speeds_write_the_same_bytes() {
     assert!(disturbed == undisturbed, "the pace changed the flight");
 }
 
-/// What a terminal shows, until `part` is there.
+/// Output of a terminal, until `part` appears.
 fn read_until(screen: &mut File, part: &str, shown: &mut String) {
     let (until, from) = (Instant::now() + TIMEOUT, shown.len());
     while !shown[from..].contains(part) {
@@ -223,14 +223,14 @@ fn on_a_terminal_keys_pause_step_and_end_and_the_terminal_is_as_before() {
     read_until(&mut screen, "x1.0", &mut shown);
     assert!(by_line().is_empty(), "keys come one by one, without echo");
     let mut press = |keys: &[u8], part: &str| {
-        screen.write_all(keys).expect("somebody reads");
+        screen.write_all(keys).expect("sitl reads its terminal");
         read_until(&mut screen, part, &mut shown);
     };
     press(b" ", "PAUSED");
-    // In a pause the speed is not shown: nothing is drawn again.
+    // During a pause the speed is not shown: nothing is drawn again.
     press(b"- ", "x0.50");
     press(b" ", "PAUSED");
-    screen.write_all(b"q").expect("somebody reads");
+    screen.write_all(b"q").expect("sitl reads its terminal");
     let status = sitl.wait().expect("a child can be waited for");
     assert!(status.success(), "{status}; {shown}");
     assert_eq!(by_line(), before);

@@ -1,4 +1,4 @@
-//! The paper's claims, one test each. Their limits stand in `sitl::paper`; docs/decisions.md has their origin.
+//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/decisions.md has their origin.
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -30,7 +30,7 @@ fn evaluate(options: &Options) -> Vec<ClaimResult> {
     paper::evaluate(options).expect("the shipped cases fly")
 }
 
-/// Asserts every measured value of the claims with this number; there must be some.
+/// Asserts every measured value of the claims with this number; there must be at least one.
 fn assert_claim(results: &[ClaimResult], id: &str) {
     let of_claim: Vec<&ClaimResult> = results.iter().filter(|result| result.id == id).collect();
     assert!(!of_claim.is_empty(), "claim {id} was not checked");

@@ -1,4 +1,4 @@
-//! What a ground station sets is there after a restart, however the autopilot ended.
+//! A value set by a ground station persists over a restart, however the autopilot ended.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"

@@ -1,4 +1,4 @@
-//! Several plants and strangers at one autopilot: whose packets count, with the real programs.
+//! Several plants and strangers at one autopilot: whose packets the autopilot accepts, with the real programs.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -39,13 +39,13 @@ fn a_plant_that_was_superseded_is_taken_back_when_it_is_alone() {
     ground.listen_until("the second flight undisturbed", |ground| ground.time_s > before_s + 0.5);
     second.signal(KILL);
     autopilot.wait_for("does not answer");
-    // It goes on where it was suspended, after the second one.
+    // It continues where it was suspended, after the second one.
     ground.listen_until("the first flight again", |ground| ground.time_s > 3.0);
     let resumed_s = ground.time_s;
     ground.listen_until("the first flight goes on", |ground| ground.time_s > resumed_s + 0.5);
 }
 
-/// A socket on loopback that does not wait for ever.
+/// A socket on loopback with a timeout.
 fn socket() -> UdpSocket {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
     socket.set_read_timeout(Some(Duration::from_millis(200))).expect("a timeout");
@@ -54,14 +54,14 @@ fn socket() -> UdpSocket {
 
 fn question(plant: &mut PlantSide, tick: u64) -> Vec<u8> {
     let mut values = [0.0; Sensors::COUNT];
-    // The attitude must be one.
+    // The attitude must be a unit quaternion.
     values[6] = 1.0;
     let (time, period) = (SimTime::from_micros(2_000 * tick), ControlPeriod::DEFAULT);
     let sensors = Sensors::at(time, &values);
     plant.begin_exchange(time, Phase::Flying, period, &sensors, Reports::new(), &[]).to_vec()
 }
 
-/// Sends a packet and returns what comes back, if anything does.
+/// Sends a packet and returns the answer, if any.
 fn exchange(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
     socket.send_to(packet, to).expect("loopback takes it");
     let mut buffer = [0; PACKET_MAX];
@@ -70,13 +70,13 @@ fn exchange(socket: &UdpSocket, packet: &[u8], to: &str) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn a_neighbour_who_knows_the_session_cannot_speak_for_the_plant() {
+fn a_neighbour_that_knows_the_session_cannot_impersonate_the_plant() {
     let (_autopilot, link) = autopilot_with(&["--no-gcs"]);
     let (ours, strange) = (socket(), socket());
     let mut plant = PlantSide::new(0x0123_4567_89ab_cdef, tvc_jet::aircraft());
     for tick in 0..100 {
         let request = question(&mut plant, tick);
-        // As the neighbour sees it: the right session, the right sequence number; before the plant and after it.
+        // The neighbour's packets: the right session, the right sequence number; before the plant and after it.
         for is_known in [true, false] {
             let mut packet = request.clone();
             if !is_known {
@@ -113,7 +113,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_neighbour_who_knows_the_session_cannot_speak_for_the_autopilot() {
+fn a_neighbour_that_knows_the_session_cannot_impersonate_the_autopilot() {
     let (ours, strange) = (socket(), socket());
     let link = ours.local_addr().expect("it has one").to_string();
     let plant = Program::start("plant-sim", &["--autopilot", &link]);

@@ -1,4 +1,4 @@
-//! The two real programs over loopback, flown and broken by MAVLink; killed and started again.
+//! The two real programs over loopback, with commands and faults by MAVLink; killed and restarted.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -19,7 +19,7 @@ const JAM_LEFT_ELEVATOR: [f32; 7] = [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0];
 /// Roll angle beyond which the aircraft counts as lost, deg.
 const LOST_DEG: f64 = 90.0;
 
-/// Climb commanded, left elevator jammed three seconds later, and on until 60 s after it.
+/// Climb commanded, left elevator jammed three seconds later, and the flight until 60 s after it.
 fn climb_and_jam(ftc: &str) -> Ground {
     let mut ground = Ground::new();
     let (_autopilot, link) = autopilot(ground.address(), &["--ftc", ftc]);
@@ -86,7 +86,7 @@ fn a_killed_plant_is_reported_and_its_successor_is_a_new_flight() {
     ground.listen_until("the report", |ground| {
         ground.texts.iter().any(|text| text.to_lowercase().contains("lost"))
     });
-    // One heartbeat a second of wall time: two seconds at the most, one more for the one under way.
+    // One heartbeat a second of wall time: two seconds at the most, one more for one in transit.
     assert!(ground.heartbeats <= heartbeats + 3, "{} heartbeats", ground.heartbeats - heartbeats);
     autopilot.wait_for("plant");
     let _plant = Program::start("plant-sim", &["--autopilot", &link]);
@@ -254,7 +254,7 @@ fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
     }
 }
 
-/// Airframe and model of an aircraft that comes with the program.
+/// Airframe and model of a shipped aircraft.
 fn files(aircraft: &str) -> [String; 2] {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     ["plant-sim/airframes", "autopilot/models"]
@@ -271,7 +271,7 @@ fn the_f16_flies_a_mission_with_a_circle_of_6_km() {
     fly_mission_with_a_circle("f16", 6_000.0, [4_100.0, 4_200.0, 4_050.0], "100");
 }
 
-/// Flies a leg of six radii, one turn of the circle, and back beside the start; two programs and MAVLink.
+/// Flies a leg of six radii, one turn of the circle, and back past the start; two programs and MAVLink.
 fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3], speed: &str) {
     let [airframe, model] = files(aircraft);
     let mut ground = Ground::new();
@@ -280,7 +280,7 @@ fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3
     let _plant = Program::start("plant-sim", &options);
     ground.listen_until("a place", |ground| ground.place_e7 != [0; 2]);
     let [lat, lon] = ground.place_e7;
-    // Metres of a unit of 1e-7 deg, to the north and to the east.
+    // Metres per unit of 1e-7 deg, to the north and to the east.
     let north_m = 6.371e6 * 1.0e-7_f64.to_radians();
     let east_m = north_m * (1.0e-7 * f64::from(lat)).to_radians().cos();
     #[expect(clippy::cast_possible_truncation, reason = "a short way")]

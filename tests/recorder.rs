@@ -1,4 +1,4 @@
-//! Flight logs of real processes: what is in them, when they end, and what is left when a process is killed.
+//! Flight logs of real processes: their content, when they end, and what remains when a process is killed.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound"
@@ -34,7 +34,7 @@ use ulog::reader::{Log, Row, Topic};
 /// MAV_CMD_USER_1: SERVO, STUCK, left elevator, angle, 30 deg, no ramp, at once.
 const JAM_LEFT_ELEVATOR: [f32; 7] = [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0];
 
-/// Rows of every control step, for tests that work out the flight from them.
+/// Rows of every control step, for tests that compute the flight from them.
 const FULL: [&str; 2] = ["--log-rate", "full"];
 
 /// The logs of a folder, oldest first.
@@ -62,7 +62,7 @@ fn topic<'a>(log: &'a Log, name: &str) -> Topic<'a> {
     log.topic(name).unwrap_or_else(|| panic!("no topic {name}"))
 }
 
-/// An entry of the topic `recorded`: control steps before it, moment, what.
+/// An entry of the topic `recorded`: control steps before it, moment, content.
 type Input = (u64, Moment, Recorded);
 
 fn inputs(log: &Log) -> Vec<Input> {
@@ -83,7 +83,7 @@ fn inputs(log: &Log) -> Vec<Input> {
     inputs
 }
 
-/// The run hash, worked out again from the rows of the log.
+/// The run hash, computed again from the rows of the log.
 fn hash(log: &Log) -> RunHash {
     let mut hash = RunHash::default();
     let requests: Vec<Input> =
@@ -103,7 +103,7 @@ fn hash(log: &Log) -> RunHash {
                 hash.request(*steps, *moment, &request.action);
             }
         }
-        // Of an ideal sensor every sample is valid and of its step.
+        // Every sample of an ideal sensor is valid and belongs to its step.
         assert!(Sensors::TIMES.iter().all(|name| row.unsigned(name) == Some(time.as_micros())));
         assert!(Sensors::VALID.iter().all(|name| row.unsigned(name) == Some(1)));
         hash.step(time, &Sensors::at(time, &values), &actuators, tvc_jet::ALL.len());
@@ -174,7 +174,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     }
     assert!(steps.next_entry::<LoggedStep>().expect("whole").is_none());
 
-    // What came in, where it acted, and what became of it.
+    // The inputs, the steps in which they acted, and their outcomes.
     let inputs = inputs(&log);
     let command = inputs.iter().find_map(|(step, _, what)| match what {
         Recorded::Intent(intent)
@@ -218,7 +218,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     assert_eq!(log.info_text("run_hash"), Some(hash(&log).hex().as_str()));
 }
 
-/// What a log has without `--log-rate full`.
+/// Content of a log without `--log-rate full`.
 #[test]
 fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
     let folder = tempfile::tempdir().expect("a folder for the test");
@@ -246,7 +246,7 @@ fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
         assert_eq!(times.iter().filter(|us| near(us)).count(), 1_250, "{topic}");
         assert!(times.len() < 12_000 && times.last() == Some(&60_000_000), "{}", times.len());
     }
-    // Rows that are there are those of the full log, bit for bit, and so is the flight.
+    // The rows are those of the full log, bit for bit, and so is the flight.
     let (some, all) = (topic(&log, "control"), topic(&full, "control"));
     let names = control_names(&tvc_jet::effectors());
     let times = all.times_us();
@@ -362,7 +362,7 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     let log = Log::open(&logs(folder.path())[0]).expect("readable");
     let texts: Vec<&str> = log.texts().iter().map(|text| text.text.as_str()).collect();
     for received in &ground.texts {
-        // Long texts come in pieces, all but the last filled with blanks to their full length.
+        // Long texts are sent in chunks, all but the last filled with blanks to their full length.
         let piece = received.trim_end();
         let times = texts.iter().filter(|text| text.contains(piece)).count();
         assert!(times == 1 || piece.len() < 20, "{piece}: {times} times in {texts:?}");
@@ -410,7 +410,7 @@ fn a_folder_that_cannot_be_written_stops_the_start_and_one_that_goes_away_does_n
     assert_eq!(refused.end(), Some(1));
     assert!(refused.printed().contains(text(&inside)), "{}", refused.printed());
 
-    // Between start and flight the folder gives way to a file, so that it cannot be made again.
+    // Between start and flight a file replaces the folder, so that it cannot be created again.
     let gone = folder.path().join("gone");
     let (autopilot, link) = autopilot_with(&["--log-dir", text(&gone), "--no-gcs"]);
     fs::remove_dir_all(&gone).expect("it was created at the start");

@@ -1,4 +1,4 @@
-//! Flights of real processes, with a ground station that speaks when it likes, flown again from their logs.
+//! Flights of real processes, with a ground station that sends at arbitrary times, replayed from their logs.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: sockets, waiting, and the wall clock as bound and as dice"
@@ -39,7 +39,7 @@ fn replay(log: &Path) -> (Option<i32>, String) {
     sitl(&["replay", log.to_str().expect("a readable path")])
 }
 
-/// Numbers without a pattern (splitmix64). The seed is wall time on purpose: each run is another one.
+/// Random numbers (splitmix64). The seed is wall time on purpose: each run is different.
 struct Dice(u64);
 
 impl Dice {
@@ -61,7 +61,7 @@ impl Dice {
     }
 }
 
-/// Something that an operator may do, chosen by chance.
+/// A random action of an operator.
 fn do_something(ground: &mut Ground, dice: &mut Dice) {
     let zero = [0.0; 7];
     match dice.roll(8) {
@@ -80,7 +80,7 @@ fn do_something(ground: &mut Ground, dice: &mut Dice) {
             ground.command(MavCmd::MAV_CMD_USER_1, p);
         }
         3 => {
-            // All servos are well again.
+            // Clears the faults of all servos.
             let p = [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
             ground.command(MavCmd::MAV_CMD_INJECT_FAILURE, p);
         }
@@ -98,7 +98,7 @@ fn do_something(ground: &mut Ground, dice: &mut Dice) {
             ground.command(MavCmd::MAV_CMD_DO_PAUSE_CONTINUE, zero);
         }
         _ => {
-            // Time stands still, commands come meanwhile, and time runs again.
+            // The simulation pauses, commands arrive meanwhile, and time runs again.
             ground.command(MavCmd::MAV_CMD_USER_2, zero);
             let jam = [102.0, 2.0, 3.0, 1.0, dice.between(-8.0, 8.0), 0.0, 0.0];
             ground.command(MavCmd::MAV_CMD_USER_1, jam);
@@ -227,7 +227,7 @@ fn flight(folder: &Path, options: &[&str]) -> (Ground, Program, Program) {
     (ground, autopilot, plant)
 }
 
-/// Ends the autopilot; each of its logs is the same flight again and ends as expected.
+/// Ends the autopilot; each of its logs replays to the same flight and ends as expected.
 fn all_again(folder: &Path, mut autopilot: Program, ends: &[&str]) {
     autopilot.signal(15);
     assert_eq!(autopilot.end(), Some(0), "{}", autopilot.printed());
@@ -241,7 +241,7 @@ fn all_again(folder: &Path, mut autopilot: Program, ends: &[&str]) {
     }
 }
 
-/// What was recorded of the only or last flight, as JSON.
+/// The recorded inputs of the only or last flight, as JSON.
 fn recorded(folder: &Path) -> String {
     let log = Log::open(logs(folder).last().expect("a log")).expect("readable");
     let topic = log.topic("recorded").expect("a topic");
@@ -288,7 +288,7 @@ fn a_silence_of_the_plant_is_flown_again() {
     ground.command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 3.0, 1.0, 7.0, 0.0, 0.0]);
     plant.signal(19);
     ground.listen_until("a silent plant", |ground| ground.has_text("Plant link lost"));
-    // Commands while nobody flies.
+    // Commands without a flight.
     let climb = [5_100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     ground.send_command(MavCmd::MAV_CMD_DO_CHANGE_ALTITUDE, climb);
     ground.send_command(MavCmd::MAV_CMD_USER_1, [102.0, 2.0, 1.0, 1.0, 5.0, 0.0, 0.0]);

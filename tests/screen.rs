@@ -1,5 +1,5 @@
 //! `sitl` on a terminal: one screen that is redrawn in place, also when the terminal changes its size, and a terminal
-//! as it was before, however the flight ends.
+//! that is restored however the flight ends.
 #![expect(
     clippy::disallowed_methods,
     reason = "the other side of real programs: terminals, waiting, and the wall clock as bound"
@@ -19,7 +19,7 @@ use nix::unistd::Pid;
 use programs::{TIMEOUT, free_port, program};
 use rustix::termios::tcsetwinsize;
 
-/// The terminal becomes the program's, and is given back.
+/// Sequences that switch the terminal to the screen, and back.
 const TAKEN: &str = "\x1b[?1049h";
 const GIVEN_BACK: &str = "\x1b[?1049l";
 const CURSOR_SHOWN: &str = "\x1b[?25h";
@@ -28,13 +28,13 @@ fn size(columns: u16, rows: u16) -> Winsize {
     Winsize { ws_row: rows, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 }
 }
 
-/// `sitl` on a terminal of its own.
+/// `sitl` on its own terminal.
 struct OnTerminal {
     terminal: OpenptyResult,
     before: Termios,
     screen: File,
     sitl: Child,
-    /// All that it has written.
+    /// Its output so far.
     shown: String,
 }
 
@@ -55,7 +55,7 @@ impl OnTerminal {
         Self { terminal, before, screen, sitl, shown: String::new() }
     }
 
-    /// Reads until `part` has come anew.
+    /// Reads until `part` appears in new output.
     fn read_until(&mut self, part: &str) {
         let (until, from) = (Instant::now() + TIMEOUT, self.shown.len());
         while !self.shown[from..].contains(part) {
@@ -66,7 +66,7 @@ impl OnTerminal {
         }
     }
 
-    /// The end of what was shown.
+    /// The last part of the output.
     fn latest(&self) -> String {
         let skipped = self.shown.chars().count().saturating_sub(2_000);
         self.shown.chars().skip(skipped).collect()
@@ -78,7 +78,7 @@ impl OnTerminal {
         assert_eq!(from, None, "it is given back at the end only");
         self.read_until(GIVEN_BACK);
         let status = self.sitl.wait().expect("a child can be waited for");
-        // What was written before its end is there to be read.
+        // Output from before its end can still be read.
         self.terminal
             .slave
             .try_clone()
@@ -96,7 +96,7 @@ impl OnTerminal {
     }
 }
 
-/// The rows and texts that were written between taking the terminal and giving it back.
+/// The rows and texts between the switch to the screen and the switch back.
 fn drawn(shown: &str) -> Vec<(usize, String)> {
     let screen = shown.split_once(TAKEN).expect("it was taken").1;
     let screen = screen.split_once(GIVEN_BACK).map_or(screen, |(screen, _)| screen);
@@ -129,10 +129,10 @@ fn the_screen_is_redrawn_in_place_and_follows_the_size_of_the_terminal() {
     tcsetwinsize(&it.terminal.master, narrow).expect("a terminal has a size");
     it.read_until("\x1b[2J");
     let resized = wide + it.shown[wide..].find("\x1b[2J").expect("it was cleared");
-    it.screen.write_all(b" ").expect("somebody reads");
+    it.screen.write_all(b" ").expect("sitl reads its terminal");
     it.read_until("PAUSED");
     let from_here = it.shown.len();
-    it.screen.write_all(b"q").expect("somebody reads");
+    it.screen.write_all(b"q").expect("sitl reads its terminal");
     let (status, shown) = it.end();
     assert!(status.success(), "{status}: {shown}");
 

@@ -31,7 +31,7 @@ pub fn unix_start_us() -> Option<u64> {
     u64::try_from(since_1970.as_micros()).ok()?.checked_sub(elapsed)
 }
 
-/// The instant at `time`, for timers that want one.
+/// The instant at `time`, for timers that need one.
 #[must_use]
 pub fn instant(time: WallTime) -> Instant {
     *START + Duration::from_micros(time.as_micros())

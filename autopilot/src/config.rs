@@ -19,7 +19,7 @@ pub fn read(path: &Path) -> Result<String, ConfigError> {
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source: source.into() })
 }
 
-/// Reads a script for an aircraft with these effectors; of what is too long nothing is read.
+/// Reads a script for an aircraft with these effectors; a file over the limit is not read.
 ///
 /// # Errors
 /// [`ConfigError::Read`] or [`ConfigError::Script`] names the file.

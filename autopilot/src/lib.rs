@@ -12,8 +12,9 @@
 //! Both directions are bounded channels, so nothing on the right can delay a control step. There is no
 //! I/O outside `io/`, and no clock outside `clock.rs`.
 //!
-//! Start with [`run::run`]. What needs no process is in crates of its own, which this one re-exports: [`flight_management`] (modes, plans, parameters, scripts), [`mavlink`] (the services for ground stations) and
-//! [`recorder`] (what a flight log holds).
+//! Start with [`run::run`]. Everything that needs no process is in separate crates, which this one re-exports:
+//! [`flight_management`] (modes, plans, parameters, scripts), [`mavlink`] (the services for ground stations) and
+//! [`recorder`] (the content of a flight log).
 //!
 //! ```
 //! let model = autopilot::configuration::model("tvc_jet.toml", autopilot::configuration::DEFAULT_MODEL)?;

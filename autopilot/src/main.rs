@@ -1,4 +1,4 @@
-//! The autopilot as a program of its own; `sitl autopilot` is the same.
+//! The autopilot as a separate program; `sitl autopilot` is the same.
 
 use std::process::ExitCode;
 

@@ -27,26 +27,26 @@ mod ground_stations;
 pub use args::{AutopilotArgs, Ftc, LawArgs, RecordingArgs, ScriptArgs};
 pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
 
-/// Why the autopilot ended in order.
+/// Why the autopilot ended without an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExitReason {
-    /// A request to end the process.
+    /// The process received a request to end.
     Stopped,
 }
 
-/// Why the autopilot cannot go on.
+/// Why the autopilot cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A configuration file is wrong.
+    /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// A file that is not a setup.
+    /// A file is not a setup.
     #[error("{}: not a control setup of this version", path.display())]
     Setup {
         /// The file.
         path: PathBuf,
     },
-    /// A parameter is wrong.
+    /// A parameter is invalid.
     #[error("--param: {0}")]
     Parameter(#[from] ParameterError),
     /// Saved parameters cannot be used.
@@ -57,7 +57,7 @@ pub enum RunError {
     Gains {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The error in it.
         problem: SavedProblem,
     },
     /// A saved plan cannot be used.
@@ -66,13 +66,13 @@ pub enum RunError {
     /// The signing key cannot be used.
     #[error("signing: {0}")]
     Key(#[from] KeyFileError),
-    /// No socket.
+    /// A socket could not be opened.
     #[error(transparent)]
     Bind(#[from] BindError),
     /// Ground stations cannot be served.
     #[error(transparent)]
     Gcs(#[from] GcsError),
-    /// The link is over.
+    /// The plant link has ended.
     #[error(transparent)]
     Link(#[from] PlantLinkError),
     /// Flight logs cannot be written.
@@ -89,9 +89,9 @@ pub enum RunError {
     System(#[from] io::Error),
 }
 
-/// Flies until a request to end the process.
+/// Flies until the process receives a request to end.
 ///
-/// Call it before the process starts any thread: it changes how the process takes signals.
+/// Call it before the process starts any thread: it changes how the process handles signals.
 ///
 /// # Errors
 /// [`RunError`] names what the operator has to correct.
@@ -171,7 +171,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
 }
 
 impl AutopilotArgs {
-    /// The recorder, if there are to be flight logs.
+    /// The recorder, if flight logs are enabled.
     fn recorder(
         &self,
         parameters: &Parameters,
@@ -201,7 +201,7 @@ struct GroundStations {
 }
 
 impl GroundStations {
-    /// If they cannot be served, the process ends.
+    /// If it fails, the process ends.
     fn start(
         config: &GcsConfig,
         channels: GroundChannels,
@@ -230,7 +230,7 @@ impl GroundStations {
         // A thread that has ended already needs no request.
         let _ = self.shutdown.send(true);
         match self.thread.join() {
-            // The control thread ends first when all is well.
+            // The control thread ends first in normal operation.
             Ok(Ok(()) | Err(GcsError::ControlEnded)) => Ok(()),
             Ok(Err(error)) => Err(error.into()),
             Err(_) => Err(io::Error::other("the ground-station thread has broken down").into()),

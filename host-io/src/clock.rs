@@ -1,4 +1,4 @@
-//! The wall clock. It decides when to wait and when to send again, never what is computed.
+//! The wall clock. It determines waiting times and retransmissions, never a computed value.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -9,13 +9,13 @@ pub fn now() -> Instant {
     Instant::now()
 }
 
-/// Lets wall time pass.
+/// Waits for this wall time.
 #[expect(clippy::disallowed_methods, reason = "waiting for a tick that is due later")]
 pub fn sleep(duration: Duration) {
     std::thread::sleep(duration);
 }
 
-/// Seconds since 1970, UTC, for names of files; it enters no result.
+/// Seconds since 1970, UTC, for names of files; no result depends on it.
 #[must_use]
 #[expect(clippy::disallowed_methods, reason = "only shows people the time of an event")]
 pub fn utc_seconds() -> u64 {

@@ -23,16 +23,16 @@ pub fn show() {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
-        // A reader that went away must not end the flight.
+        // If the reader is gone, the flight continues.
         .log_internal_errors(false);
-    // An error means that it was called before.
+    // An error means that a logger is installed already.
     let is_first = tracing_subscriber::registry().with(shown).with(lines).try_init().is_ok();
     if let (Some(problem), true) = (problem, is_first) {
         tracing::warn!("{VARIABLE}: {directives:?} is not used: {problem}");
     }
 }
 
-/// Targets and their levels; what has none is shown from `info` on.
+/// Targets and their levels; a target without a level shows `info` and above.
 fn targets(directives: &str) -> Result<Targets, tracing_subscriber::filter::ParseError> {
     let targets = match directives.trim() {
         "" => Targets::new(),

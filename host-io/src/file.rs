@@ -1,8 +1,8 @@
-//! Files that a user names: read only if they are ordinary files of sane size, replaced only if the program wrote them.
+//! Files that a user names: read only if they are regular files of reasonable size, replaced only if the program wrote them.
 //!
-//! A device may give bytes without end, a pipe may give none for ever, and a name may have been mistyped. So
-//! everything that the programs read from a path of the user goes through [`read`], and every file that they write
-//! over is an [`OwnFile`]. Symbolic links lead to the file behind them, which has to be an ordinary one; that file is
+//! A device may give bytes without end, a pipe may block for ever, and a name may be mistyped. So
+//! the programs read every file from a path of the user through [`read`], and every file that they
+//! overwrite is an [`OwnFile`]. Symbolic links are followed to their target, which has to be a regular file; the target is
 //! replaced and the link stays.
 
 use std::fs::{self, DirBuilder, File, FileType, OpenOptions};
@@ -13,51 +13,51 @@ use std::process;
 
 use nix::libc::O_NONBLOCK;
 
-/// Longest configuration, scenario, airframe or model file, bytes: ten times what anybody writes by hand.
+/// Longest configuration, scenario, airframe or model file, bytes: ten times the longest one written by hand.
 pub const TEXT_MAX: u64 = 1 << 20;
 
-/// Bytes at the beginning of a file by which a program recognises what it wrote.
+/// Bytes at the beginning of a file by which a program recognises its own files.
 const BEGINNING: u64 = 4096;
-/// Of these, bytes that all tables or figures of one kind have in common.
+/// The part of these bytes that all tables or figures of one kind have in common.
 const KIND_BYTES: usize = 12;
 
-/// What is wrong with a file.
+/// Why a file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FileProblem {
-    /// The system does not give or take it.
+    /// The system's error.
     #[error("{0}")]
     System(#[from] io::Error),
-    /// No ordinary file.
+    /// Not a regular file.
     #[error("this is {0}, and an ordinary file is needed")]
     NotOrdinary(&'static str),
-    /// Longer than anything that could be meant.
+    /// Longer than any valid file.
     #[error("{bytes} bytes long, the limit is {limit} bytes")]
     TooLong {
-        /// Length of the file; at least so many if it grows.
+        /// Length of the file; at least this if it grows.
         bytes: u64,
-        /// Longest file that is read.
+        /// Length limit.
         limit: u64,
     },
-    /// Text was expected.
+    /// Not text.
     #[error("no text: byte {at} (from 0) is not UTF-8")]
     NotText {
-        /// Offset of the first byte that cannot be.
+        /// Offset of the first invalid byte.
         at: usize,
     },
-    /// Somebody else's content.
+    /// Content that the program did not write.
     #[error("not empty and not written by this program, so it is not replaced")]
     Foreign,
 }
 
 impl FileProblem {
-    /// Whether there is no file at all.
+    /// Whether the file does not exist.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::System(error) if error.kind() == ErrorKind::NotFound)
     }
 }
 
-/// What something is that is no ordinary file.
+/// Name of a file type that is not a regular file.
 fn kind(file: FileType) -> Option<&'static str> {
     match file {
         file if file.is_file() => None,
@@ -73,20 +73,20 @@ fn check_ordinary(file: FileType) -> Result<(), FileProblem> {
     kind(file).map_or(Ok(()), |kind| Err(FileProblem::NotOrdinary(kind)))
 }
 
-/// Opens an ordinary file for reading. Never waits: not for the other end of a pipe, not for a device.
+/// Opens a regular file for reading. Never waits: neither for the other end of a pipe, nor for a device.
 ///
 /// # Errors
 /// [`FileProblem::System`] or [`FileProblem::NotOrdinary`].
 pub fn open(path: &Path) -> Result<File, FileProblem> {
-    // Before it is opened: a device may do something when it is opened.
+    // Checked before opening: opening a device may have an effect.
     check_ordinary(fs::metadata(path)?.file_type())?;
     let file = OpenOptions::new().read(true).custom_flags(O_NONBLOCK).open(path)?;
-    // Of what was opened, whatever the name leads to by now.
+    // Metadata of the opened file, whatever the name refers to by now.
     check_ordinary(file.metadata()?.file_type())?;
     Ok(file)
 }
 
-/// The content of an ordinary file of at most `limit` bytes.
+/// The content of a regular file of at most `limit` bytes.
 ///
 /// # Errors
 /// [`FileProblem`] without the path, which the caller knows.
@@ -94,7 +94,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, FileProblem> {
     read_opened(&open(path)?, limit)
 }
 
-/// The content of an ordinary file that is open, of at most `limit` bytes.
+/// The content of an open regular file of at most `limit` bytes.
 ///
 /// # Errors
 /// As [`read`].
@@ -113,7 +113,7 @@ pub fn read_opened(file: &File, limit: u64) -> Result<Vec<u8>, FileProblem> {
     Ok(content)
 }
 
-/// The text of an ordinary file of at most `limit` bytes.
+/// The text of a regular file of at most `limit` bytes.
 ///
 /// # Errors
 /// As [`read`], and [`FileProblem::NotText`].
@@ -123,8 +123,8 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
         .map_err(|error| FileProblem::NotText { at: error.utf8_error().valid_up_to() })
 }
 
-/// Opens a file that is written from its beginning on: a new one, or one that is there, is empty or begins as
-/// `is_own` accepts, and is emptied.
+/// Opens a file for writing from its beginning: a new one, or an existing one that is empty or begins as
+/// `is_own` accepts, which is emptied.
 ///
 /// # Errors
 /// [`FileProblem`]; then nothing has changed.
@@ -148,29 +148,29 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
     Ok(file)
 }
 
-/// Writes a whole file: a new one, or over one that is empty or has `mark` in its beginning.
+/// Writes a whole file: a new one, or over one that is empty or has `mark` at its beginning.
 ///
 /// # Errors
-/// [`FileProblem`]; what the system refuses in the middle leaves a part of the content.
+/// [`FileProblem`]; if the system fails in the middle, the file has a part of the content.
 pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem> {
     let has_mark = |beginning: &[u8]| beginning.windows(mark.len().max(1)).any(|w| w == mark);
     let mut file = create(path, has_mark)?;
     Ok(file.write_all(content)?)
 }
 
-/// The mark of a table or figure whose name is given by the program: what all of its kind begin with.
+/// The mark of a table or figure whose name is given by the program: the common beginning of its kind.
 #[must_use]
 pub fn beginning(content: &[u8]) -> &[u8] {
     let line = content.iter().position(|byte| *byte == b'\n').unwrap_or(content.len());
     &content[..line.min(KIND_BYTES)]
 }
 
-/// A file that is written beside the one that it replaces, and takes its name when it is complete: what ends before that
-/// leaves the old file as it was.
+/// A file that is written next to the one that it replaces, and renamed when it is complete: a program that ends before that
+/// leaves the old file unchanged.
 #[derive(Debug)]
 pub struct NewFile {
     file: BufWriter<File>,
-    /// Name until it is complete; `None` afterwards.
+    /// Temporary name; `None` once the file has its final name.
     beside: Option<PathBuf>,
     path: PathBuf,
 }
@@ -181,7 +181,7 @@ impl NewFile {
     /// # Errors
     /// [`FileProblem`]; then nothing has changed.
     pub fn begin(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<Self, FileProblem> {
-        // Of a link, the file that it leads to is replaced and not the link.
+        // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         match open(&path) {
             Ok(file) => {
@@ -199,10 +199,10 @@ impl NewFile {
         Ok(Self { file: BufWriter::new(file), beside: Some(beside), path })
     }
 
-    /// Gives it its name.
+    /// Renames it to its final name.
     ///
     /// # Errors
-    /// The system's error; then the old file is as it was.
+    /// The system's error; then the old file is unchanged.
     pub fn finish(mut self) -> Result<(), FileProblem> {
         self.file.flush()?;
         if let Some(beside) = &self.beside {
@@ -226,39 +226,39 @@ impl io::Write for NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if let Some(beside) = &self.beside {
-            // It was given up; the caller has the error that matters.
+            // The file was abandoned; the caller has the important error.
             let _ = fs::remove_file(beside);
         }
     }
 }
 
-/// Name of a file until it is complete. Two processes with one file do not write into each other's.
+/// Temporary name of a file. Two processes with the same file use different names.
 fn beside(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(format!(".{}.new", process::id()));
     path.with_file_name(name)
 }
 
-/// How the content of an own file reaches the disk.
+/// When the content of an own file reaches the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sync {
     /// It is on the disk when the call returns.
     Disk,
-    /// The system writes it when it likes; nothing waits for the disk.
+    /// When the operating system writes it; the call does not wait for the disk.
     Later,
 }
 
-/// A file that a program writes, writes again, and may remove: its content is always whole, and nothing is replaced or
-/// removed that the program did not write.
+/// A file that a program writes, rewrites, and may remove: its content is always complete, and files that the
+/// program did not write are neither replaced nor removed.
 #[derive(Debug, Clone)]
 pub struct OwnFile {
     path: PathBuf,
-    /// Whether a content was written by the program. An empty file is free for anybody.
+    /// Whether the program wrote a content. An empty file may be used by any program.
     is_own: fn(&[u8]) -> bool,
-    /// Longest content that can be the program's own, bytes.
+    /// Longest content that the program writes, bytes.
     limit: u64,
     sync: Sync,
-    /// Permissions of the file, where they are not left to the system; of folders that are made for it.
+    /// Permissions of the file, unless the system sets them; of folders created for it.
     modes: Option<(u32, u32)>,
 }
 
@@ -266,7 +266,7 @@ impl OwnFile {
     /// A file at `path`. `is_own` recognises what the program writes there, at most `limit` bytes.
     #[must_use]
     pub fn new(path: &Path, limit: u64, is_own: fn(&[u8]) -> bool) -> Self {
-        // Of a link, the file that it leads to is replaced and not the link.
+        // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         Self { path, is_own, limit, sync: Sync::Disk, modes: None }
     }
@@ -278,14 +278,14 @@ impl OwnFile {
         self
     }
 
-    /// With these permissions from the first moment on, the folders made for it with those.
+    /// With these permissions from the first moment on; the folders created for it have the others.
     #[must_use]
     pub fn with_modes(mut self, file: u32, folders: u32) -> Self {
         self.modes = Some((file, folders));
         self
     }
 
-    /// Where it is.
+    /// Its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -294,13 +294,13 @@ impl OwnFile {
     /// Whether the path is free or has a file of this program.
     ///
     /// # Errors
-    /// [`FileProblem`] names what is there instead.
+    /// [`FileProblem`] describes the file there.
     pub fn check(&self) -> Result<(), FileProblem> {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),
             Ok(_) | Err(FileProblem::TooLong { .. }) => Err(FileProblem::Foreign),
             Err(problem) if problem.is_not_found() => {
-                // A link that leads nowhere would be replaced itself.
+                // A dangling link would be replaced itself.
                 match fs::symlink_metadata(&self.path) {
                     Ok(_) => Err(FileProblem::NotOrdinary("a link that leads nowhere")),
                     Err(_) => Ok(()),
@@ -310,8 +310,8 @@ impl OwnFile {
         }
     }
 
-    /// Gives the file this content, or leaves it as it is: a new file beside it takes its name. Folders that are missing
-    /// are made.
+    /// Gives the file this content, or leaves it unchanged: a new file next to it takes its name. Creates missing
+    /// folders.
     ///
     /// # Errors
     /// [`FileProblem`]; then nothing has changed.
@@ -327,14 +327,14 @@ impl OwnFile {
         let new = beside(&self.path);
         let written = self.write_new(&new, content).and_then(|()| fs::rename(&new, &self.path));
         if written.is_err() {
-            // It may never have come to be; the error that matters is the one above.
+            // It may not exist; the important error is the one above.
             let _ = fs::remove_file(&new);
         }
         written?;
         Ok(self.sync_folder()?)
     }
 
-    /// Takes the file away, if there is one.
+    /// Removes the file, if it exists.
     ///
     /// # Errors
     /// [`FileProblem`]; then it is still there.
@@ -353,7 +353,7 @@ impl OwnFile {
 
     fn write_new(&self, path: &Path, content: &[u8]) -> io::Result<()> {
         match fs::remove_file(path) {
-            // Left over by a process that had the same number.
+            // Left by a process that had the same number.
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
         }
@@ -367,7 +367,7 @@ impl OwnFile {
         if self.sync == Sync::Disk { file.sync_all() } else { Ok(()) }
     }
 
-    /// The name is on the disk when its folder is. A folder that cannot be opened still has the file.
+    /// Syncs the folder, which puts the name on the disk. If the folder cannot be opened, the file still exists.
     fn sync_folder(&self) -> io::Result<()> {
         match self.sync {
             Sync::Disk => File::open(self.folder()).and_then(|folder| folder.sync_all()).or(Ok(())),

@@ -1,19 +1,19 @@
-//! A file whose age shows that the process is well, for a container engine or a service manager.
+//! A file whose age shows that the process is healthy, for a container engine or a service manager.
 //!
-//! A process that hangs, or waits for its other half, does not touch the file, so its age grows.
+//! A process that hangs, or waits for the other program, does not touch the file, so its age grows.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::file::{FileProblem, OwnFile};
 
-/// The file is touched this often while all is well.
+/// Interval of touching the file in normal operation.
 pub const EVERY: Duration = Duration::from_secs(1);
 
-/// What is in the file.
+/// Content of the file.
 const CONTENT: &[u8] = b"well\n";
 
-/// A health file that cannot be used.
+/// Why a health file cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("--health-file {path}: {problem}")]
 pub struct HealthFileError {
@@ -29,10 +29,10 @@ pub struct HealthFile {
 }
 
 impl HealthFile {
-    /// Touched when all is well for the first time; what an earlier process left is taken away.
+    /// Creates no file yet: that happens on the first report. Removes the file of an earlier process.
     ///
     /// # Errors
-    /// [`HealthFileError`] if there is something that is no health file, or the system's error about the path.
+    /// [`HealthFileError`] if the path has a file other than a health file, or the system's error.
     pub fn new(path: &Path) -> Result<Self, HealthFileError> {
         let is_own = |content: &[u8]| content == CONTENT;
         // The control loop does not wait for a disk.
@@ -42,7 +42,7 @@ impl HealthFile {
         Ok(Self { file, touched: None })
     }
 
-    /// All is well at `now`; the file is written when [`EVERY`] has passed since the last time.
+    /// Reports normal operation at `now`; writes the file when [`EVERY`] has passed since the last time.
     ///
     /// # Errors
     /// [`FileProblem`]; the next call after [`EVERY`] tries again.

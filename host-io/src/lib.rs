@@ -1,7 +1,7 @@
-//! What both programs need of the operating system, and nothing about aircraft.
+//! The services of the operating system that both programs need; independent of aircraft.
 //!
-//! The autopilot and the plant may not know each other, but both wait on a datagram socket, run on a core, end on request, show
-//! log lines and write files. Those things are here once.
+//! The autopilot and the plant must not depend on each other, but both wait on a datagram socket, run on a core, end on request, show
+//! log lines and write files. This crate provides these services to both.
 //!
 //! | question | file |
 //! |---|---|
@@ -10,9 +10,9 @@
 //! | where do log lines go? | [`console`] |
 //! | which files are read, and which are replaced? | [`mod@file`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
-//! | how does a container engine see that all is well? | [`health`] |
-//! | which number has a flight on the link? | [`session`] |
-//! | who reads a clock? | [`clock`] |
+//! | how does a container engine check a process? | [`health`] |
+//! | which number identifies a flight on the link? | [`session`] |
+//! | where is the clock read? | [`clock`] |
 //!
 //! # Example
 //!
@@ -26,7 +26,7 @@
 //! file::write(&path, b"# made here\n1,2\n", b"# made here")?;
 //! assert_eq!(file::read_text(&path, 1_000)?, "# made here\n1,2\n");
 //!
-//! std::fs::write(&path, "of somebody else")?;
+//! std::fs::write(&path, "of another program")?;
 //! assert!(file::write(&path, b"# made here\n3,4\n", b"# made here").is_err());
 //!
 //! // Every loop reads this flag; signals and the parent process set it.

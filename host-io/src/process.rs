@@ -9,7 +9,7 @@ use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
 use nix::sys::signal::{SigSet, Signal};
 use nix::unistd::Pid;
 
-/// The request that the process ends: set once, read by every loop.
+/// The request to end the process: set once, read by every loop.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
@@ -31,12 +31,12 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// From now on SIGINT, SIGTERM and SIGQUIT request the end.
+    /// Makes SIGINT, SIGTERM and SIGQUIT request the end.
     ///
     /// Call it before the process starts any thread: threads inherit which signals they block.
     ///
     /// # Errors
-    /// The system's error, if it refuses.
+    /// The system's error.
     pub fn on_signals(&self) -> std::io::Result<()> {
         let mut signals = SigSet::empty();
         signals.add(Signal::SIGINT);
@@ -53,23 +53,23 @@ impl Stop {
         Ok(())
     }
 
-    /// The end of the standard input requests the end: a parent that dies, however it dies, closes it.
+    /// Makes the end of the standard input request the end: a parent that dies for whatever reason closes it.
     ///
     /// # Errors
-    /// The system's error, if it refuses a thread.
+    /// The system's error, if it cannot start a thread.
     pub fn with_parent(&self) -> std::io::Result<()> {
         listen_to_parent(self.clone(), |_| {})
     }
 }
 
-/// Longest line, bytes; a longer one is passed on in pieces.
+/// Longest line, bytes; a longer one is split.
 const LINE_MAX: u64 = 256;
 
-/// Reads the lines that the parent process writes to the standard input, on a thread of its own. The end of the input requests the
-/// end of the process: a parent that dies, however it dies, closes it.
+/// Reads the lines that the parent process writes to the standard input, on a separate thread. The end of the input requests the
+/// end of the process: a parent that dies for whatever reason closes it.
 ///
 /// # Errors
-/// The system's error, if it refuses a thread.
+/// The system's error, if it cannot start a thread.
 pub fn listen_to_parent(
     stop: Stop,
     on_line: impl FnMut(&str) + Send + 'static,
@@ -89,7 +89,7 @@ fn each_line(mut input: impl BufRead, mut on_line: impl FnMut(&str)) {
         match input.by_ref().take(LINE_MAX).read_until(b'\n', &mut line) {
             Ok(0) | Err(_) => return,
             Ok(_) => {
-                // Bytes that are no text are no request either; a warning shows them as replacement characters.
+                // Bytes that are not text cannot be a request; a warning shows them as replacement characters.
                 on_line(String::from_utf8_lossy(&line).trim());
                 line.clear();
             }

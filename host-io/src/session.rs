@@ -1,20 +1,20 @@
-//! The number of a flight on the plant link: drawn so that nobody can guess it, shown only as a hash.
+//! The number of a flight on the plant link: random, so that it cannot be guessed, and shown only as a hash.
 //!
-//! Who knows the number of a flight and its next sequence number could make packets of that flight. So it comes
+//! A program that knows the number of a flight and its next sequence number could forge packets of that flight. So the number comes
 //! from the random source of the operating system, the only use of that source in the programs, and logs, file
-//! names and the screen have [`shown`] instead. No result of a flight depends on it.
+//! names and the screen show [`shown`] instead. No result of a flight depends on it.
 
 use std::io;
 
 use sha2::{Digest, Sha256};
 
-/// Bytes of the hash that are shown: enough to tell two flights of one evening apart.
+/// Bytes of the hash that are shown: enough to distinguish the flights of one evening.
 const SHOWN_BYTES: usize = 4;
 
 /// A new number, from the random source of the operating system.
 ///
 /// # Errors
-/// The system's error if it has no random number; a flight with a number that somebody could guess must not start.
+/// The system's error if it has no random number; a flight with a number that can be guessed must not start.
 pub fn draw() -> io::Result<u64> {
     getrandom::u64()
         .map_err(|error| io::Error::other(format!("the system gives no random number: {error}")))

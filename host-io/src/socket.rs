@@ -10,7 +10,7 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 
 use crate::clock;
 
-/// Attempts between two looks at the clock while spinning: about 20 us.
+/// Attempts between two reads of the clock while spinning: about 20 us.
 const ATTEMPTS_PER_LOOK: u32 = 64;
 
 /// How a process waits for a packet.
@@ -19,9 +19,9 @@ pub enum Wait {
     /// Asleep in the kernel: costs nothing, wakes a few microseconds late.
     #[default]
     Block,
-    /// Asks again and again, and lets others on the same core run in between.
+    /// Polls, and yields to other threads on the same core in between.
     Yield,
-    /// Asks again and again: fastest on a core of its own, and burns it.
+    /// Polls without yielding: fastest on a dedicated core, which it uses fully.
     Spin,
 }
 
@@ -37,7 +37,7 @@ impl Wait {
     }
 }
 
-/// Not a way to wait.
+/// Not a way of waiting.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0:?} is none of block, yield, spin")]
 pub struct UnknownWait(String);
@@ -52,42 +52,42 @@ impl FromStr for Wait {
     }
 }
 
-/// Why a socket is not there.
+/// Why a socket could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum BindError {
-    /// Somebody has the port.
+    /// The port is in use.
     #[error(
         "{process}: cannot bind the {link} to {address}: address in use; is another {process} running?"
     )]
     InUse {
         /// The program.
         process: &'static str,
-        /// What for.
+        /// Purpose.
         link: &'static str,
-        /// Where.
+        /// Address.
         address: SocketAddr,
     },
-    /// Anything else.
+    /// Any other error.
     #[error("{process}: cannot bind the {link} to {address}: {source}")]
     Other {
         /// The program.
         process: &'static str,
-        /// What for.
+        /// Purpose.
         link: &'static str,
-        /// Where.
+        /// Address.
         address: SocketAddr,
         /// The system's error.
         source: io::Error,
     },
 }
 
-/// A UDP socket that waits in a chosen way and never longer than its patience.
+/// A UDP socket that waits in a selected way and never longer than its timeout.
 #[derive(Debug)]
 pub struct LinkSocket {
     socket: UdpSocket,
     wait: Wait,
-    patience: Duration,
-    /// Nothing came last time, so it is not worth burning a core.
+    timeout: Duration,
+    /// The last wait timed out, so it is not worth keeping a core busy.
     quiet: bool,
 }
 
@@ -101,15 +101,15 @@ impl LinkSocket {
         link: &'static str,
         address: SocketAddr,
         wait: Wait,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<Self, BindError> {
-        Self::open(address, wait, patience).map_err(|source| match source.kind() {
+        Self::open(address, wait, timeout).map_err(|source| match source.kind() {
             ErrorKind::AddrInUse => BindError::InUse { process, link, address },
             _ => BindError::Other { process, link, address, source },
         })
     }
 
-    /// Talks to `peer` only, from a port that the system chooses.
+    /// Exchanges datagrams with `peer` only, from a port that the system chooses.
     ///
     /// # Errors
     /// [`BindError`] names process, link and address.
@@ -118,13 +118,13 @@ impl LinkSocket {
         link: &'static str,
         peer: SocketAddr,
         wait: Wait,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<Self, BindError> {
         let own = match peer {
             SocketAddr::V4(_) => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
             SocketAddr::V6(_) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
         };
-        let socket = Self::listen(process, link, own, wait, patience)?;
+        let socket = Self::listen(process, link, own, wait, timeout)?;
         match socket.socket.connect(peer) {
             Ok(()) => Ok(socket),
             Err(source) => Err(BindError::Other { process, link, address: peer, source }),
@@ -135,13 +135,13 @@ impl LinkSocket {
         clippy::disallowed_methods,
         reason = "the one socket of the plant link in each process"
     )]
-    fn open(address: SocketAddr, wait: Wait, patience: Duration) -> io::Result<Self> {
+    fn open(address: SocketAddr, wait: Wait, timeout: Duration) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         match wait {
-            Wait::Block => socket.set_read_timeout(Some(patience))?,
+            Wait::Block => socket.set_read_timeout(Some(timeout))?,
             Wait::Yield | Wait::Spin => socket.set_nonblocking(true)?,
         }
-        Ok(Self { socket, wait, patience, quiet: false })
+        Ok(Self { socket, wait, timeout, quiet: false })
     }
 
     /// Where it listens.
@@ -152,18 +152,18 @@ impl LinkSocket {
         self.socket.local_addr()
     }
 
-    /// Waits for a datagram from anyone; `None` when the patience is at its end.
+    /// Waits for a datagram from any sender; `None` at the timeout.
     ///
     /// # Errors
-    /// The system's error; that the peer is not there is no error.
+    /// The system's error; an absent peer is not an error.
     pub fn receive_from(&mut self, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
         self.wait_for(|socket| socket.recv_from(buffer))
     }
 
-    /// Waits for a datagram from the peer; `None` when the patience is at its end.
+    /// Waits for a datagram from the peer; `None` at the timeout.
     ///
     /// # Errors
-    /// The system's error; that the peer is not there is no error.
+    /// The system's error; an absent peer is not an error.
     pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         self.wait_for(|socket| socket.recv(buffer))
     }
@@ -207,7 +207,7 @@ impl LinkSocket {
                 }
                 Err(error) => match Trouble::of(&error) {
                     Trouble::Nothing if self.wait == Wait::Block || self.quiet => return Ok(None),
-                    // Waiting was cut short by this news, so it begins again.
+                    // The error interrupted the wait, so it begins again.
                     Trouble::NoPeer if self.quiet => self.sleep_until_readable(),
                     Trouble::Nothing | Trouble::NoPeer => {}
                     Trouble::Fatal => return Err(error),
@@ -220,7 +220,7 @@ impl LinkSocket {
             }
             if attempts.is_multiple_of(ATTEMPTS_PER_LOOK) {
                 let now = clock::now();
-                if now >= *deadline.get_or_insert(now + self.patience) {
+                if now >= *deadline.get_or_insert(now + self.timeout) {
                     self.quiet = true;
                     return Ok(None);
                 }
@@ -231,19 +231,19 @@ impl LinkSocket {
 
     fn sleep_until_readable(&self) {
         let mut sockets = [PollFd::new(self.socket.as_fd(), PollFlags::POLLIN)];
-        let timeout = PollTimeout::try_from(self.patience).unwrap_or(PollTimeout::MAX);
-        // An interrupted wait is a short wait.
+        let timeout = PollTimeout::try_from(self.timeout).unwrap_or(PollTimeout::MAX);
+        // An interrupted wait counts as a short wait.
         let _ = poll(&mut sockets, timeout);
     }
 }
 
-/// What an error of a receive call means.
+/// Meaning of an error of a receive call.
 enum Trouble {
-    /// Nothing came yet.
+    /// No datagram has arrived yet.
     Nothing,
     /// The last packet reached no peer; reported once for each packet.
     NoPeer,
-    /// The socket is no use.
+    /// The socket has failed.
     Fatal,
 }
 
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn patience_ends_also_when_nobody_listens_at_the_other_end() {
+    fn a_wait_times_out_even_without_a_peer() {
         for wait in [Wait::Block, Wait::Yield, Wait::Spin] {
             let gone = listen(wait).local_address().unwrap();
             let mut client = LinkSocket::connect("test", "link", gone, wait, TIMEOUT).unwrap();

@@ -1,4 +1,4 @@
-//! Files with one entry a control tick, bit for bit.
+//! Files with one entry per control tick, bit for bit.
 //!
 //! ```text
 //! "2STPTICK"  version u16  kind u16       then for each tick:
@@ -6,7 +6,7 @@
 //! ```
 //!
 //! All numbers are little endian. A writer thread takes full buffers, so that a slow disk delays the loop
-//! only when `QUEUE_MAX` buffers wait already; simulation time stands still then, so nothing is lost.
+//! only when `QUEUE_MAX` buffers wait already; simulation time waits too, so nothing is lost.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -24,12 +24,12 @@ const VERSION: u16 = 1;
 const HEADER_BYTES: usize = 12;
 /// One buffer, bytes: a few hundred ticks.
 const BUFFER_BYTES: usize = 256 * 1024;
-/// Full buffers that wait for the disk.
+/// Full buffers that may wait for the disk.
 const QUEUE_MAX: usize = 16;
 /// Longest entry, bytes.
 const ENTRY_MAX: usize = 4096;
 
-/// What is in a log.
+/// Kinds of logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Kind {
@@ -42,7 +42,7 @@ pub enum Kind {
 /// Why a log cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The system refuses.
+    /// The system's error.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
@@ -50,12 +50,12 @@ pub enum LogError {
         /// The system's error.
         source: io::Error,
     },
-    /// Not a file that may be read, or written over.
+    /// A file that must not be read or overwritten.
     #[error("{}: {source}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         source: FileProblem,
     },
     /// Not a log of this kind and version.
@@ -63,15 +63,15 @@ pub enum LogError {
     Header {
         /// The file.
         path: PathBuf,
-        /// What was expected.
+        /// Expected kind.
         kind: Kind,
     },
-    /// An entry that is damaged or cut off.
+    /// A damaged or truncated entry.
     #[error("{}: entry {number} is damaged", path.display())]
     Entry {
         /// The file.
         path: PathBuf,
-        /// Which one, from 0.
+        /// The entry, from 0.
         number: u64,
     },
 }
@@ -113,7 +113,7 @@ impl TickLogWriter {
     /// Adds an entry.
     ///
     /// # Errors
-    /// [`LogError`] if the file cannot take it; the log is over then and further entries are dropped.
+    /// [`LogError`] if the file cannot be written; the log ends then, and further entries are dropped.
     pub fn write(&mut self, entry: &impl Serialize) -> Result<(), LogError> {
         if self.full.is_none() {
             return Ok(());
@@ -136,7 +136,7 @@ impl TickLogWriter {
         Ok(())
     }
 
-    /// Writes what is left and closes the file.
+    /// Writes the rest and closes the file.
     ///
     /// # Errors
     /// [`LogError::Io`] if anything could not be written.
@@ -187,7 +187,7 @@ impl TickLogReader {
     /// Opens a log of this kind.
     ///
     /// # Errors
-    /// [`LogError`] if it cannot be read, or is something else.
+    /// [`LogError`] if it cannot be read, or is not a log of this kind.
     pub fn open(path: &Path, kind: Kind) -> Result<Self, LogError> {
         let failed = |source| LogError::Io { path: path.to_path_buf(), source };
         let file = file::open(path)
@@ -205,7 +205,7 @@ impl TickLogReader {
     /// Next entry; `None` at the end.
     ///
     /// # Errors
-    /// [`LogError::Entry`] if it is damaged or cut off.
+    /// [`LogError::Entry`] if it is damaged or truncated.
     pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, LogError> {
         let mut length = [0; 2];
         match self.file.read(&mut length[..1]) {

@@ -97,8 +97,8 @@ struct Member {
     mirrored: Effector,
 }
 
-/// Filler beyond the last effector.
-const NOBODY: Member = Member {
+/// Fills the places after the last effector.
+const UNUSED: Member = Member {
     entry: EffectorEntry {
         name: Name::new_const(),
         kind: EffectorKind::Flap,
@@ -124,7 +124,7 @@ type Entries = ArrayVec<EffectorEntry, { Effector::MAX }>;
 /// An empty list.
 impl Default for EffectorList {
     fn default() -> Self {
-        Self { members: [NOBODY; Effector::MAX], count: 0 }
+        Self { members: [UNUSED; Effector::MAX], count: 0 }
     }
 }
 

@@ -42,7 +42,7 @@ pub enum FaultRequest {
         target: Target,
         /// The kind.
         kind: FaultKind,
-        /// When, how fast, for how long, how often.
+        /// Onset, ramp, duration and repetitions.
         timing: Timing,
     },
     /// Clear the fault of a target, and cancel the faults scheduled for it.
@@ -66,7 +66,7 @@ impl FaultRequest {
     }
 }
 
-/// When a requested change acts.
+/// When a requested change takes effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Onset {
     /// At the tick in which the request reaches the plant.
@@ -75,7 +75,7 @@ pub enum Onset {
     At(SimTime),
 }
 
-/// When a fault acts, how fast it comes, how long it stays, and how often it comes again.
+/// Onset, ramp, duration and repetitions of a fault.
 ///
 /// ```text
 ///  1        ________              ________
@@ -87,22 +87,22 @@ pub enum Onset {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// When it acts first.
+    /// First onset.
     pub onset: Onset,
-    /// Time from nothing to the whole fault, s; 0 for at once. A fault without a size has no ramp.
+    /// Time from nothing to the full fault, s; 0 for at once. A fault without a size has no ramp.
     pub ramp_s: f64,
-    /// How long it acts, s, the ramp included; `None` for ever.
+    /// Duration of each action, s, the ramp included; `None` for ever.
     pub duration_s: Option<f64>,
-    /// How it comes again; only with a duration.
+    /// Repetitions; only with a duration.
     pub repeat: Option<Repeat>,
 }
 
-/// How a fault comes again.
+/// Repetitions of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Repeat {
     /// From one onset to the next, s; longer than the duration.
     pub every_s: f64,
-    /// How often it acts in all, at least 2; `None` without end.
+    /// Number of onsets, at least 2; `None` without end.
     pub times: Option<u32>,
 }
 
@@ -123,7 +123,7 @@ impl Timing {
     }
 }
 
-/// Everything but the onset, each part after a comma.
+/// All parts except the onset, each after a comma.
 impl fmt::Display for Timing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.ramp_s > 0.0 {
@@ -174,12 +174,12 @@ pub enum FaultReply {
 pub struct FaultEntry {
     /// Number of the fault in this flight, from 1; never used twice.
     pub id: u32,
-    /// The target that has it.
+    /// Its target.
     #[serde(alias = "effector")]
     pub target: Target,
-    /// How it fails.
+    /// Its kind.
     pub kind: FaultKind,
-    /// When, how fast, for how long, how often. The onset is a time, also where it was "at once".
+    /// Onset, ramp, duration and repetitions. The onset is a time, even if it was requested "at once".
     pub timing: Timing,
     /// Its state.
     pub state: FaultState,

@@ -12,7 +12,7 @@
 //!
 //! # Signs of the effectors
 //!
-//! Which effectors an aircraft has stands in its files ([`EffectorList`]). Those of `tvc_jet`, the aircraft of the
+//! The files of an aircraft list its effectors ([`EffectorList`]). Those of `tvc_jet`, the aircraft of the
 //! paper:
 //!
 //! | effector | positive means | moment of a positive deflection |
@@ -31,12 +31,12 @@
 //! # Signal path
 //!
 //! The plant sends [`Sensors`], the autopilot answers with [`Actuators`]; [`wire`] encodes both as datagrams, and
-//! [`lockstep`] defines who waits for whom. Fault requests and replies ([`fault`]) travel in the same packets; the
+//! [`lockstep`] defines which side waits for the other. Fault requests and replies ([`fault`]) travel in the same packets; the
 //! control laws never see them.
 //!
 //! # Where to start
 //!
-//! Read [`sensors`] and [`effector`], then [`wire`]. A [`FaultRequest`] asks the plant for a fault; the kinds are those of
+//! Read [`sensors`] and [`effector`], then [`wire`]. A [`FaultRequest`] requests a fault from the plant; the kinds are those of
 //! [`fault::CATALOGUE`]:
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! Who waits for whom on the plant link.
+//! Lockstep of the plant link: which side waits for the other.
 //!
 //! The plant sends a sensor packet and waits; the autopilot answers each packet exactly once, and only the answer lets
 //! the plant continue. The plant repeats a lost packet byte for byte; the autopilot answers a duplicate from memory,
@@ -8,7 +8,7 @@
 //! Neither side has a socket or a clock here: datagrams are arguments and return values, and the caller decides when a
 //! packet counts as lost.
 //!
-//! A flight is identified by a session, a random number that nobody can guess, and by the address of its plant. While
+//! A flight is identified by a session, a random number that cannot be guessed, and by the address of its plant. While
 //! that plant sends, the autopilot refuses packets from another address before it looks at their session, so its answer
 //! does not reveal whether the sender guessed the session. When the plant has fallen silent, the autopilot flies the
 //! next plant that sends, even one that it flew earlier. The plant's socket receives only from the address of its
@@ -72,7 +72,7 @@ pub enum PlantEvent<'a> {
 }
 
 impl PlantSide {
-    /// A new flight of this aircraft. `session` must differ from those of earlier flights, and nobody may be able to guess it.
+    /// A new flight of this aircraft. `session` must differ from those of earlier flights, and must not be guessable.
     #[must_use]
     pub fn new(session: u64, aircraft: Aircraft) -> Self {
         Self {
@@ -530,7 +530,7 @@ mod tests {
         }
         assert!(matches!(first.handle(&answer(&mut flight)), PlantEvent::Answer(_)));
         assert_eq!(flight.plant(), Some(HERE));
-        // A plant that was silent for long and is still the flight's goes on as if nothing had been.
+        // A plant that was silent for long and still has the flight continues as if it had never been silent.
         let event = flight.handle(&begin(&mut first, 2), HERE, true);
         assert!(matches!(event, FlightEvent::Next(_)), "{event:?}");
     }
@@ -570,7 +570,7 @@ mod tests {
             PlantEvent::Refused(RefusalPacket { reason: RefusalReason::Aircraft, .. }) => {}
             event => panic!("{event:?}"),
         }
-        // An answer with another number of commands moves nothing.
+        // An answer with another number of commands moves no effector.
         flight.handle(&begin(&mut PlantSide::new(1, aircraft()), 0), HERE, true);
         let foreign = answer(&mut flight);
         match plant.handle(&foreign) {

@@ -1,4 +1,4 @@
-//! How simulation time passes: an operator requests it, the plant does it, and the laws do not notice.
+//! How simulation time passes: an operator requests it, the plant executes it, and the laws do not notice.
 //!
 //! Pausing and speed are independent: a speed that an operator sets during a pause applies when time runs again.
 

@@ -105,7 +105,7 @@ impl Deref for TruthRow {
 pub type FieldName = ArrayString<48>;
 
 /// Name of an effector's column, with its unit: `position_left_aileron_rad`, or without a prefix
-/// `left_aileron_rad`; a column that is no deflection or thrust has no unit, `fault_left_aileron`.
+/// `left_aileron_rad`; a column without a deflection or thrust has no unit, `fault_left_aileron`.
 #[must_use]
 pub fn effector_field(before: &str, effectors: &EffectorList, effector: Effector) -> FieldName {
     let mut name = FieldName::new();

@@ -1,7 +1,7 @@
 //! The effectors of `tvc_jet`, the aircraft of the paper, by their places in its files.
 //!
-//! For tests and for the studies that fly the paper's own cases. No other code names an effector: what it needs
-//! it finds in the list of the aircraft, by kind and side (`tests/architecture.rs`).
+//! For tests and for the studies that fly the paper's own cases. No other code names an effector: it finds each one
+//! in the list of the aircraft, by kind and side (`tests/architecture.rs`).
 
 use crate::effector::Effector;
 use crate::effector_list::{EffectorEntry, EffectorKind, EffectorList, LateralSide, Name};
@@ -43,10 +43,10 @@ pub const ALL: [Effector; 8] = [
     ENGINE,
 ];
 
-/// The list, as the files of the aircraft have it.
+/// The list, as in the files of the aircraft.
 ///
 /// # Panics
-/// Never: a test makes it.
+/// Never: a test builds the list.
 #[must_use]
 pub fn effectors() -> EffectorList {
     use EffectorKind as K;

@@ -6,7 +6,7 @@
 //!  4      2     version
 //!  6      1     kind: 1 sensors, 2 actuators, 3 refusal
 //!  7      1     phase (sensors), reason (refusal), 0 (actuators)
-//!  8      8     session: one flight; a new number, which nobody can guess, is a new flight
+//!  8      8     session: one flight; a new random number is a new flight
 //! 16      8     sequence number inside the session, from 0
 //! 24      8     simulation time, us
 //! 32      ..    body, by kind
@@ -14,18 +14,18 @@
 //! ```
 //!
 //! Magic, version, kind and the whole refusal packet keep their places in every version, so that two
-//! versions can refuse each other. Times and sequence numbers are u64, values f64 as they
-//! were computed. Every value is checked for being finite when a packet is read.
+//! versions can refuse each other. Times and sequence numbers are u64, values f64 as
+//! computed. Reading a packet checks that every value is finite.
 //!
 //! The body begins with the aircraft: the length of its name, u8, and the name, the number of effectors, u8, and
-//! the identity of their list, u32. Only so many commands or positions are in a packet.
+//! the identity of their list, u32. A packet has one command or position for each effector.
 //!
-//! In a sensor packet follow the control period, us, u32, then of each sensor's sample the time, us, u64, and whether it is
-//! valid, u8, then the numbers of all samples, in the order of [`Sensors::stamps`] and [`Sensors::to_array`]. No sample is
-//! younger than its packet.
+//! In a sensor packet the control period follows, us, u32, then for each sensor's sample the time, us, u64, and its
+//! validity, u8, then the numbers of all samples, in the order of [`Sensors::stamps`] and [`Sensors::to_array`]. No sample is
+//! newer than its packet.
 //!
 //! A sensor packet ends with an envelope and its length, u16: the plant's data for the recorder of the flight
-//! ([`crate::record`]). Nobody else opens it; it is no part of [`SensorPacket`].
+//! ([`crate::record`]). No other code reads it; it is not part of [`SensorPacket`].
 
 use arrayvec::ArrayVec;
 
@@ -50,18 +50,18 @@ pub const VERSION: u16 = 6;
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1440;
 
-/// Longest envelope, bytes: what a sensor packet carries for the recorder ([`crate::record`]).
+/// Longest envelope, bytes: the data that a sensor packet carries for the recorder ([`crate::record`]).
 pub const ENVELOPE_MAX: usize = 728;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
 pub const REPORTS_MAX: usize = 4;
 
-/// Which aircraft a packet is about: the two sides must mean the same one.
+/// The aircraft of a packet, which must be the same on both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Aircraft {
     /// Its name, as in its files.
     pub name: Name,
-    /// How many effectors it has; so many commands are in a packet.
+    /// Number of effectors, and so of commands in a packet.
     pub effectors: u8,
     /// Their number, order, names and kinds ([`EffectorList::identity`]).
     pub identity: u32,
@@ -96,20 +96,20 @@ pub type Reports = ArrayVec<PlantReport, REPORTS_MAX>;
 pub enum Phase {
     /// A control step: time has advanced by one period since the last one.
     Flying = 0,
-    /// No control step: time stands still (pause, or slow motion); answer with the last commands.
+    /// No control step: simulation time is paused (pause, or slow motion); answer with the last commands.
     Holding = 1,
     /// As [`Phase::Holding`], and the flight is over: the aircraft is on the ground.
     OnGround = 2,
 }
 
-/// From the plant: what the aircraft senses at `time`.
+/// From the plant: the sensor data of the aircraft at `time`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorPacket {
     /// The flight.
     pub session: u64,
     /// Number of this exchange in the flight, from 0.
     pub sequence: u64,
-    /// The aircraft that senses.
+    /// The aircraft with these sensors.
     pub aircraft: Aircraft,
     /// Simulation time of the exchange.
     pub time: SimTime,
@@ -119,7 +119,7 @@ pub struct SensorPacket {
     pub period: ControlPeriod,
     /// The latest sample of each sensor.
     pub sensors: Sensors,
-    /// What happened since the last packet.
+    /// Events since the last packet.
     pub reports: Reports,
 }
 
@@ -130,13 +130,13 @@ pub struct ActuatorPacket {
     pub session: u64,
     /// Number of the exchange that this answers.
     pub sequence: u64,
-    /// The aircraft that is commanded: that of the sensor packet.
+    /// The aircraft that receives the commands: that of the sensor packet.
     pub aircraft: Aircraft,
     /// Simulation time of the sensor packet that this answers.
     pub time: SimTime,
     /// The commands, held until the next packet.
     pub actuators: Actuators,
-    /// Something for the plant to do.
+    /// A request to the plant.
     pub request: Option<PlantRequest>,
     /// The flight is recorded: the next sensor packet shall carry an envelope.
     pub wants_envelope: bool,
@@ -147,11 +147,11 @@ pub struct ActuatorPacket {
 pub struct RefusalPacket {
     /// Version of the sender.
     pub version: u16,
-    /// Session of the packet that is refused.
+    /// Session of the refused packet.
     pub session: u64,
-    /// Sequence number of the packet that is refused.
+    /// Sequence number of the refused packet.
     pub sequence: u64,
-    /// Why.
+    /// Reason.
     pub reason: RefusalReason,
 }
 
@@ -164,7 +164,7 @@ pub enum RefusalReason {
     Busy = 2,
     /// A value in the packet is not finite or out of its range.
     Value = 3,
-    /// The packet is about another aircraft than the refusing side has the files of.
+    /// The packet is about another aircraft than that of the refusing side's files.
     Aircraft = 4,
 }
 
@@ -186,7 +186,7 @@ pub enum Packet {
 /// Why a datagram is not a packet of this link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WireError {
-    /// Not long enough, or longer than its kind.
+    /// Too short, or too long for its kind.
     Length {
         /// Bytes received.
         bytes: usize,
@@ -202,18 +202,18 @@ pub enum WireError {
         /// Sequence number of the packet.
         sequence: u64,
     },
-    /// Damaged on the way.
+    /// Damaged in transit.
     Crc,
     /// A code that this version does not define.
     Code {
-        /// What the code stands for.
+        /// The field with the code.
         field: &'static str,
         /// The code.
         value: u8,
     },
-    /// A value that is not finite, or that cannot be.
+    /// A value that is not finite, or not valid.
     Value {
-        /// Which one.
+        /// Name of the value.
         field: &'static str,
         /// The value.
         value: f64,

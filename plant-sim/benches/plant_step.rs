@@ -1,4 +1,4 @@
-//! Time of one integration step, one control period and one look at the sensors, on both Earths.
+//! Time of one integration step, one control period and one reading of the sensors, on both Earths.
 
 use std::hint::black_box;
 
@@ -66,7 +66,7 @@ fn bench(c: &mut Criterion) {
     }
 }
 
-/// Forces by derivatives and by tables, side by side: what one evaluation of the derivative spends on them.
+/// Forces by derivatives and by tables, side by side: their share of one evaluation of the derivative.
 fn forces(c: &mut Criterion) {
     let airframe = Airframe::paper();
     let air = AirState {

@@ -15,14 +15,14 @@ pub mod surfaces;
 pub use forms::{Aerodynamics, AirForces, Geometry};
 pub use surfaces::{SurfaceDerivatives, Surfaces};
 
-/// Airspeed below which the rate terms of the coefficients do not grow any more, m/s: only so that nothing is divided by
+/// Airspeed below which the rate terms of the coefficients grow no further, m/s: it only prevents a division by
 /// zero.
 pub const SLOWEST_M_S: f64 = 0.1;
 
 /// Aerodynamic derivatives of the aircraft without its surfaces, and reference geometry. Derivatives are per radian, of rates per `rate length / 2V`.
 ///
-/// The letters of the paper's parameter set stand behind each one; [`crate::derivatives`] finds them by
-/// these letters.
+/// Each field gives the letter of the paper's parameter set, by which [`crate::derivatives`] finds
+/// it.
 ///
 /// Read from the `[aerodynamics]` table of the airframe file, key by key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,13 +37,13 @@ pub struct Aero {
     /// Angle of attack up to which the coefficients are linear, rad.
     #[serde(rename = "alpha_linear_deg", with = "degrees")]
     pub alpha_linear_rad: f64,
-    /// What the effective angle of attack tends to beyond, rad.
+    /// Limit of the effective angle of attack beyond that, rad.
     #[serde(rename = "alpha_max_deg", with = "degrees")]
     pub alpha_max_rad: f64,
     /// Sideslip up to which the coefficients are linear, rad.
     #[serde(rename = "beta_linear_deg", with = "degrees")]
     pub beta_linear_rad: f64,
-    /// What the effective sideslip tends to beyond, rad.
+    /// Limit of the effective sideslip beyond that, rad.
     #[serde(rename = "beta_max_deg", with = "degrees")]
     pub beta_max_rad: f64,
     /// CL0, lift at zero angle of attack.
@@ -86,7 +86,7 @@ pub struct Aero {
     pub c_yaw_r: f64,
 }
 
-/// An angle that files for people have in degrees, and binary ones bit for bit as it is.
+/// An angle that text files store in degrees, and binary ones unchanged in radians.
 mod degrees {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -145,7 +145,7 @@ impl AirState {
     pub fn new(velocity: &Body, rates: Body) -> Self {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
-        // The sideslip is asin(v / V), by a length that the forces need as well.
+        // The sideslip is asin(v / V), by a length that the forces need too.
         let (alpha_rad, beta_rad) = (libm::atan2(w, u), libm::atan2(v, in_plane));
         Self { airspeed_m_s: (u * u + v * v + w * w).sqrt(), alpha_rad, beta_rad, rates }
     }
@@ -176,9 +176,9 @@ fn stalled(angle: f64, linear: f64) -> f64 {
     }
 }
 
-/// Coefficients at `air` with these effective deflections, rad; what is no surface is not read.
+/// Coefficients at `air` with these effective deflections, rad; those of effectors other than surfaces are ignored.
 ///
-/// The moments are those of Eq. (7) and Eq. (8), the forces those that stand beside them in the parameter
+/// The moments are those of Eq. (7) and Eq. (8), the forces those listed next to them in the parameter
 /// set. Total: finite input gives finite coefficients, also at rest.
 #[inline]
 #[must_use]
@@ -214,7 +214,7 @@ pub fn coefficients(
     surfaces.added_to(clean, deflections)
 }
 
-/// Force and moment about the centre of gravity from the air.
+/// Aerodynamic force and moment about the centre of gravity.
 ///
 /// `velocity` is that relative to the air (m/s, body axes) and belongs to `air`; `density` in kg/m³.
 #[inline]

@@ -50,7 +50,7 @@ pub struct Mass {
     pub ixz_kg_m2: f64,
 }
 
-/// Everything that makes one aircraft differ from another.
+/// All data that distinguish one aircraft from another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Airframe {
     /// Name of the aircraft, which the controller's model must have too.
@@ -59,32 +59,32 @@ pub struct Airframe {
     pub mass: Mass,
     /// Geometry and aerodynamics; derivatives without those of the surfaces.
     pub aero: Aerodynamics,
-    /// What the effectors are.
+    /// The effectors.
     pub effectors: EffectorList,
     /// Their actuators.
     pub servos: PerEffector<Servo>,
-    /// What each surface does in the air.
+    /// Aerodynamic effect of each surface.
     pub surface_derivatives: PerEffector<SurfaceDerivatives>,
-    /// How they follow a pilot, which is how the aircraft is trimmed.
+    /// Gains from the main commands to the effectors, by which the aircraft is trimmed.
     pub gains: PerEffector<AxisGains>,
     /// The nozzle; `None` for an aircraft without one.
     pub nozzle: Option<Nozzle>,
-    /// Where the air data come from.
+    /// Positions of the air data sensors.
     pub air_data: AirData,
-    /// What limits the thrust beside the travel of the engine; `None` where nothing does.
+    /// Limits of the thrust besides the travel of the engine; `None` if there are none.
     #[serde(default, with = "stored")]
     pub propulsion: Option<Propulsion>,
     /// How the derivatives change with the Mach number; `None` where they do not.
     pub mach: Option<MachEffects>,
-    /// Where a scenario without a start begins, and where the controller's model is made.
+    /// Start of a scenario without one, and design point of the controller's model.
     #[serde(default = "of_earlier_logs::design_point")]
     pub design_point: Start,
-    /// Beyond these it counts as lost.
+    /// Beyond these limits the aircraft counts as lost.
     #[serde(default = "of_earlier_logs::limits")]
     pub limits: FlightLimits,
 }
 
-/// What logs leave out that were written before an airframe had it: their aircraft was the paper's.
+/// Name for logs from before airframes had one: their aircraft was the paper's.
 mod of_earlier_logs {
     use super::{Airframe, FlightLimits, Start};
 
@@ -103,14 +103,14 @@ mod of_earlier_logs {
 pub struct Nozzle {
     /// Distance behind the centre of gravity, m.
     pub arm_m: f64,
-    /// Thrust below which a controller shall not count on the nozzle, N. The plant does not read it.
+    /// Thrust below which a controller must not rely on the nozzle, N. The plant does not read it.
     pub thrust_floor_n: f64,
-    /// How its two angles act together.
+    /// How its two angles combine.
     #[serde(default)]
     pub shape: NozzleShape,
 }
 
-/// How the two angles of a nozzle act together.
+/// How the two angles of a nozzle combine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NozzleShape {
@@ -132,16 +132,16 @@ pub struct AirData {
 }
 
 impl Airframe {
-    /// Reads an airframe file; `name` stands for it in errors.
+    /// Reads an airframe file; errors call it `name`.
     ///
     /// # Errors
-    /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
-    /// for a number that cannot be, and with what replaces it for a key of an earlier version.
+    /// [`ConfigError`] with line and column for text that is not TOML of the right shape, with key, value and range
+    /// for an invalid number, and with the replacement for a key of an earlier version.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
         file::read(name, config::parse(name, text)?, Some(text))
     }
 
-    /// The same of a file that was read already and may have been changed since.
+    /// Reads a file that was parsed already and may have been changed since.
     ///
     /// # Errors
     /// As [`Airframe::from_toml`], without line and column.
@@ -168,7 +168,7 @@ impl Airframe {
         Aircraft::new(self.name, &self.effectors)
     }
 
-    /// Where the effectors stand when they follow these commands: aileron, elevator, rudder, rad, and thrust, N.
+    /// Positions of the effectors that follow these commands: aileron, elevator, rudder, rad, and thrust, N.
     #[must_use]
     pub fn follow(&self, commands: [f64; 4]) -> PerEffector<f64> {
         PerEffector::from_fn(|effector| self.gains[effector].of(commands))
@@ -193,13 +193,13 @@ impl Airframe {
         MassProperties::new(self.mass.mass_kg, self.inertia())
     }
 
-    /// Changes the aerodynamic derivative with these letters (docs/parameter-set.md), as in `Cma`; one of surfaces, as `Cmde`, on
-    /// each of the kind. False if the aircraft has none. For campaigns, which scale them.
+    /// Changes the aerodynamic derivative with these letters (docs/parameter-set.md), as in `Cma`; for surfaces, as in `Cmde`, it changes
+    /// each one of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
         derivatives::change(self, name, change)
     }
 
-    /// The derivative with these letters, of surfaces that of the first one of the kind; `None` if the aircraft has none.
+    /// The derivative with these letters, for surfaces that of the first one of the kind; `None` if the aircraft has none.
     #[must_use]
     pub fn derivative(&self, name: &str) -> Option<f64> {
         let mut first = None;
@@ -209,8 +209,8 @@ impl Airframe {
         first
     }
 
-    /// Gives the derivative with these letters another value, of surfaces the first one of the kind, and the mirrored
-    /// value to those that mirror it. The value before; `None` if the aircraft has none.
+    /// Sets the derivative with these letters, for surfaces that of the first one of the kind, and sets the mirrored
+    /// value on its mirror image. Returns the value before; `None` if the aircraft has none.
     pub fn set_derivative(&mut self, name: &str, instead: f64) -> Option<f64> {
         let before = self.derivative(name)?;
         self.change_derivative(name, |value| {
@@ -224,10 +224,10 @@ impl Airframe {
         format!("effector.{}", self.effectors.key(effector))
     }
 
-    /// Checks every number; a dispersed airframe has to pass it like one from a file.
+    /// Checks every number; a dispersed airframe has to pass the same check as one from a file.
     ///
     /// # Errors
-    /// [`RangeError`] for the first number that cannot be, in the unit of the airframe file.
+    /// [`RangeError`] for the first invalid number, in the unit of the airframe file.
     pub fn check(&self) -> Result<(), RangeError> {
         self.check_mass()?;
         self.check_aerodynamics()?;
@@ -270,7 +270,7 @@ impl Airframe {
     /// Checks that the tables can be evaluated.
     ///
     /// # Errors
-    /// [`TablesError`] with table, key, line and what was expected.
+    /// [`TablesError`] with table, key, line and the expected form.
     pub fn check_tables(&self) -> Result<(), TablesError> {
         AirForces::new(self)?;
         self.propulsion.as_ref().map(Propulsion::build).transpose()?;
@@ -288,8 +288,8 @@ impl Airframe {
         check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)
     }
 
-    /// Of three moments of inertia none is larger than the other two together: distances are squares of two
-    /// coordinates each. A dispersed airframe may leave this bound, as it is varied about a body that obeys it.
+    /// No moment of inertia is larger than the sum of the two others: distances are squares of two
+    /// coordinates each. A dispersed airframe may exceed this bound, as it is varied about a body that obeys it.
     fn check_inertia(&self) -> Result<(), RangeError> {
         let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = self.mass;
         for (key, value, others) in

@@ -19,7 +19,7 @@ pub const LOWEST_M: f64 = -5_000.0;
 /// Highest geopotential altitude of the model, m (US-1976); air above it counts as air at it.
 pub const HIGHEST_M: f64 = 84_852.0;
 
-/// The air at one place.
+/// The air at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
     /// Density, kg/m³.
@@ -99,7 +99,7 @@ pub fn isa(geopotential_altitude_m: f64) -> Air {
     }
 }
 
-/// Speed of sound at a geopotential altitude in m, as [`isa`] has it; without the exponential of the pressure.
+/// Speed of sound at a geopotential altitude in m, as in [`isa`]; without the exponential of the pressure.
 #[must_use]
 pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
     let altitude = inside(geopotential_altitude_m);
@@ -109,11 +109,11 @@ pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
 }
 
 /// The density around one altitude: a power series instead of logarithm and exponential in each stage of the
-/// integration, which moves some millimetres to metres.
+/// integration, which moves the aircraft by millimetres to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalDensity {
     altitude_m: f64,
-    /// How far up and down the series is good, m: never beyond the layer.
+    /// Range of the series up and down, m: never beyond the layer.
     up_m: f64,
     down_m: f64,
     density: f64,
@@ -150,7 +150,7 @@ impl LocalDensity {
         }
     }
 
-    /// Whether the series is good at this altitude and half its width around it: time for another one if not.
+    /// Whether the series is valid at this altitude and half its range around it; otherwise it has to be renewed.
     #[inline]
     #[must_use]
     pub fn covers(&self, geopotential_altitude_m: f64) -> bool {

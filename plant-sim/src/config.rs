@@ -1,4 +1,4 @@
-//! Errors of configuration files, with everything that the user needs to correct them.
+//! Errors of configuration files, with all data that the user needs to correct them.
 
 use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
@@ -9,7 +9,7 @@ use crate::tables::TablesError;
 /// Why a configuration file was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigError {
-    /// Not TOML, a key that is missing or unknown, or a value of the wrong type; has line and column.
+    /// Not TOML, a missing or unknown key, or a value of the wrong type; has line and column.
     #[error("{file}: {source}")]
     Toml {
         /// Name of the file.
@@ -22,7 +22,7 @@ pub enum ConfigError {
     Range {
         /// Name of the file.
         file: String,
-        /// Which one.
+        /// The range error.
         source: Box<RangeError>,
     },
     /// Tables that cannot be evaluated.
@@ -30,7 +30,7 @@ pub enum ConfigError {
     Tables {
         /// Name of the file.
         file: String,
-        /// Which one, and what is wrong.
+        /// The error in the tables.
         source: Box<TablesError>,
     },
     /// Two tables of the file exclude each other.
@@ -40,18 +40,18 @@ pub enum ConfigError {
         file: String,
         /// The table.
         section: &'static str,
-        /// What stands there already.
+        /// The table that excludes it.
         other: &'static str,
     },
-    /// The effectors are no list that can be.
+    /// The list of effectors is invalid.
     #[error("{file}: {source}")]
     Effectors {
         /// Name of the file.
         file: String,
-        /// What is wrong.
+        /// The error.
         source: EffectorListError,
     },
-    /// An effector lacks a key that its kind needs, or has one that its kind does not know.
+    /// An effector lacks a key that its kind needs, or has one that its kind does not use.
     #[error("{file}: effector `{effector}`: {key} {problem}")]
     EffectorKey {
         /// Name of the file.
@@ -80,31 +80,31 @@ pub enum ConfigError {
         file: String,
         /// The key.
         key: String,
-        /// What replaces it.
+        /// The replacement.
         instead: String,
     },
-    /// A fault is of an effector that the aircraft lacks, or of no sensor.
+    /// A fault of an effector that the aircraft lacks, or of an unknown sensor.
     #[error(
         "{file}: [[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
     )]
     FaultTarget {
         /// Name of the file.
         file: String,
-        /// Which fault, counted from 1 in the order of the file.
+        /// Number of the fault, from 1, in the order of the file.
         number: usize,
         /// `effector` or `sensor`.
         key: &'static str,
         /// The name in the file.
         name: String,
-        /// Those that there are.
+        /// The known names.
         known: String,
     },
-    /// A fault lacks a key that its kind needs, or has one that its kind does not know.
+    /// A fault lacks a key that its kind needs, or has one that its kind does not use.
     #[error("{file}: [[plant.fault]] number {number}, kind {kind}: {key} {problem}")]
     FaultKey {
         /// Name of the file.
         file: String,
-        /// Which fault, counted from 1 in the order of the file.
+        /// Number of the fault, from 1, in the order of the file.
         number: usize,
         /// Its kind.
         kind: &'static str,
@@ -120,7 +120,7 @@ pub enum ConfigError {
     FaultEndsEarly {
         /// Name of the file.
         file: String,
-        /// Which fault, counted from 1 in the order of the file.
+        /// Number of the fault, from 1, in the order of the file.
         number: usize,
         /// Onset, s.
         onset_s: f64,
@@ -135,7 +135,7 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Co
         .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
 }
 
-/// The same of a file that was read already and may have been changed since.
+/// Reads a file that was parsed already and may have been changed since.
 pub(crate) fn of_table<T: DeserializeOwned>(
     file: &str,
     table: toml::Table,
@@ -145,7 +145,7 @@ pub(crate) fn of_table<T: DeserializeOwned>(
         .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
 }
 
-/// Puts the file's name before a range error.
+/// Adds the file's name to a range error.
 pub(crate) fn in_file(file: &str) -> impl Fn(RangeError) -> ConfigError + '_ {
     |source| ConfigError::Range { file: file.to_owned(), source: Box::new(source) }
 }

@@ -1,7 +1,8 @@
 //! The aerodynamic derivatives by name: paper letters, configuration key, allowed range, field.
 //!
-//! Those of the aircraft without its surfaces are in a table here; those of surfaces are named by the kind of surface
-//! and mean all surfaces of it. One table serves the reader of the airframe file, its range check, and the campaigns that disperse them.
+//! A table here lists those of the aircraft without its surfaces; those of surfaces are named by the kind of surface
+//! and mean all surfaces of the kind. The reader of the airframe file, its range check, and the campaigns that disperse
+//! them share one table.
 
 use icd::{EffectorKind, EffectorList, PerEffector};
 
@@ -72,12 +73,12 @@ const LETTERS: [(char, EffectorKind); 6] = [
     ('c', EffectorKind::Canard),
 ];
 
-/// Where a derivative stands: one number of the aircraft, or the same one of each surface of a kind.
+/// Location of a derivative: one number of the aircraft, or the same one of each surface of a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Place {
-    /// Of the aircraft without its surfaces: its place in [`DERIVATIVES`].
+    /// Of the aircraft without its surfaces: its index in [`DERIVATIVES`].
     Clean(usize),
-    /// Of a kind of surface: its place in [`SurfaceDerivatives::FIELDS`], and that of the kind in [`LETTERS`].
+    /// Of a kind of surface: its index in [`SurfaceDerivatives::FIELDS`], and that of the kind in [`LETTERS`].
     Surfaces(usize, usize),
 }
 
@@ -93,7 +94,7 @@ impl Place {
         Some(Self::Surfaces(field, kind))
     }
 
-    /// By its key: that of the file, with the kind behind it for one of surfaces, as in `c_pitch_elevator`.
+    /// By its key: that of the file, followed by the kind for surfaces, as in `c_pitch_elevator`.
     pub(crate) fn by_key(key: &str) -> Option<Self> {
         if let Some(clean) = DERIVATIVES.iter().position(|d| d.key == key) {
             return Some(Self::Clean(clean));
@@ -114,7 +115,7 @@ impl Place {
         }
     }
 
-    /// Changes each number that stands there; how many there were.
+    /// Changes each number at this location; returns how many there were.
     pub(crate) fn change(
         self,
         list: &EffectorList,
@@ -137,8 +138,8 @@ impl Place {
     }
 }
 
-/// Changes the derivative with these letters, as in `Cma`, of a kind of surface on each of them; false if the
-/// aircraft has none, as one with tables.
+/// Changes the derivative with these letters, as in `Cma`, for a kind of surface on each of them; false if the
+/// aircraft has none, such as one with tables.
 pub fn change(airframe: &mut Airframe, name: &str, change: impl FnMut(&mut f64)) -> bool {
     let Airframe { effectors, aero, surface_derivatives, .. } = airframe;
     let Aerodynamics::Derivatives(aero) = aero else { return false };
@@ -146,7 +147,7 @@ pub fn change(airframe: &mut Airframe, name: &str, change: impl FnMut(&mut f64))
     place.is_some_and(|place| place.change(effectors, aero, surface_derivatives, change) > 0)
 }
 
-/// Checks all of them: those of an airframe, and those of its surfaces.
+/// Checks all derivatives: those of an airframe, and those of its surfaces.
 ///
 /// # Errors
 /// [`RangeError`] for the first one outside its range.

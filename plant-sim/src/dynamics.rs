@@ -1,4 +1,4 @@
-//! The aircraft in its air over its Earth: everything that moves, and its derivative.
+//! The aircraft in its air over its Earth: the complete state, and its derivative.
 //!
 //! One evaluation runs down the signal path: effective deflections, air, forces and moments, motion.
 
@@ -223,7 +223,7 @@ impl Dynamics {
     }
 
     /// Forces and motion where Earth and density (kg/m³) are known already, and perhaps the limits of the thrust, N: within
-    /// a step they are those of its begin.
+    /// a step they are those of its beginning.
     fn motion(
         &self,
         rigid: &RigidState,
@@ -255,7 +255,7 @@ impl Dynamics {
         Motion { e_from_body, velocity, air, thrust_n, thrust_limits, wrench, derivative }
     }
 
-    /// Effective deflections of a state: what is left of the positions after the faults.
+    /// Effective deflections of a state: the positions with the effect of the faults.
     #[inline]
     #[must_use]
     pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
@@ -288,7 +288,7 @@ impl Dynamics {
         self.with_servos(&motion.derivative, &state, inputs)
     }
 
-    /// Everything's derivative, from that of the body.
+    /// The complete derivative, from that of the body.
     #[inline]
     fn with_servos<const N: usize>(
         &self,
@@ -305,8 +305,8 @@ impl Dynamics {
         rates
     }
 
-    /// The state `step_s` seconds later. `present` is [`Dynamics::present`] of `state`: who looks at
-    /// every state has it already.
+    /// The state `step_s` seconds later. `present` is [`Dynamics::present`] of `state`, which a caller that evaluates
+    /// every state has already.
     #[must_use]
     pub fn step(
         &self,

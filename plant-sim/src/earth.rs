@@ -1,4 +1,4 @@
-//! The Earth: shape, rotation, gravity, and what "north", "down" and "altitude" mean at a place.
+//! The Earth: shape, rotation, gravity, and the definitions of "north", "down" and "altitude" at a place.
 //!
 //! The equations of motion know one formulation: an Earth-fixed frame E that turns with the rate Ω, and a
 //! gravity in it. The flat Earth is the case Ω = 0 with constant gravity.
@@ -21,7 +21,7 @@ pub const ROTATION_RAD_S: f64 = 7.292_115e-5;
 /// Radius that turns geometric into geopotential height, m (US-1976).
 const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
 
-/// Which Earth is flown over.
+/// Models of the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EarthModel {
@@ -43,29 +43,29 @@ pub struct Earth {
     /// The start point at altitude zero, m, frame E.
     origin: Vector3<f64>,
     e_from_start_ned: Matrix3<f64>,
-    /// Metres for a radian of latitude and of longitude: only the flat Earth needs them.
+    /// Metres per radian of latitude and of longitude: only the flat Earth needs them.
     flat_scale_m: (f64, f64),
 }
 
-/// What the Earth is at one position.
+/// The properties of the Earth at one position.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     /// Height above the ellipsoid or the plane, m.
     pub altitude_m: f64,
     /// Height for the standard atmosphere, m.
     pub geopotential_altitude_m: f64,
-    /// Gravitation and centrifugal acceleration together, m/s², frame E: what a plumb line feels.
+    /// Gravitation and centrifugal acceleration together, m/s², frame E: the direction of a plumb line.
     pub gravity: Vector3<f64>,
     /// Columns: local north, east, down in frame E.
     pub e_from_ned: Matrix3<f64>,
 }
 
-/// What of a [`Place`] moves an aircraft there, and the steady wind.
+/// The part of a [`Place`] that affects the motion of an aircraft there, and the steady wind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearby {
     /// Height for the standard atmosphere, m.
     pub geopotential_altitude_m: f64,
-    /// What a plumb line feels, m/s², frame E.
+    /// Gravity, m/s², frame E.
     pub gravity: Vector3<f64>,
     /// Velocity of the air, m/s, frame E, where it blows to.
     pub wind: Vector3<f64>,
@@ -94,7 +94,7 @@ impl Earth {
         earth
     }
 
-    /// Which model.
+    /// The model.
     #[must_use]
     pub fn model(&self) -> EarthModel {
         self.model
@@ -236,7 +236,7 @@ pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Place {
-    /// What moves an aircraft here in a steady wind (m/s, local NED).
+    /// The effect on the motion of an aircraft here, in a steady wind (m/s, local NED).
     #[inline]
     #[must_use]
     pub fn nearby(&self, wind: &Ned) -> Nearby {

@@ -28,7 +28,7 @@ pub struct Geodetic {
     pub altitude_m: f64,
 }
 
-/// Direction of the local vertical and height, without an angle: what a derivative needs.
+/// Direction of the local vertical and height, without an angle: the form that a derivative needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vertical {
     /// Sine of the geodetic latitude.
@@ -89,7 +89,7 @@ pub fn ecef(geodetic: &Geodetic) -> Vector3<f64> {
 /// Vertical and height at an Earth-centred, Earth-fixed position in m.
 ///
 /// Bowring's formula with his improved first guess (Survey Review 28, 1985), closed and without an angle;
-/// the height is of second order in what is left of the error. Better than 1e-8 m from -1 to 100 km.
+/// the height depends on the remaining error in second order only. Better than 1e-8 m from -1 to 100 km.
 /// At the centre of the Earth, where there is no vertical, the result is finite and meaningless.
 #[inline]
 #[must_use]
@@ -129,7 +129,7 @@ fn unit(opposite: f64, adjacent: f64) -> (f64, f64) {
     if length <= 0.0 {
         return (0.0, 1.0);
     }
-    // One division: this stands in every stage of the integration.
+    // One division: every stage of the integration runs this.
     let per_length = 1.0 / length;
     (opposite * per_length, adjacent * per_length)
 }

@@ -1,10 +1,10 @@
-//! Fixed-step integration: the last stage of the signal path before time goes on.
+//! Fixed-step integration: the last stage of the signal path before time advances.
 
 /// One step of the classical fourth-order Runge-Kutta method.
 ///
 /// `x` is the state, `step_s` the step in s (any sign), `derivative` gives dx/dt in the units of `x` per
-/// second. It sees only the state: whatever else it depends on is held during the step. `k1` is the derivative
-/// at `x`, which a caller that has just looked at the state has already. Fourth order if `derivative` is
+/// second. It depends on the state only: all other inputs are constant during the step. `k1` is the derivative
+/// at `x`, which a caller that has just evaluated the state has already. Fourth order if `derivative` is
 /// smooth; never fails, non-finite derivatives give a non-finite state.
 #[inline]
 #[must_use]

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! sense ─> send ────────────> autopilot ────────> answer ─> request ─> wait until due ─> advance ─> sense ..
-//!           └ again, if no answer comes             ├ fault: reply rides in the next packet
+//!           └ again, if no answer comes             ├ fault: the reply is in the next packet
 //!                                                   ├ restart: a new session
 //!                                                   └ pace ─> pacer <─ requests of the parent process
 //! ```
 //!
-//! The wall clock decides when a tick is flown, never what is computed: the same flight at any speed
+//! The wall clock determines when a tick is flown, never a computed value: the same flight at any speed
 //! gives the same bits, also with pauses and single steps in between. While time is paused (pause, slow
 //! motion, on the ground) the plant sends about 20 packets a second without a control step, which show that it is
 //! alive and let the autopilot request faults, a restart and another pace.
@@ -37,7 +37,7 @@ pub use link::LinkError;
 pub use parent::PlantLine;
 pub use run::{ExitReason, run};
 
-/// Why the plant cannot go on.
+/// Why the plant cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A file cannot be read.
@@ -45,10 +45,10 @@ pub enum RunError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         source: FileProblem,
     },
-    /// Neither a scenario that comes with the program nor a file.
+    /// Neither a shipped scenario nor a file.
     #[error(
         "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
     )]
@@ -58,13 +58,13 @@ pub enum RunError {
         /// The known names.
         known: String,
     },
-    /// A file that is not a setup.
+    /// A file is not a setup.
     #[error("{}: not a plant setup of this version", path.display())]
     Setup {
         /// The file.
         path: PathBuf,
     },
-    /// A configuration file is wrong.
+    /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A fault of a scenario that the aircraft cannot have.
@@ -72,7 +72,7 @@ pub enum RunError {
     Fault {
         /// The scenario.
         file: String,
-        /// Which fault and why.
+        /// The fault and the reason.
         source: Box<SetupError>,
     },
     /// The flight cannot start.
@@ -85,16 +85,16 @@ pub enum RunError {
         airframe: String,
         /// The scenario.
         scenario: String,
-        /// Why not.
+        /// The reason.
         source: Box<SetupError>,
     },
-    /// A port that cannot be used.
+    /// An invalid port.
     #[error("--autopilot {name}: port 0 is no port; allowed are 1 to 65535")]
     Port {
         /// The address.
         name: String,
     },
-    /// No such host.
+    /// An unknown host.
     #[error("--autopilot {name}: {source}")]
     Resolve {
         /// The address.
@@ -102,10 +102,10 @@ pub enum RunError {
         /// The system's error.
         source: io::Error,
     },
-    /// No socket.
+    /// A socket could not be opened.
     #[error(transparent)]
     Bind(#[from] BindError),
-    /// The link is over.
+    /// The link has ended.
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The truth log is incomplete.

@@ -8,7 +8,7 @@
 //!             sensors <- truth <----------------------------------------------+
 //! ```
 //!
-//! [`Plant`] is the way in: [`Plant::sense`], [`Plant::advance`], [`Plant::truth`], [`Plant::request`].
+//! [`Plant`] is the entry point: [`Plant::sense`], [`Plant::advance`], [`Plant::truth`], [`Plant::request`].
 //! Nothing outside [`io`] reads a clock or opens a socket; the same [`PlantSetup`] and the same commands give the
 //! same bits. Transcendental functions come from `libm`, so that a new host does not change them.
 //!
@@ -17,9 +17,9 @@
 //! | where does a fault act? | [`faults`], and nowhere else |
 //! | when is the aircraft lost? | [`limits`], with the numbers of the airframe file |
 //! | what are the numbers of the aircraft? | `airframes/tvc_jet.toml`, read by [`airframe`] |
-//! | what is flown, and what breaks when? | `scenarios/*.toml`, read by [`scenario`] |
+//! | what is flown, and which faults occur when? | `scenarios/*.toml`, read by [`scenario`] |
 //! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
-//! | what is the motion? | [`rigid_body`], put together in [`dynamics`] |
+//! | what is the motion? | [`rigid_body`], assembled in [`dynamics`] |
 //!
 //! # A flight
 //!

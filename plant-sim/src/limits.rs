@@ -38,10 +38,10 @@ pub struct Attained {
     pub altitude_m: f64,
 }
 
-/// A limit that was passed.
+/// A limit that the flight has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exceeded {
-    /// Which quantity.
+    /// The quantity.
     pub quantity: &'static str,
     /// Its value, in `unit`.
     pub value: f64,
@@ -70,7 +70,7 @@ impl FlightLimits {
         !inside
     }
 
-    /// The first limit that is passed, for people.
+    /// The first limit that is passed, for display.
     #[must_use]
     pub fn exceeded(&self, at: &Attained) -> Option<Exceeded> {
         let angles = [
@@ -79,7 +79,7 @@ impl FlightLimits {
             ("sideslip", at.beta_rad, self.beta_rad),
             ("pitch angle", at.pitch_rad, self.pitch_rad),
         ];
-        // No range has a NaN in it.
+        // No range contains NaN.
         let passed =
             angles.into_iter().find(|(_, value, limit)| !(0.0..=*limit).contains(&value.abs()));
         let angle = passed.map(|(quantity, value, limit)| {
@@ -94,7 +94,7 @@ impl FlightLimits {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`RangeError`] for the first one that cannot be, in the unit of the airframe file.
+    /// [`RangeError`] for the first invalid one, in the unit of the airframe file.
     pub fn check(&self) -> Result<(), RangeError> {
         for (key, angle, max) in [
             ("roll_deg", self.roll_rad, 180.0),
@@ -108,7 +108,7 @@ impl FlightLimits {
     }
 }
 
-/// Degrees that went through radians, as they were written.
+/// Degrees that were converted through radians, rounded to the written value.
 fn tidy(degrees: f64) -> f64 {
     libm::round(degrees * 1.0e9) / 1.0e9
 }

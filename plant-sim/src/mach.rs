@@ -1,6 +1,6 @@
 //! Derivatives that change with the Mach number, where the airframe file has them.
 //!
-//! By Prandtl and Glauert the pressures on a thin section grow with 1/√(1 − M²). A wing of finite span follows that
+//! By Prandtl and Glauert the pressures on a thin section grow with 1/√(1 − M²). A wing of finite span follows this
 //! in part, a moment whose arm moves follows it more than in full, and a surface behind a shock loses effect. Each
 //! named derivative therefore has its own factor:
 //!
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! At the design Mach number M₀ every derivative has the value of its table, so the trim there is that of the
-//! airframe without Mach effects. Transonic flow is not modelled: above 0.95 nothing changes any more.
+//! airframe without Mach effects. Transonic flow is not modelled: above 0.95 the factors stay constant.
 
 use std::collections::BTreeMap;
 
@@ -38,13 +38,13 @@ pub struct MachEffects {
     pub growth: BTreeMap<DerivativeKey, f64>,
 }
 
-/// A derivative, in a file by its key in the table `[aerodynamics]`, or by that of surfaces and their kind, as in
+/// A derivative, in a file by its key in the table `[aerodynamics]`, or for surfaces by the key and their kind, as in
 /// `c_pitch_elevator`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct DerivativeKey(Place);
 
-/// A key that is none.
+/// A key that no derivative has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no derivative is called {0}")]
 pub struct UnknownKey(String);
@@ -63,7 +63,7 @@ impl From<DerivativeKey> for String {
     }
 }
 
-/// The same, ready to be evaluated.
+/// The table, prepared for evaluation.
 #[derive(Debug, Clone)]
 pub(crate) struct MachTable {
     list: EffectorList,
@@ -77,7 +77,7 @@ impl MachEffects {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
+    /// [`RangeError`] for the first invalid one.
     pub fn check(&self) -> Result<(), RangeError> {
         check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
         for (key, factor) in &self.growth {

@@ -1,4 +1,4 @@
-//! The plant as a program of its own; `sitl plant-sim` is the same.
+//! The plant as a separate program; `sitl plant-sim` is the same.
 
 use std::process::ExitCode;
 

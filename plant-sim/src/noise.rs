@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// What draws random numbers. The number is part of every recorded flight: never reuse one.
+/// Sources of random numbers. The number is part of every recorded flight: never reuse one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Rate gyros.
@@ -12,9 +12,9 @@ pub enum Source {
     Turbulence = 2,
     /// Turbulence: p_g.
     TurbulenceRoll = 3,
-    /// Turbulence: what q_g has beside w_g.
+    /// Turbulence: the part of q_g that is independent of w_g.
     TurbulencePitch = 4,
-    /// Turbulence: what r_g has beside v_g.
+    /// Turbulence: the part of r_g that is independent of v_g.
     TurbulenceYaw = 5,
 }
 
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn regress_the_first_number_never_changes() {
-        // A new value here means that every recorded noisy flight has lost its meaning.
+        // A new value here would invalidate every recorded noisy flight.
         assert_eq!(Normals::new(1, 0, Source::Gyro).draw().to_bits(), 4_608_993_435_929_095_189);
     }
 }

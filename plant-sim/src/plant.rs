@@ -29,10 +29,10 @@ pub const REPORTS_MAX: usize = 256;
 /// loop { sense(); (controller); advance(&commands) }
 /// ```
 ///
-/// Nothing in it fails or panics after [`Plant::new`]. The flight is over when the aircraft is at or below
-/// altitude zero at the end of a period. It is also over, in the last state that made sense, if the state
-/// stops being finite ([`Plant::is_broken`]): an absurd airframe can do that, and no later number would mean
-/// anything.
+/// No call fails or panics after [`Plant::new`]. The flight is over when the aircraft is at or below
+/// altitude zero at the end of a period. It is also over, in its last valid state, if the state
+/// stops being finite ([`Plant::is_broken`]): an absurd airframe can cause that, and no later number would be
+/// meaningful.
 #[derive(Debug, Clone)]
 pub struct Plant {
     dynamics: Dynamics,
@@ -55,7 +55,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Checks the setup, trims the aircraft, and stands at time zero; faults due at zero act already.
+    /// Checks the setup, trims the aircraft, and starts at time zero; faults due at zero are active already.
     ///
     /// # Errors
     /// [`SetupError`] if a number is out of range, a fault is impossible, or there is no level flight.
@@ -136,7 +136,7 @@ impl Plant {
         self.broken.is_some()
     }
 
-    /// The quantity that was not finite any more, where that has ended the flight.
+    /// The quantity that was no longer finite, if that has ended the flight.
     #[must_use]
     pub fn broken_by(&self) -> Option<&'static str> {
         self.broken
@@ -154,13 +154,13 @@ impl Plant {
         &self.dynamics
     }
 
-    /// Where the aircraft is and how it moves, with its servos.
+    /// Position and motion of the aircraft, with its servos.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// Goes on from another state, for a linearisation: time and everything else stay.
+    /// Continues from another state, for a linearisation: time and all other values stay.
     pub fn go_on_from(&mut self, state: &State) {
         self.state = *state;
         self.observe();
@@ -182,12 +182,12 @@ impl Plant {
         self.dynamics.engine_roll_n_m(thrust_n, motion.air.airspeed_m_s, *density, altitude_m)
     }
 
-    /// What the aircraft senses now. Draws this tick's noise: call it once each control tick.
+    /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
         self.sensors.sense(&self.truth, &self.present.motion, &self.inputs.gust)
     }
 
-    /// What is really the case now.
+    /// The true state of this instant.
     #[must_use]
     pub fn truth(&self) -> Truth {
         self.truth
@@ -196,7 +196,7 @@ impl Plant {
     /// Advances one control period with these commands held.
     ///
     /// Commands beyond the travel count as its end; a command that is not finite counts as the effector's last
-    /// one. On the ground nothing happens.
+    /// one. On the ground this has no effect.
     pub fn advance(&mut self, actuators: &Actuators) {
         if self.on_ground {
             return;
@@ -214,7 +214,7 @@ impl Plant {
         }
         self.inputs.gust = self.turbulence.step(self.truth.airspeed_m_s);
         self.observe();
-        // Forces and place can be beyond all sense while the state is still finite.
+        // Forces and position can be absurd while the state is still finite.
         if broken.is_none() && !self.truth.is_bounded() {
             broken = self.truth.first_unbounded();
             self.state = before;
@@ -239,13 +239,13 @@ impl Plant {
         reply
     }
 
-    /// Reports every fault that acts, rests or is scheduled.
+    /// Reports every active, pausing or scheduled fault.
     pub fn list_faults(&mut self) {
         let Self { faults, reports, reports_dropped, .. } = self;
         faults.list(&mut |report| push(reports, reports_dropped, report));
     }
 
-    /// What happened and was not fetched yet, oldest first.
+    /// The events that were not fetched yet, oldest first.
     pub fn pop_report(&mut self) -> Option<PlantReport> {
         self.reports.pop_front()
     }
@@ -256,9 +256,9 @@ impl Plant {
         self.reports_dropped
     }
 
-    /// Steps on the grid of multiples of the step; a step in which something happens is split there.
+    /// Steps on the grid of multiples of the step; a step with an event is split there.
     ///
-    /// The caller observes the end.
+    /// The caller checks for the end of the flight.
     fn integrate(&mut self, end_us: u64) {
         let mut now_us = self.time.as_micros();
         while now_us < end_us {
@@ -285,7 +285,7 @@ impl Plant {
         self.with_faults(Faults::apply_due);
     }
 
-    /// Lets something happen to the faults now.
+    /// Applies the events of the faults that are due.
     fn with_faults<R>(
         &mut self,
         happens: impl FnOnce(&mut Faults, &mut FaultContext<'_>) -> R,
@@ -303,7 +303,7 @@ impl Plant {
         result
     }
 
-    /// What the faults do now holds until something happens again.
+    /// Copies the effects of the faults, which stay constant until the next event.
     fn hold_faults(&mut self) {
         self.inputs.effects = *self.faults.effects();
         self.inputs.commands = *self.faults.received();
@@ -320,7 +320,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Everything that sensors, judges and the next step need of this instant, computed once.
+    /// Data of this instant that sensors, judges and the next step share, computed once.
     fn observe(&mut self) {
         self.present = self.dynamics.present(&self.state, &self.inputs);
         let altitude_m = self.present.place.geopotential_altitude_m;

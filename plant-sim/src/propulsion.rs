@@ -7,7 +7,7 @@ use crate::rigid_body::Wrench;
 use crate::tables::TablesError;
 use crate::tables::thrust::{Engine, EngineAir, Propulsion};
 
-/// The engine and what turns its jet.
+/// The engine and its nozzle.
 #[derive(Debug, Clone)]
 pub struct Jet {
     arm_m: f64,
@@ -15,13 +15,13 @@ pub struct Jet {
     engine: Option<Effector>,
     /// Pitch and yaw angle of the nozzle.
     nozzle: [Option<Effector>; 2],
-    /// What limits the thrust beside the travel of the engine, and what turns with it.
+    /// Limits of the thrust besides the travel of the engine, and the rotating parts.
     propulsion: Option<Engine>,
     is_limited: bool,
 }
 
 impl Jet {
-    /// Of these effectors.
+    /// For these effectors.
     ///
     /// # Errors
     /// [`TablesError`] if the tables of the propulsion cannot be evaluated.
@@ -65,7 +65,7 @@ impl Jet {
         self.engine
     }
 
-    /// Roll moment on the airframe of what turns with the engine at this thrust, N m.
+    /// Roll moment of the rotating parts on the airframe at this thrust, N m.
     #[inline]
     pub(crate) fn roll_n_m(&self, thrust_n: f64, at: &EngineAir) -> f64 {
         self.propulsion.as_ref().map_or(0.0, |engine| engine.roll_n_m(thrust_n, at))
@@ -86,7 +86,7 @@ impl Jet {
     /// at the nozzle, `arm_m` behind the centre of gravity.
     /// Implements Eq. (5): l = 0, m = T_z arm, n = −T_y arm.
     /// Positive nozzle angles give positive pitch and yaw; without a nozzle the thrust is along x. `effective` holds
-    /// δz and δy in rad and the thrust that the engine is to give in N, `limits` what it can give.
+    /// δz and δy in rad and the commanded thrust in N, `limits` the possible thrust.
     #[inline]
     #[must_use]
     pub fn wrench(
@@ -96,7 +96,7 @@ impl Jet {
         [least, most]: [f64; 2],
     ) -> (Wrench, f64) {
         let of = |effector: Option<Effector>| effector.map_or(0.0, |effector| effective[effector]);
-        // Comparisons: a thrust that is no number stays one.
+        // Comparisons: a thrust of NaN stays NaN.
         let thrust = of(self.engine);
         let thrust = if thrust < least { least } else { thrust };
         let thrust = if thrust > most { most } else { thrust };

@@ -4,10 +4,10 @@ use std::fmt;
 
 use arrayvec::ArrayString;
 
-/// A table or key of a file; what is longer is cut.
+/// A table or key of a file; a longer name is cut.
 pub type Section = ArrayString<40>;
 
-/// As much of a text as fits.
+/// The beginning of a text that fits.
 #[must_use]
 pub fn section(text: &str) -> Section {
     let mut section = Section::new();
@@ -46,7 +46,7 @@ impl fmt::Display for RangeError {
 
 impl std::error::Error for RangeError {}
 
-/// Rounded to nine decimals: a value in degrees went through radians and would show rounding errors.
+/// Rounded to nine decimals: a value in degrees was converted through radians and would show rounding errors.
 fn tidy(value: f64) -> f64 {
     let rounded = libm::round(value * 1.0e9) / 1.0e9;
     if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }

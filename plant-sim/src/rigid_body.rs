@@ -1,14 +1,14 @@
 //! Six degrees of freedom: force and moment to motion, over any [`crate::earth::Earth`].
 //!
-//! Knows no aircraft: any vehicle with a mass, an inertia, a force and a moment can fly it.
+//! Independent of the aircraft: any vehicle with a mass, an inertia, a force and a moment can fly it.
 
 use icd::Body;
 use nalgebra::{Matrix3, Vector3};
 
-/// How many numbers the state has.
+/// Number of values of the state.
 pub const STATES: usize = 13;
 
-/// Where the body is and how it moves, relative to the Earth-fixed frame E of [`crate::earth::Earth`].
+/// Position and motion of the body, relative to the Earth-fixed frame E of [`crate::earth::Earth`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidState {
     /// Position in E, m.
@@ -82,7 +82,7 @@ impl Wrench {
 }
 
 impl RigidState {
-    /// The numbers in a row for the integrator: position, quaternion, velocity, rates.
+    /// The values in a row for the integrator: position, quaternion, velocity, rates.
     #[inline]
     #[must_use]
     pub fn to_array(&self) -> [f64; STATES] {
@@ -90,7 +90,7 @@ impl RigidState {
         [r.x, r.y, r.z, q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    /// From the numbers in the order of [`RigidState::to_array`].
+    /// From the values in the order of [`RigidState::to_array`].
     #[inline]
     #[must_use]
     pub fn from_array(x: &[f64; STATES]) -> Self {
@@ -132,7 +132,7 @@ impl RigidState {
 }
 
 impl RigidDerivative {
-    /// The numbers in the order of [`RigidState::to_array`].
+    /// The values in the order of [`RigidState::to_array`].
     #[inline]
     #[must_use]
     pub fn to_array(&self) -> [f64; STATES] {
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn free_fall_at_the_equator_follows_the_kepler_orbit() {
-        // Independent way: the same fall in inertial axes with its own integration of gravitation alone.
+        // An independent calculation: the same fall in inertial axes with its own integration of gravitation alone.
         let here = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, altitude_m: 9_144.0 };
         let earth = Earth::new(EarthModel::Wgs84, here);
         let first = start(&earth, &here, Body::zero());

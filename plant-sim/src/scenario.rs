@@ -1,7 +1,7 @@
 //! What is flown: a scenario file becomes a [`Scenario`].
 //!
-//! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is passed
-//! over unread, so that neither side needs to know the other's keys.
+//! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is
+//! ignored, so that neither side needs to know the other's keys.
 
 use icd::{ControlPeriod, EffectorList, SimTime};
 use serde::Deserialize;
@@ -31,7 +31,7 @@ pub const CASE2: &str = include_str!("../scenarios/case2.toml");
 /// The scenarios that come with the program, by name.
 pub const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
 
-/// One scenario, as far as the plant is concerned.
+/// The plant's part of one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
     /// The plant's part.
@@ -43,27 +43,27 @@ pub struct Scenario {
 pub struct PlantPart {
     /// Seed of the random streams.
     pub seed: u64,
-    /// How long it is flown, s; `None` where the scenario has no duration.
+    /// Duration of the flight, s; `None` where the scenario has no duration.
     pub duration_s: Option<f64>,
     /// Where the flight starts; missing values are those of the design point of the airframe.
     pub start: StartPart,
-    /// What it flies over; WGS-84 if the file has no model.
+    /// The Earth model; WGS-84 if the file has none.
     pub earth: EarthModel,
-    /// How the air moves; calm if the file has no wind.
+    /// Wind and turbulence; calm if the file has none.
     pub wind: WindSettings,
     /// Errors of the sensors; ideal if the file has none.
     pub sensors: SensorSettings,
-    /// What breaks and when.
+    /// The faults and their times.
     pub faults: Vec<ScheduledFault>,
 }
 
 impl Scenario {
-    /// Reads a scenario file for an aircraft with these effectors; `name` stands for it in errors.
+    /// Reads a scenario file for an aircraft with these effectors; errors call it `name`.
     ///
     /// # Errors
-    /// [`ConfigError`] with line and column for what is not TOML of the right shape, with key, value and range
-    /// for a number that cannot be. Whether the aircraft can have the faults is found out by
-    /// [`crate::Plant::new`].
+    /// [`ConfigError`] with line and column for text that is not TOML of the right shape, with key, value and range
+    /// for an invalid number. [`crate::Plant::new`] checks whether the aircraft can have the
+    /// faults.
     pub fn from_toml(
         name: &str,
         text: &str,
@@ -72,7 +72,7 @@ impl Scenario {
         config::parse::<ScenarioFile>(name, text)?.into_scenario(name, effectors)
     }
 
-    /// The same of a file that was read already and may have been changed since.
+    /// Reads a file that was parsed already and may have been changed since.
     ///
     /// # Errors
     /// As [`Scenario::from_toml`], without line and column.
@@ -110,7 +110,7 @@ impl PlantPart {
     }
 }
 
-/// The plant's part of a scenario file as written: the keys that there are.
+/// The plant's part of a scenario file as written: the keys that it has.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
@@ -155,7 +155,7 @@ struct SensorTable {
     gyro_noise_deg_s: f64,
 }
 
-/// A start within all ranges, for a check of the keys that a scenario has.
+/// A start within all ranges, for a check of the given keys.
 const ANYWHERE: Start = Start {
     altitude_m: 1_000.0,
     airspeed_m_s: 100.0,
@@ -215,7 +215,7 @@ mod tests {
         let nominal =
             Scenario::from_toml("nominal.toml", NOMINAL, &tvc_jet::effectors()).unwrap().plant;
         assert_eq!(nominal.faults, []);
-        // It begins at the design point of whatever airframe flies it.
+        // The flight begins at the design point of whatever airframe flies it.
         assert_eq!((nominal.start, nominal.duration_s), (StartPart::default(), None));
 
         let case1 = Scenario::from_toml("case1.toml", CASE1, &tvc_jet::effectors()).unwrap().plant;
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(faults[3].kind, FaultKind::StuckAt { angle_rad, travel });
     }
 
-    /// The nominal flight with one fault that has these lines beside its onset at 1 s.
+    /// The nominal flight with one fault that has these lines besides its onset at 1 s.
     fn with_fault(lines: &str) -> Result<ScheduledFault, String> {
         let text = format!("{NOMINAL}\n[[plant.fault]]\nonset_s = 1\n{lines}\n");
         let scenario = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors())

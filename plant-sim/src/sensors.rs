@@ -1,8 +1,8 @@
-//! What the aircraft reports of the truth: everything exactly, the rate gyros with white noise.
+//! Sensor values from the truth: everything exactly, except white noise on the rate gyros.
 //!
-//! Vanes and pitot tube sit away from the centre of gravity and feel the gust where they are: what p_g, q_g and r_g
-//! add there stays in the air data. What the rotation of the aircraft itself adds is taken as corrected by the air
-//! data computer, exactly and with the true rates. So without turbulence the air data are the truth to the bit.
+//! Vanes and pitot tube are away from the centre of gravity and measure the gust at their places: the part of p_g, q_g and r_g
+//! there remains in the air data. The air data computer is assumed to correct for the rotation of the aircraft itself,
+//! exactly and with the true rates. So without turbulence the air data are the truth to the bit.
 
 use icd::{Body, Effector, EffectorKind, FlowAngles, GnssFix, Sample, Sensors};
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
-    /// Sensors that report the truth.
+    /// Ideal sensors.
     pub const IDEAL: Self = Self { gyro_noise_rad_s: 0.0 };
 }
 
@@ -31,7 +31,7 @@ impl SensorSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`RangeError`] if it cannot be.
+    /// [`RangeError`] if it is invalid.
     pub fn check(&self) -> Result<(), RangeError> {
         let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
         check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)
@@ -48,7 +48,7 @@ pub struct SensorSet {
 }
 
 impl SensorSet {
-    /// Air data from the places of an airframe, gyros with the noise of `settings`; the random stream belongs to seed and run.
+    /// Air data from the positions in an airframe, gyros with the noise of `settings`; the random stream belongs to seed and run.
     #[must_use]
     pub fn new(airframe: &Airframe, settings: &SensorSettings, seed: u64, run: u64) -> Self {
         let gyro_noise_rad_s = settings.gyro_noise_rad_s;
@@ -82,7 +82,7 @@ impl SensorSet {
         }
     }
 
-    /// Nothing is drawn without noise: the rates keep their bits.
+    /// Without noise no random number is drawn: the rates keep their bits.
     fn gyro_error(&mut self) -> Body {
         if self.gyro_noise_rad_s <= 0.0 {
             return Body::zero();
@@ -93,9 +93,9 @@ impl SensorSet {
     }
 }
 
-/// Motion relative to the air at a place, m from the centre of gravity, of an aircraft that does not turn.
+/// Motion relative to the air at a point, m from the centre of gravity, of an aircraft that does not rotate.
 ///
-/// Where the air does not turn it is that of the centre of gravity, with its bits.
+/// Where the air does not rotate it is that of the centre of gravity, with its bits.
 fn air_at(place_m: [f64; 3], motion: &Motion, gust: &Gust) -> AirState {
     if gust.rates == Body::zero() {
         return motion.air;

@@ -41,7 +41,7 @@ impl Servo {
     }
 }
 
-/// A limit that JSON, which has no infinity, writes as null for none.
+/// A limit that JSON, which has no infinity, represents as null if there is none.
 mod limit {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

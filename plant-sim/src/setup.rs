@@ -1,4 +1,4 @@
-//! Everything that defines a flight, as plain data, and what can be wrong with it.
+//! Everything that defines a flight, as plain data, and its errors.
 
 use icd::ControlPeriod;
 use icd::fault::{Refusal, TargetClass};
@@ -32,11 +32,11 @@ pub fn default_step_us(period: ControlPeriod) -> u32 {
 pub struct PlantSetup {
     /// The aircraft.
     pub airframe: Airframe,
-    /// Where and how it starts.
+    /// Start position and motion.
     pub start: Start,
-    /// What it flies over.
+    /// Earth model.
     pub earth: EarthModel,
-    /// How the air moves.
+    /// Wind and turbulence.
     pub wind: WindSettings,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
@@ -69,21 +69,21 @@ pub enum SetupError {
     /// A fault that the aircraft cannot have.
     #[error("fault {number} ({fault}): {}", refusal.described(*class))]
     Fault {
-        /// Which one, counted from 1 in the order of the setup.
+        /// Number of the fault, from 1, in the order of the setup.
         number: usize,
-        /// It, in words.
+        /// The fault, in words.
         fault: String,
         /// The units of the refusal.
         class: TargetClass,
-        /// Why not.
+        /// The reason.
         refusal: Refusal,
     },
     /// The controller's model is of another aircraft.
     #[error("the airframe is {airframe}, the controller's model is of {model}")]
     OtherAircraft {
-        /// That of the airframe file.
+        /// Name in the airframe file.
         airframe: Box<Aircraft>,
-        /// That of the model file.
+        /// Name in the model file.
         model: Box<Aircraft>,
     },
     /// The integration cannot follow the aircraft.
@@ -92,7 +92,7 @@ pub enum SetupError {
     /// Its tables cannot be evaluated.
     #[error(transparent)]
     Tables(Box<TablesError>),
-    /// Level flight is not possible, so there is nothing to start from.
+    /// Level flight is not possible, so the flight has no start.
     #[error(transparent)]
     Trim(#[from] TrimError),
 }

@@ -1,11 +1,11 @@
-//! Where and how a flight starts.
+//! The start of a flight.
 
 use serde::{Deserialize, Serialize};
 
 use crate::geodesy::Geodetic;
 use crate::range::{RangeError, check_range};
 
-/// Where the flight starts: wings level, no sideslip, level flight, trimmed.
+/// The start of a flight: wings level, no sideslip, level flight, trimmed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Altitude above the ellipsoid or the plane, m.
@@ -51,7 +51,7 @@ impl StartPart {
     }
 }
 
-/// A start as it stands in an airframe file.
+/// A start as written in an airframe file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartTable {
@@ -88,15 +88,15 @@ impl Start {
     /// Checks every number of a scenario's start.
     ///
     /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
+    /// [`RangeError`] for the first invalid one.
     pub fn check(&self) -> Result<(), RangeError> {
         self.check_table("plant.start")
     }
 
-    /// Checks every number; `section` is the table of the file that it stands in.
+    /// Checks every number; `section` is its table in the file.
     ///
     /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
+    /// [`RangeError`] for the first invalid one.
     pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
         check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;

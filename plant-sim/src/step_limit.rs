@@ -1,4 +1,4 @@
-//! Whether the integration can follow an aircraft: its quickest motion in the air against the step.
+//! Whether the integration can follow an aircraft: its fastest motion in the air against the step.
 
 use icd::{Body, PerEffector};
 
@@ -11,7 +11,7 @@ use crate::start::Start;
 /// the start.
 const RATE_TIMES_STEP_MAX: f64 = 1.0;
 
-/// An aircraft that moves more quickly than the integration can follow.
+/// An aircraft that moves faster than the integration can follow.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "[mass] {key} = {value} is too small for [aerodynamics] {derivative_key} = {derivative}: in flight at {airspeed_m_s} m/s and \
@@ -29,7 +29,7 @@ pub struct TooQuick {
     pub derivative_key: &'static str,
     /// Its value.
     pub derivative: f64,
-    /// Which motion.
+    /// The motion.
     pub motion: &'static str,
     /// Its rate, 1/s.
     pub rate: f64,
@@ -48,7 +48,7 @@ pub struct TooQuick {
 /// dimensional derivatives). `density` in kg/m3.
 ///
 /// # Errors
-/// [`TooQuick`] with the key that would have to be larger.
+/// [`TooQuick`] with the key whose value would have to be larger.
 pub fn check(
     dynamics: &Dynamics,
     start: &Start,
@@ -64,7 +64,7 @@ pub fn check(
     let aero = Slopes::of(dynamics, start, [per_chord, per_span]);
     let (m, ixx, iyy, izz) = (mass.mass_kg, mass.ixx_kg_m2, mass.iyy_kg_m2, mass.izz_kg_m2);
     let (roll_damping, pitch_damping) = (lateral * per_span, pitch * per_chord);
-    // Value and derivative with their keys, what is divided by the value, and whether that is a rate or its square.
+    // Value and derivative with their keys, the quantity divided by the value, and whether that is a rate or its square.
     let motions = [
         ("mass_kg", m, "heave", "c_lift_alpha", aero.c_lift_alpha, force / v, false),
         ("mass_kg", m, "sideslip", "c_side_beta", aero.c_side_beta, force / v, false),
@@ -113,7 +113,7 @@ struct Slopes {
 }
 
 impl Slopes {
-    /// Those of the file, or where it has tables the central differences at an angle of attack of zero.
+    /// The derivatives of the file; for tables the central differences at an angle of attack of zero.
     fn of(dynamics: &Dynamics, start: &Start, [per_chord, per_span]: [f64; 2]) -> Self {
         if let Aerodynamics::Derivatives(a) = &dynamics.airframe().aero {
             return Self {
@@ -171,7 +171,7 @@ mod tests {
     use icd::tvc_jet;
     use icd::{Actuators, ControlPeriod};
 
-    /// Flies a tenth of a second with still effectors; whether the state stayed finite, or why it did not start.
+    /// Flies a tenth of a second with fixed effectors; whether the state stayed finite, or why it did not start.
     fn fly(change: impl Fn(&mut Airframe), step_us: u32) -> Result<bool, SetupError> {
         let plant =
             Scenario::from_toml("nominal", scenario::NOMINAL, &tvc_jet::effectors()).unwrap().plant;
@@ -212,7 +212,7 @@ mod tests {
                 assert!(refused.min > value, "{refused}");
                 let enough = refused.min * 1.001;
                 let flown = fly(|airframe| change(airframe, enough), step_us);
-                // Another motion may be next.
+                // Another motion may be the next one.
                 match flown {
                     Err(SetupError::TooQuick(next)) => {
                         assert!(next.min > enough || next.key != key);

@@ -1,6 +1,6 @@
 //! Tables of an airframe file: values over one or more inputs, linear between breakpoints.
 //!
-//! A table stands in the file as comma-separated values. The first columns are the inputs, the last of them changing
+//! A table is written as comma-separated values. The first columns are the inputs, the last of them changing
 //! fastest; every further column is a function of them. Sums of terms define the use of the functions
 //! ([`sum`]), and [`lookup`] evaluates sums and tables together.
 //!
@@ -41,32 +41,32 @@ pub const TABLES_MAX: usize = 64;
 pub enum Outside {
     /// The value at the nearest end.
     Clamp,
-    /// The line through the last two breakpoints goes on.
+    /// Extrapolation along the line through the last two breakpoints.
     Extrapolate,
 }
 
-/// A table as the file has it.
+/// A table as in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableText {
     /// Names of the inputs with their units, as in the header of the values.
     pub inputs: Vec<String>,
-    /// What holds outside the breakpoints.
+    /// Rule outside the breakpoints.
     pub outside: Outside,
-    /// An input, whose breakpoints begin at zero, in which all functions are odd: what is listed for +x holds for -x with
-    /// the other sign.
+    /// An input, whose breakpoints begin at zero, in which all functions are odd: the value at -x is minus the value
+    /// at +x.
     #[serde(default)]
     pub odd_in: Option<String>,
     /// Header and rows.
     pub csv: String,
 }
 
-/// A table that was read: every number finite, breakpoints in order, no row missing.
+/// A valid table: every number finite, breakpoints in order, no row missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Inputs, the first one changing most slowly.
     pub inputs: Vec<Input>,
-    /// What holds outside the breakpoints.
+    /// Rule outside the breakpoints.
     pub outside: Outside,
     /// Index of the input in which the functions are odd.
     pub odd_in: Option<usize>,
@@ -89,7 +89,7 @@ impl TableText {
     /// Reads the table.
     ///
     /// # Errors
-    /// [`TableError`] with the line of the values, what stands there and what was expected.
+    /// [`TableError`] with the line of the values, the text there and the expected form.
     pub fn read(&self) -> Result<Table, TableError> {
         csv::read(self)
     }
@@ -106,9 +106,9 @@ pub enum TablesError {
     Table {
         /// The part of the file.
         section: &'static str,
-        /// Which table, counted from 1 in the order of the file.
+        /// Number of the table, from 1, in the order of the file.
         number: usize,
-        /// What is wrong.
+        /// The error.
         source: TableError,
     },
     /// A sum.
@@ -116,32 +116,32 @@ pub enum TablesError {
     Sum {
         /// The part of the file.
         section: &'static str,
-        /// What is wrong.
+        /// The error.
         source: sum::SumError,
     },
-    /// A function stands in two tables.
+    /// Two tables have the same function.
     #[error(
         "[[{section}.table]] number {number}: the function {name} stands in another table too, expected one for each name"
     )]
     SameFunction {
         /// The part of the file.
         section: &'static str,
-        /// Which table, counted from 1 in the order of the file.
+        /// Number of the table, from 1, in the order of the file.
         number: usize,
         /// The function.
         name: String,
     },
-    /// More tables than anyone needs.
+    /// More tables than allowed.
     #[error("[[{section}.table]]: {found} tables, expected at most {TABLES_MAX}")]
     TooMany {
         /// The part of the file.
         section: &'static str,
-        /// How many there are.
+        /// Their number.
         found: usize,
     },
 }
 
-/// Parts with tables in binary files: as the text of a file for people, whose keys determine its form.
+/// Parts with tables in binary files: as the text of a text file, whose keys determine its form.
 pub(crate) mod stored {
     use serde::de::{DeserializeOwned, Error as _};
     use serde::ser::Error as _;

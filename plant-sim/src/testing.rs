@@ -1,4 +1,4 @@
-//! What several tests of this crate need: parts of airframe files, reference data.
+//! Helpers for several tests of this crate: parts of airframe files, reference data.
 
 use serde::de::DeserializeOwned;
 
@@ -11,7 +11,7 @@ pub fn part<T: DeserializeOwned>(text: &str, name: &str) -> T {
     file[name].clone().try_into().unwrap()
 }
 
-/// Check points of the F-16 (`aero` or `prop`) from the folder that `TWO_STEP_REFERENCE_DATA` names; `None` without it.
+/// Check points of the F-16 (`aero` or `prop`) from the folder in `TWO_STEP_REFERENCE_DATA`; `None` without it.
 pub fn check_points(kind: &str) -> Option<Vec<serde_json::Value>> {
     let folder = std::env::var_os("TWO_STEP_REFERENCE_DATA")?;
     let path = std::path::Path::new(&folder).join("checkcases/f16_s119.json");

@@ -1,4 +1,4 @@
-//! Level flight that goes on by itself: where every flight starts.
+//! Steady level flight: the start of every flight.
 
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -15,16 +15,16 @@ mod nearest;
 
 pub use nearest::{AtLimit, Nearest};
 
-/// Newton steps before the search is given up; it needs five.
+/// Newton steps before the search gives up; it needs five.
 const STEPS_MAX: u32 = 40;
 
 /// Largest accepted residual, m/s² and rad/s²: a thousand roundings of one g.
 const TOLERANCE: f64 = 1.0e-11;
 
-/// Singular values below this are none, as a control that is not there.
+/// Singular values below this count as zero, as for a missing control.
 const SINGULAR: f64 = 1.0e-9;
 
-/// Longest Newton step in angle of attack, rad: the bent aerodynamics must not throw the search away.
+/// Longest Newton step in angle of attack, rad: the bent aerodynamics must not make the search diverge.
 const ALPHA_STEP_MAX_RAD: f64 = 0.1;
 
 /// Steady flight at constant altitude: wings level, no sideslip, still nozzle.
@@ -68,17 +68,17 @@ impl Trim {
 /// Why there is no steady flight.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrimError {
-    /// There is none that the aircraft can hold.
+    /// The aircraft can hold none.
     #[error("no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}")]
     NotConverged {
         /// Requested airspeed, m/s.
         airspeed_m_s: f64,
         /// Requested altitude, m.
         altitude_m: f64,
-        /// The flight that comes nearest.
+        /// The closest flight.
         nearest: Box<Nearest>,
     },
-    /// It was found, but an effector cannot hold it.
+    /// It exists, but an effector cannot hold it.
     #[error(
         "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
     )]
@@ -87,7 +87,7 @@ pub enum TrimError {
         airspeed_m_s: f64,
         /// Requested altitude, m.
         altitude_m: f64,
-        /// Which quantity, and its range.
+        /// The quantity and its range.
         source: Box<RangeError>,
     },
 }
@@ -95,7 +95,7 @@ pub enum TrimError {
 /// In the order of the unknowns: angle of attack, elevator, thrust, aileron, rudder, turn rate.
 type Unknowns = SVector<f64, 6>;
 
-/// What the search needs to know beside the aircraft.
+/// Inputs of the search besides the aircraft.
 struct Problem<'a> {
     dynamics: &'a Dynamics,
     start: &'a Start,
@@ -135,7 +135,7 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
             return problem.held(&x);
         }
         let jacobian = problem.jacobian(&x);
-        // An aircraft that lacks a control has a singular one; then the shortest step serves.
+        // An aircraft that lacks a control has a singular Jacobian; then the shortest step is used.
         let shortest = || jacobian.svd(true, true).solve(&residual, SINGULAR).ok();
         let Some(step) = jacobian.lu().solve(&residual).or_else(shortest) else { break };
         let scale = (ALPHA_STEP_MAX_RAD / step[0].abs()).min(1.0);
@@ -161,7 +161,7 @@ impl Problem<'_> {
         Ok(trim)
     }
 
-    /// Checks that the effectors can be where the trim has them.
+    /// Checks that the effectors can reach the positions of the trim.
     fn in_reach(&self, trim: &Trim) -> Result<(), RangeError> {
         let airframe = self.dynamics.airframe();
         let list = &airframe.effectors;
@@ -238,7 +238,7 @@ impl Problem<'_> {
     }
 
     /// Accelerations that are zero in steady flight: of the air-relative velocity, because a steady wind
-    /// stands still in NED and so turns in body axes; and of the rates.
+    /// is constant in NED and so rotates in body axes; and of the rates.
     fn residual(&self, x: &Unknowns) -> Unknowns {
         let (rigid, relative) = self.rigid(x[0], x[5]);
         let positions = self.trim(x).positions();

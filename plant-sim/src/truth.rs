@@ -8,7 +8,7 @@ use crate::atmosphere::STANDARD_GRAVITY;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::limits::Attained;
 
-/// No number of a flight is anywhere near this, in any unit of the truth; one that is, is no result of physics.
+/// No number of a valid flight comes near this, in any unit of the truth.
 const BOUND: f64 = 1.0e15;
 
 /// The state of the flight at one instant, complete and without error.
@@ -42,13 +42,13 @@ pub struct Truth {
     pub specific_force: Body,
     /// Normal load factor, g: minus the z component of the specific force over 9.80665 m/s².
     pub normal_load_factor_g: f64,
-    /// How many effectors the aircraft has.
+    /// Number of effectors of the aircraft.
     pub effectors: usize,
-    /// What acts of each effector after the faults, rad; thrust, N.
+    /// Effective deflection of each effector with its faults, rad; thrust, N.
     pub deflections: PerEffector<f64>,
-    /// Where each effector really is, after the faults and before a loss of effect, rad; thrust, N.
+    /// True position of each effector, with its faults and before a loss of effect, rad; thrust, N.
     pub positions: PerEffector<f64>,
-    /// Code of the fault that acts on each effector ([`crate::faults::Effects::codes`]); 0 for none.
+    /// Code of the active fault of each effector ([`crate::faults::Effects::codes`]); 0 for none.
     pub fault_codes: PerEffector<u8>,
     /// Velocity of the air over the ground, gusts included, m/s, where it blows to.
     pub wind: Ned,
@@ -63,30 +63,30 @@ impl Truth {
         self.attitude.euler()
     }
 
-    /// Whether what follows from the state is within [`BOUND`]: forces, accelerations, place and motion in the air.
+    /// Whether the quantities computed from the state are within [`BOUND`]: forces, accelerations, position and motion in the air.
     #[inline]
     #[must_use]
     pub(crate) fn is_bounded(&self) -> bool {
-        // One sum and one look: a sum with an infinite or undefined part is one itself.
+        // One sum and one check: a sum with an infinite or undefined term is infinite or undefined itself.
         let (f, a, v) = (&self.specific_force.0, &self.angular_acceleration.0, &self.velocity.0);
         let place = self.altitude_m + self.latitude_rad + self.longitude_rad;
         let air = self.airspeed_m_s + self.alpha_rad + self.beta_rad;
         (f.sum() + a.sum() + v.sum() + place + air).abs() < BOUND
     }
 
-    /// Name of the first number that is beyond [`BOUND`], as in the flight log.
+    /// Name of the first number beyond [`BOUND`], as in the flight log.
     #[must_use]
     pub(crate) fn first_unbounded(&self) -> Option<&'static str> {
         let row = self.to_row(false, false);
         let index = row.iter().position(|value| value.is_nan() || value.abs() >= BOUND);
-        // Where only the sum above is beyond it, the forces are the largest part.
+        // If only the sum above is beyond it, the forces are the largest part.
         let tail =
             |index: usize| TRUTH_TAIL.get((index + TRUTH_TAIL.len()).checked_sub(row.len())?);
         let name = |index: usize| TRUTH_HEAD.get(index).or_else(|| tail(index)).copied();
         Some(index.map_or("specific_force", |index| name(index).unwrap_or("effector")))
     }
 
-    /// Of a state at `time`, with what is held there and what was found out about it.
+    /// For a state at `time`, with its inputs and the results of its evaluation.
     #[must_use]
     pub fn of(
         dynamics: &Dynamics,

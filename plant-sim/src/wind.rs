@@ -17,7 +17,7 @@ pub const LENGTH_M: f64 = 533.4;
 /// Airspeed below which the turbulence does not change more slowly, m/s.
 const SLOWEST_M_S: f64 = 20.0;
 
-/// How the air moves over the ground.
+/// Motion of the air over the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WindSettings {
     /// Horizontal speed of the steady wind, m/s.
@@ -88,7 +88,7 @@ impl Gust {
 /// White noise through first order along x and second order along y and z:
 /// σ √(2T) / (1 + T s) and σ √T (1 + √3 T s) / (1 + T s)², T = L / V, for white noise of one unit²·s.
 /// The rotation is in the file `wind/filters.rs`. The filters are advanced by their exact solution from one control tick to the
-/// next, so that the gusts have their rms and spectrum at any period; between ticks the gust stands still.
+/// next, so that the gusts have their rms and spectrum at any period; between ticks the gust is constant.
 ///
 /// Left out: the low-altitude form (σ and L would change with height below 2000 ft).
 /// The flight begins in calm air and reaches the full rms after some 2 T (4 s at 264 m/s), because a jump of
@@ -118,9 +118,9 @@ impl Turbulence {
         }
     }
 
-    /// One control tick on at this true airspeed (m/s); the gust until the next tick.
+    /// Advances one control tick at this true airspeed (m/s); returns the gust until the next tick.
     ///
-    /// Without intensity nothing is drawn and the gust is exactly zero.
+    /// Without intensity no random number is drawn and the gust is exactly zero.
     pub fn step(&mut self, airspeed_m_s: f64) -> Gust {
         if self.intensity_m_s <= 0.0 {
             return Gust::none();

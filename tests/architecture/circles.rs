@@ -1,10 +1,10 @@
-//! No module imports one that imports it, over any way round. Parent and child of one module may.
+//! No module imports one that imports it, directly or indirectly. Parent and child of one module may.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::sources::{CRATES, Source, assert_none, files};
 
-/// A module by the names from the root of its crate.
+/// A module by its names from the root of its crate.
 type Path = Vec<String>;
 
 /// The modules of a crate, each with the modules that it names.
@@ -34,7 +34,7 @@ fn imports(folder: &str) -> BTreeMap<Path, BTreeSet<Path>> {
     graph
 }
 
-/// Every path in a text, those of a list in braces one by one.
+/// Every path in a text, with lists in braces expanded.
 fn paths(code: &str) -> Vec<Path> {
     let mut found = Vec::new();
     let mut open: Vec<Path> = vec![Vec::new()];
@@ -74,7 +74,7 @@ fn paths(code: &str) -> Vec<Path> {
     found
 }
 
-/// The innermost module that a path written in `from` leads to.
+/// The innermost module that a path written in `from` refers to.
 fn resolve(path: &[String], from: &Path, modules: &BTreeSet<Path>) -> Option<Path> {
     let ups = path.iter().take_while(|name| *name == "super").count();
     let mut whole = match path.first()?.as_str() {
@@ -92,7 +92,7 @@ fn resolve(path: &[String], from: &Path, modules: &BTreeSet<Path>) -> Option<Pat
     Some(whole)
 }
 
-/// Modules from which every other one of the group can be reached: the groups of more than one.
+/// Groups of more than one module in which each can reach every other one.
 fn circles(graph: &BTreeMap<Path, BTreeSet<Path>>) -> BTreeSet<BTreeSet<Path>> {
     let reach = |start: &Path| {
         let mut reached = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Who may depend on whom: section "Dependencies" of ARCHITECTURE.md.
+//! Allowed dependencies: section "Dependencies" of ARCHITECTURE.md.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -24,14 +24,14 @@ fn names(lines: &[String]) -> BTreeSet<String> {
     lines.iter().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
 }
 
-/// Everything that a package is built from, itself left out.
+/// Everything that a package is built from, except itself.
 fn closure(package: &str) -> BTreeSet<String> {
     let mut names = names(&tree(&["-p", package, "-e", "normal,build"]));
     assert!(names.remove(package), "cargo tree does not know {package}");
     names
 }
 
-/// What stands in the package's own manifest.
+/// The dependencies in the package's own manifest.
 fn direct(package: &str) -> BTreeSet<String> {
     let mut names = names(&tree(&["-p", package, "-e", "normal,build", "--depth", "1"]));
     assert!(names.remove(package), "cargo tree does not know {package}");
@@ -49,7 +49,7 @@ fn assert_only(package: &str, allowed: &[&str]) {
     assert!(more.is_empty(), "{package} depends on {more:?}; allowed is {allowed:?}");
 }
 
-/// What waits, sends, logs, or draws from the system: no business of the pure crates.
+/// Crates that wait, send, log, or use the system's entropy: not allowed in the pure crates.
 const IMPURE: [&str; 9] =
     ["tokio", "mio", "socket2", "nix", "mavlink", "tracing", "rand", "rand_chacha", "getrandom"];
 
@@ -121,7 +121,7 @@ fn plant_does_not_know_the_flight_software() {
 
 #[test]
 fn analysis_knows_neither_the_launcher_nor_the_system() {
-    // The autopilot that it flies brings tokio and sockets along; it must not reach for them itself.
+    // The autopilot that it flies depends on tokio and sockets; it must not use them itself.
     assert_without("flight-analysis", &closure("flight-analysis"), &["sitl", "crossterm"]);
     let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
     assert_without("flight-analysis", &direct("flight-analysis"), &forbidden);
@@ -137,8 +137,8 @@ fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
 }
 
 #[test]
-fn the_mavlink_crate_brings_no_sockets_of_its_own() {
-    // It is a codec here: its connections know a single peer and swallow errors.
+fn the_mavlink_crate_brings_no_own_sockets() {
+    // It is used as a codec only: its connections know a single peer and swallow errors.
     let lines = tree(&["--workspace", "-e", "normal,build,dev", "-f", "{p} [{f}]"]);
     let features: Vec<_> = lines.iter().filter(|line| line.starts_with("mavlink v")).collect();
     assert!(!features.is_empty(), "mavlink is not in the tree");

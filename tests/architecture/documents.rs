@@ -1,4 +1,4 @@
-//! The documents speak of what exists.
+//! The documents refer to files and names that exist.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// What a page calls its headings in links, as code hosts do: small letters, no punctuation, blanks to dashes.
+/// Anchor of a heading in links, as code hosts make it: small letters, no punctuation, blanks to dashes.
 fn anchors(page: &str) -> Vec<String> {
     let titles = page.lines().filter(|line| line.starts_with('#'));
     let kept = |c: &char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');

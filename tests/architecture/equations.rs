@@ -1,4 +1,4 @@
-//! docs/equations.md is complete and true: each equation has one row, each row points at what exists.
+//! docs/equations.md is complete and correct: each equation has one row, each row refers to existing items.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ const NOWHERE: &str = "not implemented";
 /// One row of the index.
 struct Row {
     number: u32,
-    says: String,
+    content: String,
     place: String,
     test: String,
     departure: String,
@@ -26,9 +26,12 @@ fn rows() -> Vec<Row> {
             continue;
         };
         let number = number.parse().unwrap_or_else(|_| panic!("not a number: {line}"));
-        let [_, says, place, test, departure] = cells[..] else { panic!("not five cells: {line}") };
-        let [says, place, test, departure] = [says, place, test, departure].map(str::to_owned);
-        rows.push(Row { number, says, place, test, departure });
+        let [_, content, place, test, departure] = cells[..] else {
+            panic!("not five cells: {line}")
+        };
+        let [content, place, test, departure] =
+            [content, place, test, departure].map(str::to_owned);
+        rows.push(Row { number, content, place, test, departure });
     }
     rows
 }
@@ -38,7 +41,7 @@ fn quoted(cell: &str) -> Vec<&str> {
     cell.split('`').skip(1).step_by(2).filter(|path| path.contains("::")).collect()
 }
 
-/// File and name that a path such as `plant_sim::faults::Effects::rate` means.
+/// File and name of a path such as `plant_sim::faults::Effects::rate`.
 fn locate(path: &str) -> Option<(String, String)> {
     let mut segments: Vec<&str> = path.split("::").collect();
     let name = segments.pop()?.to_owned();
@@ -50,7 +53,7 @@ fn locate(path: &str) -> Option<(String, String)> {
     };
     let is_type = |segment: &&str| segment.starts_with(char::is_uppercase);
     let modules: Vec<&str> = segments[1..].iter().copied().filter(|s| !is_type(s)).collect();
-    // A test module stands in its own file or at the end of the file it tests.
+    // A test module is in its own file or at the end of the file that it tests.
     for depth in [modules.len(), modules.len().checked_sub(1)?] {
         if depth < modules.len() && modules.last() != Some(&"tests") {
             break;
@@ -67,7 +70,7 @@ fn locate(path: &str) -> Option<(String, String)> {
     None
 }
 
-/// Every mark in the code: equation -> "file::name" of the item it stands on.
+/// Every mark in the code: equation -> "file::name" of its item.
 fn marks() -> BTreeMap<u32, Vec<(String, String)>> {
     let mut marks: BTreeMap<u32, Vec<(String, String)>> = BTreeMap::new();
     for source in shipped() {
@@ -119,7 +122,7 @@ fn every_row_has_content_place_and_test_or_a_reason() {
         } else {
             row.departure.len() > 10
         };
-        if row.says.len() < 10 || !complete {
+        if row.content.len() < 10 || !complete {
             offences.push(format!("({}): {} | {}", row.number, row.place, row.test));
         }
     }
@@ -171,7 +174,7 @@ fn exists(path: &str) -> bool {
             .iter()
             .any(|after| text.contains(&format!("{keyword} {name}{after}")))
     });
-    // Tests that a macro makes stand in a list of `name: "argument"`.
+    // Tests that a macro generates are in a list of `name: "argument"`.
     let listed = file.starts_with("tests/") && text.contains(&format!("{name}: \""));
     let owned = owner.is_none_or(|owner| owner == name || text.contains(&format!("impl {owner} ")));
     (declared || listed) && owned

@@ -1,4 +1,4 @@
-//! The tables of the documents that follow from the catalogue of faults.
+//! The tables of the documents that are generated from the catalogue of faults.
 
 use std::collections::BTreeSet;
 
@@ -10,11 +10,11 @@ use crate::sources::{assert_none, read, root};
 
 use TargetClass::{Angle, Thrust};
 
-/// Set, the test writes the tables instead of comparing them.
+/// If this variable is set, the test writes the tables instead of comparing them.
 const WRITES: &str = "TWO_STEP_WRITE_DOCUMENTS";
-const COMMAND: &str = "write them anew: TWO_STEP_WRITE_DOCUMENTS=1 cargo test --workspace --test architecture fault_tables";
+const COMMAND: &str = "write them again: TWO_STEP_WRITE_DOCUMENTS=1 cargo test --workspace --test architecture fault_tables";
 
-/// A document, a table in it, and what makes the table. It stands between `<!-- faults: NAME ... -->` and `<!-- end -->`.
+/// A document, a table in it, and the function that generates it. The table is between `<!-- faults: NAME ... -->` and `<!-- end -->`.
 type Table = (&'static str, &'static str, fn() -> String);
 
 const TABLES: [Table; 7] = [
@@ -50,7 +50,7 @@ fn the_tables_of_faults_in_the_documents_are_those_of_the_catalogue() {
     assert_none(COMMAND, &offences);
 }
 
-/// A table from its heads and rows.
+/// A table from its headings and rows.
 fn table<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let mut all = line(&heads.map(str::to_owned)) + &format!("|{}\n", "---|".repeat(N));
@@ -58,7 +58,7 @@ fn table<const N: usize>(heads: [&str; N], rows: impl Iterator<Item = [String; N
     all
 }
 
-/// What is there joined, else a dash.
+/// The non-empty parts, joined, or else a dash.
 fn joined(parts: impl IntoIterator<Item = String>, between: &str) -> String {
     let parts: Vec<String> = parts.into_iter().collect();
     if parts.is_empty() { "-".to_owned() } else { parts.join(between) }
@@ -204,7 +204,7 @@ fn values() -> String {
         let failure_type = kind.mavlink.failure_type;
         let size = kind.size().map(|(_, number)| {
             let measure = number.quantity.measure();
-            // Orders have seconds where texts have milliseconds.
+            // Commands use seconds where texts use milliseconds.
             let unit = measure.unit(Angle).name;
             let unit = if unit == "ms" { "s" } else { unit };
             let engine = if measure.is_own() && kind.targets.thrust {

@@ -1,6 +1,6 @@
 //! The pure crates need neither `std` nor `alloc`.
 //!
-//! `#![no_std]` alone does not prove it: a dependency may bring `std` in. The crate under `no_std_proof/`
+//! `#![no_std]` alone does not prove it: a dependency may link `std`. The crate under `no_std_proof/`
 //! is a final artefact with its own panic handler and without a global allocator, so the compiler refuses to
 //! build it as soon as anything below it links `std` (two panic handlers) or `alloc` (no allocator).
 
@@ -10,7 +10,7 @@ use std::{env, fs};
 
 use crate::sources::{read, root};
 
-/// Builds the proof with `more` lines in front of its library; a copy, so that the tree stays as it is and
+/// Builds the proof with `more` lines before its library; a copy, so that the tree stays unchanged and
 /// the versions are those of the workspace's lock file.
 fn build(name: &str, more: &str) -> Output {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -38,14 +38,14 @@ fn icd_and_flight_control_need_neither_std_nor_alloc() {
     let pure = build("no_std_proof", "");
     let printed = String::from_utf8_lossy(&pure.stderr);
     assert!(pure.status.success(), "{printed}");
-    // The same build notices each of the two, or its success would mean nothing.
-    for (name, linked, complaint) in [
+    // The same build has to fail for each of the two, or its success would prove nothing.
+    for (name, linked, expected) in [
         ("with_alloc", "extern crate alloc;", "no global memory allocator found"),
         ("with_std", "extern crate std;", "panic_impl"),
     ] {
         let output = build(name, linked);
         let printed = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success(), "`{linked}` went unnoticed");
-        assert!(printed.contains(complaint), "`{linked}` failed for another reason: {printed}");
+        assert!(printed.contains(expected), "`{linked}` failed for another reason: {printed}");
     }
 }

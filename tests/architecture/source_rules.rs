@@ -1,11 +1,11 @@
-//! What may be written where.
+//! Rules about the content of source files.
 
 use crate::sources::{Source, assert_none, contains_word, files, shipped};
 
 /// Longest file, lines before its tests.
 const LINES_MAX: usize = 500;
 
-/// Where the lint `disallowed_methods` may be lifted, and why. An entry that ends in `/` is a folder.
+/// Files in which the lint `disallowed_methods` may be lifted, and why. An entry that ends in `/` is a folder.
 const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 4] = [
     ("autopilot/src/clock.rs", "the one clock of the ground-station side"),
     ("autopilot/src/io/gcs_link/", "the sockets of the ground-station side"),
@@ -13,7 +13,7 @@ const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 4] = [
     ("host-io/src/socket.rs", "the one socket of the plant link"),
 ];
 
-/// The one place that draws from the system's random source (invariant 9): the session of a flight.
+/// The one function that uses the system's random source (invariant 9): the session of a flight.
 const DRAWS_FROM_THE_SYSTEM: &str = "host-io/src/session.rs";
 
 fn starts(path: &str, places: &[&str]) -> bool {
@@ -49,7 +49,7 @@ fn names_mavlink_crate(code: &str) -> bool {
     let identifier = |c: char| c.is_alphanumeric() || c == '_';
     code.match_indices("mavlink::").any(|(at, _)| {
         let before = &code[..at];
-        // `::mavlink` names the crate unless something stands before the colons.
+        // `::mavlink` names the crate unless a name precedes the colons.
         let before = before.strip_suffix("::").unwrap_or(before);
         !before.ends_with(identifier)
     }) || contains_word(code, "mavlink_core")
@@ -96,7 +96,7 @@ fn only_the_session_of_a_flight_comes_from_the_random_source_of_the_system() {
         inside.iter().any(|source| !source.uses(&words).is_empty()),
         "{DRAWS_FROM_THE_SYSTEM} is allowed and does not need it"
     );
-    // A flight's number may name the flight, in logs and on the link, and nothing else.
+    // A flight's session may name the flight, in logs and on the link, and have no other use.
     let drawn = ["session::draw"];
     let may_draw = ["plant-sim/src/io/link.rs", "sitl/src/udp_flight.rs"];
     let offences: Vec<String> = sources
@@ -149,7 +149,7 @@ fn the_flight_software_never_names_the_truth() {
 fn all_modules_behind_the_navigator_read_the_navigation_state() {
     let allowed = [
         "autopilot/flight-control/src/navigation.rs",
-        // It hands them to the navigator.
+        // It forwards them to the navigator.
         "autopilot/flight-management/src/autopilot.rs",
         "autopilot/recorder/src/",
         "sitl/analysis/src/closed_loop/flight.rs",
@@ -173,7 +173,7 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
 
 #[test]
 fn only_the_recorder_opens_the_truth_of_the_plant() {
-    // The link hands it on unopened; nobody else in the flight software may have it.
+    // The link forwards it without decoding it; no other code of the flight software may have it.
     let words = ["envelope", "record::open", "TruthRow", "truth_fields"];
     let allowed = [
         "autopilot/recorder/src/lib.rs",
@@ -197,14 +197,14 @@ fn only_the_recorder_opens_the_truth_of_the_plant() {
 
 #[test]
 fn only_the_studies_of_the_paper_name_effectors() {
-    // Everything else takes them from the aircraft's list, by kind and side.
+    // All other code takes them from the aircraft's list, by kind and side.
     let allowed = [
         "icd/src/",
         "sitl/analysis/src/paper/",
         "sitl/analysis/src/false_alarms/",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
-        // Logs without a header are of the time when there was one aircraft.
+        // Logs without a header come from versions with a single aircraft.
         "sitl/analysis/src/plot/flight.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
@@ -219,7 +219,7 @@ fn only_the_studies_of_the_paper_name_effectors() {
         }
     }
     assert_none("effectors are data", &offences);
-    assert!(inside > 0, "nobody names one: the rule looks for the wrong word");
+    assert!(inside > 0, "no file names one: the rule looks for the wrong word");
 }
 
 #[test]
@@ -250,12 +250,12 @@ fn a_kind_of_fault_is_named_by_its_entry_and_by_what_it_does() {
         }
     }
     assert_none("kinds of faults are data", &offences);
-    assert!(inside > 0, "nobody names a kind: the rule looks for the wrong word");
+    assert!(inside > 0, "no file names a kind: the rule looks for the wrong word");
 }
 
 #[test]
 fn a_fault_acts_in_one_module_of_the_plant() {
-    // Everybody else hands a kind on, by the catalogue, without looking at it.
+    // All other code forwards a kind, by the catalogue, without depending on it.
     let acts = ["plant-sim/src/faults.rs", "plant-sim/src/faults/"];
     let (mut offences, mut uses) = (Vec::new(), 0);
     for source in files("plant-sim/src", &["rs"]) {
@@ -338,7 +338,7 @@ fn no_module_has_a_catch_all_name() {
 
 #[test]
 fn every_source_file_belongs_to_a_module() {
-    // A file that nobody declares is not compiled, so no compiler and no test would miss it.
+    // A file that no module declares is not compiled, so no compiler and no test would report it.
     let sources = shipped();
     let mut offences = Vec::new();
     for source in &sources {

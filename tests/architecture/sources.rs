@@ -1,4 +1,4 @@
-//! The sources as the rules see them: which files there are, and which of their lines are code.
+//! The sources for the rules: the list of files, and which of their lines are code.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -33,7 +33,7 @@ pub fn root() -> PathBuf {
     Path::new(&manifest).parent().expect("the package lies inside the workspace").to_path_buf()
 }
 
-/// A text file of the repository; fails the test if it is not there.
+/// A text file of the repository; the test fails if it does not exist.
 pub fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
@@ -128,7 +128,7 @@ impl Source {
     }
 }
 
-/// Whether `word` stands in `code` without an identifier character directly before or after it.
+/// Whether `word` occurs in `code` without an identifier character directly before or after it.
 pub fn contains_word(code: &str, word: &str) -> bool {
     let identifier = |c: char| c.is_alphanumeric() || c == '_';
     let starts_open = word.starts_with(identifier);
@@ -140,7 +140,7 @@ pub fn contains_word(code: &str, word: &str) -> bool {
     })
 }
 
-/// Fails with the list if there is one.
+/// Fails with the list unless it is empty.
 pub fn assert_none(rule: &str, offences: &[String]) {
     assert!(offences.is_empty(), "{rule}:\n  {}", offences.join("\n  "));
 }

@@ -1,4 +1,4 @@
-//! The paper's flights as setups, and a way to fly them to a list of ticks.
+//! The paper's flights as setups, and a function that flies them to a list of ticks.
 #![allow(dead_code, reason = "each test file uses what it needs")]
 
 use autopilot::config;
@@ -7,7 +7,7 @@ use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
 use sitl::closed_loop::{self, FlightSetup, Record};
 
-/// A scenario text with the shipped airframe, model and gains at 2 ms and one plant step a millisecond.
+/// A scenario text with the shipped airframe, model and gains at 2 ms and one plant step per millisecond.
 pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
     let effectors = Airframe::paper().effectors;
     let scenario = Scenario::from_toml(name, text, &effectors).expect("a shipped scenario");
@@ -20,7 +20,7 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
-        // The test sets the length of a scenario that has none.
+        // The test sets the duration of a scenario that has none.
         duration: SimTime::from_seconds(scenario.plant.duration_s.unwrap_or(0.0))
             .expect("checked by the scenario"),
     }

@@ -1,4 +1,4 @@
-//! Ground stations that flood, and one that behaves.
+//! Ground stations that flood, and a well-behaved one.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
@@ -19,14 +19,14 @@ enum Link {
 }
 
 impl Flooder {
-    /// By UDP, to the port for those who call.
+    /// By UDP, to the port that ground stations call.
     pub fn udp(to: SocketAddr) -> Self {
         let socket = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
         socket.set_nonblocking(true).expect("a socket can be set not to block");
         Self { link: Link::Udp { socket, to }, answers: 0 }
     }
 
-    /// By TCP; one that does not read will be read no further either.
+    /// By TCP; the autopilot stops reading from a client that does not read.
     pub fn tcp(to: SocketAddr, reads: bool) -> Self {
         let stream = TcpStream::connect(to).expect("the autopilot listens");
         stream.set_nodelay(true).expect("an open connection");
@@ -34,7 +34,7 @@ impl Flooder {
         Self { link: Link::Tcp { stream, reads }, answers: 0 }
     }
 
-    /// Sends, unless the system does not take it: then it is lost, or cut.
+    /// Sends, unless the system does not accept it: then it is lost, or cut.
     pub fn send(&mut self, bytes: &[u8]) {
         let sent = match &mut self.link {
             Link::Udp { socket, to } => socket.send_to(bytes, *to),
@@ -45,7 +45,7 @@ impl Flooder {
         }
     }
 
-    /// Takes what has come.
+    /// Receives everything available.
     pub fn read(&mut self) {
         let mut buffer = [0; 65_536];
         loop {
@@ -65,7 +65,7 @@ impl Flooder {
         }
     }
 
-    /// Acknowledgements, pings and parameters that came, about: what was cut counts as it looks.
+    /// Approximate number of acknowledgements, pings and parameters received: cut frames may be misread.
     pub fn answers(&self) -> u64 {
         self.answers
     }
@@ -77,11 +77,11 @@ fn count_frames(bytes: &[u8]) -> u64 {
     heads.filter(|head| [77, 4, 111, 22].contains(&head[7]) && head[8..] == [0, 0]).count() as u64
 }
 
-/// A ground station that reads what it is sent and counts acknowledgements.
+/// A ground station that reads all output and counts acknowledgements.
 pub struct Station {
     stream: TcpStream,
     waiting: Vec<u8>,
-    /// How often each unknown command was acknowledged.
+    /// Acknowledgements of each unknown command.
     pub acknowledged: BTreeMap<u16, u32>,
 }
 
@@ -98,7 +98,7 @@ impl Station {
         self.stream.write_all(bytes).expect("the autopilot reads whoever reads");
     }
 
-    /// Takes what comes in this time.
+    /// Receives during this time.
     pub fn read_for(&mut self, time: Duration) {
         let until = Instant::now() + time;
         let mut buffer = [0; 4_096];
@@ -118,7 +118,7 @@ impl Station {
         }
     }
 
-    /// Everything is a good frame of MAVLink 2, however it is cut.
+    /// Every frame is a good one of MAVLink 2, however the stream is cut.
     fn take(&mut self, bytes: &[u8]) {
         assert!(!bytes.is_empty(), "the autopilot has closed the connection");
         self.waiting.extend_from_slice(bytes);

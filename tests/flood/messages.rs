@@ -1,8 +1,8 @@
-//! Messages that change nothing: questions, noise, and commands for another vehicle.
+//! Messages without effect: requests, noise, and commands for another vehicle.
 
 use mavlink::calculate_crc;
 
-/// Numbers of commands that no definition has begin here.
+/// First command number that no definition has.
 pub const FIRST_UNKNOWN: u16 = 50_000;
 
 const PING: (u8, u8) = (4, 237);
@@ -19,7 +19,7 @@ const TIMESYNC: (u8, u8) = (111, 34);
 const REQUEST_MESSAGE: u16 = 512;
 const USER_1: u16 = 31_010;
 
-/// Us, and a vehicle that is not there.
+/// The vehicle, and one that does not exist.
 const US: [u8; 2] = [1, 1];
 const ELSEWHERE: [u8; 2] = [42, 1];
 
@@ -56,7 +56,7 @@ pub fn unknown_command(number: u16) -> Vec<u8> {
     command(FIRST_UNKNOWN + number, [0.0; 7], US)
 }
 
-/// An endless row of messages, the same for the same seed.
+/// An endless sequence of messages, the same for the same seed.
 pub struct Source {
     state: u64,
 }
@@ -79,7 +79,7 @@ impl Source {
         (0..count).map(|_| self.random().to_le_bytes()[0]).collect()
     }
 
-    /// One message, or something like it.
+    /// One message, valid or malformed.
     pub fn next(&mut self) -> Vec<u8> {
         let word = self.random();
         let [low, high, ..] = word.to_le_bytes();
@@ -96,7 +96,7 @@ impl Source {
             7..=8 => unknown_command(number),
             9..=10 => self.bytes(1 + usize::from(low) * 4),
             11 => {
-                // The beginning of something that would change the flight.
+                // The beginning of a message that would change the flight.
                 let mut whole = self.command(US);
                 whole.truncate(usize::from(low) % whole.len());
                 whole
@@ -109,7 +109,7 @@ impl Source {
             }
             13 => frame(FTP, &[&[0, US[0], US[1]][..], &self.bytes(251)].concat()),
             14 => {
-                // Longer than the message, and than what is read at once.
+                // Longer than the message, and than a single read.
                 let mut long = frame(PING, &self.bytes(255));
                 long.extend(self.bytes(3_000));
                 long
@@ -131,7 +131,7 @@ impl Source {
         }
     }
 
-    /// What would change the flight if it reached us.
+    /// Messages that would change the flight if they were addressed to this vehicle.
     fn command(&mut self, target: [u8; 2]) -> Vec<u8> {
         match self.random() % 4 {
             0 => command(USER_1, [102.0, 2.0, 3.0, 1.0, 30.0, 0.0, 0.0], target),

@@ -1,6 +1,6 @@
-//! Bytes read as choices, and what they do to a seed.
+//! Bytes read as choices, and the changes to a seed that follow from them.
 
-/// Choices, until they are used up; then everything is zero.
+/// Choices from bytes; zero once the bytes are used up.
 pub struct Choices<'a>(&'a [u8]);
 
 /// Changes to one seed.
@@ -34,7 +34,7 @@ impl<'a> Choices<'a> {
         *first
     }
 
-    /// From 0 to `limit - 1`; 0 where there is nothing to choose from.
+    /// From 0 to `limit - 1`; 0 if there is nothing to choose from.
     pub fn below(&mut self, limit: usize) -> usize {
         let choice = match limit {
             0..=0x100 => usize::from(self.byte()),
@@ -47,14 +47,14 @@ impl<'a> Choices<'a> {
         &all[self.below(all.len())]
     }
 
-    /// So many bytes, or those that are left.
+    /// This many bytes, or those that are left.
     pub fn bytes(&mut self, count: usize) -> &'a [u8] {
         let (taken, rest) = self.0.split_at(count.min(self.0.len()));
         self.0 = rest;
         taken
     }
 
-    /// Changes a few places of `bytes`.
+    /// Changes some parts of `bytes`.
     pub fn damage(&mut self, bytes: &mut Vec<u8>) {
         for _ in 0..self.below(CHANGES_MAX) {
             if self.is_empty() {

@@ -1,4 +1,4 @@
-//! Flight logs: read, drawn, flown again.
+//! Flight logs: read, plotted, replayed.
 
 use autopilot::command::ScriptCommand;
 use autopilot::command::VehicleCommand;
@@ -20,7 +20,7 @@ use super::testing::{self, Without};
 
 /// Flight time of the log that is damaged.
 const SEED_US: u64 = 60_000;
-/// Control steps of a log that is flown again, at most.
+/// Control steps of a replayed log, at most.
 const STEPS_MAX: u64 = 60;
 /// Bytes of a page for each byte of its log, and of one without a flight.
 const PAGE_PER_BYTE: usize = 12;
@@ -69,7 +69,7 @@ fn ulog_reader() {
             }
         }
         for info in log.infos() {
-            // Of any type, as either.
+            // Of any type, with the interpretation of either.
             let _ = (info.text(), info.unsigned());
         }
     });

@@ -1,7 +1,7 @@
-//! Fuzz targets: every place where bytes or texts come from outside. docs/fuzzing.md has the commands.
+//! Fuzz targets: every interface that accepts bytes or texts from outside. docs/fuzzing.md has the commands.
 //!
-//! Each target takes bytes as a row of choices: which seed is damaged and how, or what is sent next. So random bytes
-//! reach behind checksums and syntax, under the random inputs of `cargo test` as well as under a fuzzer that looks
+//! Each target interprets bytes as a sequence of choices: which seed to damage and how, or what to send next. So random bytes
+//! get past checksums and syntax, under the random inputs of `cargo test` as well as under a fuzzer that searches
 //! for coverage. Seeds come from the project's own encoders and files.
 #![expect(clippy::unwrap_used, reason = "the seeds are good")]
 
@@ -12,11 +12,11 @@ mod messages;
 mod packets;
 mod texts;
 
-/// Logs as the recorder writes them, by the code that `sitl`'s own tests use.
+/// Logs as the recorder writes them, by the same code as in `sitl`'s own tests.
 #[path = "../../sitl/analysis/src/replay/testing.rs"]
 mod testing;
 
-/// Where `testing` looks for it.
+/// Path at which `testing` expects it.
 mod closed_loop {
     pub use sitl::closed_loop::{FlightSetup, settings};
 }

@@ -17,7 +17,7 @@ use mavlink::{Message, calculate_crc};
 
 /// Time of one step.
 const STEP: Duration = Duration::from_millis(2);
-/// Frames sent to anybody in one step, at most: all queues of all peers.
+/// Frames sent to all peers in one step, at most: all queues of all peers.
 const FRAMES_MAX: usize = 100_000;
 /// The connection by TCP.
 pub const TCP: Connection = Connection(0);
@@ -80,7 +80,7 @@ impl World {
             self.autopilot.handle_intent(intent);
         }
         self.autopilot.step(self.sim, &self.sensors);
-        // Nobody answers: there is no plant.
+        // There is no plant, so there are no answers.
         while self.autopilot.next_request().is_some() {}
         while let Some(event) = self.autopilot.pop_event() {
             self.ground.handle_event(&event, self.now);

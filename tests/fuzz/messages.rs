@@ -1,4 +1,4 @@
-//! What ground stations send: frames, any message with any payload, file transfer, the shell.
+//! Input from ground stations: frames, any message with any payload, file transfer, the shell.
 
 use autopilot::mavlink::codec::{self, Skipped};
 
@@ -10,7 +10,7 @@ const KNOWN: [u32; 36] = [
     0, 4, 11, 20, 21, 23, 37, 39, 40, 41, 43, 44, 45, 47, 51, 66, 69, 70, 73, 75, 76, 82, 84, 86,
     109, 110, 111, 117, 119, 121, 122, 126, 256, 148, 246, 300,
 ];
-/// Conversations in one input: a fault of state shows early, and an input stays quick.
+/// Conversations in one input: an error of state shows early, and an input stays short.
 const MESSAGES_MAX: usize = 48;
 
 fn send(world: &mut World, choices: &mut Choices, bytes: &[u8]) {
@@ -43,7 +43,7 @@ fn mavlink_frames() {
         }
         let (mut rest, mut skipped) = (&bytes[..], Skipped::default());
         while let Some(frame) = codec::next_frame(&mut rest, &mut skipped) {
-            // Many are of no use here.
+            // The autopilot ignores many of them.
             let _ = codec::decode(&frame);
         }
         assert!(rest.is_empty(), "a datagram is read to its end");
@@ -56,7 +56,7 @@ fn mavlink_frames() {
     });
 }
 
-/// Any message with any payload, addressed to the autopilot where most of them have their target.
+/// Any message with any payload, addressed to the autopilot at the usual offset of the target.
 #[test]
 fn mavlink_messages() {
     bolero::check!().for_each(|input: &[u8]| {

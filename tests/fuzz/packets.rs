@@ -18,7 +18,7 @@ fn level_flight() -> Sensors {
     Sensors::at(SimTime::ZERO, &values)
 }
 
-/// A question of a plant, an answer to it, and a refusal.
+/// A sensor packet, an answer to it, and a refusal.
 fn seeds() -> [Vec<u8>; 3] {
     let mut reports = Reports::new();
     reports.push(PlantReport::FaultReply {
@@ -48,7 +48,7 @@ fn seeds() -> [Vec<u8>; 3] {
     [question, answer, refusal.to_vec()]
 }
 
-/// What was read is read again as the same, once it is written.
+/// A decoded packet is the same after it is encoded and decoded again.
 fn read_and_write(datagram: &[u8]) {
     let Ok(packet) = wire::decode(datagram) else { return };
     let mut again = PacketBytes::new();
@@ -82,7 +82,7 @@ fn plant_link() {
             let mut datagram = choices.one_of(&seeds).clone();
             choices.damage(&mut datagram);
             if choices.byte() < 224 && datagram.len() >= CHECKSUM {
-                // Behind the checksum it becomes interesting.
+                // The code of interest comes after the checksum.
                 let end = datagram.len() - CHECKSUM;
                 let checksum = crc32fast::hash(&datagram[..end]).to_le_bytes();
                 datagram[end..].copy_from_slice(&checksum);

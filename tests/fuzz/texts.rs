@@ -10,9 +10,9 @@ use plant_sim::{Airframe, Plant, Scenario};
 
 use super::choices::Choices;
 
-/// Control steps flown with what was accepted.
+/// Control steps flown with an accepted text.
 const STEPS: usize = 3;
-/// What takes the place of a word.
+/// Replacements for a word.
 const WORDS: [&str; 40] = [
     "",
     "0",
@@ -129,7 +129,7 @@ fn scripts() {
     });
 }
 
-/// What is accepted is flown for a few steps.
+/// Flies an accepted text for a few steps.
 fn fly(scenario: &Scenario, airframe: Airframe) {
     let setup = scenario.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
     let Ok(mut plant) = Plant::new(&setup) else { return };
@@ -149,7 +149,7 @@ fn toml_scenarios() {
         if let Ok(scenario) = Scenario::from_toml("scenario", &text, &tvc_jet::effectors()) {
             fly(&scenario, Airframe::paper());
         }
-        // The autopilot's part; what is wrong with it is an error.
+        // The autopilot's part; any error in it is reported as an error.
         let _ = config::references("scenario", &text);
         let _ = config::script("scenario", &text, &tvc_jet::effectors());
     });
@@ -167,12 +167,12 @@ fn toml_airframes() {
     });
 }
 
-/// Parameters of which each that may be is a little off its default.
+/// Parameters, each of which may differ slightly from its default.
 fn changed_parameters() -> Parameters {
     let mut parameters = Parameters::default();
     for row in table() {
         let value = row.default_value();
-        // Where a value is not allowed, or not together with the others, the default stays.
+        // Where a value is not allowed, or inconsistent with the others, the default stays.
         let _ = parameters.set(row.name, if value == 0.0 { 1.0 } else { value * 0.9 });
     }
     parameters
@@ -184,7 +184,7 @@ fn toml_of_the_autopilot() {
     let parameters = to_text(&changed_parameters(), &Parameters::default());
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
-        // What is wrong with any of them is an error.
+        // Any invalid text gives an error.
         match choices.below(3) {
             0 => {
                 drop(config::aircraft_model("model", &damaged(config::DEFAULT_MODEL, &mut choices)))

@@ -1,4 +1,4 @@
-//! A ground station of a few lines: enough MAVLink to fly and to break things.
+//! A ground station of a few lines: enough MAVLink to fly and to inject faults.
 #![allow(dead_code, reason = "each test file uses what it needs")]
 
 use std::net::{SocketAddr, UdpSocket};
@@ -35,7 +35,7 @@ pub struct Ground {
     pub place_e7: [i32; 2],
     /// Item of a plan that the vehicle requests next.
     requested_item: Option<u16>,
-    /// The answer to a plan.
+    /// The result of an upload.
     plan_answer: Option<MavMissionResult>,
     plan_count: Option<u16>,
 }
@@ -63,12 +63,12 @@ impl Ground {
         }
     }
 
-    /// Where the vehicle should send to.
+    /// Address for the vehicle's messages.
     pub fn address(&self) -> SocketAddr {
         self.socket.local_addr().expect("a bound socket")
     }
 
-    /// Takes what comes until `done`, at most [`TIMEOUT`].
+    /// Receives until `done`, at most [`TIMEOUT`].
     pub fn listen_until(&mut self, what: &str, mut done: impl FnMut(&Self) -> bool) {
         let until = Instant::now() + TIMEOUT;
         let mut datagram = [0; 2048];
@@ -81,7 +81,7 @@ impl Ground {
         }
     }
 
-    /// Takes what comes for this wall time.
+    /// Receives for this wall time.
     pub fn listen_for(&mut self, wall: Duration) {
         let until = Instant::now() + wall;
         self.listen_until("the end of a time", |_| Instant::now() >= until);
@@ -130,7 +130,7 @@ impl Ground {
         self.socket.send_to(frame.raw_bytes(), vehicle).expect("loopback takes datagrams");
     }
 
-    /// Uploads a plan of waypoints (latitude, longitude, 1e-7 deg, altitude above the sea, m), and waits until it is taken.
+    /// Uploads a plan of waypoints (latitude, longitude, 1e-7 deg, altitude above the sea, m), and waits until it is accepted.
     pub fn upload(&mut self, waypoints: &[(i32, i32, f32)]) -> MavMissionResult {
         let command = MavCmd::MAV_CMD_NAV_WAYPOINT;
         let item = |&(x, y, z)| MISSION_ITEM_INT_DATA { x, y, z, command, ..Default::default() };

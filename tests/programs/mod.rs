@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Wall-clock bound on anything that a program is waited for.
+/// Limit of wall time for any wait on a program.
 pub const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The built program with this name; all are built once, in the profile of the tests.
@@ -42,12 +42,12 @@ pub struct Program {
 }
 
 impl Program {
-    /// Starts a program and gathers its output.
+    /// Starts a program and collects its output.
     pub fn start(name: &str, arguments: &[&str]) -> Self {
         Self::start_with(name, arguments, Stdio::null())
     }
 
-    /// The same, with the standard input in the hands of the test.
+    /// The same, with the standard input controlled by the test.
     pub fn start_as_parent(name: &str, arguments: &[&str]) -> Self {
         Self::start_with(name, arguments, Stdio::piped())
     }
@@ -55,10 +55,10 @@ impl Program {
     fn start_with(name: &str, arguments: &[&str], input: Stdio) -> Self {
         let mut command = Command::new(program(name));
         command.args(arguments);
-        // A command of sitl has options of its own.
+        // A command of sitl has its own options.
         let has_command = arguments.first().is_some_and(|argument| !argument.starts_with("--"));
-        // Tests run side by side, so ports for ground stations are open only where a test names them. What
-        // the user of this machine has set is no business of a test.
+        // Tests run side by side, so ports for ground stations are open only where a test names them. The
+        // settings of the user of this machine must not affect a test.
         let flies = ["autopilot", "sitl"].contains(&name) && !has_command;
         for option in
             ["--gcs-udp-server", "--gcs-tcp", "--parameter-file", "--log-dir", "--signing-key"]
@@ -102,7 +102,7 @@ impl Program {
         writeln!(input, "{line}").expect("the program reads");
     }
 
-    /// Everything it has printed so far.
+    /// Its output so far.
     pub fn printed(&self) -> String {
         self.printed.lock().expect("no panic while held").clone()
     }
@@ -158,7 +158,7 @@ impl Drop for Program {
     }
 }
 
-/// An autopilot with this ground station, and where it waits for a plant.
+/// An autopilot with this ground station, and its address for a plant.
 pub fn autopilot(gcs: SocketAddr, options: &[&str]) -> (Program, String) {
     let gcs = gcs.to_string();
     let mut all = vec!["--gcs", &gcs];
@@ -166,13 +166,13 @@ pub fn autopilot(gcs: SocketAddr, options: &[&str]) -> (Program, String) {
     autopilot_with(&all)
 }
 
-/// An autopilot on a free port, and where it waits for a plant.
+/// An autopilot on a free port, and its address for a plant.
 pub fn autopilot_with(options: &[&str]) -> (Program, String) {
     let (program, listening) = listening_autopilot(options);
     (program, listening["plant_link"].as_str().expect("an address").to_owned())
 }
 
-/// An autopilot on a free port, and everything it prints about its ports.
+/// An autopilot on a free port, and all its output about its ports.
 pub fn listening_autopilot(options: &[&str]) -> (Program, serde_json::Value) {
     let mut arguments = vec!["--plant-link", "127.0.0.1:0", "--status"];
     arguments.extend(options);

@@ -1,4 +1,4 @@
-//! What the writer and the reader share: file header, message types, field types, formats of topics.
+//! Definitions shared by the writer and the reader: file header, message types, field types, formats of topics.
 
 use core::fmt;
 
@@ -10,7 +10,7 @@ pub const VERSION: u8 = 1;
 pub const FILE_HEADER: usize = 16;
 /// Size (u16) and type (u8) in front of each message.
 pub const MESSAGE_HEADER: usize = 3;
-/// Bytes in a row that mark a place from which a damaged file can be read on (message `S`).
+/// Bytes that mark a position from which a damaged file can be read (message `S`).
 pub const SYNC: [u8; 8] = [0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12];
 
 /// Type of a field.
@@ -43,7 +43,7 @@ pub enum FieldType {
 }
 
 impl FieldType {
-    /// All of them, with name and size in bytes.
+    /// All types, with name and size in bytes.
     pub const ALL: [(Self, &'static str, usize); 12] = [
         (Self::I8, "int8_t", 1),
         (Self::U8, "uint8_t", 1),

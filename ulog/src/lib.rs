@@ -1,7 +1,7 @@
 //! ULog, the flight-log format of PX4, version 1: <https://docs.px4.io/main/en/dev_log/ulog_file_format.html>.
 //!
-//! Knows bytes and nothing about aircraft. PlotJuggler, pyulog and Flight Review read what [`writer`] writes;
-//! [`reader`] reads the same back, also where a file was cut off.
+//! The crate is independent of aircraft. PlotJuggler, pyulog and Flight Review read the files of [`writer`];
+//! [`reader`] reads them too, even if they are truncated.
 //!
 //! Start with [`writer::Definitions`], which begins a file, and [`reader::Log`]:
 //!

@@ -1,7 +1,7 @@
-//! A file to rows, texts and parameters.
+//! From a file to rows, texts and parameters.
 //!
-//! The bytes of the file stay as they are; a topic knows where its rows begin. So a log needs little more memory
-//! than its file. Nothing in a file can make the reader panic.
+//! The bytes of the file stay in memory as they are; a topic stores the offsets of its rows. So a log needs little more memory
+//! than its file. No content of a file can make the reader panic.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -38,11 +38,11 @@ pub struct Log {
 struct Subscribed {
     format: usize,
     multi_id: u8,
-    /// Where each row begins in the file.
+    /// Offset of each row in the file.
     rows: Vec<usize>,
 }
 
-/// A named fact about the log.
+/// An info message of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Info {
     /// Key and type.
@@ -73,7 +73,7 @@ pub enum ParameterValue {
     Real(f32),
 }
 
-/// A line for people.
+/// A logged text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoggedText {
     /// 0 emergency to 7 debug, as in syslog.
@@ -90,7 +90,7 @@ impl Log {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`ReadError`] with the offset of what cannot be read.
+    /// [`ReadError`] with the offset of the error.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let bytes = std::fs::read(path)?;
         Self::from_bytes(bytes)
@@ -99,7 +99,7 @@ impl Log {
     /// Reads the bytes of a file.
     ///
     /// # Errors
-    /// [`ReadError`] with the offset of what cannot be read.
+    /// [`ReadError`] with the offset of the error.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, ReadError> {
         parse::parse(bytes)
     }
@@ -110,7 +110,7 @@ impl Log {
         self.bytes.len()
     }
 
-    /// Time of the start as the file header has it, us.
+    /// Start time from the file header, us.
     #[must_use]
     pub fn start_us(&self) -> u64 {
         self.start_us
@@ -122,7 +122,7 @@ impl Log {
         self.is_cut
     }
 
-    /// Places that could not be read; reading went on at the next sync message, if one followed.
+    /// Sections that could not be read; reading continued at the next sync message, if one followed.
     #[must_use]
     pub fn damages(&self) -> &[Damage] {
         &self.damages
@@ -134,7 +134,7 @@ impl Log {
         &self.dropouts_ms
     }
 
-    /// Facts in the order of the file.
+    /// Info messages in the order of the file.
     #[must_use]
     pub fn infos(&self) -> &[Info] {
         &self.infos
@@ -146,7 +146,7 @@ impl Log {
         &self.parameters
     }
 
-    /// Lines for people in the order of the file.
+    /// Logged texts in the order of the file.
     #[must_use]
     pub fn texts(&self) -> &[LoggedText] {
         &self.texts
@@ -181,19 +181,19 @@ impl Log {
         Some(self.topic(topic)?.times_us())
     }
 
-    /// The last fact with this key.
+    /// The last info message with this key.
     #[must_use]
     pub fn info(&self, key: &str) -> Option<&Info> {
         self.infos.iter().rev().find(|info| info.field.name == key)
     }
 
-    /// The last text with this key. `None` if there is none, or it is no UTF-8 text.
+    /// The last text with this key. `None` if there is none, or it is not UTF-8 text.
     #[must_use]
     pub fn info_text(&self, key: &str) -> Option<&str> {
         self.info(key)?.text()
     }
 
-    /// The last whole number with this key. `None` if there is none, or it is no number from 0 up.
+    /// The last whole number with this key. `None` if there is none, or it is negative or not a number.
     #[must_use]
     pub fn info_u64(&self, key: &str) -> Option<u64> {
         self.info(key)?.unsigned()

@@ -1,7 +1,7 @@
-//! Rows, texts and parameters to a file.
+//! From rows, texts and parameters to a file.
 //!
-//! [`Definitions`] writes what stands at the beginning (formats, info, parameters), [`Data`] what follows (rows,
-//! texts, changes). A message once begun is written whole, so that a file that was cut off can be read up to its
+//! [`Definitions`] writes the beginning (formats, info, parameters), [`Data`] the rest (rows,
+//! texts, changes). Each message is written as a whole, so that a truncated file can be read up to its
 //! last whole message.
 
 use std::io::{self, Write};
@@ -16,9 +16,9 @@ const FLAG_BITS: [u8; 40] = [0; 40];
 /// Importance of a logged text, with the numbers of syslog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// Nothing works.
+    /// The system is unusable.
     Emergency,
-    /// Act at once.
+    /// Immediate action is needed.
     Alert,
     /// Critical.
     Critical,
@@ -26,7 +26,7 @@ pub enum Level {
     Error,
     /// Warning.
     Warning,
-    /// Worth knowing.
+    /// Normal, but significant.
     Notice,
     /// Information.
     Info,
@@ -35,7 +35,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// The level with this number of syslog; larger numbers are [`Level::Debug`].
+    /// The level with this syslog number; larger numbers are [`Level::Debug`].
     #[must_use]
     pub const fn from_number(number: u8) -> Self {
         match number {
@@ -71,7 +71,7 @@ pub struct Topic {
     size: usize,
 }
 
-/// The bytes of one row, in the order of its format. Keeps its memory from row to row.
+/// The bytes of one row, in the order of its format. Reuses its memory from row to row.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     bytes: Vec<u8>,
@@ -124,7 +124,7 @@ impl Row {
         self
     }
 
-    /// `char[length]`: what is longer is cut, the rest is filled with zero.
+    /// `char[length]`: a longer text is cut, a shorter one is filled with zeros.
     pub fn chars(&mut self, text: &[u8], length: usize) -> &mut Self {
         let text = &text[..text.len().min(length)];
         self.bytes.extend_from_slice(text);
@@ -167,7 +167,7 @@ impl<W: Write> Definitions<W> {
         self.0.message(b'F', &[format.to_string().as_bytes()])
     }
 
-    /// Says something about the file.
+    /// Writes an info message about the file.
     ///
     /// # Errors
     /// As [`Data::info`].
@@ -190,7 +190,7 @@ impl<W: Write> Definitions<W> {
     }
 }
 
-/// The part of a file that grows.
+/// The data section of a file.
 #[derive(Debug)]
 pub struct Data<W> {
     messages: Messages<W>,
@@ -198,7 +198,7 @@ pub struct Data<W> {
 }
 
 impl<W: Write> Data<W> {
-    /// Announces rows of a topic that was defined.
+    /// Announces rows of a defined topic.
     ///
     /// # Errors
     /// The output's error; [`io::ErrorKind::InvalidInput`] if there are too many topics.
@@ -234,7 +234,7 @@ impl<W: Write> Data<W> {
         self.messages.message(b'L', &[&[level], &timestamp_us.to_le_bytes(), text.as_bytes()])
     }
 
-    /// Says something about the file, also at its end.
+    /// Writes an info message about the file, also at its end.
     ///
     /// # Errors
     /// The output's error; [`io::ErrorKind::InvalidInput`] if name or value is too long.
@@ -242,7 +242,7 @@ impl<W: Write> Data<W> {
         self.messages.named(b'I', name, value)
     }
 
-    /// A parameter has changed; it counts from the last row before it on.
+    /// Writes a changed parameter; the change counts after the last row before it.
     ///
     /// # Errors
     /// The output's error; [`io::ErrorKind::InvalidInput`] if the value is neither `int32_t` nor `float`.
@@ -250,7 +250,7 @@ impl<W: Write> Data<W> {
         self.messages.named(b'P', name, value)
     }
 
-    /// Rows are missing for so many milliseconds.
+    /// Reports missing rows over this duration, ms.
     ///
     /// # Errors
     /// The output's error.
@@ -258,7 +258,7 @@ impl<W: Write> Data<W> {
         self.messages.message(b'O', &[&milliseconds.to_le_bytes()])
     }
 
-    /// A place from which a damaged file can be read on.
+    /// Writes a mark from which a reader can continue after damage.
     ///
     /// # Errors
     /// The output's error.
@@ -272,7 +272,7 @@ impl<W: Write> Data<W> {
         self.messages.written
     }
 
-    /// Passes everything on.
+    /// Flushes the output.
     ///
     /// # Errors
     /// The output's error.
@@ -280,7 +280,7 @@ impl<W: Write> Data<W> {
         self.messages.out.flush()
     }
 
-    /// The output, after everything was passed on.
+    /// Flushes and returns the output.
     ///
     /// # Errors
     /// The output's error.
@@ -294,7 +294,7 @@ impl<W: Write> Data<W> {
 struct Messages<W> {
     out: W,
     written: u64,
-    /// One message, so that it goes out in one piece.
+    /// Assembles one message, so that it is written at once.
     scratch: Vec<u8>,
 }
 

@@ -31,7 +31,7 @@ pub mod own_law;
 mod plant_requests;
 mod scripts;
 
-/// Requests that wait for the plant; one leaves with each control step.
+/// Requests that wait for the plant; each answer carries one.
 const REQUESTS_MAX: usize = 32;
 
 /// The control side of a flight at its start.
@@ -41,7 +41,7 @@ pub struct Settings {
     pub model: AircraftModel,
     /// Validated gains.
     pub gains: Gains,
-    /// References that are accepted.
+    /// Limits of references.
     pub limits: ReferenceLimits,
     /// Guidance.
     pub navigation: NavigationParameters,
@@ -49,7 +49,7 @@ pub struct Settings {
     pub fault_injection: bool,
     /// References by time.
     pub references: ReferenceSchedule,
-    /// What begins with each flight.
+    /// The script that begins with each flight.
     pub script: Option<Arc<Script>>,
 }
 
@@ -108,8 +108,8 @@ impl Autopilot {
         }
     }
 
-    /// A flight begins, or this autopilot comes back into one that is under way: everything that the laws
-    /// and the vehicle remember is forgotten. Gains and limits stay.
+    /// Begins a flight, or joins one that is in progress: resets the state of the laws
+    /// and the vehicle. Gains and limits stay.
     pub fn begin_flight(&mut self, period: ControlPeriod, time: SimTime, joined_in_flight: bool) {
         self.navigator = Navigator::default();
         self.flight = FlightControl::new(period, &self.model, &self.gains);
@@ -126,7 +126,7 @@ impl Autopilot {
         self.begin_script(joined_in_flight);
     }
 
-    /// One control step: every signal of it, the commands included.
+    /// One control step: all its signals, including the commands.
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> &StepLog {
         self.time = time;
         self.on_ground = false;
@@ -146,7 +146,7 @@ impl Autopilot {
         let mut log = self.flight.step_with(state, &command, own);
         if self.vehicle.is_terminated() {
             log.commands = termination::commands(&self.model);
-            // The surfaces are at their stops for good.
+            // The surfaces stay at their stops.
             log.authority = Authority::NONE;
         } else {
             self.transitions.step(&log, self.period, publish);
@@ -164,23 +164,23 @@ impl Autopilot {
         &self.latest.insert(latest).log
     }
 
-    /// The plant sends a packet without a control step: time stands still. The commands stay as they were; the
-    /// snapshot shows the sensors of now, which is the contact itself when the flight has ended.
+    /// Handles a packet without a control step: the simulation is paused. The commands stay unchanged; the
+    /// snapshot shows the present sensors, which is the state at ground contact when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
-        // The navigator remembers nothing of it: how many packets a plant sends meanwhile is a matter of wall time.
+        // The navigator keeps no state of it: the number of packets during a pause depends on wall time.
         let state = self.navigator.clone().step(self.time, sensors);
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
                 snapshot.log.state = state;
-                // What is chosen in a pause is shown in the pause; it acts when time goes on.
+                // A mode selected in a pause is shown in the pause; it acts when time continues.
                 snapshot.mode = self.vehicle.mode();
                 snapshot.demand = self.vehicle.demand().copied().unwrap_or(snapshot.demand);
                 snapshot.navigation = self.vehicle.navigation();
                 snapshot.terminated = self.vehicle.is_terminated();
                 Actuators { commands: snapshot.log.commands }
             }
-            // Came in while nothing moves: look once, so that there is something to show and to command.
+            // Joined while paused: step the vehicle once, so that there is a state to show and to command.
             None => {
                 let actuators = self.fly(&state).actuators();
                 if let Some(snapshot) = self.latest.as_mut() {
@@ -195,7 +195,7 @@ impl Autopilot {
         actuators
     }
 
-    /// Takes a command of an operator. The outcome comes as an event: at once, or when the plant answers.
+    /// Executes a command of an operator. The outcome follows as an event: at once, or when the plant answers.
     pub fn handle_intent(&mut self, intent: Intent) {
         let Intent { number, command } = intent;
         let done = match command {
@@ -229,7 +229,7 @@ impl Autopilot {
         }
     }
 
-    /// Modes and references mean something only to an aircraft that flies and can be reached.
+    /// Whether a command needs an aircraft that flies and can be reached, as modes and references do.
     fn can_fly(&self) -> Result<(), VehicleRefusal> {
         match (self.in_flight, self.on_ground) {
             (false, _) => Err(VehicleRefusal::NoFlight),
@@ -238,7 +238,7 @@ impl Autopilot {
         }
     }
 
-    /// Hands a command to the vehicle. A plan is taken in any case; the rest needs an aircraft in the air.
+    /// Passes a command to the vehicle. A plan is accepted in any case; the rest needs an aircraft in the air.
     fn command_vehicle(&mut self, command: VehicleCommand) -> Result<(), VehicleRefusal> {
         if !matches!(command, VehicleCommand::Plan(_) | VehicleCommand::PlanItem(_)) {
             self.can_fly()?;
@@ -270,29 +270,29 @@ impl Autopilot {
         }
     }
 
-    /// Queues an event at the time of the last tick; also one that only the process knows, as that a log was removed.
+    /// Queues an event at the time of the last tick; also for events of the process, such as the removal of a log.
     pub fn publish(&mut self, kind: EventKind) {
         self.events.push(self.time, kind);
     }
 
-    /// Oldest event not fetched yet. After the last one, whether any were lost.
+    /// Oldest event not fetched yet. After the last one, the number of lost events, if any.
     pub fn pop_event(&mut self) -> Option<Event> {
         self.events.pop(self.time)
     }
 
-    /// Events dropped because nobody fetched them.
+    /// Events dropped because they were not fetched in time.
     #[must_use]
     pub fn dropped_events(&self) -> u64 {
         self.events.dropped()
     }
 
-    /// The latest tick, once there was one.
+    /// The latest tick, if any.
     #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.latest.as_ref()
     }
 
-    /// What it is made of now: gains, limits and guidance as operators have set them.
+    /// The present settings: gains, limits and guidance as operators have set them.
     #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
@@ -306,13 +306,13 @@ impl Autopilot {
         }
     }
 
-    /// The plan that is loaded; empty if there is none.
+    /// The loaded plan; empty if there is none.
     #[must_use]
     pub fn plan(&self) -> Arc<Plan> {
         self.vehicle.plan()
     }
 
-    /// Design model of the laws, for judges of a flight.
+    /// Design model of the laws, for the assessment of a flight.
     #[must_use]
     pub fn model(&self) -> &AircraftModel {
         &self.model

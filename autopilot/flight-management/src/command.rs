@@ -1,4 +1,4 @@
-//! What operators command, for the vehicle, the plant, the configuration or the script, and what becomes of it.
+//! Commands of operators, for the vehicle, the plant, the configuration or the script, and their outcomes.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use crate::vehicle::{
     Setpoint, Sticks, VehicleRefusal,
 };
 
-/// Requests of scripts to the plant have numbers from here on, those of intents smaller ones.
+/// First number of requests of scripts to the plant; those of intents are smaller.
 pub const FIRST_SCRIPT_REQUEST: u32 = 0x8000_0000;
 
-/// A numbered command, so that its outcome finds the way back.
+/// A numbered command, so that its outcome can be assigned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Intent {
     /// Number that [`crate::event::EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
@@ -28,17 +28,17 @@ pub struct Intent {
     pub command: Command,
 }
 
-/// A command, by who executes it.
+/// A command, by the component that executes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Logged", into = "Logged")]
 pub enum Command {
-    /// The vehicle executes it, or refuses.
+    /// For the vehicle, which executes or refuses it.
     Vehicle(VehicleCommand),
-    /// The plant executes it, or refuses; the autopilot hands it on unopened.
+    /// For the plant, which executes or refuses it; the autopilot forwards it without reading it.
     Plant(PlantAction),
-    /// The control side takes other parameters, which are validated already.
+    /// New parameters for the control side, already validated.
     Configuration(Configuration),
-    /// A script starts or stops.
+    /// Starts or stops a script.
     Script(ScriptCommand),
 }
 
@@ -77,17 +77,17 @@ pub enum VehicleCommand {
     PlanItem(u16),
     /// Resume the plan that was paused.
     Continue,
-    /// Where home is; its altitude is that of the ground.
+    /// Location of home; its altitude is that of the ground.
     Home(Place),
     /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
     Terminate,
     /// The controlling ground station has fallen silent.
     LinkLost(LinkLossAction),
-    /// The controlling ground station is back: what its silence led to is undone.
+    /// The controlling ground station is back: undo the reaction to its silence.
     LinkBack,
 }
 
-/// Other parameters for the control side.
+/// New parameters for the control side.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Configuration {
     /// A validated set of gains.
@@ -103,13 +103,13 @@ pub enum Configuration {
 /// A command about the script of the flight.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScriptCommand {
-    /// Run a script instead of the one that runs.
+    /// Run a script instead of the running one.
     Run(Arc<Script>),
-    /// Stop the script that runs.
+    /// Stop the running script.
     Stop,
 }
 
-/// What became of an intent.
+/// Outcome of an intent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     /// Done, effective from the next control step on.
@@ -122,7 +122,7 @@ pub enum Outcome {
     NoAnswer,
 }
 
-/// A command as flight logs have it: one list, of which the number of a variant is recorded. New variants come last.
+/// A command as recorded in flight logs: one list whose variant numbers are recorded. New variants come last.
 #[derive(Clone, Serialize, Deserialize)]
 enum Logged {
     Mode(Mode),

@@ -23,20 +23,20 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error in it.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// Neither a scenario that comes with the program nor a file.
+    /// Neither a shipped scenario nor a file.
     #[error(
         "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
     )]
     NoScenario {
         /// The name in the file.
         name: String,
-        /// What there is.
+        /// The available scenarios.
         known: String,
     },
-    /// The text is not what it should be; the message has line, column and key.
+    /// Invalid text; the message has line, column and key.
     #[error("{file}: {source}")]
     Syntax {
         /// The file.
@@ -68,12 +68,12 @@ pub enum ConfigError {
         /// Key, value and range.
         source: ScheduleError,
     },
-    /// A script that cannot be read; the message has file, line and column.
+    /// An invalid script; the message has file, line and column.
     #[error(transparent)]
     Script(#[from] ScriptError),
 }
 
-/// What was probably meant by a name that no parameter has.
+/// The parameter that an unknown name probably means.
 fn hint(problem: &SavedProblem) -> String {
     match problem {
         SavedProblem::Parameter(ParameterError::Unknown { name }) => {
@@ -109,7 +109,7 @@ pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
     Ok(Model { aircraft, defaults: Parameters::default() })
 }
 
-/// The same of a file that was read already and may have been changed since.
+/// Parses a file that was read already and may have been changed since.
 ///
 /// # Errors
 /// [`ConfigError`] names file, key, value and range.
@@ -139,7 +139,7 @@ fn checked(file: &str, aircraft: AircraftModel) -> Result<AircraftModel, ConfigE
     Ok(aircraft)
 }
 
-/// The autopilot's part of a scenario file as written: the keys that there are. The plant's stays unread here.
+/// The autopilot's part of a scenario file as written: the keys that it has. The plant's part is not read here.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
@@ -262,14 +262,14 @@ mod tests {
         }
     }
 
-    /// One step on the way to a number of a file.
+    /// One step on the path to a number of a file.
     #[derive(Clone)]
     enum Step {
         Key(String),
         Place(usize),
     }
 
-    /// The ways to all numbers, but for those that are whole: they cannot be other than finite.
+    /// The paths to all numbers except whole ones, which are always finite.
     fn collect(value: &toml::Value, way: &mut Vec<Step>, numbers: &mut Vec<Vec<Step>>) {
         match value {
             toml::Value::Table(table) => {

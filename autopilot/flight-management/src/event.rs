@@ -12,62 +12,62 @@ use crate::command::Outcome;
 use crate::script::ScriptEvent;
 use crate::vehicle::{Mode, Navigation, VehicleEvent};
 
-/// Something that happened; the autopilot publishes it once.
+/// An event of the flight; the autopilot publishes it once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Simulation time at which it took effect.
     pub time: SimTime,
-    /// What.
+    /// Kind and data.
     pub kind: EventKind,
 }
 
 /// The kinds of [`Event`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EventKind {
-    /// An intent is dealt with.
+    /// An intent is complete.
     Outcome {
         /// Its number.
         number: u32,
-        /// What became of it.
+        /// Its outcome.
         outcome: Outcome,
     },
     /// A flight began.
     FlightBegan {
-        /// The autopilot came in while the aircraft was flying already.
+        /// The autopilot joined a flight in progress.
         joined_in_flight: bool,
     },
-    /// Something about mode, plan, home or link that the vehicle reports.
+    /// A change of mode, plan, home or link that the vehicle reports.
     Vehicle(VehicleEvent),
     /// The compensator woke.
     CompensatorActive {
         /// Axis with the largest estimate relative to its level.
         axis: Axis,
-        /// What is at its limit at that moment.
+        /// The effectors at their limit at that moment.
         at_limit: Limits,
     },
-    /// The compensator went back to sleep, and stayed so for a while.
+    /// The compensator has been asleep again for a while.
     CompensatorReleased {
         /// Simulation time for which it was active.
         after: Duration,
     },
-    /// An axis has nothing left to compensate with, and has not had for a while.
+    /// An axis has had no authority left for compensation for a while.
     AuthorityExhausted {
         /// Which.
         axis: Axis,
-        /// What it lacks: the travel of its effector, or thrust for the nozzle.
+        /// Cause: the travel of its effector, or thrust for the nozzle.
         by: Limit,
     },
     /// An axis has authority again.
     AuthorityRestored(Axis),
-    /// An effector's demand is beyond its limit, and has been for a while.
+    /// An effector's demand has exceeded its limit for a while.
     Saturated(Limit),
-    /// It is inside its limits again.
+    /// It is within its limits again.
     SaturationEnded(Limit),
-    /// The altitude is not held, because this is at its limit.
+    /// The aircraft does not hold its altitude, because this limit is reached.
     AltitudeNotHeld(AltitudeLimit),
     /// It is held again, or the aircraft climbs or descends to its reference.
     AltitudeHeld,
-    /// A fault is on the plant's list, or off it (the plant says).
+    /// A fault entered the plant's list or left it, by a report of the plant.
     Fault(FaultEntry),
     /// The aircraft touched the ground.
     GroundContact,
@@ -77,15 +77,15 @@ pub enum EventKind {
     LogRemoved,
     /// The plant is back.
     PlantBack,
-    /// Simulation time stands still, runs, or runs at another speed (the plant says).
+    /// The simulation is paused, runs, or runs at another speed, by a report of the plant.
     Paced(Pace),
-    /// So many events were dropped because nobody fetched them; their contents are lost.
+    /// Number of events dropped because they were not fetched in time; their contents are lost.
     EventsLost(u64),
-    /// Something about the script with this [`crate::script::Script::id`].
+    /// An event of the script with this [`crate::script::Script::id`].
     Script {
-        /// Which script.
+        /// The script.
         script: u32,
-        /// What.
+        /// The event.
         event: ScriptEvent,
     },
 }
@@ -101,7 +101,7 @@ pub enum Axis {
     Yaw,
 }
 
-/// What can saturate.
+/// Limits that can be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
     /// The aileron pair.
@@ -164,7 +164,7 @@ impl Axis {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Roll, Self::Pitch, Self::Yaw];
 
-    /// The effector by which the compensator acts on this axis.
+    /// The limit of the effector by which the compensator acts on this axis.
     #[must_use]
     pub const fn compensated_by(self) -> Limit {
         match self {
@@ -174,7 +174,7 @@ impl Axis {
         }
     }
 
-    /// What the compensator has left on this axis, percent.
+    /// Remaining authority of the compensator on this axis, percent.
     #[must_use]
     pub const fn authority_pct(self, authority: &Authority) -> f64 {
         match self {
@@ -208,16 +208,16 @@ pub struct Snapshot {
     pub mode: Mode,
     /// References.
     pub demand: Demand,
-    /// Where the vehicle is going.
+    /// Guidance of the vehicle.
     pub navigation: Navigation,
     /// The flight was terminated.
     pub terminated: bool,
-    /// Signals of the step; while time stands still, with the state of that moment.
+    /// Signals of the step; during a pause, with the state of that moment.
     pub log: StepLog,
 }
 
 impl Snapshot {
-    /// Where the aircraft is and how it moves.
+    /// Position and motion of the aircraft.
     #[must_use]
     pub const fn motion(&self) -> &NavigationState {
         &self.log.state

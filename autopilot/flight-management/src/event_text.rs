@@ -1,6 +1,6 @@
 //! The text of each event, and its severity.
 //!
-//! CRITICAL is what a pilot must see at once: QGroundControl opens its banner for ERROR and worse, shows WARNING
+//! CRITICAL is for what a pilot must see at once: QGroundControl opens its banner for ERROR and worse, shows WARNING
 //! and NOTICE in orange, and the rest plainly. So good news and answers are INFO.
 
 use flight_control::CompensatorMode;
@@ -13,14 +13,14 @@ use crate::parameters::Parameters;
 use crate::script::{NotBegun, Script, ScriptEvent};
 use crate::vehicle::{LinkLossAction, VehicleEvent};
 
-/// How much a text matters, with the numbers of syslog.
+/// Importance of a text, with the numbers of syslog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The flight is over.
     Emergency = 0,
     /// A pilot must see it at once.
     Critical = 2,
-    /// Something is worse than it was.
+    /// A state has become worse.
     Warning = 4,
     /// Good news and answers.
     Info = 6,
@@ -123,7 +123,7 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
     })
 }
 
-/// `, nozzle yaw at limit`; nothing where nothing is.
+/// `, nozzle yaw at limit`; empty if there is no limit.
 fn limits_text(limits: Limits) -> String {
     let names: Vec<&str> = limits.iter().map(Limit::name).collect();
     match &names[..] {
@@ -133,7 +133,7 @@ fn limits_text(limits: Limits) -> String {
     }
 }
 
-/// A fault that begins or ends. The answer to the request reports what is scheduled or cancelled.
+/// A fault that begins or ends. The answer to the request reports scheduled and cancelled faults.
 fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity, String)> {
     let FaultEntry { target, kind, timing, state, .. } = *entry;
     let kind = kind.described(target.class(effectors));
@@ -154,7 +154,7 @@ fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity,
     })
 }
 
-/// Severity and text of what happened to a script; `script` is unknown where it came before this process.
+/// Severity and text of a script event; `script` is unknown if it was uploaded before this process began.
 #[must_use]
 pub fn of_script(script: Option<&Script>, event: ScriptEvent) -> (Severity, String) {
     use Severity as S;

@@ -1,25 +1,25 @@
-//! The faults of the aircraft as the plant tells them: what acts, rests or is scheduled.
+//! The faults of the aircraft as the plant reports them: active, pausing or scheduled.
 //!
-//! The plant has the list; this is its mirror, made of [`EventKind::Fault`]. It is empty when a flight begins.
+//! The plant has the list; this is its mirror, built from [`EventKind::Fault`]. It is empty when a flight begins.
 
 use icd::Effector;
 use icd::fault::{FaultEntry, FaultState, Target};
 
 use crate::event::EventKind;
 
-/// Faults that the list can hold: all that the plant schedules, and one that acts on each effector.
+/// Faults that the list can hold: all that the plant schedules, and an active one on each effector.
 const FAULTS_MAX: usize = 64 + Effector::MAX;
 
 /// The list, by the number of the fault.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultList {
     entries: Vec<FaultEntry>,
-    /// From before a silence of the plant or a loss of events: not confirmed since.
+    /// From before a silence of the plant or a loss of events, and not confirmed since.
     doubtful: Vec<FaultEntry>,
 }
 
 impl FaultList {
-    /// Takes what happened; false if the plant only repeats what was known.
+    /// Applies a report; false if the plant only repeats a known state.
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
         match kind {
             EventKind::FlightBegan { .. } => *self = Self::default(),
@@ -30,7 +30,7 @@ impl FaultList {
         true
     }
 
-    /// Nothing is known for sure until the plant has reported it again.
+    /// Marks all faults as unconfirmed until the plant has reported them again.
     fn doubt(&mut self) {
         self.doubtful.append(&mut self.entries);
         self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
@@ -54,13 +54,13 @@ impl FaultList {
         before != Some(*entry)
     }
 
-    /// What acts, rests or is scheduled, oldest first.
+    /// The active, pausing and scheduled faults, oldest first.
     #[must_use]
     pub fn entries(&self) -> &[FaultEntry] {
         &self.entries
     }
 
-    /// The fault that acts on something now.
+    /// The fault that is active on a target now.
     #[must_use]
     pub fn acting(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
@@ -69,7 +69,7 @@ impl FaultList {
         })
     }
 
-    /// The first of its faults: the one that acts, else the one that does so next.
+    /// The first of its faults: the active one, else the one with the next onset.
     #[must_use]
     pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
@@ -81,7 +81,7 @@ impl FaultList {
         })
     }
 
-    /// Something acts, rests or is scheduled for it.
+    /// Whether the target has an active, pausing or scheduled fault.
     #[must_use]
     pub fn names(&self, target: impl Into<Target>) -> bool {
         let target = target.into();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plant_that_tells_too_much_fills_the_list_and_no_more() {
+    fn a_plant_that_reports_too_much_fills_the_list_and_no_more() {
         let mut list = FaultList::default();
         for id in 1..1_000 {
             list.handle_event(&entry(id, FaultState::Scheduled { at: at(5) }));

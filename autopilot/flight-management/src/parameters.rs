@@ -53,7 +53,7 @@ pub struct Parameters {
     pub mode_switch: ModeSwitchParameters,
     /// Rates of the streams.
     pub streams: StreamParameters,
-    /// The program brings a law of its own. Not a parameter; without it `CTL_LAW` 9 is refused.
+    /// The program provides its own law. Not a parameter; without it `CTL_LAW` 9 is refused.
     pub brings_law: bool,
 }
 
@@ -109,7 +109,7 @@ impl Default for Parameters {
     }
 }
 
-/// How a parameter travels over MAVLink.
+/// Wire type of a parameter in MAVLink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// MAV_PARAM_TYPE_INT32.
@@ -123,7 +123,7 @@ pub enum Kind {
 pub struct Choice {
     /// The number.
     pub value: i32,
-    /// What it means.
+    /// Its meaning.
     pub label: &'static str,
 }
 
@@ -132,7 +132,7 @@ pub struct Choice {
 pub struct Parameter {
     /// Name, at most 16 characters.
     pub name: &'static str,
-    /// What it is about.
+    /// Group.
     pub group: &'static str,
     /// Wire type.
     pub kind: Kind,
@@ -142,11 +142,11 @@ pub struct Parameter {
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
-    /// What it does.
+    /// Meaning.
     pub meaning: &'static str,
     /// What each value means; empty for a number.
     pub choices: &'static [Choice],
-    /// A change acts when the program starts again, not at once.
+    /// A change takes effect at the next start of the program, not at once.
     pub at_restart: bool,
     get: Get,
     set: Set,
@@ -171,7 +171,7 @@ enum Set {
 /// Why a parameter was not set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// No such name.
+    /// Unknown name.
     #[error("there is no parameter {name}")]
     Unknown {
         /// The unknown name.
@@ -183,7 +183,7 @@ pub enum ParameterError {
         /// Parameter.
         name: &'static str,
     },
-    /// A parameter that breaks an effector.
+    /// A fault parameter of an effector.
     #[error(
         "{name} breaks an effector: a ground station sets it, only in flight, and nothing keeps it"
     )]
@@ -205,14 +205,14 @@ pub enum ParameterError {
         /// Unit of the numbers.
         unit: &'static str,
     },
-    /// Inside the range, and none of the values of a choice.
+    /// Inside the range, but not one of the values of a choice.
     #[error("{name} = {value} is none of {}", values(choices))]
     NotAChoice {
         /// Parameter.
         name: &'static str,
         /// Refused value.
         value: f64,
-        /// The values that there are.
+        /// The allowed values.
         choices: &'static [Choice],
     },
     /// A lower limit above its upper limit.
@@ -229,7 +229,7 @@ pub enum ParameterError {
         /// Unit of both.
         unit: &'static str,
     },
-    /// There is no such law in this program.
+    /// The program has no such law.
     #[error(
         "CTL_LAW = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
     )]
@@ -239,14 +239,14 @@ pub enum ParameterError {
     Gains(#[from] GainError),
 }
 
-/// The numbers of choices, for people.
+/// The numbers of choices, for display.
 fn values(choices: &[Choice]) -> String {
     let values: Vec<String> = choices.iter().map(|choice| choice.value.to_string()).collect();
     values.join(", ")
 }
 
 impl Parameter {
-    /// Value now.
+    /// Present value.
     #[must_use]
     pub fn value(&self, parameters: &Parameters) -> f64 {
         match self.get {
@@ -256,7 +256,7 @@ impl Parameter {
         }
     }
 
-    /// Value where nothing was set.
+    /// Default value.
     #[must_use]
     pub fn default_value(&self) -> f64 {
         self.value(&Parameters::default())
@@ -290,8 +290,8 @@ impl Parameters {
         Ok(warning)
     }
 
-    /// Checks that the selected law is there. Saved parameters may name a law that only another program brings,
-    /// so this is checked where they are to be flown.
+    /// Checks that the selected law exists. Saved parameters may name a law that only another program provides,
+    /// so this is checked before a flight.
     ///
     /// # Errors
     /// [`ParameterError::NoOwnLaw`].
@@ -307,7 +307,7 @@ impl Parameters {
     /// # Errors
     /// [`ParameterError`] names the first that cannot be flown.
     pub fn check(&self) -> Result<(), ParameterError> {
-        /// Angles are kept in another unit, so a value at its limit comes back with this relative error at most.
+        /// Angles are stored in another unit, so a value at its limit is read back with this relative error at most.
         const ROUNDING: f64 = 1.0e-9;
         for row in table() {
             let Parameter { name, unit, min, max, .. } = *row;

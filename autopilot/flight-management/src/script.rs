@@ -1,4 +1,4 @@
-//! Scripts of faults and events: a short readable text of what happens in a flight, and when.
+//! Scripts of faults and events: a short readable text of the events of a flight and their times.
 //!
 //! ```text
 //!  text ─> words ─> parser ─> Script ─┐
@@ -6,9 +6,9 @@
 //!        time, sensors ────────────> Run ─> actions (fault requests, references, modes, texts)
 //! ```
 //!
-//! A script is outside the laws and the vehicle: its lines are executed like commands of a ground
-//! station. It sees simulation time and sensor values only, so a script that is started at a tick does the same
-//! each time, to the bit. The language is in `docs/scripts.md`.
+//! A script is separate from the laws and the vehicle: its lines are executed like commands of a ground
+//! station. It sees simulation time and sensor values only, so a script that is started at the same tick does the same
+//! each time, to the bit. `docs/scripts.md` describes the language.
 
 use core::fmt;
 use icd::fault::{Refusal, Target, TargetClass};
@@ -35,64 +35,64 @@ pub const LINES_MAX: usize = 256;
 /// Sequences that a script may have, the first one included.
 pub const SEQUENCES_MAX: usize = 16;
 
-/// A script that was read without an error. As data it is its name, its text and the effectors that it can
+/// A valid script. Serialized, it is its name, its text and the effectors that it can
 /// name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Text", into = "Text")]
 pub struct Script {
     name: String,
     text: String,
-    /// Those of the aircraft that it was read for.
+    /// The effectors of its aircraft.
     effectors: EffectorList,
     id: u32,
     sequences: Vec<Sequence>,
 }
 
-/// Lines that run one after the other, beside the other sequences.
+/// Lines that run one after the other, in parallel with the other sequences.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
     /// Its name and the line of the text that names it, from 1; the first sequence may have none.
     pub name: Option<(u16, String)>,
-    /// Its lines in order.
+    /// Its lines, in order.
     pub lines: Vec<Line>,
 }
 
-/// One line: an action and what it waits for.
+/// One line: an action and its trigger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Number of the line in the text, from 1.
     pub number: u16,
     /// The line in plain form: one space between words, small letters, no comment.
     pub text: String,
-    /// What it waits for.
+    /// Its trigger.
     pub trigger: Trigger,
-    /// What it does.
+    /// Its action.
     pub action: Action,
 }
 
-/// What a line waits for.
+/// The trigger of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Trigger {
-    /// Nothing: it acts with the line before.
+    /// None: the line acts together with the line before.
     AtOnce,
-    /// So many microseconds after the start of the script; at once if they are over.
+    /// This many microseconds after the start of the script; at once if they have passed.
     At(u64),
-    /// So many microseconds after the line before.
+    /// This many microseconds after the line before.
     After(u64),
-    /// A quantity crosses a value after the line has become the next one.
+    /// A quantity crosses a value while the line is the next one.
     When(Condition),
 }
 
-/// What a line does.
+/// The action of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
-    /// Breaks or mends; goes to the plant like the request of a ground station.
+    /// Injects or clears a fault; goes to the plant like the request of a ground station.
     Fault(FaultRequest),
     /// Changes a reference.
     Refer(Reference),
     /// Changes the mode.
     Mode(Mode),
-    /// Sends the text behind `say` to the ground stations.
+    /// Sends the text after `say` to the ground stations.
     Say,
     /// Ends the script with all its sequences.
     End,
@@ -106,10 +106,10 @@ struct Text {
 }
 
 impl Script {
-    /// Reads a script for an aircraft with these effectors; `name` stands for it in messages.
+    /// Reads a script for an aircraft with these effectors; messages call it `name`.
     ///
     /// # Errors
-    /// [`ScriptError`] names line and column, what stands there and what is allowed.
+    /// [`ScriptError`] names line and column, the text found there and the allowed text.
     pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, ScriptError> {
         // Some editors put a byte order mark before the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -123,31 +123,31 @@ impl Script {
         Ok(Self { name, text, effectors: *effectors, id, sequences })
     }
 
-    /// What is wrong with a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
+    /// The error for a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
     #[must_use]
     pub fn too_long(name: &str, length: usize) -> ScriptError {
         Problem::TextTooLong(length).at(1, 1).in_file(name)
     }
 
-    /// What it is called in messages.
+    /// Its name in messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The text that it was read from.
+    /// Its text.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The effectors of the aircraft that it was read for.
+    /// The effectors of its aircraft.
     #[must_use]
     pub fn effectors(&self) -> &EffectorList {
         &self.effectors
     }
 
-    /// Number by which events name it: a checksum of name and text.
+    /// Number that events use for it: a checksum of name and text.
     #[must_use]
     pub fn id(&self) -> u32 {
         self.id
@@ -164,26 +164,26 @@ impl Script {
         self.sequences.iter().flat_map(|sequence| &sequence.lines)
     }
 
-    /// The line with this number in the text, if it does something.
+    /// The line with this number in the text, if it has an action.
     #[must_use]
     pub fn line(&self, number: u16) -> Option<&Line> {
         self.lines().find(|line| line.number == number)
     }
 
-    /// It breaks or mends something.
+    /// Whether it injects or clears a fault.
     #[must_use]
     pub fn has_faults(&self) -> bool {
         self.lines().any(|line| matches!(line.action, Action::Fault(_)))
     }
 
-    /// It changes references or the mode.
+    /// Whether it changes references or the mode.
     #[must_use]
     pub fn steers(&self) -> bool {
         self.lines().any(|line| matches!(line.action, Action::Refer(_) | Action::Mode(_)))
     }
 }
 
-/// The script in plain form, each line where it stands in the text.
+/// The script in plain form, each line at its place in the text.
 impl fmt::Display for Script {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut next = 1;
@@ -221,54 +221,54 @@ impl From<Script> for Text {
 }
 
 impl Line {
-    /// The text behind `say`.
+    /// The text after `say`.
     #[must_use]
     pub fn words(&self) -> Option<&str> {
-        matches!(self.action, Action::Say).then(|| parser::said(&self.text)).flatten()
+        matches!(self.action, Action::Say).then(|| parser::said_text(&self.text)).flatten()
     }
 }
 
-/// What happened to a script. Each names it by [`Script::id`].
+/// An event of a script, which [`Script::id`] identifies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ScriptEvent {
     /// It has begun.
     Began,
-    /// It was to begin with the flight and has not.
+    /// It should have begun with the flight and has not.
     NotBegun(NotBegun),
     /// This line of its text was executed.
     Line(u16),
     /// This line was executed, and its command was refused.
     LineRefused {
-        /// Which.
+        /// The line.
         line: u16,
-        /// By whom and why.
+        /// The refusal.
         why: LineRefusal,
     },
     /// Its last line is done.
     Done,
-    /// It was stopped before that: by an order, by another script, by the end of the flight.
+    /// It was stopped before its end: by a command, by another script, by the end of the flight.
     Stopped,
 }
 
 /// Why the script of a scenario does not begin with the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NotBegun {
-    /// The flight was under way when this autopilot came.
+    /// The autopilot joined a flight in progress.
     JoinedInFlight,
-    /// It has faults, and fault injection is off.
+    /// It injects faults, and fault injection is off.
     FaultInjectionOff,
 }
 
-/// Why the command of a line is not carried out.
+/// Why the command of a line was not executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineRefusal {
     /// The vehicle refuses.
     Vehicle(crate::vehicle::VehicleRefusal),
     /// The plant refuses.
     Plant {
-        /// What it is about; `None` for everything.
+        /// Target; `None` for all.
         target: Option<Target>,
-        /// Why.
+        /// Reason.
         refusal: Refusal,
     },
     /// The plant has gone away before it answered.
@@ -276,7 +276,7 @@ pub enum LineRefusal {
 }
 
 impl LineRefusal {
-    /// In words, with the units of what it is about.
+    /// In words, with the units of its target.
     #[must_use]
     pub fn described(&self, effectors: &EffectorList) -> String {
         match self {

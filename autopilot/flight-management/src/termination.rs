@@ -2,7 +2,7 @@
 //!
 //! The engine is commanded to no thrust (it stays at idle), the nozzle is straight, and the surfaces go to their
 //! stops: elevators pitch up, rudder yaws right, ailerons roll right. The shipped aircraft departs and comes
-//! down spinning to the right, about one kilometre from where it was terminated. The laws run on beside it, so
+//! down spinning to the right, about one kilometre from the point of termination. The laws keep running, so
 //! that their signals stay readable; only the commands are replaced, after the mixer. Signs are those of the
 //! interface (`icd`).
 

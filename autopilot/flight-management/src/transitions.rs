@@ -1,4 +1,4 @@
-//! From signals of every step to events worth telling: compensator, its authority, saturation.
+//! Events from the signals of every step: compensator, its authority, saturation.
 
 use core::time::Duration;
 
@@ -7,37 +7,37 @@ use icd::ControlPeriod;
 
 use crate::event::{Axis, EventKind, Limit, Limits};
 
-/// A limit must be reached this long before it is reported, us.
+/// A limit is reported when it has been reached for this long, us.
 const AT_LIMIT_AFTER_US: u64 = 200_000;
-/// The same of an axis without authority while the compensator sleeps, us: a healthy aircraft that begins or ends a
-/// bank has its ailerons at their limit for a moment, and nobody needs the authority then.
+/// The same for an axis without authority while the compensator sleeps, us: a healthy aircraft that begins or ends a
+/// bank has its ailerons at their limit for a moment, when no authority for compensation is needed.
 const ASLEEP_EXHAUSTED_AFTER_US: u64 = 3_000_000;
-/// And left for this long before that is reported, us; longer, so that a demand that brushes its limit
+/// The end of a limit is reported after this time without it, us; longer, so that a demand that brushes its limit
 /// does not fill the operator's screen.
 const INSIDE_AFTER_US: u64 = 2_000_000;
 /// The compensator must sleep this long before its release is reported, us: a flag that flickers is reported once.
 const ASLEEP_AFTER_US: u64 = 1_000_000;
-/// An axis with less than this left has nothing to speak of, percent.
+/// An axis with less than this left counts as without authority, percent.
 const EXHAUSTED_PCT: f64 = 1.0;
-/// It has authority again from this on, percent.
+/// It has authority again from this value on, percent.
 const RESTORED_PCT: f64 = 10.0;
 
-/// Limits that are reported as such; those of the compensating effectors are reported as the authority of their axis.
-const TOLD_LIMITS: [Limit; 3] = [Limit::Elevator, Limit::Rudder, Limit::Thrust];
+/// Limits that are reported directly; those of the compensating effectors are reported as the authority of their axis.
+const REPORTED_LIMITS: [Limit; 3] = [Limit::Elevator, Limit::Rudder, Limit::Thrust];
 
-/// Remembers what was reported.
+/// State of the reports.
 #[derive(Debug, Clone, Default)]
 pub struct Transitions {
     compensator: Compensator,
-    limits: [Told; TOLD_LIMITS.len()],
-    exhausted: [Told; Axis::ALL.len()],
-    not_held: Told,
+    limits: [Debounced; REPORTED_LIMITS.len()],
+    exhausted: [Debounced; Axis::ALL.len()],
+    not_held: Debounced,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Compensator {
     reported: bool,
-    /// Since it was reported active, us.
+    /// Time since it was reported active, us.
     active_us: u64,
     /// Asleep without a break, us.
     asleep_us: u64,
@@ -45,13 +45,13 @@ struct Compensator {
 
 /// A state that is reported when it has lasted.
 #[derive(Debug, Clone, Copy, Default)]
-struct Told {
+struct Debounced {
     reported: bool,
     since_us: u64,
 }
 
-impl Told {
-    /// Takes whether the state is there now; true when that has to be reported: when it has lasted `after_us`.
+impl Debounced {
+    /// Updates the state; true when it has to be reported: when it has lasted `after_us`.
     fn step(&mut self, is_there: bool, after_us: u64, elapsed_us: u64) -> bool {
         if is_there == self.reported {
             self.since_us = 0;
@@ -88,7 +88,7 @@ impl Compensator {
 }
 
 impl Transitions {
-    /// Looks at one step and passes what changed to `publish`.
+    /// Evaluates one step and publishes the changes.
     pub fn step(
         &mut self,
         log: &StepLog,
@@ -97,7 +97,7 @@ impl Transitions {
     ) {
         let elapsed_us = u64::from(period.as_micros());
         self.compensator.step(log, elapsed_us).into_iter().for_each(&mut publish);
-        for (limit, state) in TOLD_LIMITS.into_iter().zip(&mut self.limits) {
+        for (limit, state) in REPORTED_LIMITS.into_iter().zip(&mut self.limits) {
             if state.step(is_saturated(&log.health, limit), AT_LIMIT_AFTER_US, elapsed_us) {
                 publish(if state.reported {
                     EventKind::Saturated(limit)
@@ -125,7 +125,7 @@ impl Transitions {
     }
 }
 
-/// What an axis without authority lacks: the travel of its effector, or thrust for the nozzle.
+/// Why an axis has no authority: the travel of its effector, or thrust for the nozzle.
 fn exhausted_by(axis: Axis, health: &Health) -> Limit {
     let effector = axis.compensated_by();
     // The ailerons need no thrust.

@@ -12,20 +12,20 @@ use flight_management::vehicle::{Mode, Place, VehicleEvent};
 /// leftover from before the last event.
 const CONTRADICTIONS: u32 = 2;
 
-/// Where the flight is.
+/// State of the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// No plant so far.
+    /// No plant has connected yet.
     NoFlight,
     /// In the air.
     Flying,
     /// On the ground; the flight is over.
     OnGround,
-    /// The plant has gone silent.
+    /// The plant has stopped sending.
     Lost,
 }
 
-/// A point on the ground, altitude zero: under the place where the flight was first seen, until it is moved.
+/// A point on the ground, altitude zero. At first it is below the aircraft's first known position, until a command moves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Home {
     /// Geodetic latitude, rad.
@@ -52,7 +52,7 @@ impl Home {
     }
 }
 
-/// The aircraft as the ground stations may know it.
+/// The aircraft as the ground-station side knows it.
 #[derive(Debug, Clone)]
 pub struct Aircraft {
     in_flight: bool,
@@ -64,7 +64,7 @@ pub struct Aircraft {
     contradictions: u32,
     snapshot: Option<Snapshot>,
     home: Option<Home>,
-    /// An event has moved home, and no snapshot has come since.
+    /// An event has moved home, and no later snapshot has arrived.
     home_reported: bool,
 }
 
@@ -86,7 +86,7 @@ impl Default for Aircraft {
 }
 
 impl Aircraft {
-    /// Takes an event; false if it changes nothing.
+    /// Applies an event; false if it changes nothing.
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
         let is_news = self.faults.handle_event(kind);
         match *kind {
@@ -99,7 +99,7 @@ impl Aircraft {
             }
             EventKind::GroundContact => self.on_ground = true,
             EventKind::Vehicle(VehicleEvent::Home(place)) => {
-                // Before the first snapshot there are no axes: it will bring home too.
+                // Before the first snapshot there are no local axes; that snapshot also sets home.
                 if let Some(snapshot) = &self.snapshot {
                     self.home = Some(Home::at(place, snapshot.motion()));
                     self.home_reported = true;
@@ -113,7 +113,7 @@ impl Aircraft {
         is_news
     }
 
-    /// Takes the state at one tick.
+    /// Applies the state at one tick.
     pub fn handle_snapshot(&mut self, snapshot: &Snapshot) {
         let shown = (snapshot.mode, snapshot.on_ground, snapshot.terminated);
         if shown == (self.mode, self.on_ground, self.terminated) {
@@ -132,12 +132,12 @@ impl Aircraft {
         {
             self.home = Some(Home::at(place, snapshot.motion()));
         }
-        // One that contradicts the event can be a leftover from before it; the mirror takes the next one.
+        // A snapshot that contradicts the event may predate it; the mirror takes the next one.
         self.home_reported = false;
         self.snapshot = Some(*snapshot);
     }
 
-    /// Where the flight is.
+    /// State of the flight.
     #[must_use]
     pub fn phase(&self) -> Phase {
         match (self.in_flight, self.connected, self.on_ground) {
@@ -160,7 +160,7 @@ impl Aircraft {
         &self.faults
     }
 
-    /// A roll reference would be flown just now.
+    /// The aircraft would follow a roll reference now.
     #[must_use]
     pub fn flies_offboard(&self) -> bool {
         self.phase() == Phase::Flying && self.mode == Mode::Offboard
@@ -178,7 +178,7 @@ impl Aircraft {
         self.snapshot.as_ref()
     }
 
-    /// Home of this flight, once there was a state.
+    /// Home of this flight, once a state is known.
     #[must_use]
     pub fn home(&self) -> Option<&Home> {
         self.home.as_ref()

@@ -1,9 +1,8 @@
 //! Frames and payloads: bytes of a datagram to messages, messages to bytes.
 //!
-//! Own splitter, since the crate's reader loses good frames behind a truncated one and does not count
-//! what it skips. Fields that are enums in the definitions are read as integers, since a value that is
-//! newer than the definitions must not make the message disappear: an unknown command still gets
-//! its answer.
+//! The project's own frame splitter: the crate's reader loses good frames behind a truncated one and does not count
+//! what it skips. Fields that are enums in the definitions are read as integers, so that a value newer than the
+//! definitions does not make the message disappear: an unknown command still gets its answer.
 
 use ::mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage, MavResult};
 use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, calculate_crc};
@@ -25,15 +24,14 @@ pub const FRAME_MAX: usize = HEADER_V2 + PAYLOAD_MAX + CRC;
 const HEADER_V1: usize = 6;
 const HEADER_V2: usize = 10;
 const CRC: usize = 2;
-/// What follows a signed frame.
+/// Signature trailer of a signed frame.
 pub const SIGNATURE: usize = 13;
 /// progress of COMMAND_ACK.
 const PROGRESS_UNKNOWN: u8 = u8::MAX;
-/// The one incompatibility flag that is understood. The signature itself is the business of
-/// [`super::signing`].
+/// The one incompatibility flag that the codec understands. [`super::signing`] handles the signature itself.
 const SIGNED: u8 = 0x01;
 
-/// Who sent a message, or to whom it goes.
+/// Sender or target of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// System id; 0 as a target means all.
@@ -66,13 +64,13 @@ pub struct CommandError {
 }
 
 impl CommandError {
-    /// The same request will never be accepted.
+    /// The service will never accept the same request.
     #[must_use]
     pub fn denied(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_DENIED, reason: Some(reason.into()) }
     }
 
-    /// The same request may be accepted later.
+    /// The service may accept the same request later.
     #[must_use]
     pub fn temporary(reason: impl Into<String>) -> Self {
         let result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
@@ -85,7 +83,7 @@ impl CommandError {
         Self { result: MavResult::MAV_RESULT_UNSUPPORTED, reason: Some(reason.into()) }
     }
 
-    /// The protocol requires FAILED here.
+    /// FAILED, where the protocol requires it.
     #[must_use]
     pub fn failed(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_FAILED, reason: Some(reason.into()) }
@@ -98,35 +96,35 @@ impl CommandError {
     }
 }
 
-/// What was skipped in the input, since start.
+/// What the codec has skipped in the input, since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Skipped {
-    /// Bytes that begin no frame, among them those behind the marker of a frame that was given up.
+    /// Bytes that do not begin a frame, including those after the marker of an abandoned frame.
     pub noise_bytes: u64,
-    /// Frames that end after the datagram.
+    /// Frames cut off by the end of the datagram.
     pub truncated: u64,
     /// Frames with a wrong checksum.
     pub bad_crc: u64,
-    /// Frames with flags that change the format in an unknown way.
+    /// Frames with an unknown incompatibility flag.
     pub unknown_flags: u64,
-    /// Frames whose message is in no definition.
+    /// Frames with a message id that no definition has.
     pub unknown_id: u64,
-    /// Good frames of a datagram that nobody looked at, since there was no room for answers.
+    /// Good frames of a datagram that were not handled, because there was no room for answers.
     pub unanswerable: u64,
-    /// Bytes of a connection that came although there was no room for them.
+    /// Bytes received on a connection without room to store them.
     pub overflow_bytes: u64,
 }
 
 /// One frame whose checksum is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Who sent it.
+    /// Sender.
     pub sender: Identity,
     /// Message id.
     pub id: u32,
-    /// Payload as it came; trailing zeros may be missing.
+    /// Payload as received; trailing zeros may be missing.
     pub payload: &'a [u8],
-    /// The whole frame as it came, from its marker to its checksum or signature.
+    /// The whole frame as received, from its marker to its checksum or signature.
     pub bytes: &'a [u8],
 }
 
@@ -137,7 +135,7 @@ impl<'a> Frame<'a> {
         self.bytes.first() == Some(&MAV_STX)
     }
 
-    /// What was signed, and the signature; `None` if the frame has none.
+    /// The signed bytes and the signature; `None` if the frame has none.
     #[must_use]
     pub fn signature(&self) -> Option<(&'a [u8], [u8; SIGNATURE])> {
         let is_signed = !self.is_version_1() && self.bytes.get(2)? & SIGNED != 0;
@@ -153,7 +151,7 @@ pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Fram
             Cut::Frame(frame) => return Some(frame),
             Cut::Nothing => return None,
             Cut::Beginning => {
-                // Nothing more will come, so only the marker is given up: a good frame may stand right
+                // No more bytes will arrive, so skip only the marker: a good frame may begin right
                 // behind it.
                 skipped.truncated += 1;
                 *rest = &rest[1..];
@@ -162,7 +160,7 @@ pub fn next_frame<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Fram
     }
 }
 
-/// Takes the next good frame out of `rest`, of which more will come; `None` leaves there what may be the
+/// Takes the next good frame out of `rest`, which will grow; `None` leaves there what may be the
 /// beginning of a frame, at most [`FRAME_MAX`] and a signature.
 pub fn next_frame_of_stream<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Option<Frame<'a>> {
     match cut(rest, skipped) {
@@ -171,16 +169,16 @@ pub fn next_frame_of_stream<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> O
     }
 }
 
-/// What stands at the front, after everything that can be no frame was skipped.
+/// What is at the front, after skipping everything that cannot be a frame.
 enum Cut<'a> {
     Frame(Frame<'a>),
-    /// A marker, and bytes that may become a frame when more come.
+    /// A marker, and bytes that may become a frame once more arrive.
     Beginning,
     Nothing,
 }
 
 /// Each decision looks only at bytes that are there in any case, so it does not matter where a stream was
-/// cut. Of what is no good frame only the marker is given up: its length means nothing.
+/// cut. Of an invalid frame only the marker is skipped: its length field cannot be trusted.
 fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
     while let Some(&first) = rest.first() {
         let layout = match first {
@@ -215,7 +213,7 @@ fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
     Cut::Nothing
 }
 
-/// Where the parts of a frame are.
+/// Positions of the parts of a frame.
 struct Layout {
     sender: Identity,
     id: u32,
@@ -255,13 +253,13 @@ impl Layout {
     }
 }
 
-/// A message ready to be sent, but for the sequence number of its link.
+/// A message ready to be sent, except for the sequence number of its link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Encoded {
     id: u32,
     extra_crc: u8,
     payload: Vec<u8>,
-    /// The component that sends it, if it is not the autopilot.
+    /// The sending component, if it is not the autopilot.
     component: Option<u8>,
 }
 
@@ -280,7 +278,7 @@ impl Encoded {
     pub fn command_ack(command: u16, result: MavResult, to: Identity) -> Self {
         let mut payload = Vec::with_capacity(COMMAND_ACK_DATA::ENCODED_LEN);
         payload.extend_from_slice(&command.to_le_bytes());
-        // How far a command under way has come is not known, and there is no second result.
+        // The progress of a command in execution is not known, and there is no second result.
         let progress =
             if result == MavResult::MAV_RESULT_IN_PROGRESS { PROGRESS_UNKNOWN } else { 0 };
         let end = [result as u8, progress, 0, 0, 0, 0, to.system, to.component];
@@ -288,7 +286,7 @@ impl Encoded {
         Self::by_hand::<COMMAND_ACK_DATA>(payload)
     }
 
-    /// A message whose payload was written by hand, since it may carry numbers that the definitions do not
+    /// A message whose payload was assembled byte by byte, since it may carry numbers that the definitions do not
     /// have. Zeros at its end are cut off, as the protocol requires.
     #[must_use]
     pub fn by_hand<D: MessageData>(mut payload: Vec<u8>) -> Self {
@@ -305,19 +303,19 @@ impl Encoded {
         self
     }
 
-    /// The component that sends it, if it is not the autopilot.
+    /// The sending component, if it is not the autopilot.
     #[must_use]
     pub fn component(&self) -> Option<u8> {
         self.component
     }
 
-    /// The frame of this sender with this sequence number, MAVLink 2, not signed.
+    /// The frame of this sender with this sequence number: MAVLink 2, not signed.
     #[must_use]
     pub fn frame(&self, sender: Identity, sequence: u8) -> Vec<u8> {
         self.frame_with(0, sender, sequence)
     }
 
-    /// The same, and what `sign` makes of it behind it.
+    /// The same frame, followed by what `sign` makes of it.
     pub fn signed_frame(
         &self,
         sender: Identity,

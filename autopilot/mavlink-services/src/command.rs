@@ -1,7 +1,7 @@
-//! COMMAND_LONG and COMMAND_INT: exactly one final COMMAND_ACK for each copy received.
+//! COMMAND_LONG and COMMAND_INT: exactly one final COMMAND_ACK for each received copy.
 //!
-//! A command is answered at once, or, where the aircraft decides, when its answer has come. SET_MODE is handled in the
-//! same way without an acknowledgement: the next heartbeat shows the mode, and a text has the reason of a refusal.
+//! The service answers a command at once or, where the aircraft decides, when its outcome arrives. SET_MODE is handled in the
+//! same way without an acknowledgement: the next heartbeat shows the mode, and a text gives the reason of a refusal.
 
 use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;
@@ -23,7 +23,7 @@ mod references;
 mod simulation;
 mod state;
 
-/// Who sent a command, and what its rule may read and use.
+/// Sender of a command, and what its rule may read and use.
 struct Caller<'a> {
     from: From,
     now: WallTime,
@@ -33,21 +33,21 @@ struct Caller<'a> {
 /// What a rule decides about a command.
 #[derive(Debug, Default)]
 struct Decision {
-    /// Messages that answer it.
+    /// Accepted, with these messages as the answer.
     answers: Vec<Encoded>,
     /// Commands to the aircraft, with the fault of each; without any the command is accepted at once.
     intents: Vec<(Command, Option<FaultRequest>)>,
-    /// What the operator should know once it is accepted.
+    /// Note to the operator once it is accepted.
     note: Option<String>,
 }
 
 impl Decision {
-    /// Accepted, nothing more to do.
+    /// Accepted, with nothing more to do.
     fn accept() -> Self {
         Self::default()
     }
 
-    /// Accepted, and these messages are the answer.
+    /// Accepted, with these messages as the answer.
     fn answer(answers: Vec<Encoded>) -> Self {
         Self { answers, ..Self::default() }
     }
@@ -66,7 +66,7 @@ impl Decision {
 #[derive(Debug, Default)]
 pub struct CommandService {
     pending: Pending,
-    /// The latest step of the simulation that had a number and was accepted.
+    /// The latest numbered simulation step that was accepted.
     numbered_step: Option<(From, CommandMessage)>,
 }
 
@@ -114,7 +114,7 @@ impl Service for CommandService {
         self.pending.requester_of(mode)
     }
 
-    /// Reports progress to waiting ground stations, and answers the commands that got no outcome in time.
+    /// Reports progress to waiting ground stations, and answers the commands without an outcome in time.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.pending.poll(now, shared);
     }
@@ -125,7 +125,7 @@ impl Service for CommandService {
 }
 
 impl CommandService {
-    /// Takes one copy of a command.
+    /// Handles one copy of a command.
     fn handle_command(
         &mut self,
         from: From,
@@ -135,7 +135,7 @@ impl CommandService {
     ) {
         let result = match self.pending.join(from, command) {
             Some(joined) => joined.map(|()| None),
-            // The one command that does more each time it comes.
+            // The one command that has an additional effect with each copy.
             None if self.numbered_step == Some((from, *command)) => {
                 Ok(Some(MavResult::MAV_RESULT_ACCEPTED))
             }
@@ -186,7 +186,7 @@ impl CommandService {
     }
 }
 
-/// The result for the acknowledgement; the reason goes to the operators.
+/// The result for the acknowledgement; the operators get the reason.
 fn report(error: CommandError, now: WallTime, shared: &mut Shared) -> MavResult {
     if let Some(reason) = error.reason {
         shared.texts.warn(now, reason);
@@ -261,7 +261,7 @@ const RULES: [(u16, &str, Rule); 34] = [
     (43_002, "GUIDED_CHANGE_HEADING", references::guided_heading),
 ];
 
-/// What a command comes to.
+/// Outcome of a command.
 fn decide(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     match RULES.iter().find(|(id, ..)| *id == command.id) {
         Some((.., rule)) => rule(command, caller),

@@ -1,8 +1,8 @@
-//! Component metadata: files that describe parameters, effectors and events to a ground station. They are
-//! fetched by MAVLink FTP; COMPONENT_METADATA names the first one.
+//! Component metadata: files that describe parameters, effectors and events to a ground station. Stations
+//! fetch them by MAVLink FTP; COMPONENT_METADATA names the first one.
 //!
 //! Formats: mavlink/component_metadata/*.schema.json and libevents. One departure: the version in
-//! `parameter.json` is 1, since QGroundControl takes no other, although the latest schema counts from 3.
+//! `parameter.json` is 1, since QGroundControl accepts no other, although the latest schema counts from 3.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use flight_management::parameters::{
     Kind, Parameter, Parameters, fault_parameters, table,
 };
 
-/// File with which a ground station begins.
+/// The file that a ground station reads first.
 const GENERAL: &str = "general.json";
 /// Kind and file of each description.
 const DESCRIPTIONS: [(CompMetadataType, &str); 3] = [
@@ -25,11 +25,11 @@ const DESCRIPTIONS: [(CompMetadataType, &str); 3] = [
     (CompMetadataType::COMP_METADATA_TYPE_ACTUATORS, "actuators.json"),
 ];
 
-/// The files for one aircraft; they are the same for the life of the process.
+/// The files for one aircraft; they stay the same for the life of the process.
 #[derive(Debug)]
 pub struct Metadata {
     files: Vec<(&'static str, Arc<str>)>,
-    /// CRC-32 of the file with which a ground station begins.
+    /// CRC-32 of the file that a ground station reads first.
     general_crc: u32,
 }
 
@@ -79,8 +79,8 @@ fn general(descriptions: &[(&'static str, Arc<str>)]) -> Value {
     })
 }
 
-/// What happens is reported by STATUSTEXT and by messages of its own. The autopilot sends no EVENT, so there is
-/// none to describe, so its list is empty.
+/// The autopilot reports events by STATUSTEXT and by dedicated messages. It sends no EVENT, so there is
+/// none to describe, and the list is empty.
 fn events() -> Value {
     json!({
         "version": 1,
@@ -101,9 +101,9 @@ pub fn crc32(content: &[u8]) -> u32 {
     !hasher.finalize()
 }
 
-/// Figures that a value should show, its default and its smallest value included.
+/// Significant figures to show of a value, its default and its smallest value included.
 const FIGURES: i32 = 4;
-/// Most places behind the point that are shown.
+/// Most decimal places to show.
 const PLACES_MAX: i32 = 12;
 
 /// The file.
@@ -210,7 +210,7 @@ fn type_name(kind: Kind) -> &'static str {
     }
 }
 
-/// Places behind the point with which the smallest value of interest shows its figures.
+/// Decimal places with which the smallest value of interest shows its significant figures.
 fn decimal_places(row: &Parameter, default: f64) -> i32 {
     if row.kind == Kind::Int {
         return 0;
@@ -222,7 +222,7 @@ fn decimal_places(row: &Parameter, default: f64) -> i32 {
     (FIGURES - 1 - exponent).clamp(1, PLACES_MAX)
 }
 
-/// A group of effectors: label, type, which kinds.
+/// A group of effectors: label, type, kinds.
 type Group = (&'static str, &'static str, fn(EffectorKind) -> bool);
 
 /// All of them.
@@ -279,7 +279,7 @@ fn actuator_file(effectors: &EffectorList) -> Value {
     })
 }
 
-/// What the aircraft is, by what it has.
+/// Type of the aircraft, from its effectors.
 fn title_of_aircraft(effectors: &EffectorList) -> &'static str {
     if effectors.only(EffectorKind::NozzlePitch).is_some() {
         "Jet with thrust vectoring"

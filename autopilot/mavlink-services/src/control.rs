@@ -1,16 +1,16 @@
-//! Which ground station has control: the one whose command was last accepted, or else the first from which a message
-//! came; and the loss of its link.
+//! Which ground station has control: the one whose command was last accepted, or else the first that sent a
+//! message; and the loss of its link.
 //!
-//! A holder whose command was accepted keeps control when it falls silent, whichever others send: its silence is
-//! the lost link. A holder that only sent first passes control on to another station that sends.
+//! A holder whose command was accepted keeps control when it falls silent, even while others send: its silence is
+//! the lost link. A holder that was merely the first to send passes control on to another station that sends.
 //!
-//! A station is a system: its components, a map and a joystick, share control. A program that commands
-//! without heartbeats has control too, but its silence means nothing, since it never sent one: then the link
-//! is lost when all stations that have sent heartbeats are silent.
+//! A station is a system: its components, such as a map and a joystick, share control. A program that commands
+//! without heartbeats can have control too, but its silence means nothing, since it never sent one. The link
+//! is then lost when all stations that have sent heartbeats are silent.
 //!
-//! What a loss leads to is a parameter (`NAV_DLL_ACT`), after how long another (`COM_DL_LOSS_T`, wall time: a paused
-//! simulation loses no link). It ends when the holder sends again, or when an accepted command gives control to another
-//! station that sends. Both the loss and its end are intents, so that they act on the flight at a tick of their own.
+//! A parameter sets the reaction to a loss (`NAV_DLL_ACT`), another the delay (`COM_DL_LOSS_T`, wall time: a paused
+//! simulation loses no link). The loss ends when the holder sends again, or when an accepted command gives control to another
+//! station that sends. Both the loss and its end are intents, so that they act on the flight at a definite tick.
 
 use core::time::Duration;
 
@@ -26,8 +26,8 @@ use flight_management::command::VehicleCommand;
 use flight_management::event::EventKind;
 use flight_management::parameters::Parameters;
 
-/// Ground stations whose heartbeats are followed; the one that was silent for the longest makes room, but
-/// not the holder.
+/// Ground stations whose heartbeats are followed; the one silent for the longest makes room, except
+/// the holder.
 const STATIONS_MAX: usize = 16;
 
 #[derive(Debug, Clone, Copy)]
@@ -36,27 +36,27 @@ struct Station {
     last_seen: WallTime,
 }
 
-/// What a look at the silence of ground stations came to.
+/// Result of checking for silent ground stations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Silence {
-    /// No station has ever sent a heartbeat: none can be lost.
+    /// No station has ever sent a heartbeat: no link can be lost.
     NoStation,
-    /// The station that counts sends heartbeats.
+    /// The station that counts is sending heartbeats.
     Connected,
     /// The first of these systems fell silent and the second has taken over.
     TakenOver(u8, u8),
-    /// The station that steered, or where none did every station, is silent.
+    /// The station that steered is silent, or all stations are where none steered.
     Lost,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Holder {
     system: u8,
-    /// It has control by an accepted command, not only because it sent the first heartbeat.
+    /// It got control by an accepted command, not only by the first heartbeat.
     has_steered: bool,
 }
 
-/// Who has control, and when each station sent its last heartbeat.
+/// Which system has control, and when each station sent its last heartbeat.
 #[derive(Debug, Default)]
 pub struct Control {
     stations: ArrayVec<Station, STATIONS_MAX>,
@@ -75,7 +75,7 @@ impl Control {
         self.holder = Some(Holder { system: sender.system, has_steered: true });
     }
 
-    /// A heartbeat of a ground station.
+    /// Records a heartbeat of a ground station.
     pub fn receive_heartbeat(&mut self, sender: Identity, now: WallTime) {
         let system = sender.system;
         if self.holder.is_none() {
@@ -144,7 +144,7 @@ impl Service for LinkLoss {
         }
     }
 
-    /// An event may have given control to another station. The vehicle of a new flight knows nothing of a lost link.
+    /// An event may have given control to another station. The vehicle of a new flight has no record of a lost link.
     fn handle_event(&mut self, event: &EventKind, now: WallTime, shared: &mut Shared) {
         if let EventKind::FlightBegan { .. } = event {
             self.loss_reported = false;
@@ -160,7 +160,7 @@ impl Service for LinkLoss {
             Silence::NoStation => {}
             Silence::Lost if !self.loss_reported => {
                 let command = VehicleCommand::LinkLost(shared.parameters.link.loss_action);
-                // Without room now there is room at the next poll.
+                // If the queue is full now, the next poll tries again.
                 self.loss_reported = shared.intents.push(command).is_some();
             }
             Silence::Lost => {}
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!(control.check_silence(seconds(9), TIMEOUT), Silence::Connected);
         assert_eq!(control.next_silence(TIMEOUT), Some(seconds(10)));
         for second in 10..200 {
-            // More of them than the table has room for.
+            // More stations than the table has room for.
             control.receive_heartbeat(
                 Identity { system: second, component: 1 },
                 seconds(u64::from(second)),

@@ -1,8 +1,8 @@
 //! The only unit conversions of the ground-station side: from the project's SI and radians to MAVLink's
 //! fields and back.
 //!
-//! A value that does not fit its field saturates and never wraps; what is not a number becomes zero, since
-//! an integer field has nothing else for it.
+//! A value outside the range of its field saturates and never wraps; NaN becomes zero in an integer field,
+//! which has no other way to mark it.
 
 use icd::{EulerAngles, SimTime};
 
@@ -22,7 +22,7 @@ saturating! {
     to_i32 -> i32;
 }
 
-/// 32-bit float field. A number too large for it becomes the largest; infinity and NaN stay what they are.
+/// 32-bit float field. A number too large for it becomes the largest; infinity and NaN stay unchanged.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "MAVLink floats have 32 bits")]
 pub fn float(value: f64) -> f32 {
@@ -30,8 +30,8 @@ pub fn float(value: f64) -> f32 {
     if value.is_finite() { value.clamp(-max, max) as f32 } else { value as f32 }
 }
 
-/// The number that a person meant who typed a decimal which became `value` on the wire: 0.35, not
-/// 0.3499999940395355. So a default that is sent back is the default again, to the bit.
+/// The decimal number that was typed when `value` arrived on the wire: 0.35, not
+/// 0.3499999940395355. So a default that a station sends back is the same default again, to the bit.
 #[must_use]
 pub fn decimal(value: f32) -> f64 {
     // The shortest decimal text of a float always reads back, also "NaN" and "inf".

@@ -1,4 +1,4 @@
-//! Faults on request: whatever the source, one [`command::FaultCommand`] becomes the requests to the plant.
+//! Faults on request: any source yields a [`command::FaultCommand`], which becomes the requests to the plant.
 //!
 //! ```text
 //!  INJECT_FAILURE (420), USER_1 (31010) ─> command ─┐
@@ -17,11 +17,11 @@
 //! | p6 | - | ramp, s; 0 or NaN: as 420 |
 //! | p7 | - | onset in seconds of simulation time; 0 or NaN: at once |
 //!
-//! Which kinds a type has, their values and parameters stand in [`icd::fault::CATALOGUE`]; docs/commands.md has them as
-//! tables. Of the engine, deg means percent of the largest thrust. Instances are those of the model file.
-//! What 420 has no room for comes from the parameters FLT_*, read when the command arrives. A command that
-//! one of its effectors cannot take is refused as a whole; else the requests go to the plant, one for each
-//! effector, which has the last word.
+//! [`icd::fault::CATALOGUE`] lists the kinds of each type, their values and parameters; docs/commands.md shows them as
+//! tables. For the engine, deg means percent of the largest thrust. Instances are those of the model file.
+//! Values that 420 has no room for come from the parameters FLT_*, read when the command arrives. A command that
+//! one of its effectors cannot take is refused as a whole; otherwise the requests go to the plant, one for each
+//! effector, and the plant decides.
 
 use flight_control::AircraftModel;
 use icd::fault::{FailureType, Onset, Refusal, Target, TargetClass};
@@ -53,13 +53,13 @@ pub fn unit_and_instance(
     (Unit::of(target, effectors).name().unwrap_or("unit"), instance)
 }
 
-/// A refusal of the plant in the units of what it is about.
+/// A refusal of the plant, in the units of its target.
 #[must_use]
 pub fn refused(refusal: &Refusal, target: Option<Target>, effectors: &EffectorList) -> String {
     refusal.described(TargetClass::of_request(target, effectors)).to_string()
 }
 
-/// Targets by name, all servos together by that.
+/// Names of the targets; all servos together have one name.
 #[must_use]
 pub fn names(some: &[Target], effectors: &EffectorList) -> String {
     let servos = effectors.by_unit(true);
@@ -73,7 +73,7 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
 /// The requests in a fault command; `model` has the travel of the effectors.
 ///
 /// # Errors
-/// Why nothing is requested from the plant.
+/// Why the command yields no request.
 pub fn requests(
     command: &CommandMessage,
     parameters: &Parameters,
@@ -83,12 +83,12 @@ pub fn requests(
     command::requests(&fault, parameters, model)
 }
 
-/// Reasons, each with the targets for which it was given.
+/// Reasons, each with the targets that it applies to.
 #[derive(Debug, Default)]
 pub struct Reasons(Vec<(String, Vec<Target>)>);
 
 impl Reasons {
-    /// One more; a target is named, a command without targets has the bare reason.
+    /// Adds a reason with the name of its target; without targets the reason stands alone.
     pub fn add(&mut self, reason: String, target: Option<Target>) {
         match self.0.iter_mut().find(|(known, _)| *known == reason) {
             Some((_, targets)) => targets.extend(target),
@@ -96,18 +96,18 @@ impl Reasons {
         }
     }
 
-    /// One more, in the units of its target.
+    /// Adds a refusal, in the units of its target.
     pub fn refuse(&mut self, refusal: &Refusal, target: Option<Target>, effectors: &EffectorList) {
         self.add(refused(refusal, target, effectors), target);
     }
 
-    /// They name what they are about.
+    /// Whether the reasons name their targets.
     #[must_use]
     pub fn names_targets(&self) -> bool {
         self.0.iter().any(|(_, targets)| !targets.is_empty())
     }
 
-    /// There is none.
+    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -130,7 +130,7 @@ impl Reasons {
 /// The fault command in a message, for an aircraft with these effectors.
 ///
 /// # Errors
-/// What is not a whole number, not known or does not fit together.
+/// A value that is not a whole number, not known or inconsistent with the others.
 pub fn parse(
     command: &CommandMessage,
     effectors: &EffectorList,
@@ -152,7 +152,7 @@ pub fn parse(
     if command.id == USER_1 { with_numbers(fault, command) } else { Ok(fault) }
 }
 
-/// Everything at once can only be cleared.
+/// The unit "all" can only be cleared.
 fn check_everything(
     command: &CommandMessage,
     failure: Failure,
@@ -208,7 +208,7 @@ fn with_numbers(
     Ok(FaultCommand { value, ramp_s, onset, ..fault })
 }
 
-/// p3 goes before p4, which counts only where p3 is NaN.
+/// p3 takes precedence over p4, which counts only where p3 is NaN.
 fn instances(command: &CommandMessage) -> Result<Instances, CommandError> {
     let [_, _, instance, mask, ..] = command.params;
     if !instance.is_nan() {
@@ -232,7 +232,7 @@ fn is_given(value: f32) -> bool {
     !value.is_nan() && value != 0.0
 }
 
-/// A parameter that stands for a whole number.
+/// A parameter that encodes a whole number.
 fn integer(what: &str, value: f32) -> Result<i32, CommandError> {
     let value = f64::from(value);
     if value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value) {

@@ -54,7 +54,7 @@ impl Service for FaultListRequest {
         }
     }
 
-    /// Requests it as soon as there is room for the intent.
+    /// Requests the list as soon as there is room for the intent.
     fn poll(&mut self, _: WallTime, shared: &mut Shared) {
         if self.needs_list && self.open.is_none() {
             self.open = shared.intents.push(PlantAction::ListFaults);
@@ -99,7 +99,7 @@ impl FaultStream {
         }
     }
 
-    /// When there is something to do.
+    /// When the service next has something to do.
     #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         self.due

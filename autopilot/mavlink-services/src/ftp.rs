@@ -1,11 +1,11 @@
-//! MAVLink FTP: files that describe the autopilot, for reading only, and a folder of scripts that can be written.
+//! MAVLink FTP: read-only files that describe the autopilot, and a writable folder of scripts.
 //!
-//! A script is written in place: an upload that is cut short leaves a part of it, which does not start. When two write the same file, who
-//! began later goes on and the other one has no session any more.
+//! A script is written in place: an interrupted upload leaves an incomplete script, which does not start. When two clients
+//! write the same file, the one that began later continues and the other loses its session.
 //!
 //! Each ground station has its own sessions. A session has the number that the client requests, if it is
-//! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. A request
-//! that comes again soon is answered as it was the first time, unless it requests a list or a checksum.
+//! free: QGroundControl and MAVSDK take the number from the answer, MAVProxy insists on its own. The service answers a
+//! repeated request with its first answer, unless it requests a list or a checksum.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -25,17 +25,17 @@ mod payload;
 
 /// Open files of one client.
 const SESSIONS_MAX: usize = 4;
-/// Clients behind one peer; one more takes the place of the one that has been silent for longest.
+/// Clients behind one peer; another one replaces the one that has been silent for longest.
 const CLIENTS_OF_A_PEER_MAX: usize = 4;
-/// A client that has been silent for this long is forgotten with its sessions.
+/// The service forgets a client, with its sessions, after this long a silence.
 const SILENCE: Duration = Duration::from_secs(60);
-/// A request that comes again within this time is the same one, whose answer was lost.
+/// A request that is repeated within this time is the same one, whose answer was lost.
 const REPEATED_WITHIN: Duration = Duration::from_secs(2);
 /// Messages of a burst that are sent together.
 const BURST: usize = 4;
 /// Time between them: 200 kB/s.
 const BURST_INTERVAL: Duration = Duration::from_millis(5);
-/// Messages of a burst before the client must request more, so that nothing goes on for ever.
+/// Messages of a burst before the client must request more, so that no burst runs for ever.
 const BURST_MAX: usize = 256;
 /// A burst waits while a peer has less room than this for answers.
 const ROOM_MIN: usize = 96;
@@ -54,7 +54,7 @@ enum File {
     Write(Upload),
 }
 
-/// A file on its way.
+/// An open file.
 #[derive(Debug)]
 struct Burst {
     session: u8,
@@ -67,18 +67,18 @@ struct Burst {
     left: usize,
 }
 
-/// One ground station.
+/// One client of a ground station.
 #[derive(Debug)]
 struct Client {
     from: From,
     last_seen: WallTime,
     sessions: ArrayVec<Session, SESSIONS_MAX>,
     burst: Option<Burst>,
-    /// The latest request that may come again, its answer, and when it came first.
+    /// The latest request that may be repeated, its answer, and the time of its first copy.
     latest: Option<([u8; LENGTH], Reply, WallTime)>,
 }
 
-/// Gives files.
+/// Serves files.
 #[derive(Debug, Default)]
 pub struct FtpService {
     clients: Vec<Client>,
@@ -105,12 +105,12 @@ impl Service for FtpService {
                 client.latest = (!is_question).then(|| (**bytes, reply.clone(), now));
                 send(&mut shared.peers, from, reply);
             }
-            // A burst, which begins with the next poll; requested again, it begins again.
+            // A burst, which begins with the next poll; a repeated request restarts it.
             None => client.latest = None,
         }
     }
 
-    /// Sends what is due of each burst, and forgets who is gone.
+    /// Sends the due part of each burst, and forgets clients that are gone.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.clients.retain(|client| {
             shared.peers.knows(client.from.peer) && now.since(client.last_seen) < SILENCE
@@ -228,7 +228,7 @@ impl Client {
         shared: &mut Shared,
     ) -> Result<Reply, Problem> {
         let name = writable(request)?;
-        // One that this client has begun before goes on no more.
+        // An earlier upload by this client ends.
         self.sessions.retain(
             |session| !matches!(&session.file, File::Write(upload) if upload.name() == name),
         );
@@ -322,7 +322,7 @@ impl Client {
 }
 
 impl Session {
-    /// A script that was written is read, and the operator gets a text about it.
+    /// Checks an uploaded script and reports the result to the operator.
     fn end(self, shared: &mut Shared) {
         if let File::Write(upload) = self.file {
             shared.scripts.finish(&upload, &mut shared.texts);
@@ -364,12 +364,12 @@ fn send(peers: &mut Peers, from: From, reply: Reply) {
 /// Name of the folder of the scripts.
 const SCRIPTS: &str = "scripts";
 
-/// What a file has in it.
+/// Content of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Content {
-    /// It is the same for the life of the process.
+    /// Fixed for the life of the process.
     Fixed(Arc<str>),
-    /// As it was when it was opened.
+    /// As it was when opened.
     Kept(Arc<[u8]>),
 }
 

@@ -1,4 +1,4 @@
-//! The ground-station side as a process sees it: what comes in goes to the services, what they have to send goes out.
+//! The ground-station side as the process uses it: received input goes to the services, and their output to the sockets.
 
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ use flight_management::vehicle::VehicleEvent;
 /// The ground-station side without its sockets.
 #[derive(Debug)]
 pub struct Ground {
-    /// MAV_SYS_ID as it was at the start.
+    /// MAV_SYS_ID at the start of the process.
     own: Identity,
     pub(crate) shared: Shared,
     pub(crate) services: Services,
@@ -46,7 +46,7 @@ pub struct Ground {
     skipped: Skipped,
 }
 
-/// One of each service.
+/// One instance of each service.
 #[derive(Debug, Default)]
 pub(crate) struct Services {
     signing: Signing,
@@ -67,7 +67,7 @@ pub(crate) struct Services {
 }
 
 impl Services {
-    /// All of them. The order is that of what they send in one turn: the heartbeat shows a new mode after the acknowledgement
+    /// All services, in the order in which they send during one turn: the heartbeat shows a new mode after the acknowledgement
     /// of the command that requested it, and before the telemetry.
     fn in_order(&mut self) -> [&mut dyn Service; 15] {
         [
@@ -91,7 +91,7 @@ impl Services {
 }
 
 impl Ground {
-    /// Knows the configured peers and no aircraft yet. `model` scales the effectors' commands and
+    /// Starts with the configured peers and no aircraft. `model` scales the effectors' commands and
     /// has their travel.
     #[must_use]
     pub fn new(parameters: &Parameters, model: &AircraftModel, configured: &[Address]) -> Self {
@@ -125,7 +125,7 @@ impl Ground {
         }
     }
 
-    /// Defaults of the parameters for this aircraft; to be called before anything else.
+    /// Sets the defaults of the parameters for this aircraft; call before anything else.
     #[must_use]
     pub fn with_defaults(mut self, defaults: &Parameters) -> Self {
         self.shared.defaults = *defaults;
@@ -133,32 +133,32 @@ impl Ground {
         self
     }
 
-    /// What the process reports about itself; to be called before the first poll.
+    /// Sets what the process reports about itself; call before the first poll.
     #[must_use]
     pub fn with_host(mut self, host: Host) -> Self {
         self.shared.host = host;
         self
     }
 
-    /// The key of the last run; to be called before the first poll.
+    /// Sets the signing key of the last run; call before the first poll.
     #[must_use]
     pub fn with_signing(mut self, signing: Signing) -> Self {
         self.services.signing = signing;
         self
     }
 
-    /// The script that begins with the flight; to be called before the first poll.
+    /// Sets the script that begins with the flight; call before the first poll.
     #[must_use]
     pub fn with_script(mut self, script: Option<Arc<Script>>) -> Self {
         self.shared.scripts.set_scenario(script);
         self
     }
 
-    /// Takes one datagram. Its rest is dropped if there is no room for the answers.
+    /// Handles one datagram. Drops the rest of it if there is no room for the answers.
     pub fn handle_datagram(&mut self, address: Address, datagram: &[u8], now: WallTime) {
         let mut rest = datagram;
         while let Some(frame) = codec::next_frame(&mut rest, &mut self.skipped) {
-            // An unsigned frame that is exempt is read as well, but does not make its sender a peer.
+            // An exempt unsigned frame is read as well, but does not make its sender a peer.
             if !self.admits(&frame, now) {
                 continue;
             }
@@ -172,19 +172,19 @@ impl Ground {
         self.send_texts();
     }
 
-    /// Takes what was read from a connection, cut anywhere. Read only while [`Ground::accepts_input`].
+    /// Handles bytes read from a connection, cut anywhere. Call only while [`Ground::accepts_input`] allows it.
     pub fn handle_stream(&mut self, connection: Connection, bytes: &[u8], now: WallTime) {
-        // A connection that is not open any more.
+        // The connection is no longer open.
         let Some((_, inbox)) = self.shared.peers.inbox(connection) else { return };
         self.skipped.overflow_bytes += inbox.receive(bytes) as u64;
         self.read_inbox(connection, now);
         self.send_texts();
     }
 
-    /// Handles the frames that have come over a connection, as far as they can be answered.
+    /// Handles the frames received over a connection, as far as there is room to answer them.
     fn read_inbox(&mut self, connection: Connection, now: WallTime) {
         let Some((peer, inbox)) = self.shared.peers.inbox(connection) else { return };
-        // The services answer into the same table, so the bytes leave it meanwhile.
+        // The services write answers into the same table, so the bytes are taken out meanwhile.
         let bytes = inbox.take();
         let mut rest = &bytes[..];
         let held = loop {
@@ -204,7 +204,7 @@ impl Ground {
         }
     }
 
-    /// Frames of this autopilot come back where somebody forwards them.
+    /// Frames of this autopilot return where another system forwards them.
     fn admits(&mut self, frame: &Frame<'_>, now: WallTime) -> bool {
         frame.sender != self.own && self.services.signing.admit(frame, now) == Admission::Accepted
     }
@@ -227,18 +227,18 @@ impl Ground {
         }
     }
 
-    /// A ground station has opened a connection, from this computer or another one. False if there are
+    /// Registers a connection that a ground station has opened, from this computer or another one. False if there are
     /// too many.
     pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> bool {
         self.shared.peers.open(connection, is_local, now).is_some()
     }
 
-    /// A connection was closed.
+    /// Removes a closed connection.
     pub fn close(&mut self, connection: Connection) {
         self.shared.peers.close(connection);
     }
 
-    /// Takes an event of the control side.
+    /// Handles an event of the control side.
     pub fn handle_event(&mut self, event: &Event, now: WallTime) {
         let Shared { aircraft, texts, parameters, model, control, scripts, .. } = &mut self.shared;
         let is_news = aircraft.handle_event(&event.kind);
@@ -271,7 +271,7 @@ impl Ground {
         self.send_texts();
     }
 
-    /// Takes the state at one tick.
+    /// Handles the state at one tick.
     pub fn handle_snapshot(&mut self, snapshot: &Snapshot, now: WallTime) {
         self.shared.aircraft.handle_snapshot(snapshot);
         self.services.telemetry.handle_snapshot(now, &mut self.shared);
@@ -291,7 +291,7 @@ impl Ground {
         self.send_texts();
     }
 
-    /// The process ends: every station gets a text about it and about whether the plant has ended before it.
+    /// Ends the process: every station gets a text with the reason and whether the plant ended before it.
     pub fn end(&mut self) {
         let (severity, text) = statustext::text_of_end(self.shared.aircraft.phase());
         self.shared.texts.publish_event(severity, text);
@@ -316,13 +316,13 @@ impl Ground {
         self.shared.peers.accepts_input(connection)
     }
 
-    /// Input that was read and had to wait can be answered now, by [`Ground::poll`].
+    /// Waiting input can be answered now, by [`Ground::poll`].
     #[must_use]
     pub fn can_resume(&self) -> bool {
         self.shared.peers.next_resumable().is_some()
     }
 
-    /// The next tick must give a snapshot.
+    /// The next tick must publish a snapshot.
     #[must_use]
     pub fn needs_snapshot(&self) -> bool {
         self.services.telemetry.needs_snapshot()
@@ -333,13 +333,13 @@ impl Ground {
         self.shared.intents.pop()
     }
 
-    /// An intent waits.
+    /// Whether an intent waits.
     #[must_use]
     pub fn has_intents(&self) -> bool {
         !self.shared.intents.is_empty()
     }
 
-    /// Next frame to send and its destination, of those to whom something can be sent now.
+    /// Next frame to send and its destination, among the peers that can receive now.
     pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
         self.shared.peers.pop(self.own, &mut self.services.signing, can_send)
     }
@@ -349,23 +349,23 @@ impl Ground {
         self.shared.texts.pop_for_log()
     }
 
-    /// What the key file should have now, if it is time to write it.
+    /// Content that the key file should have now, if it is time to write it.
     pub fn pop_key_change(&mut self) -> Option<KeyChange> {
         self.services.signing.pop_change()
     }
 
-    /// What the key file has to have at the end.
+    /// Content that the key file must have at the end.
     pub fn last_key_change(&mut self) -> Option<KeyChange> {
         self.services.signing.last_change()
     }
 
-    /// The key file could not be written.
+    /// Reports that the key file could not be written.
     pub fn handle_key_unsaved(&mut self, why: &str, now: WallTime) {
         self.shared.texts.warn(now, format!("The signing key is not saved: {why}"));
         self.send_texts();
     }
 
-    /// A line about signing for the log; what signing refuses is reported to the ground stations as well.
+    /// A log line about signing; the ground stations receive reports of refusals as well.
     pub fn report_signing(&mut self, now: WallTime) -> Option<LogLine> {
         let line = self.services.signing.report(now);
         if let Some(LogLine::Refused(text)) = &line {
@@ -375,7 +375,7 @@ impl Ground {
         line
     }
 
-    /// From now on changes of parameters are saved; `kept` is what is saved already.
+    /// Saves changes of parameters from now on; `kept` is the saved set.
     pub fn keep_parameters(&mut self, kept: Parameters) {
         self.shared.store.keep(kept);
     }
@@ -385,13 +385,13 @@ impl Ground {
         self.shared.store.pop_save()
     }
 
-    /// Takes the result of a save of the parameters.
+    /// Handles the result of a save of the parameters.
     pub fn handle_saved(&mut self, saved: &Saved) {
         param::handle_saved(saved, &mut self.shared);
         self.send_texts();
     }
 
-    /// From now on plans are kept; `saved` is what is kept already.
+    /// Saves plans from now on; `saved` is the saved plan.
     pub fn keep_plan(&mut self, saved: SavedPlan) {
         self.services.mission.keep(saved);
     }
@@ -401,34 +401,34 @@ impl Ground {
         self.services.mission.pop_save()
     }
 
-    /// Takes the result of a save of the plan.
+    /// Handles the result of a save of the plan.
     pub fn handle_plan_saved(&mut self, saved: &Saved, now: WallTime) {
         self.services.mission.handle_saved(saved, now, &mut self.shared);
         self.send_texts();
     }
 
-    /// From now on there is a folder with logs.
+    /// Enables the log service: there is a folder with logs.
     pub fn open_log_folder(&mut self) {
         self.services.logs.open_folder();
     }
 
-    /// What the log folder has to do next. To be called when it has nothing to do.
+    /// Next job for the log folder. Call only while no job is running.
     pub fn pop_log_job(&mut self) -> Option<LogJob> {
         self.services.logs.pop_job()
     }
 
-    /// Takes the result of a job of the log folder.
+    /// Handles the result of a job of the log folder.
     pub fn handle_log_done(&mut self, done: LogDone, now: WallTime) {
         self.services.logs.handle_done(done, now, &mut self.shared);
         self.send_texts();
     }
 
-    /// The frames that were received, for the record of all traffic.
+    /// Received frames, for the record of all traffic.
     pub fn traffic(&mut self) -> &mut Traffic {
         &mut self.traffic
     }
 
-    /// The parameters now.
+    /// The present parameters.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.shared.parameters
@@ -440,13 +440,13 @@ impl Ground {
         self.shared.peers.dropped()
     }
 
-    /// What came of too many visitors so far.
+    /// Counts of visitors beyond the limit so far.
     #[must_use]
     pub fn crowding(&self) -> Crowding {
         self.shared.peers.crowding()
     }
 
-    /// What was skipped in the input so far.
+    /// What the codec has skipped in the input so far.
     #[must_use]
     pub fn skipped(&self) -> Skipped {
         self.skipped

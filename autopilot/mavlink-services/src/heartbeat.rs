@@ -1,7 +1,7 @@
-//! HEARTBEAT: once a second, at once when its content changes, and at once to who has just come, since a
-//! ground station begins with the first one that it receives.
+//! HEARTBEAT: once a second, at once when its content changes, and at once to a new peer, since a
+//! ground station starts from the first one that it receives.
 //!
-//! Autopilot and type never change: ground stations choose what they offer by the first one.
+//! Autopilot and type never change: ground stations choose their user interface by the first heartbeat.
 //!
 //! PING and TIMESYNC are answered at once.
 
@@ -26,8 +26,8 @@ pub const INTERVAL: Duration = Duration::from_secs(1);
 /// MAVLink protocol version in the heartbeat.
 const PROTOCOL_VERSION: u8 = 3;
 
-/// The autopilot that the heartbeat names. Ground stations know what a PX4 can do and offer modes, guided
-/// flight and parameters accordingly; of an unknown autopilot they show little more than telemetry.
+/// The autopilot that the heartbeat names. Ground stations know the features of a PX4 and offer modes, guided
+/// flight and parameters accordingly; for an unknown autopilot they show little more than telemetry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum HeartbeatIdentity {
     /// `MAV_AUTOPILOT_PX4`.
@@ -51,7 +51,7 @@ impl Service for Heartbeat {
         self.poll(now, shared);
     }
 
-    /// Sends one to all if it is time or if something changed, else to the peers that are new.
+    /// Sends one to all if it is due or its content has changed, else to the new peers only.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         let Shared { aircraft, host, peers, .. } = shared;
         let content = content(host.identity, aircraft);
@@ -75,7 +75,7 @@ impl Service for Heartbeat {
     }
 }
 
-/// The HEARTBEAT of this moment.
+/// The present HEARTBEAT.
 #[must_use]
 pub fn message(identity: HeartbeatIdentity, aircraft: &Aircraft) -> Encoded {
     Encoded::new(&content(identity, aircraft))
@@ -87,9 +87,9 @@ pub fn is_armed(aircraft: &Aircraft) -> bool {
     matches!(aircraft.phase(), Phase::Flying | Phase::Lost) && !aircraft.is_terminated()
 }
 
-/// PX4's flags: a mode that takes a pilot's sticks, or the autopilot by itself.
+/// PX4's flags: manual input in a mode that takes a pilot's sticks, else autonomous.
 fn mode_flags(mode: Mode) -> MavModeFlag {
-    let who = match mode {
+    let control = match mode {
         Mode::Position | Mode::Altitude => MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
         Mode::Hold | Mode::Mission | Mode::Return | Mode::Offboard => {
             MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED | MavModeFlag::MAV_MODE_FLAG_GUIDED_ENABLED
@@ -97,7 +97,7 @@ fn mode_flags(mode: Mode) -> MavModeFlag {
     };
     MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         | MavModeFlag::MAV_MODE_FLAG_STABILIZE_ENABLED
-        | who
+        | control
 }
 
 fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
@@ -118,7 +118,7 @@ fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
             Phase::Flying | Phase::Lost if aircraft.is_terminated() => {
                 MavState::MAV_STATE_FLIGHT_TERMINATION
             }
-            // While the plant is silent nothing is known about the aircraft: simulation time stands still.
+            // While the plant is silent the state of the aircraft is unknown: simulation time does not advance.
             Phase::Flying | Phase::Lost => MavState::MAV_STATE_ACTIVE,
             Phase::OnGround => MavState::MAV_STATE_STANDBY,
         },
@@ -134,7 +134,7 @@ impl Service for Ping {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
         let (target_system, target_component) = (from.sender.system, from.sender.component);
         let answer = match *message {
-            // With a target it is itself an answer.
+            // A ping with a target is itself an answer.
             Message::Ping(PING_DATA { time_usec, seq, target_system: 0, target_component: 0 }) => {
                 Encoded::new(&PING_DATA { time_usec, seq, target_system, target_component })
             }

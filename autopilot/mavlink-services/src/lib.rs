@@ -94,13 +94,13 @@ pub struct Shared {
     pub defaults: Parameters,
     /// Which changes of parameters the control thread and the parameter file have not received yet.
     pub store: ParameterStore,
-    /// The model of the autopilot: the effectors and their travel.
+    /// The design model of the autopilot: the effectors and their travel.
     pub model: AircraftModel,
     /// What is known about the aircraft.
     pub aircraft: Aircraft,
     /// Items of the plan that the aircraft has accepted.
     pub plan_items: u16,
-    /// The scripts that are stored, and the one that runs.
+    /// The stored scripts, and the running one.
     pub scripts: Scripts,
     /// Which ground station has control.
     pub control: Control,
@@ -108,9 +108,9 @@ pub struct Shared {
     pub setpoints: SetpointStreams,
     /// Stick positions of each system.
     pub pilots: Pilots,
-    /// Which of the two the sender of the present message has sent recently.
+    /// Which streams the sender of the present message has sent recently.
     pub streams: Streams,
-    /// A message that a service has derived from the present one; it is dispatched next.
+    /// A message that a service has derived from the present one; dispatched next.
     pub derived: Option<Message>,
     /// How often each peer gets each message.
     pub rates: PeerRates,
@@ -122,7 +122,7 @@ pub struct Shared {
     pub intents: Intents,
     /// Texts to the operators.
     pub texts: StatusTexts,
-    /// The ground stations, and what waits to be sent to each.
+    /// The ground stations, and the messages waiting for each.
     pub peers: Peers,
 }
 
@@ -133,7 +133,7 @@ impl Shared {
         &self.model.effectors.list
     }
 
-    /// Notes which streams a system has sent recently, before its next message is handled.
+    /// Records which streams a system has sent recently, before its next message is handled.
     pub fn note_streams(&mut self, from: From, now: WallTime) {
         let system = from.sender.system;
         self.streams = Streams {
@@ -143,7 +143,7 @@ impl Shared {
     }
 }
 
-/// One service of the MAVLink protocol. All methods may be left out.
+/// One service of the MAVLink protocol. All methods are optional.
 pub trait Service {
     /// Reacts to a message; most messages concern other services.
     fn handle(&mut self, _from: From, _message: &Message, _now: WallTime, _shared: &mut Shared) {}
@@ -161,7 +161,7 @@ pub trait Service {
     /// Reacts to an event of the flight, which [`Shared::aircraft`] has received before.
     fn handle_event(&mut self, _event: &EventKind, _now: WallTime, _shared: &mut Shared) {}
 
-    /// The ground station whose request for this mode is still open here: it has control as soon as the mode begins.
+    /// The ground station whose request for this mode is still open here: it gets control as soon as the mode begins.
     fn requester_of(&self, _mode: Mode) -> Option<Identity> {
         None
     }

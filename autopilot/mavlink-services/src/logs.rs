@@ -1,11 +1,11 @@
 //! The log service: LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END, LOG_ERASE.
 //!
-//! Logs have the numbers 0, 1, 2 and so on by their age, as PX4 counts them: QGroundControl takes the
-//! number for a place in its list. A number keeps its log until the ground station requests the list from
+//! Logs are numbered 0, 1, 2 and so on by age, as in PX4: QGroundControl uses the
+//! number as an index into its list. A number keeps its log until the ground station requests the list from
 //! its beginning again.
 //!
-//! The process has the disk: a job goes out by [`LogService::pop_job`], one at a time, and its
-//! outcome comes back by [`LogService::handle_done`].
+//! The process does the disk access: [`LogService::pop_job`] hands out one job at a time, and
+//! [`LogService::handle_done`] receives its outcome.
 
 use core::time::Duration;
 
@@ -19,24 +19,24 @@ use crate::{Service, Shared};
 
 mod client;
 
-/// Ground stations at the same time. One more takes the place of one that fetches nothing, if there is one, and
-/// of several the one that has requested nothing for longest.
+/// Ground stations at the same time. Another one replaces a station that fetches nothing, if there is one;
+/// of several, the one without a request for longest.
 const CLIENTS_MAX: usize = 16;
 /// Time for one message, to all ground stations together: 0.9 MB/s.
 const MESSAGE_TIME: Duration = Duration::from_micros(100);
-/// The same for datagrams without an end: 0.22 MB/s. MAVProxy takes no more than 0.45 MB/s, and learns late of
+/// The same for datagrams without flow control: 0.22 MB/s. MAVProxy accepts no more than 0.45 MB/s, and notices late
 /// what it has lost.
 const DATAGRAM_TIME: Duration = Duration::from_micros(400);
 /// Shortest time between two bursts.
 const BURST_INTERVAL: Duration = Duration::from_millis(1);
-/// Longest time that a burst makes up for: more at once would be lost by a ground station that is busy.
+/// Longest time that a burst makes up for: a busy ground station would lose more.
 const CATCH_UP_MAX: Duration = Duration::from_millis(4);
-/// If nobody could take anything, it is tried again after this.
+/// Retry interval while no station has room.
 const RETRY: Duration = Duration::from_millis(5);
-/// A station that has been silent for this long gets nothing more.
+/// A station silent for this long receives nothing more.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// Gives logs.
+/// Serves logs.
 #[derive(Debug, Default)]
 pub struct LogService {
     has_folder: bool,
@@ -44,18 +44,18 @@ pub struct LogService {
     latest_burst: WallTime,
     next_burst: WallTime,
     next_number: u64,
-    /// Who is served by the disk next.
+    /// The station that the disk serves next.
     turn: usize,
     erasing: Erasing,
 }
 
-/// Removing all logs.
+/// Removal of all logs.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 enum Erasing {
     #[default]
     No,
     Requested,
-    /// Under way, as the job with this number.
+    /// In progress, as the job with this number.
     Job(u64),
 }
 
@@ -82,7 +82,7 @@ impl Service for LogService {
         }
     }
 
-    /// Sends what is due, and forgets who is gone.
+    /// Sends what is due, and forgets stations that are gone.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.clients.retain(|client| shared.peers.knows(client.peer));
         if now < self.next_burst || !self.clients.iter().any(Client::is_ready) {
@@ -125,7 +125,7 @@ impl Service for LogService {
 }
 
 impl LogService {
-    /// From now on there is a folder with logs.
+    /// Enables the service: there is a folder with logs.
     pub fn open_folder(&mut self) {
         self.has_folder = true;
     }
@@ -149,7 +149,7 @@ impl LogService {
         client
     }
 
-    /// What the disk has to do next. To be called when it has nothing to do.
+    /// Next job for the disk. Call only while no job is running.
     pub fn pop_job(&mut self) -> Option<LogJob> {
         let number = self.next_number;
         let job = if self.erasing == Erasing::Requested {
@@ -169,7 +169,7 @@ impl LogService {
         Some(job)
     }
 
-    /// Takes what became of a job. Its client may be gone.
+    /// Handles the outcome of a job. Its client may be gone.
     pub fn handle_done(&mut self, done: LogDone, now: WallTime, shared: &mut Shared) {
         if self.erasing == Erasing::Job(done.number) {
             self.erasing = Erasing::No;
@@ -224,22 +224,22 @@ fn erased_text(done: &LogDone) -> (MavSeverity, String) {
 pub struct LogFile {
     /// Name of the file in the log folder.
     pub name: String,
-    /// Bytes when it was listed; what does not fit saturates.
+    /// Bytes when it was listed; larger sizes saturate.
     pub size: u32,
-    /// When it was begun, seconds since 1970, UTC.
+    /// Time of its beginning, seconds since 1970, UTC.
     pub utc_s: u32,
 }
 
-/// Something to do, with the number that its outcome will have.
+/// A job, with the number of its outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogJob {
     /// Never used twice.
     pub number: u64,
-    /// What to do.
+    /// The operation.
     pub task: LogTask,
 }
 
-/// What to do in the log folder.
+/// Operation in the log folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LogTask {
     /// List the logs, oldest first.
@@ -253,11 +253,11 @@ pub enum LogTask {
         /// Bytes.
         length: usize,
     },
-    /// Remove all logs that nobody is writing.
+    /// Remove all logs that are not being written.
     Erase,
 }
 
-/// What became of a job.
+/// Outcome of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogDone {
     /// Number of the job.
@@ -266,14 +266,14 @@ pub struct LogDone {
     pub result: Result<LogOutcome, String>,
 }
 
-/// What came of a job.
+/// Result of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LogOutcome {
     /// The logs, oldest first.
     Listed(Vec<LogFile>),
     /// The bytes; fewer than requested where the file ends before.
     Read(Vec<u8>),
-    /// How the logs were removed.
+    /// Result of the removal.
     Erased(Erased),
 }
 
@@ -282,7 +282,7 @@ pub enum LogOutcome {
 pub struct Erased {
     /// Removed.
     pub removed: usize,
-    /// Somebody is writing them.
+    /// Still being written.
     pub in_use: usize,
     /// Could not be removed.
     pub failed: usize,

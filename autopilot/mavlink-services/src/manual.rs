@@ -7,10 +7,10 @@
 //! | throttle | z, 0 to 1000 | channel 3, 1000 to 2000 us | airspeed between its limits |
 //! | yaw | r | channel 4 | nothing: the turn is coordinated |
 //!
-//! An axis that is not there (`i16::MAX`, 65535 for a channel that was never given, 0 for a channel that is
-//! released) stands in the middle; a throttle that is not there leaves the airspeed as it is. The sticks of
+//! An absent axis (`i16::MAX`, 65535 for a channel never given, 0 for a released
+//! channel) is centred; an absent throttle leaves the airspeed unchanged. The sticks of
 //! the station that has control count ([`super::control`]). When they pause for longer than `COM_RC_LOSS_T` of
-//! wall time, Altitude ends with the action `NAV_RCL_ACT`; Position goes on with centred sticks.
+//! wall time, Altitude ends with the action `NAV_RCL_ACT`; Position continues with centred sticks.
 
 use core::time::Duration;
 
@@ -27,9 +27,9 @@ use flight_management::event::EventKind;
 use flight_management::parameters::{Parameters, SticksLossAction};
 use flight_management::vehicle::{Mode, Sticks, VehicleEvent};
 
-/// The vehicle gets at most one position in this time, however fast they come.
+/// Least interval between two positions that the vehicle receives, whatever the rate of the messages.
 const INTERVAL: Duration = Duration::from_millis(10);
-/// Systems whose sticks are followed; the one that was silent for the longest makes room.
+/// Systems whose sticks are followed; the one silent for the longest makes room.
 const PILOTS_MAX: usize = 4;
 /// Target system that means every vehicle.
 const ALL: u8 = 0;
@@ -38,9 +38,9 @@ const FULL: f64 = 1000.0;
 /// Middle and half width of a channel, us.
 const MIDDLE_US: f64 = 1500.0;
 const HALF_US: f64 = 500.0;
-/// A channel with this value stays as it was.
+/// A channel with this value keeps its position.
 const IGNORE: u16 = u16::MAX;
-/// A channel with this value is given back to a receiver, and there is none.
+/// A channel with this value is released to a receiver, which does not exist here.
 const RELEASE: u16 = 0;
 /// Channels 1 to 3: roll, pitch, throttle.
 const CHANNELS: usize = 3;
@@ -50,7 +50,7 @@ struct Pilot {
     system: u8,
     received: WallTime,
     sticks: Sticks,
-    /// Channels that are overridden, us.
+    /// Overridden channels, us.
     channels: [Option<u16>; CHANNELS],
 }
 
@@ -65,7 +65,7 @@ impl Pilot {
 pub struct Pilots(Vec<Pilot>);
 
 impl Pilots {
-    /// Stick positions of this system came a moment ago.
+    /// Stick positions of this system arrived a moment ago.
     #[must_use]
     pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
         self.of(Some(system)).is_some_and(|pilot| pilot.is_fresh(now, parameters))
@@ -88,16 +88,16 @@ impl Pilots {
     }
 }
 
-/// Passes the sticks of the station that has control on to the vehicle.
+/// Forwards the sticks of the station that has control to the vehicle.
 #[derive(Debug, Default)]
 pub struct Manual {
-    /// The latest position has not been passed on yet.
+    /// The latest position has not been forwarded yet.
     is_new: bool,
     passed_on: Option<WallTime>,
     fallback: Fallback,
-    /// The vehicle follows sticks in Position and has not been given centred ones since.
+    /// The vehicle follows sticks in Position and has not received centred ones since.
     steers: bool,
-    /// This system moves its sticks without having control, which has been reported.
+    /// This system moves its sticks without having control, and the station has received a report of it.
     reported_uncontrolled: Option<u8>,
 }
 
@@ -116,7 +116,7 @@ impl Service for Manual {
                 let given = [*roll, *pitch, *throttle];
                 let channels = core::array::from_fn(|i| channel(given[i], before[i]));
                 if channels == [None; CHANNELS] {
-                    // All released: these are no sticks any more.
+                    // All channels released: these are no sticks any more.
                     return shared.pilots.remove(system);
                 }
                 (of_channels(channels), channels)
@@ -150,8 +150,8 @@ impl Service for Manual {
         }
     }
 
-    /// Passes on what came too fast. When nothing comes, leaves Altitude by the action NAV_RCL_ACT, and in Position lets
-    /// the sticks be centred.
+    /// Forwards positions held back by the rate limit. When none arrive, leaves Altitude by the action NAV_RCL_ACT, and in
+    /// Position centres the sticks.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         if !flies_by_sticks(&shared.aircraft) {
             self.steers = false;
@@ -223,7 +223,7 @@ fn stick_timeout(parameters: &Parameters) -> Duration {
     Duration::try_from_secs_f64(parameters.link.sticks_loss_s).unwrap_or(Duration::ZERO)
 }
 
-/// `None` if no axis is there.
+/// `None` if all axes are absent.
 fn of_joystick(control: &ManualControl) -> Option<Sticks> {
     let axis = |value: i16| (value != i16::MAX).then(|| (f64::from(value) / FULL).clamp(-1.0, 1.0));
     let (forward, right, thrust) = (axis(control.x), axis(control.y), axis(control.z));

@@ -8,9 +8,10 @@
 //!                                          └────> MISSION_ACK
 //! ```
 //!
-//! There is one plan. It is replaced when the control side has taken the whole of a new one; until then, and
-//! if anything fails, the old one stays. One ground station uploads at a time; another one that tries is
-//! denied. The plan in force is kept for the next start of the program. Fence and rally points are not there: their lists are empty and take nothing.
+//! There is one plan. A new plan replaces it when the control side has accepted the whole of it; until then, and
+//! if anything fails, the old one stays. One ground station uploads at a time; the service denies an upload of another one
+//! meanwhile. The plan in force is saved for the next start of the program. Fence and rally points are not supported:
+//! their lists are empty and accept nothing.
 
 use std::sync::Arc;
 
@@ -42,17 +43,17 @@ mod wire;
 /// Lists without items here: fence and rally points.
 const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
 
-/// How an upload ended, for a ground station that did not receive it.
+/// Result of an upload, for a ground station that did not receive it.
 #[derive(Debug, Clone, Copy)]
 struct Ended {
     from: From,
-    /// The last item that came.
+    /// The last item received.
     seq: u16,
     result: R,
     id: u32,
 }
 
-/// Takes and gives plans.
+/// Handles uploads and downloads of plans.
 #[derive(Debug, Default)]
 pub struct MissionService {
     /// The plan in force.
@@ -65,7 +66,7 @@ pub struct MissionService {
     keeper: PlanKeeper,
 }
 
-/// The way to the ground station that has sent a message.
+/// The route to the ground station that has sent a message.
 struct Reply<'a> {
     from: From,
     now: WallTime,
@@ -99,7 +100,7 @@ impl Service for MissionService {
             }
             Message::MissionClear(list) => self.clear(list, &mut reply),
             Message::MissionRequestList(list) => self.count(list, &mut reply),
-            // Also the old request is answered with MISSION_ITEM_INT, by its definition.
+            // By its definition the older request is answered with MISSION_ITEM_INT too.
             Message::MissionRequest(list, seq, _) => self.give_item(list, seq, &mut reply),
             Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
             Message::MissionSetCurrent(seq) => {
@@ -145,7 +146,7 @@ impl Service for MissionService {
 }
 
 impl MissionService {
-    /// Takes a plan into force.
+    /// Puts a plan into force.
     fn store(&mut self, stored: &Arc<Stored>, shared: &mut Shared) {
         self.stored = Arc::clone(stored);
         shared.plan_items = stored.count();
@@ -186,7 +187,7 @@ impl MissionService {
         }
     }
 
-    /// MISSION_ACK: a download is over, an upload is given up or cannot go on like this.
+    /// MISSION_ACK: a download is complete, or an upload is cancelled or cannot continue.
     fn take_ack(&mut self, list: ListKind, result: u8, reply: &mut Reply) {
         if list != ListKind::MISSION {
             return;
@@ -205,7 +206,7 @@ impl MissionService {
         }
     }
 
-    /// MISSION_CURRENT to everybody. The latest state may still show the plan and the item before.
+    /// MISSION_CURRENT to every peer. The latest state may still show the previous plan and item.
     fn publish_current(&self, item: u16, shared: &mut Shared) {
         let Some(mut state) = shared.aircraft.snapshot().copied() else { return };
         let before = state.navigation;

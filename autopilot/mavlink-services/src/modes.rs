@@ -1,5 +1,5 @@
-//! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and what ground
-//! stations receive about the modes there are; the switch of a transmitter that selects modes; the change to
+//! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and the messages that list
+//! them for ground stations; the transmitter switch that selects modes; the change to
 //! another mode when a stream stops.
 
 use core::time::Duration;
@@ -41,7 +41,7 @@ const fn main_and_sub(mode: Mode) -> (u8, u8) {
     }
 }
 
-/// PX4's modes that are not flown: main mode, sub mode, name, and what to use instead. Numbers and names are
+/// PX4's modes that this vehicle does not have: main mode, sub mode, name, and what to use instead. Numbers and names are
 /// PX4's (`px4_custom_mode.h`).
 const NOT_FLOWN: [(u8, u8, &str, &str); 14] = [
     (MAIN_MANUAL, 0, "Manual", USE_POSITION),
@@ -70,7 +70,7 @@ pub const fn custom_mode(mode: Mode) -> u32 {
     u32::from_le_bytes([0, 0, main, sub])
 }
 
-/// A sub mode counts where PX4 has sub modes; elsewhere stations leave in it what they like.
+/// A sub mode counts where PX4 has sub modes; elsewhere stations leave arbitrary values in it.
 const fn counted(main: u8, sub: u8) -> (u8, u8) {
     if matches!(main, MAIN_AUTO | MAIN_POSCTL) { (main, sub) } else { (main, 0) }
 }
@@ -81,7 +81,7 @@ pub fn mode_of(main: u8, sub: u8) -> Option<Mode> {
     Mode::ALL.into_iter().find(|mode| main_and_sub(*mode) == counted(main, sub))
 }
 
-/// Why a mode that is none of the vehicle's is refused, and what to use instead.
+/// Reason for refusing a mode that the vehicle does not have, and what to use instead.
 fn not_flown(main: u8, sub: u8) -> CommandError {
     let is_it = |(a, b, _, _): &&(u8, u8, &str, &str)| (*a, *b) == counted(main, sub);
     let reason = match NOT_FLOWN.iter().find(is_it) {
@@ -97,7 +97,7 @@ fn not_flown(main: u8, sub: u8) -> CommandError {
     CommandError::denied(reason)
 }
 
-/// Which streams a ground station sends just now.
+/// Streams that a ground station is sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
     /// Usable offboard setpoints.
@@ -106,10 +106,10 @@ pub struct Streams {
     pub sticks: bool,
 }
 
-/// The requested mode, if it can be entered now as far as the ground-station side knows.
+/// The requested mode, if the ground-station side allows entering it now.
 ///
 /// # Errors
-/// Why not.
+/// Why the mode cannot be entered.
 pub fn requested(
     has_custom_flag: bool,
     main: u8,
@@ -137,10 +137,10 @@ pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, C
     enterable(mode, streams)
 }
 
-/// Whether a mode can be entered now as far as the ground-station side knows.
+/// Whether the ground-station side allows entering a mode now.
 ///
 /// # Errors
-/// Why not.
+/// Why the mode cannot be entered.
 pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, CommandError> {
     match mode {
         Mode::Offboard if !streams.setpoints => Err(CommandError::temporary(
@@ -153,8 +153,8 @@ pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, CommandError> {
     }
 }
 
-/// The standard mode that means the same; `None` where there is none. Position is the definition's Cruise: of a
-/// fixed wing, its "Position hold" would be to hover. PX4's Hold is none either: MAV_STANDARD_MODE_ORBIT is a
+/// The standard mode with the same meaning; `None` where there is none. Position is the definition's Cruise: for a
+/// fixed wing, its "Position hold" would mean hovering. PX4's Hold has none either: MAV_STANDARD_MODE_ORBIT is a
 /// mode that a pilot steers.
 const fn standard(mode: Mode) -> Option<MavStandardMode> {
     match mode {
@@ -166,7 +166,7 @@ const fn standard(mode: Mode) -> Option<MavStandardMode> {
     }
 }
 
-/// The standard mode as it is sent: only the one whose number and name mean the same to every station. Until
+/// The standard mode as sent: only the one whose number and name mean the same to every station. Until
 /// December 2024 MAV_STANDARD_MODE had 5 as Return home, 6 as Safe recovery and 7 as Mission; since then 5 is
 /// Safe recovery and 6 is Mission. A station that reads the other enumeration would show Mission as "Safe
 /// Recovery"; and every station that knows the name Cruise shows Position by it.
@@ -177,7 +177,7 @@ const fn sent_standard(mode: Mode) -> MavStandardMode {
     }
 }
 
-/// Position needs no pilot: without sticks it holds what it has.
+/// Position needs no pilot: without sticks it keeps its references.
 fn properties(mode: Mode) -> MavModeProperty {
     match mode {
         Mode::Altitude => MavModeProperty::empty(),
@@ -211,7 +211,7 @@ pub fn available_modes(index: u8) -> Option<Encoded> {
     }))
 }
 
-/// CURRENT_MODE. The requested mode is not distinguished from the mode that is flown.
+/// CURRENT_MODE. The requested mode and the active mode are always the same here.
 #[must_use]
 pub fn current_mode(aircraft: &Aircraft) -> Encoded {
     let mode = aircraft.mode();
@@ -228,7 +228,7 @@ pub fn monitor() -> Encoded {
     Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
 
-/// Systems whose switches are followed; the one that was silent for the longest makes room.
+/// Systems whose switches are followed; the one silent for the longest makes room.
 const SYSTEMS_MAX: usize = 4;
 /// Lower end of the lowest slot, us.
 const LOWEST_US: u16 = 1000;
@@ -237,7 +237,7 @@ const TRAVEL_US: u16 = 1000;
 /// Channels with these values carry no position.
 const NOT_GIVEN: [u16; 2] = [0, u16::MAX];
 
-/// The latest position of the switch of a system.
+/// The latest switch position of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Position {
     system: u8,
@@ -248,8 +248,8 @@ struct Position {
 /// Follows the switches that select flight modes: RC_MAP_FLTMODE names the channel of RC_CHANNELS_OVERRIDE,
 /// COM_FLTMODE1 to COM_FLTMODE6 the modes of its six slots, each a sixth of 1000 us to 2000 us.
 ///
-/// A change of the slot requests the mode as a SET_MODE of the same station does, so it is refused with the same texts
-/// and gives control. The first position that comes requests nothing: connecting changes no mode.
+/// A change of the slot requests the mode as a SET_MODE of the same station does, so a refusal has the same texts
+/// and success gives control. The first position received requests nothing: connecting changes no mode.
 #[derive(Debug, Default)]
 pub struct ModeSwitch(Vec<Position>);
 
@@ -280,7 +280,7 @@ impl Service for ModeSwitch {
     }
 }
 
-/// Place among the channels, from 0.
+/// Index among the channels, from 0.
 fn channel_index(channel: SwitchChannel) -> Option<usize> {
     match channel {
         SwitchChannel::None => None,
@@ -296,7 +296,7 @@ fn slot(pulse_us: u16) -> usize {
     (travelled * MODE_SLOTS / usize::from(TRAVEL_US)).min(MODE_SLOTS - 1)
 }
 
-/// PX4's main and sub mode of a slot; the handler of SET_MODE decides whether it can be flown here.
+/// PX4's main and sub mode of a slot; the handler of SET_MODE decides whether the vehicle has it.
 fn slot_mode(mode: SwitchMode) -> Option<(u8, u8)> {
     Some(match mode {
         SwitchMode::Unassigned => return None,
@@ -319,7 +319,7 @@ const REPEAT: Duration = Duration::from_millis(500);
 /// changes.
 #[derive(Debug, Default)]
 pub struct Fallback {
-    /// When the other mode was requested last.
+    /// Time of the latest request for the other mode.
     requested: Option<WallTime>,
 }
 
@@ -329,7 +329,7 @@ impl Fallback {
         self.requested = None;
     }
 
-    /// Requests `mode` unless that was done a moment ago; the first time with a text. A full queue of intents is tried again.
+    /// Requests `mode` unless it did so a moment ago; the first time with a text. If the queue of intents is full, it tries again.
     pub fn request(&mut self, mode: Mode, text: &str, now: WallTime, shared: &mut Shared) {
         if self.requested.is_some_and(|at| now.since(at) < REPEAT) {
             return;

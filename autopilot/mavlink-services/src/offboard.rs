@@ -2,8 +2,8 @@
 //! SET_POSITION_TARGET_LOCAL_NED. This file reads them.
 //!
 //! The stream must not pause for longer than `COM_OF_LOSS_T` of wall time, since the sender's clock is a
-//! wall clock; a paused simulation changes nothing about that. Without a flying aircraft setpoints are
-//! ignored. Each system has a stream of its own: Offboard is entered on the stream of the system that requests
+//! wall clock, even while the simulation is paused. Without a flying aircraft setpoints are
+//! ignored. Each system has its own stream: Offboard is entered on the stream of the system that requests
 //! it, and then the setpoints of the system that has control count ([`super::control`]).
 
 use core::fmt;
@@ -22,23 +22,23 @@ use flight_management::event::EventKind;
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::{Mode, Place, Setpoint, VehicleEvent};
 
-/// The vehicle gets at most one setpoint in this time, however fast they come.
+/// Least interval between two setpoints that the vehicle receives, whatever the rate of the messages.
 const INTERVAL: Duration = Duration::from_millis(10);
 
-/// Systems whose setpoints are followed; the one that was silent for the longest makes room.
+/// Systems whose setpoints are followed; the one silent for the longest makes room.
 const STREAMS_MAX: usize = 4;
 
 /// The setpoints of one system.
 #[derive(Debug, Default)]
 struct Stream {
     system: u8,
-    /// Latest usable setpoint and when it came.
+    /// Latest usable setpoint and its time.
     latest: Option<(WallTime, Read)>,
-    /// It has not been passed on yet.
+    /// It has not been forwarded yet.
     is_new: bool,
-    /// It was unusable, which has been reported.
+    /// The setpoint was unusable, and the station has received a report of it.
     reported_unusable: bool,
-    /// It comes without control, which has been reported.
+    /// The setpoint came without control, and the station has received a report of it.
     reported_uncontrolled: bool,
 }
 
@@ -53,7 +53,7 @@ impl Stream {
 pub struct SetpointStreams(Vec<Stream>);
 
 impl SetpointStreams {
-    /// A usable setpoint of this system came a moment ago.
+    /// A usable setpoint of this system arrived a moment ago.
     #[must_use]
     pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
         self.of(Some(system)).is_some_and(|stream| stream.is_fresh(now, parameters))
@@ -63,7 +63,7 @@ impl SetpointStreams {
         self.0.iter().find(|stream| Some(stream.system) == system)
     }
 
-    /// The stream of a system that has just sent something.
+    /// The stream of a system that has just sent a message.
     fn receive(&mut self, system: u8) -> &mut Stream {
         let known = self.0.iter().position(|stream| stream.system == system);
         let stream = match known {
@@ -77,13 +77,13 @@ impl SetpointStreams {
     }
 }
 
-/// Passes the setpoints of the station that has control on to the vehicle.
+/// Forwards the setpoints of the station that has control to the vehicle.
 #[derive(Debug, Default)]
 pub struct Offboard {
     passed_on: Option<WallTime>,
     /// Number of the oldest intent with a setpoint whose outcome is open.
     number: Option<u32>,
-    /// What has been reported since Offboard began.
+    /// Reports already made since Offboard began.
     reported: Reported,
     fallback: Fallback,
 }
@@ -169,7 +169,7 @@ impl Service for Offboard {
         self.pass_on(now, shared);
     }
 
-    /// Passes on what came too fast, and goes back to Hold when nothing comes.
+    /// Forwards setpoints held back by the rate limit, and returns to Hold when none arrive.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         if !shared.aircraft.flies_offboard() {
             return;
@@ -215,14 +215,14 @@ impl Offboard {
         let number = shared.intents.push(VehicleCommand::Setpoint(read.setpoint));
         if number.is_some() {
             stream.is_new = false;
-            // The outcome of an older one is not to be missed.
+            // The outcome of an older setpoint does not count.
             self.number = self.number.or(number);
             self.passed_on = Some(now);
             self.report(&read, now, shared);
         }
     }
 
-    /// Reports once in which way a setpoint is not flown as it was sent.
+    /// Reports once how the flight differs from the setpoint.
     fn report(&mut self, read: &Read, now: WallTime, shared: &mut Shared) {
         if let Some(limit) = read.limited.filter(|_| !self.reported.limited) {
             self.reported.limited = true;
@@ -254,15 +254,15 @@ const LOCAL_NED: u8 = 1;
 const BODY_FRAMES: [u8; 2] = [8, 12];
 /// Below this a velocity has no course, m/s.
 const STANDING_M_S: f64 = 1.0;
-/// A hair inside the roll limit, since the vehicle compares in degrees and a conversion there and back rounds.
+/// Just inside the roll limit, since the vehicle compares in degrees and a conversion there and back rounds.
 const INSIDE: f64 = 1.0 - 1.0e-12;
 
-/// A setpoint that can be flown.
+/// A usable setpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Read {
     /// The setpoint, within the limits.
     pub setpoint: Setpoint,
-    /// Another value was requested.
+    /// A requested value that is not followed as sent.
     pub limited: Option<Limited>,
 }
 
@@ -286,7 +286,7 @@ impl fmt::Display for Limited {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unusable(pub &'static str);
 
-/// Limits values and remembers the first one that was beyond.
+/// Limits values and remembers the first one that exceeded its limit.
 #[derive(Default)]
 struct Limiter(Option<Limited>);
 
@@ -313,7 +313,7 @@ impl Limiter {
 /// SET_ATTITUDE_TARGET.
 ///
 /// # Errors
-/// The attitude is ignored or no attitude.
+/// The attitude is ignored or invalid.
 pub fn of_attitude(
     data: &SET_ATTITUDE_TARGET_DATA,
     parameters: &Parameters,
@@ -332,7 +332,7 @@ pub fn of_attitude(
 /// SET_POSITION_TARGET_GLOBAL_INT.
 ///
 /// # Errors
-/// A frame that is not global, no position and no velocity, or values that are none.
+/// A frame that is not global, no position and no velocity, or invalid values.
 pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Result<Read, Unusable> {
     if !GLOBAL_FRAMES.contains(&target.frame) {
         return Err(Unusable("the frame is none of 0, 3, 5, 6, 10 and 11"));
@@ -363,7 +363,8 @@ pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Resul
 /// SET_POSITION_TARGET_LOCAL_NED, with the heading of the aircraft, rad from north, if it is known.
 ///
 /// # Errors
-/// A frame that is neither the local one nor one of the body, a position in a frame of the body, no position and no velocity, or values that are none.
+/// A frame that is neither the local one nor one of the body, a position in a frame of the body, no position and no
+/// velocity, or invalid values.
 pub fn of_local(
     target: &PositionTarget<f32>,
     heading_rad: Option<f64>,
@@ -389,7 +390,7 @@ pub fn of_local(
     Ok(Limiter::default().read(Setpoint::LocalPosition(position)))
 }
 
-/// Whether a place is given.
+/// Whether the setpoint gives a position.
 fn uses_position(ignored: u16) -> Result<bool, Unusable> {
     match (ignored & XY, ignored & Z) {
         (0, _) => Ok(true),

@@ -42,7 +42,7 @@ struct List {
     next: usize,
 }
 
-/// What the control thread does not know yet.
+/// Changes that the control thread has not received yet.
 #[derive(Debug, Default)]
 struct Changed {
     gains: bool,
@@ -51,7 +51,7 @@ struct Changed {
     fault_injection: bool,
 }
 
-/// What becomes of changed parameters: they are passed on to the control thread, and saved.
+/// Destinations of changed parameters: the control thread, and the file.
 #[derive(Debug, Default)]
 pub struct ParameterStore {
     changed: Changed,
@@ -59,7 +59,7 @@ pub struct ParameterStore {
 }
 
 impl ParameterStore {
-    /// From now on changes are saved; `kept` is what is saved already.
+    /// Saves changes from now on; `kept` is the saved set.
     pub fn keep(&mut self, kept: Parameters) {
         self.keeper.begin(kept);
     }
@@ -83,7 +83,7 @@ impl ParameterStore {
     }
 }
 
-/// Answers reads and writes.
+/// Handles reads and writes.
 #[derive(Debug, Default)]
 pub struct ParamService {
     /// At most one for each peer.
@@ -176,7 +176,7 @@ impl ParamService {
         pass_on(shared);
     }
 
-    /// A fault: the answer comes when the plant has given its own.
+    /// A fault parameter: the answer follows the answer of the plant.
     fn set_fault(
         &mut self,
         from: From,
@@ -299,8 +299,8 @@ fn change(
     Ok(())
 }
 
-/// PREFLIGHT_STORAGE: p1 1 saves now, 2 and 4 go back to the defaults. Acknowledged when it is on the
-/// disk. Changes are saved without it as well.
+/// PREFLIGHT_STORAGE: p1 1 saves now, 2 and 4 restore the defaults. Acknowledged when the file is on the
+/// disk. The autopilot saves changes without it as well.
 fn handle_storage(from: From, command: &CommandMessage, now: WallTime, shared: &mut Shared) {
     let [action, ..] = command.params;
     let saves = action == 1.0;
@@ -322,7 +322,7 @@ fn handle_storage(from: From, command: &CommandMessage, now: WallTime, shared: &
         if shared.store.keeper.wait(from, &shared.defaults) {
             return;
         }
-        // Nothing is saved here, but the parameters have their defaults.
+        // There is no file, but the parameters have their defaults.
         if saves {
             shared.texts.warn(now, "Not saved: there is no parameter file");
             MavResult::MAV_RESULT_UNSUPPORTED
@@ -334,7 +334,7 @@ fn handle_storage(from: From, command: &CommandMessage, now: WallTime, shared: &
     shared.peers.answer(from.peer, ack);
 }
 
-/// All parameters at their defaults, also those that the command line set.
+/// Sets all parameters to their defaults, including those that the command line set.
 fn reset(now: WallTime, shared: &mut Shared) {
     let before = shared.parameters;
     shared.parameters = Parameters { brings_law: before.brings_law, ..shared.defaults };
@@ -351,7 +351,7 @@ fn reset(now: WallTime, shared: &mut Shared) {
     pass_on(shared);
 }
 
-/// Takes the result of a save, and answers the stations that waited for it.
+/// Handles the result of a save, and answers the stations that waited for it.
 pub fn handle_saved(saved: &Saved, shared: &mut Shared) {
     let (waiting, transition) = shared.store.keeper.handle(saved);
     match (transition, &saved.result) {
@@ -374,7 +374,7 @@ pub fn handle_saved(saved: &Saved, shared: &mut Shared) {
     }
 }
 
-/// Passes the latest values on to the control thread; tried again with the next poll if there is no room.
+/// Forwards the latest values to the control thread; the next poll tries again if there is no room.
 fn pass_on(shared: &mut Shared) {
     let Shared { store: ParameterStore { changed, .. }, parameters, intents, .. } = shared;
     let mut push = |is_due: &mut bool, command: fn(&Parameters) -> Configuration| {
@@ -386,7 +386,7 @@ fn pass_on(shared: &mut Shared) {
     push(&mut changed.fault_injection, |new| Configuration::FaultInjection(new.failure.enabled));
 }
 
-/// The value as it is, to the station that requested another one, and why it is so.
+/// Sends the unchanged value to the station that requested another one, with the reason.
 fn answer_fault(answer: Answer, now: WallTime, shared: &mut Shared) {
     let Answer { from, effector, refused } = answer;
     let Some(row) = row_of(effector, shared) else { return };

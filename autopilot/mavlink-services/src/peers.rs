@@ -1,9 +1,9 @@
-//! Who listens: the configured addresses, always; whoever sends a datagram, until it falls silent; whoever
-//! opens a connection, until it is closed.
+//! The peers: the configured addresses, always; every address that sends a datagram, until it falls silent; every
+//! client that opens a connection, until it is closed.
 //!
-//! The places of those who send datagrams by themselves are limited. Where all are taken, a new one gets the
-//! place of a quiet one, and otherwise the newest place: a crowd that arrives later displaces none of those
-//! who were there before it and still talk.
+//! The number of visitors (peers that came by themselves over UDP) is limited. When all places are taken, a new visitor gets the
+//! place of a quiet one, or else the newest place: a crowd that arrives later displaces no
+//! earlier visitor that is still sending.
 
 use core::time::Duration;
 use std::net::SocketAddr;
@@ -15,37 +15,37 @@ use crate::wall_time::WallTime;
 
 /// Configured addresses.
 pub const CONFIGURED_MAX: usize = 8;
-/// Peers at the same time that came by themselves over UDP.
+/// Visitors at the same time: peers that came by themselves over UDP.
 pub const VISITORS_MAX: usize = 24;
 /// Connections at the same time.
 pub const CONNECTIONS_MAX: usize = 16;
-/// A peer that came by itself over UDP and has been silent for this long is forgotten.
+/// A visitor that has been silent for this long is forgotten.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Where all places are taken, a visitor that has been silent for this long gives its place to a new one: five
+/// When all places are taken, a visitor that has been silent for this long loses its place to a new one: five
 /// heartbeats of a ground station, at 1 Hz.
 const QUIET: Duration = Duration::from_secs(5);
-/// The newest visitor has its place at least this long, so that two who compete for it each get through a
+/// The newest visitor keeps its place at least this long, so that two visitors that compete for it can each fetch a
 /// parameter list.
 const STAY_MIN: Duration = Duration::from_secs(10);
 
-/// Number of a connection, never used twice.
+/// Number of a connection, never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Connection(pub u32);
 
-/// Where a peer is, and by which of our sockets it is reached. The same place by two sockets is two peers,
+/// Address of a peer, and the socket that reaches it. The same address by two sockets is two peers,
 /// each with its own sequence numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Address {
-    /// By the UDP socket that calls ground stations.
+    /// By the UDP socket from which the autopilot calls ground stations.
     UdpClient(SocketAddr),
-    /// By the UDP port for ground stations that call.
+    /// By the UDP port that ground stations call.
     UdpServer(SocketAddr),
     /// By a TCP connection that a ground station has opened.
     Tcp(Connection),
 }
 
 impl Address {
-    /// Bytes come as a stream, and silence means nothing: the connection has an end of its own.
+    /// Bytes arrive as a stream, and silence has no meaning: closing ends the connection.
     #[must_use]
     pub const fn is_connection(self) -> bool {
         matches!(self, Self::Tcp(_))
@@ -61,18 +61,18 @@ impl Address {
     }
 }
 
-/// Whether an address is one of this computer alone. The system lets nothing with such an address in from
+/// Whether an address is a loopback address. The operating system accepts no packet with such an address from
 /// a network.
 #[must_use]
 pub fn is_this_computer(at: SocketAddr) -> bool {
     at.ip().to_canonical().is_loopback()
 }
 
-/// A peer, for as long as it is known. Never used twice.
+/// A peer, for as long as it is known. Never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Peer(u32);
 
-/// Who sent a message, and over which link.
+/// Sender of a message, and the link that it came over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct From {
     /// The link.
@@ -85,10 +85,10 @@ pub struct From {
 struct Entry {
     peer: Peer,
     address: Address,
-    /// Number of the link in signatures: the lowest that nobody has, and its own for as long as the peer is
+    /// Number of the link in signatures: the lowest free one, fixed for as long as the peer is
     /// known.
     link: u8,
-    /// On this computer.
+    /// The peer is on this computer.
     is_local: bool,
     configured: bool,
     since: WallTime,
@@ -104,7 +104,7 @@ impl Entry {
     }
 }
 
-/// The peers and what waits to be sent to each.
+/// The peers and the messages waiting for each.
 #[derive(Debug)]
 pub struct Peers {
     entries: Vec<Entry>,
@@ -112,7 +112,7 @@ pub struct Peers {
     crowding: Crowding,
 }
 
-/// What came of more visitors than there are places.
+/// Counts of visitors beyond the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Crowding {
     /// Visitors that lost their place to a new one.
@@ -158,7 +158,7 @@ impl Peers {
         peer
     }
 
-    /// A good frame came from `address`. `None` if no other peer gives its place to it, or if it is a
+    /// Handles a good frame from `address`. `None` if no other peer gives up its place, or if it is a
     /// connection that is not open.
     pub fn receive(&mut self, address: Address, now: WallTime) -> Option<Peer> {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.address == address) {
@@ -177,8 +177,8 @@ impl Peers {
         peer
     }
 
-    /// Takes the place of one visitor away: of the one that has been quiet for the longest, or else of the
-    /// newest. `None` if all talk and the newest has not had its place for long.
+    /// Takes the place of one visitor: of the one that has been quiet for the longest, or else of the
+    /// newest. `None` if all are sending and the newest has not had its place for long.
     fn displace(&mut self, now: WallTime) -> Option<()> {
         let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
         let quietest = visitors().min_by_key(|entry| entry.last_seen);
@@ -191,12 +191,12 @@ impl Peers {
         Some(())
     }
 
-    /// A connection was opened, from this computer or another one. `None` if there are too many.
+    /// Adds an opened connection, from this computer or another one. `None` if there are too many.
     pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> Option<Peer> {
         self.admit(Address::Tcp(connection), is_local, CONNECTIONS_MAX, now)
     }
 
-    /// Adds a peer that came by itself, if fewer than `most` of its kind are known.
+    /// Adds a peer that was not configured, if fewer than `most` of its kind are known.
     fn admit(
         &mut self,
         address: Address,
@@ -211,12 +211,12 @@ impl Peers {
         has_room.then(|| self.add(address, is_local, false, now))
     }
 
-    /// A connection was closed: its peer is gone, with all that waits for it.
+    /// Removes the peer of a closed connection, with all that waits for it.
     pub fn close(&mut self, connection: Connection) {
         self.entries.retain(|entry| entry.address != Address::Tcp(connection));
     }
 
-    /// Forgets who has been silent for too long.
+    /// Forgets the visitors that have been silent for too long.
     pub fn poll(&mut self, now: WallTime) {
         self.entries
             .retain(|entry| !entry.can_fall_silent() || now.since(entry.last_seen) < SILENCE);
@@ -246,7 +246,7 @@ impl Peers {
         self.room(peer) >= ANSWERS_RESERVED
     }
 
-    /// The peer at the other end of `connection`, and what has come from it.
+    /// The peer at the other end of `connection`, and the bytes received from it.
     pub fn inbox(&mut self, connection: Connection) -> Option<(Peer, &mut Inbox)> {
         let address = Address::Tcp(connection);
         let mut entries = self.entries.iter_mut();
@@ -254,7 +254,7 @@ impl Peers {
         Some((entry.peer, &mut entry.inbox))
     }
 
-    /// Whether to read from `connection`: what came before was understood, and can be answered.
+    /// Whether to read from `connection`: earlier input is handled, and there is room for answers.
     #[must_use]
     pub fn accepts_input(&self, connection: Connection) -> bool {
         let address = Address::Tcp(connection);
@@ -287,7 +287,7 @@ impl Peers {
         self.outbox(peer).map_or(0, |outbox| outbox.room())
     }
 
-    /// An answer to one peer; nobody gets it if the peer is gone.
+    /// Queues an answer to one peer; dropped if the peer is gone.
     pub fn answer(&mut self, peer: Peer, message: Encoded) {
         if let Some(outbox) = self.outbox(peer) {
             outbox.answer(message);
@@ -299,14 +299,14 @@ impl Peers {
         self.outbox(peer).map_or(0, |outbox| outbox.bulk_room())
     }
 
-    /// Bulk data to one peer, for which there must be room.
+    /// Queues bulk data to one peer, for which there must be room.
     pub fn bulk(&mut self, peer: Peer, message: Encoded) {
         if let Some(outbox) = self.outbox(peer) {
             outbox.bulk(message);
         }
     }
 
-    /// Whether `peer` is at the other end of a connection: what is sent arrives, or waits.
+    /// Whether `peer` is at the other end of a connection, where data arrive or wait, but are not lost.
     #[must_use]
     pub fn is_connection(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer && entry.address.is_connection())
@@ -321,41 +321,41 @@ impl Peers {
         })
     }
 
-    /// Something that every peer must get: heartbeats, texts, changed parameters.
+    /// Queues a message that every peer must get: heartbeats, texts, changed parameters.
     pub fn announce(&mut self, message: &Encoded) {
         for entry in &mut self.entries {
             entry.outbox.announce(message.clone());
         }
     }
 
-    /// Whether somebody has room for so many announcements, or nobody is there.
+    /// Whether at least one peer has room for so many announcements, or there is no peer.
     #[must_use]
     pub fn can_announce(&self, count: usize) -> bool {
         let has_room = |entry: &Entry| entry.outbox.room() >= ANSWERS_RESERVED + count;
         self.entries.is_empty() || self.entries.iter().any(has_room)
     }
 
-    /// The peers now.
+    /// The present peers.
     pub fn all(&self) -> impl Iterator<Item = Peer> + '_ {
         self.entries.iter().map(|entry| entry.peer)
     }
 
-    /// Telemetry for one peer; nobody gets it if the peer is gone.
+    /// Queues telemetry for one peer; dropped if the peer is gone.
     pub fn stream_to(&mut self, peer: Peer, message: Encoded) {
         if let Some(outbox) = self.outbox(peer) {
             outbox.stream(message);
         }
     }
 
-    /// Telemetry for every peer.
+    /// Queues telemetry for every peer.
     pub fn stream(&mut self, message: &Encoded) {
         for entry in &mut self.entries {
             entry.outbox.stream(message.clone());
         }
     }
 
-    /// Next frame and its destination, of those to whom something can be sent now; answers of all go
-    /// before telemetry of any. `signing` signs it, if it is on.
+    /// Next frame and its destination, among the peers that can receive now; answers to all go
+    /// before telemetry to any. `signing` signs it, if it is on.
     pub fn pop(
         &mut self,
         sender: Identity,
@@ -376,7 +376,7 @@ impl Peers {
         Some((entry.address, signing.seal(&message, sender, sequence, entry.link)))
     }
 
-    /// What came of too many visitors so far.
+    /// Counts of visitors beyond the limit so far.
     #[must_use]
     pub fn crowding(&self) -> Crowding {
         self.crowding

@@ -1,4 +1,4 @@
-//! The bounded queues: what waits to be sent to one peer, what has come from one connection, and the intents for the control
+//! The bounded queues: messages waiting for one peer, bytes received from one connection, and the intents for the control
 //! thread.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -9,7 +9,7 @@ use flight_management::command::{Command, FIRST_SCRIPT_REQUEST, Intent};
 /// Answers that may wait: more than the frames of one datagram can request, a burst of the parameter list
 /// and the texts of a moment.
 pub const ANSWERS_MAX: usize = 256;
-/// Places kept for answers to what was read already. While a peer has fewer, nothing more is read from it.
+/// Places reserved for answers to input already read. While a peer has fewer, nothing more is read from it.
 /// Twice the commands that may wait for their outcome, and far more than one message requests.
 pub const ANSWERS_RESERVED: usize = 64;
 /// Telemetry that may wait: about a quarter of a second of it.
@@ -24,7 +24,7 @@ pub struct Outbox {
     answers: VecDeque<Encoded>,
     telemetry: VecDeque<Encoded>,
     bulk: VecDeque<Encoded>,
-    /// Bulk data has its turn.
+    /// It is the turn of bulk data.
     bulk_next: bool,
     /// One for each component that sends, since receivers count losses by component.
     sequences: BTreeMap<Option<u8>, u8>,
@@ -34,7 +34,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// Queues a message that goes to every peer. Dropped and counted if only the places of answers are left.
+    /// Queues a message that goes to every peer. Dropped and counted if only the places reserved for answers are left.
     pub fn announce(&mut self, message: Encoded) {
         if self.room() > ANSWERS_RESERVED {
             self.answers.push_back(message);
@@ -61,14 +61,14 @@ impl Outbox {
         self.telemetry.push_back(message);
     }
 
-    /// Queues bulk data, for which there must be room; more than that is not sent.
+    /// Queues bulk data, for which there must be room; the caller must not queue more.
     pub fn bulk(&mut self, message: Encoded) {
         if self.bulk_room() > 0 {
             self.bulk.push_back(message);
         }
     }
 
-    /// Bulk data that still fits.
+    /// Bulk data that still fit.
     #[must_use]
     pub fn bulk_room(&self) -> usize {
         BULK_MAX - self.bulk.len()
@@ -80,13 +80,13 @@ impl Outbox {
         ANSWERS_MAX - self.answers.len()
     }
 
-    /// An answer waits.
+    /// Whether an answer waits.
     #[must_use]
     pub fn has_answer(&self) -> bool {
         !self.answers.is_empty()
     }
 
-    /// Anything waits.
+    /// Whether any message waits.
     #[must_use]
     pub fn has_any(&self) -> bool {
         self.has_answer() || !self.telemetry.is_empty() || !self.bulk.is_empty()
@@ -142,7 +142,7 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// Appends what was read. Returns how many bytes found no room: none if nothing is read while the
+    /// Appends received bytes. Returns the number of bytes without room: none if the caller does not read while the
     /// inbox is held.
     pub fn receive(&mut self, bytes: &[u8]) -> usize {
         let fitting = bytes.len().min(INBOX_MAX.saturating_sub(self.bytes.len()));
@@ -155,7 +155,7 @@ impl Inbox {
         core::mem::take(&mut self.bytes)
     }
 
-    /// Puts `bytes` back without the first `used`. `held` if frames among them wait for room.
+    /// Puts back `bytes` without the first `used`. `held` if frames among them wait for room.
     pub fn put_back(&mut self, mut bytes: Vec<u8>, used: usize, held: bool) {
         bytes.drain(..used.min(bytes.len()));
         self.bytes = bytes;
@@ -202,7 +202,7 @@ impl Intents {
         self.queue.pop_front()
     }
 
-    /// None waits.
+    /// No intent waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()

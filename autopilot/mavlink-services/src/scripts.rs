@@ -1,8 +1,8 @@
-//! Scripts on the ground-station side: which ones are here, starting them by number or name, and the reports about
-//! the one that runs.
+//! Scripts on the ground-station side: the stored files, starting them by number or name, and the reports about
+//! the running one.
 //!
-//! Uploads come by [`super::ftp`], requests to run them by MAV_CMD_USER_3. The control side reports what happens with the number of
-//! a line; here the line gets its text.
+//! Uploads arrive by [`super::ftp`], requests to run them by MAV_CMD_USER_3. The control side reports events with the number of
+//! a line; here the report gets the text of the line.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use flight_management::event_text;
 use flight_management::parameters::Parameters;
 use flight_management::script::{Line, Script, ScriptEvent, Sequence, TEXT_MAX};
 
-/// Files that are kept.
+/// Files that can be stored.
 pub const FILES_MAX: usize = 16;
 /// Longest name of a file, bytes.
 pub const NAME_MAX: usize = 32;
@@ -26,12 +26,12 @@ pub const FILE_MAX: usize = TEXT_MAX;
 /// Scripts that were started and may still be reported.
 const STARTED_MAX: usize = 4;
 
-/// Why a file is not taken or not given.
+/// Why a file cannot be written or read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileProblem {
     /// No such file.
     NotFound,
-    /// No name for a file: letters, digits, `.`, `_`, `-`, the first one no dot, at most [`NAME_MAX`].
+    /// Not a valid file name: letters, digits, `.`, `_`, `-`, the first one not a dot, at most [`NAME_MAX`].
     Name,
     /// More than [`FILES_MAX`] files or [`FILE_MAX`] bytes.
     NoSpace,
@@ -39,7 +39,7 @@ pub enum FileProblem {
     Superseded,
 }
 
-/// Whether a file is as its sender wrote it.
+/// Whether a file is complete, as its sender wrote it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Completeness {
     /// Its upload has not ended.
@@ -54,12 +54,12 @@ enum Completeness {
 #[derive(Debug, Clone)]
 struct Kept {
     content: Vec<u8>,
-    /// Which upload writes it; the largest number was uploaded last.
+    /// Number of the upload that writes it; the largest number was uploaded last.
     upload: u64,
     completeness: Completeness,
 }
 
-/// The right to write a file, until somebody else begins to write the same one.
+/// The right to write a file, until another client begins to write it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Upload {
     name: String,
@@ -74,25 +74,25 @@ impl Upload {
     }
 }
 
-/// The scripts that are here.
+/// The stored scripts.
 #[derive(Debug, Default)]
 pub struct Scripts {
-    /// Those of the aircraft.
+    /// The effectors of the aircraft.
     effectors: EffectorList,
     scenario: Option<Arc<Script>>,
     files: BTreeMap<String, Kept>,
     /// Uploads so far.
     uploads: u64,
-    /// Those that were passed on to the aircraft, the latest one last.
+    /// Scripts that were sent to the aircraft, the latest one last.
     started: VecDeque<Arc<Script>>,
     running: Option<Running>,
 }
 
-/// The script that runs.
+/// The running script.
 #[derive(Debug)]
 struct Running {
     script: Arc<Script>,
-    /// For each sequence the index of the line that is next.
+    /// For each sequence the index of the next line.
     next: Vec<usize>,
 }
 
@@ -102,7 +102,7 @@ impl Running {
         Self { script, next }
     }
 
-    /// The line with this number was executed.
+    /// Records that the line with this number was executed.
     fn pass(&mut self, number: u16) {
         for (sequence, next) in self.script.sequences().iter().zip(&mut self.next) {
             if let Some(place) = sequence.lines.iter().position(|line| line.number == number) {
@@ -113,13 +113,13 @@ impl Running {
 }
 
 impl Scripts {
-    /// None yet, for an aircraft with these effectors.
+    /// An empty store, for an aircraft with these effectors.
     #[must_use]
     pub fn new(effectors: &EffectorList) -> Self {
         Self { effectors: *effectors, ..Self::default() }
     }
 
-    /// The script that begins with the flight.
+    /// Sets the script that begins with the flight.
     pub fn set_scenario(&mut self, script: Option<Arc<Script>>) {
         self.scenario = script;
     }
@@ -135,13 +135,13 @@ impl Scripts {
         self.files.get(name).map(|file| file.content.as_slice())
     }
 
-    /// The script that runs.
+    /// The running script.
     #[must_use]
     pub fn running(&self) -> Option<&Script> {
         self.running.as_ref().map(|running| &*running.script)
     }
 
-    /// The sequences of the script that runs, each with the line that is next.
+    /// The sequences of the running script, each with its next line.
     pub fn next_lines(&self) -> impl Iterator<Item = (&Sequence, Option<&Line>)> {
         self.running.iter().flat_map(|running| {
             let sequences = running.script.sequences().iter().zip(&running.next);
@@ -149,7 +149,7 @@ impl Scripts {
         })
     }
 
-    /// Name of the file that was uploaded last, of those that are here.
+    /// Name of the latest upload among the stored files.
     #[must_use]
     pub fn latest(&self) -> Option<&str> {
         let latest = self.files.iter().max_by_key(|(_, file)| file.upload);
@@ -162,10 +162,10 @@ impl Scripts {
         self.scenario.as_deref()
     }
 
-    /// Begins to write a file; it is empty then if `truncate`, and made if there is none.
+    /// Begins to write a file: creates it if needed, and empties it if `truncate`.
     ///
     /// # Errors
-    /// Its name, or no space.
+    /// An invalid name, or no space.
     pub fn open(&mut self, name: &str, truncate: bool) -> Result<Upload, FileProblem> {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
         let is_good = !name.is_empty() && name.len() <= NAME_MAX && !name.starts_with('.');
@@ -183,7 +183,7 @@ impl Scripts {
         if truncate {
             file.content.clear();
         }
-        // What was refused before is still missing in what is written on.
+        // Bytes refused earlier are still missing if writing continues.
         if truncate || file.completeness != Completeness::Refused {
             file.completeness = Completeness::Open;
         }
@@ -210,10 +210,10 @@ impl Scripts {
         Ok(())
     }
 
-    /// Makes a file this long.
+    /// Sets the length of a file.
     ///
     /// # Errors
-    /// There is none, or no space.
+    /// No such file, or no space.
     pub fn truncate(&mut self, name: &str, length: u32) -> Result<(), FileProblem> {
         let file = self.files.get_mut(name).ok_or(FileProblem::NotFound)?;
         let length = usize::try_from(length).unwrap_or(usize::MAX);
@@ -227,16 +227,16 @@ impl Scripts {
     /// Removes a file.
     ///
     /// # Errors
-    /// There is none.
+    /// No such file.
     pub fn remove(&mut self, name: &str) -> Result<(), FileProblem> {
         self.files.remove(name).ok_or(FileProblem::NotFound)?;
         Ok(())
     }
 
-    /// An upload is over: whether the file is a script, as a text for the operator.
+    /// Ends an upload: whether the file is a script, as a text for the operator.
     pub fn finish(&mut self, upload: &Upload, texts: &mut StatusTexts) {
         match self.files.get_mut(&upload.name) {
-            // The other upload goes on.
+            // The other upload continues.
             Some(file) if file.upload != upload.number => return,
             Some(file) if file.completeness == Completeness::Open => {
                 file.completeness = Completeness::Whole;
@@ -274,10 +274,10 @@ impl Scripts {
     }
 
     /// The script with this number in the sorted list, to be run with [`flight_management::command::ScriptCommand::Run`]; 0 is
-    /// the one uploaded last, or without one the scenario's.
+    /// the latest upload, or without one the scenario's.
     ///
     /// # Errors
-    /// There is none, it cannot be read, or it has faults and fault injection is off.
+    /// No such script, it cannot be read, or it injects faults and fault injection is off.
     pub fn start(
         &mut self,
         number: u16,
@@ -303,10 +303,10 @@ impl Scripts {
         self.check(script, parameters)
     }
 
-    /// The same by the name of the file.
+    /// The script in the file with this name.
     ///
     /// # Errors
-    /// There is none, it cannot be read, or it has faults and fault injection is off.
+    /// No such script, it cannot be read, or it injects faults and fault injection is off.
     pub fn start_by_name(
         &mut self,
         name: &str,
@@ -335,7 +335,7 @@ impl Scripts {
         Ok(script)
     }
 
-    /// Takes what happened to a script, and reports it.
+    /// Handles an event of a script, and reports it.
     pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
         let running = self.running.as_ref().map(|running| &running.script);
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);

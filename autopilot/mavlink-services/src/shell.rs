@@ -7,8 +7,8 @@
 //!                           output ─> SERIAL_CONTROL, REPLY, to the sender alone
 //! ```
 //!
-//! Each system and component behind each link has a session of its own. One command runs at a time; what is up
-//! to the aircraft is printed when the aircraft has answered, and then comes the prompt.
+//! Each system and component behind each link has its own session. One command runs at a time; output that depends
+//! on the aircraft is printed when the aircraft has answered, and the prompt follows.
 
 use core::time::Duration;
 
@@ -33,9 +33,9 @@ const FLAG_REPLY: u8 = 1;
 const FLAG_RESPOND: u8 = 2;
 /// Bytes of one message.
 const CHUNK: usize = 70;
-/// Sessions at the same time; one more takes the place of the one that has been silent for longest.
+/// Sessions at the same time; another one replaces the one that has been silent for longest.
 const SESSIONS_MAX: usize = 24;
-/// Lines that are run in one poll.
+/// Lines that one poll runs.
 const LINES_AT_ONCE: usize = 32;
 /// Messages of one session that are sent together.
 const BURST: usize = 5;
@@ -52,7 +52,7 @@ pub struct ShellService {
 }
 
 impl Service for ShellService {
-    /// Takes what was typed on the console; other devices and answers are ignored.
+    /// Handles typed input; other devices and answers are ignored.
     fn handle(&mut self, from: From, message: &Message, now: WallTime, _: &mut Shared) {
         let Message::SerialControl(data) = message else { return };
         if data.device != DEVICE_SHELL || data.flags & FLAG_REPLY != 0 {
@@ -81,7 +81,7 @@ impl Service for ShellService {
         session.map(|session| session.from.sender)
     }
 
-    /// Runs the lines that are ready, sends what is due of each output, gives up commands without an answer, and forgets
+    /// Runs the lines that are ready, sends the due part of each output, gives up commands without an answer, and forgets
     /// peers that are gone.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         for _ in 0..LINES_AT_ONCE {

@@ -1,4 +1,4 @@
-//! Signing of MAVLink 2: who may speak while it is on, and what is put behind every frame that is sent.
+//! Signing of MAVLink 2: which frames are accepted while it is on, and the trailer of every frame sent.
 //!
 //! ```text
 //!  frame in ──> admit ──> services          frame out <── seal <── outbox
@@ -6,7 +6,7 @@
 //!              streams └────────── local time ─────────────┘ ──> key file
 //! ```
 //!
-//! Off until a key comes, from the key file or by SETUP_SIGNING. `docs/signing.md` is for the operator.
+//! Off until a key arrives, from the key file or by SETUP_SIGNING. `docs/signing.md` is for the operator.
 
 use core::time::Duration;
 
@@ -22,48 +22,48 @@ pub use streams::{Refusal, Refusals, STREAMS_MAX, Stream, Streams};
 
 use key::SAVE_EVERY;
 
-/// SETUP_SIGNING carries the key: what records traffic must leave it out.
+/// SETUP_SIGNING carries the key: every recorder of traffic must leave it out.
 pub const SETUP_SIGNING: u32 = 256;
-/// RADIO_STATUS: radios write it into the stream and have no key.
+/// RADIO_STATUS: radios insert it into the stream and have no key.
 const RADIO_STATUS: u32 = 109;
-/// How far ahead of the own time others may be where the computer knows the date. One wrong clock must not
-/// carry the own time to where right clocks count as too old.
+/// Largest lead of other clocks over the local time where the computer knows the date. One wrong clock must not
+/// advance the local time so far that right clocks count as too old.
 const AHEAD_MAX: Duration = Duration::from_secs(24 * 3600);
 
-/// What becomes of a frame.
+/// Admission of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Admission {
-    /// It counts.
+    /// Accepted.
     Accepted,
-    /// It may come unsigned. It is read, but does not make its sender a peer.
+    /// Accepted although unsigned. The frame is read, but does not make its sender a peer.
     Exempt,
-    /// It does not count.
+    /// Refused.
     Refused,
 }
 
-/// What is to become of the key file.
+/// Content due for the key file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyChange {
-    /// It has this content.
+    /// This content.
     Keep(KeyRecord),
-    /// It is not there.
+    /// No file.
     Forget,
 }
 
-/// What SETUP_SIGNING has done.
+/// Result of SETUP_SIGNING.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetupOutcome {
     /// Signing is on, with this key from now on.
     On,
-    /// It was on with this key.
+    /// It was already on with this key.
     StaysOn,
     /// Signing is off from now on.
     Off,
-    /// It was off.
+    /// It was already off.
     StaysOff,
-    /// The timestamp is outside what 48 bits can have; nothing has changed.
+    /// The timestamp exceeds 48 bits; nothing has changed.
     TimestampOutside,
-    /// The timestamp is more than a day ahead of the own time; nothing has changed.
+    /// The timestamp is more than a day ahead of the local time; nothing has changed.
     DayAhead,
 }
 
@@ -73,19 +73,19 @@ pub struct Signing {
     key: Option<Key>,
     /// UNIX time at [`WallTime::ZERO`], us.
     unix_start_us: Option<u64>,
-    /// Own time: at least the calendar, the newest that was seen, and the last that was sent.
+    /// Local time: at least the calendar, the newest timestamp received, and the last one sent.
     local: Timestamp,
     streams: Streams,
     refusals: Refusals,
     /// There is a key file.
     has_file: bool,
-    /// The key file does not have the present key.
+    /// The key file does not contain the present key.
     is_unsaved: bool,
-    /// Own time when it was saved last.
+    /// Local time at the last save.
     saved: Timestamp,
-    /// Newest time that had been taken then.
+    /// Newest accepted timestamp at the last save.
     saved_accepted: Timestamp,
-    /// Signing was turned on or off, and the log does not have it yet.
+    /// Signing was turned on or off, and the log has no line about it yet.
     news: Option<&'static str>,
 }
 
@@ -96,7 +96,7 @@ impl Signing {
         Self { unix_start_us, ..Self::default() }
     }
 
-    /// With a key file, and what is in it: on, if that is a key.
+    /// With a key file and its content: on, if it contains a key.
     #[must_use]
     pub fn with_file(mut self, record: Option<KeyRecord>) -> Self {
         self.has_file = true;
@@ -104,7 +104,7 @@ impl Signing {
             self.key = Some(record.key);
             self.local = self.local.max(record.resume_at());
             self.streams = Streams::above(record.floor(), record.accepted);
-            // From now on the file marks its time as not the last one.
+            // From now on the file marks its timestamp as not final.
             self.is_unsaved = true;
         }
         self
@@ -116,24 +116,24 @@ impl Signing {
         self.key.is_some()
     }
 
-    /// A key outlives the process.
+    /// A key file exists, so the key outlives the process.
     #[must_use]
     pub fn has_file(&self) -> bool {
         self.has_file
     }
 
-    /// What was refused so far.
+    /// Counts of refused frames so far.
     #[must_use]
     pub fn refusals(&self) -> &Refusals {
         &self.refusals
     }
 
-    /// Lets the own time follow the calendar.
+    /// Advances the local time to the calendar.
     fn follow_calendar(&mut self, now: WallTime) {
         self.local = self.local.max(Timestamp::of_calendar(self.unix_start_us, now));
     }
 
-    /// Whether a frame of another sender counts.
+    /// Whether to accept a frame of another sender.
     pub fn admit(&mut self, frame: &Frame<'_>, now: WallTime) -> Admission {
         let Some(key) = self.key else { return Admission::Accepted };
         self.follow_calendar(now);
@@ -149,7 +149,7 @@ impl Signing {
         }
     }
 
-    /// The signature comes first: what is not signed rightly changes nothing.
+    /// The signature is checked first: a frame without a valid one changes nothing.
     fn check(&mut self, key: Key, frame: &Frame<'_>) -> Result<(), Refusal> {
         if frame.is_version_1() {
             return Err(Refusal::Version1);
@@ -168,7 +168,7 @@ impl Signing {
         Ok(())
     }
 
-    /// Nobody may be later.
+    /// Upper limit of accepted timestamps.
     fn newest_allowed(&self) -> Timestamp {
         let knows_date = Timestamp::knows_date(self.unix_start_us);
         if knows_date { self.local.plus(AHEAD_MAX) } else { Timestamp::END }
@@ -177,12 +177,12 @@ impl Signing {
     /// The frame of a message of `sender` for the own link with this number, signed if signing is on.
     pub fn seal(&mut self, message: &Encoded, sender: Identity, sequence: u8, link: u8) -> Vec<u8> {
         let Some(key) = self.key else { return message.frame(sender, sequence) };
-        // One time for all links: whoever is reached by two of them never sees it run backwards.
+        // One time for all links: a station reached over two of them never sees it run backwards.
         self.local = self.local.next();
         message.signed_frame(sender, sequence, |frame| key.sign(frame, link, self.local))
     }
 
-    /// Carries out SETUP_SIGNING, which has been admitted before.
+    /// Executes SETUP_SIGNING, after its admission.
     pub fn set_up(&mut self, setup: &SetupSigning, now: WallTime) -> SetupOutcome {
         let initial = Timestamp::new(setup.initial_timestamp);
         let Some(initial) = initial.filter(|initial| *initial <= Timestamp::LATEST) else {
@@ -193,7 +193,7 @@ impl Signing {
             return SetupOutcome::DayAhead;
         }
         self.local = self.local.max(initial);
-        // Streams stay: what was taken once is not taken again, also when the same key comes back.
+        // The streams stay: a timestamp accepted once is not accepted again, even if the same key returns.
         let before = core::mem::replace(&mut self.key, setup.key);
         self.is_unsaved = true;
         match (before == setup.key, setup.key) {
@@ -204,7 +204,7 @@ impl Signing {
         }
     }
 
-    /// What the key file should have now, if it is time to write it.
+    /// Content that the key file should have now, if it is time to write it.
     pub fn pop_change(&mut self) -> Option<KeyChange> {
         let has_come_far = self.local >= self.saved.plus(SAVE_EVERY)
             || self.streams.newest() >= self.saved_accepted.plus(SAVE_EVERY);
@@ -214,7 +214,7 @@ impl Signing {
         Some(self.change(false))
     }
 
-    /// What the key file has to have when nothing more will be sent or taken; `None` if it stays as it is.
+    /// Final content of the key file, when no more frames will be sent or accepted; `None` if the file needs no change.
     pub fn last_change(&mut self) -> Option<KeyChange> {
         (self.has_file && (self.is_on() || self.is_unsaved)).then(|| self.change(true))
     }
@@ -222,7 +222,7 @@ impl Signing {
     fn change(&mut self, is_final: bool) -> KeyChange {
         self.is_unsaved = false;
         self.saved = self.local;
-        // The last word has to cover what may have been taken before a kill, too.
+        // The final content also has to cover what may have been accepted before a kill.
         self.saved_accepted =
             if is_final { self.streams.newest_possible() } else { self.streams.newest() };
         let (timestamp, accepted) = (self.saved, self.saved_accepted);
@@ -237,7 +237,7 @@ impl Signing {
 pub enum LogLine {
     /// Signing was turned on or off.
     Turned(&'static str),
-    /// Something is refused.
+    /// Frames are refused.
     Refused(String),
 }
 
@@ -248,15 +248,15 @@ impl Service for Signing {
         }
     }
 
-    /// Lets the own time follow the calendar.
+    /// Advances the local time to the calendar.
     fn poll(&mut self, now: WallTime, _: &mut Shared) {
         self.follow_calendar(now);
     }
 }
 
 impl Signing {
-    /// Takes SETUP_SIGNING of a station on this computer. The key travels in clear, so one that came over
-    /// a network would be no secret. It is never sent on and never answered.
+    /// Handles SETUP_SIGNING of a station on this computer. The key travels in clear, so one received over
+    /// a network would be no secret. The autopilot never forwards or answers it.
     fn set_up_by(&mut self, from: From, setup: &SetupSigning, now: WallTime, shared: &mut Shared) {
         if !shared.peers.is_local(from.peer) {
             shared.texts.warn(now, "SETUP_SIGNING refused: it may only come from this computer");
@@ -285,7 +285,7 @@ impl Signing {
         }
     }
 
-    /// One line for the log: signing was turned on or off, or refuses something. What it refuses is sent
+    /// One line for the log: signing was turned on or off, or refuses frames. Refusals go
     /// to the stations as well, at most every ten seconds for each kind.
     pub fn report(&mut self, now: WallTime) -> Option<LogLine> {
         if let Some(news) = self.news.take() {

@@ -1,4 +1,4 @@
-//! STATUSTEXT: what happened, as a text, once.
+//! STATUSTEXT: each event as a text, once.
 
 use core::cmp::Reverse;
 use core::time::Duration;
@@ -16,14 +16,14 @@ use flight_management::event_text;
 use flight_management::event_text::Severity;
 use flight_management::parameters::Parameters;
 
-/// Texts that may wait for room at a peer; of more than these the least important ones are not shown.
+/// Texts that may wait for room at a peer; beyond that the least important ones are dropped.
 const TEXTS_MAX: usize = 32;
 /// Texts in reply to requests, in a burst.
 const REPLIES_BURST: u32 = 20;
-/// After a burst, one of them in this time: a flood of bad requests must not hide what matters.
+/// After a burst, one such text in this time: a flood of bad requests must not hide important texts.
 const REPLY_INTERVAL: Duration = Duration::from_millis(200);
 
-/// The texts that wait.
+/// The waiting texts.
 #[derive(Debug)]
 pub struct StatusTexts {
     queue: VecDeque<(MavSeverity, String)>,
@@ -31,7 +31,7 @@ pub struct StatusTexts {
     refilled: WallTime,
     suppressed: u64,
     dropped: u64,
-    /// Of these, the ones that no text has reported yet.
+    /// Dropped texts that no report has counted yet.
     unreported: u64,
     next_id: u16,
     for_log: VecDeque<LogText>,
@@ -81,7 +81,7 @@ impl StatusTexts {
         self.queue.push_back((severity, text.into()));
         if self.queue.len() > TEXTS_MAX {
             let severities = self.queue.iter().map(|(severity, _)| *severity as u8).enumerate();
-            // The larger the number, the less it matters; the oldest of them.
+            // The larger the number, the less important; the oldest of them.
             let victim = severities.min_by_key(|(_, severity)| Reverse(*severity));
             self.queue.remove(victim.map_or(0, |(place, _)| place));
             self.dropped += 1;
@@ -89,7 +89,7 @@ impl StatusTexts {
         }
     }
 
-    /// A warning in reply to a request, such as why it was refused; limited in rate, since requests are not.
+    /// A warning in reply to a request, such as the reason of a refusal; limited in rate, since requests are not.
     pub fn warn(&mut self, now: WallTime, text: impl Into<String>) {
         self.reply(MavSeverity::MAV_SEVERITY_WARNING, now, text);
     }
@@ -132,7 +132,7 @@ impl StatusTexts {
         }
     }
 
-    /// Sends what waits, as far as any peer has room; then how many texts found no room.
+    /// Sends waiting texts, as far as any peer has room; then the number of dropped ones.
     pub fn poll(&mut self, peers: &mut Peers) {
         while peers.can_announce(CHUNKS_MAX)
             && let Some((severity, text)) =
@@ -150,7 +150,7 @@ impl StatusTexts {
         (count > 0).then_some((MavSeverity::MAV_SEVERITY_WARNING, text))
     }
 
-    /// Something waits.
+    /// Whether a text waits.
     #[must_use]
     pub fn is_due(&self) -> bool {
         !self.queue.is_empty()
@@ -178,7 +178,7 @@ impl StatusTexts {
     }
 }
 
-/// Severity and text of the end of the process.
+/// Severity and text for the end of the process.
 #[must_use]
 pub fn text_of_end(phase: Phase) -> (MavSeverity, &'static str) {
     match phase {
@@ -202,13 +202,13 @@ pub fn mav_severity(severity: Severity) -> MavSeverity {
 
 /// Characters of one message.
 pub(super) const CHUNK: usize = 50;
-/// Chunks of one text; what is longer is cut.
+/// Chunks of one text; a longer text is cut.
 pub(super) const CHUNKS_MAX: usize = 5;
 
 /// The chunks of a text, at least one. Of more than one the last has at least one character, since
 /// QGroundControl shows an empty one as `...`, and at most 49, since a full one would not end the text.
 fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
-    // One byte a character, so that no character is cut in two.
+    // One byte per character, so that no character is cut in two.
     let bytes: Vec<u8> =
         text.chars().map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?')).collect();
     let mut rest = bytes.trim_ascii_end();

@@ -1,4 +1,4 @@
-//! Which messages are streamed to each ground station, and how often. Rates are wall time, time stamps simulation time.
+//! The messages streamed to each ground station, and their rates. Rates are wall time, time stamps simulation time.
 //!
 //! ```text
 //!  commands 510, 511, REQUEST_DATA_STREAM ──> rates of one peer ──┐ due
@@ -7,8 +7,8 @@
 //!                       command 512 ──> registry: build ────────────> the peer that requests it
 //! ```
 //!
-//! When something is due, a snapshot of the next tick is requested, and the messages are made of it. A
-//! plant that stands still gives no snapshots; then the last one is shown again.
+//! When a message is due, the service requests a snapshot of the next tick and builds the messages from it. A
+//! paused plant gives no snapshots; then the service sends the last one again.
 
 use core::time::Duration;
 
@@ -36,7 +36,7 @@ mod status;
 /// How long the telemetry waits for a snapshot that it requested.
 const SNAPSHOT_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// What messages are made of.
+/// Data for building messages.
 #[derive(Debug, Clone, Copy)]
 struct View<'a> {
     shared: &'a Shared,
@@ -55,9 +55,9 @@ pub struct Host {
 /// Streams telemetry.
 #[derive(Debug, Default)]
 pub struct Telemetry {
-    /// Something is due and waits for a snapshot, since then.
+    /// A message is due and waits for a snapshot, since this time.
     waiting: Option<WallTime>,
-    /// The last wait was in vain: nothing is waited for until a snapshot comes.
+    /// The last wait timed out: no further wait until a snapshot arrives.
     still: bool,
     /// A state of this flight has been sent.
     shown: bool,
@@ -78,7 +78,7 @@ impl Service for Telemetry {
         self.publish_landed_state(shared);
     }
 
-    /// Starts to wait for a snapshot when something is due; sends without one when none comes.
+    /// Begins to wait for a snapshot when a message is due; sends without one after a timeout.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         shared.rates.follow(now, shared.parameters.streams, &shared.peers);
         self.show_a_new_flight(shared);
@@ -110,13 +110,13 @@ impl Service for Telemetry {
 }
 
 impl Telemetry {
-    /// The next tick must give a snapshot.
+    /// The next tick must publish a snapshot.
     #[must_use]
     pub fn needs_snapshot(&self) -> bool {
         self.waiting.is_some() || self.still
     }
 
-    /// A snapshot has come: what waited for it is sent.
+    /// A snapshot has arrived: sends the messages that waited for it.
     pub fn handle_snapshot(&mut self, now: WallTime, shared: &mut Shared) {
         self.still = false;
         self.show_a_new_flight(shared);
@@ -151,7 +151,7 @@ impl Telemetry {
         self.home = home.or(self.home);
     }
 
-    /// The first state of a flight is sent at once, with all that is sent rarely.
+    /// On the first state of a flight: sends it at once, with all low-rate messages.
     fn show_a_new_flight(&mut self, shared: &mut Shared) {
         let has_state = shared.aircraft.snapshot().is_some();
         if has_state && !self.shown {
@@ -161,7 +161,7 @@ impl Telemetry {
     }
 }
 
-/// Makes each message that is due once, for all peers for which it is due.
+/// Builds each due message once, for all peers for which it is due.
 fn send_due(now: WallTime, shared: &mut Shared) {
     for (index, row) in TABLE.iter().enumerate() {
         let due = shared.rates.take_due(index, row, now);

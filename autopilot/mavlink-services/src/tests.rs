@@ -1,4 +1,4 @@
-//! Conversations in virtual time: a ground station that speaks through the crate's own encoder, the real
+//! Conversations in virtual time: a ground station that uses the crate's own encoder, the real
 //! control side, and a plant that answers as the test sets it.
 
 mod commands;

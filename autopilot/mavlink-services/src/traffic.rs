@@ -19,12 +19,12 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    /// From now on frames are kept until they are taken.
+    /// Keeps received frames from now on, until they are taken.
     pub fn record_from_now(&mut self) {
         self.is_recording = true;
     }
 
-    /// A good frame has come. A key for signing is not recorded, and neither is what [`is_bulk`].
+    /// Records a good frame, except a signing key and what [`is_bulk`].
     pub(super) fn record(&mut self, frame: &Frame<'_>) {
         if !self.is_recording || frame.id == SETUP_SIGNING_DATA::ID || frame.id == LOG_DATA_DATA::ID
         {
@@ -42,14 +42,14 @@ impl Traffic {
         self.received.pop_front()
     }
 
-    /// Frames that found no room, since the last call.
+    /// Frames dropped for lack of room, since the last call.
     pub fn take_dropped(&mut self) -> u64 {
         core::mem::take(&mut self.dropped)
     }
 }
 
-/// Whether a frame of MAVLink 2 is a piece of a flight log (LOG_DATA): who writes traffic down leaves it out, or a
-/// log would be written once more each time it is fetched.
+/// Whether a frame of MAVLink 2 is a piece of a flight log (LOG_DATA): recorders of traffic leave it out, or each
+/// download would write the log once more.
 #[must_use]
 pub fn is_bulk(frame: &[u8]) -> bool {
     let id = LOG_DATA_DATA::ID.to_le_bytes();

@@ -1,4 +1,4 @@
-//! Wall time: an argument everywhere, read from a clock in one place of the process.
+//! Wall time: an argument everywhere, read from a clock at one point of the process.
 
 use core::ops::Add;
 use core::time::Duration;

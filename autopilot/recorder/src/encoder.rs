@@ -25,15 +25,15 @@ use flight_management::fault_list::FaultList;
 use flight_management::parameters::{Kind, Parameters, table};
 use flight_management::script::{Script, ScriptEvent};
 
-/// Longest run header of a plant, bytes; what is longer is left out.
+/// Longest run header of a plant, bytes; a longer one is left out.
 const PLANT_HEADER_MAX: usize = 60_000;
-/// A damaged place costs no more than about this, bytes.
+/// A damaged section of a log loses no more than about this, bytes.
 const SYNC_EVERY: u64 = 64 * 1024;
-/// The run hash so far has a row this often, us of simulation time.
+/// Interval of rows with the run hash so far, us of simulation time.
 const HASH_EVERY_US: u32 = 100_000;
-/// Scripts of which events may still come, beside the one that runs.
+/// Finished scripts that may still cause events, besides the running one.
 const SCRIPTS_MAX: usize = 8;
-/// Inputs whose outcome may still come; the vehicle owes no more than some of them at a time.
+/// Inputs whose outcome is still open; the vehicle has only a few of them open at a time.
 const COMMANDS_MAX: usize = 64;
 
 /// Writes one flight.
@@ -49,13 +49,13 @@ pub struct Encoder<W> {
     hash_every: u64,
     /// Simulation time of the last entry that has one.
     time: SimTime,
-    /// Time of the last text: the next one is not earlier, so that causes stand before effects.
+    /// Time of the last text: the next one is not earlier, so that causes precede effects.
     text_time: SimTime,
     /// Texts of inputs by their number, the latest one last.
     commands: VecDeque<(u32, String, Option<Target>)>,
-    /// Why the last input was refused.
+    /// Reason why the last input was refused.
     refusal: Option<String>,
-    /// The rows of the topic `fault`: what the plant repeats when it is asked for its list is written once.
+    /// The rows of the topic `fault`: repeated reports of the plant's list are written once.
     fault_rows: FaultList,
     /// Size at which a sync message is due, bytes.
     sync_at: u64,
@@ -67,7 +67,7 @@ pub struct Encoder<W> {
     faults: FaultList,
     /// The script that began last.
     running: Option<Arc<Script>>,
-    /// Those of which events may still come, the latest one last.
+    /// Scripts that may still cause events, the latest one last.
     scripts: VecDeque<Arc<Script>>,
 }
 
@@ -84,10 +84,10 @@ struct Topics {
 }
 
 impl<W: Write> Encoder<W> {
-    /// Begins a log. Gains, limits and guidance are those of the header, the rest that of `parameters`.
+    /// Begins a log. Gains, limits and guidance come from the header, the other parameters from `parameters`.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn begin(out: W, begin: Begin, parameters: &Parameters, rate: LogRate) -> io::Result<Self> {
         let Begin { time, mut header } = begin;
         let period_us = header.period_us;
@@ -162,20 +162,20 @@ impl<W: Write> Encoder<W> {
         })
     }
 
-    /// Adds an entry that is neither the beginning nor the end of a flight. It is written half a second of simulation
+    /// Adds an entry other than the beginning or the end of a flight. It is written half a second of simulation
     /// time later, unless every step has its rows.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn add(&mut self, entry: Entry) -> io::Result<()> {
         self.selection.push(entry);
         self.write_selected()
     }
 
-    /// Writes what waits, with all rows: no control step comes for a while.
+    /// Writes the waiting entries, with all rows: no control step comes for a while.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn settle(&mut self) -> io::Result<()> {
         self.selection.settle();
         self.write_selected()
@@ -259,7 +259,7 @@ impl<W: Write> Encoder<W> {
         let mut step = self.hash.steps();
         if let Recorded::Request(request) = what {
             if moment == Moment::Step {
-                // It leaves after the step of its exchange.
+                // It is sent after the step of its exchange.
                 step = step.saturating_sub(1);
             }
             self.hash.request(step, moment, &request.action);
@@ -301,7 +301,7 @@ impl<W: Write> Encoder<W> {
     }
 
     fn event(&mut self, event: &Event) -> io::Result<()> {
-        // Reports from before a silence stay valid: the autopilot asks for the list again, and the recorder writes only differences.
+        // Reports from before a silence stay valid: the autopilot requests the list again, and the recorder writes only differences.
         if event.kind != EventKind::PlantBack && !self.faults.handle_event(&event.kind) {
             return Ok(());
         }
@@ -322,7 +322,7 @@ impl<W: Write> Encoder<W> {
         self.text_at(event.time, Level::from_number(severity as u8), &text)
     }
 
-    /// The text of a refusal: which input, and why.
+    /// The text of a refusal: the input and the reason.
     fn refused(&mut self, number: u32, outcome: &Outcome) -> Option<(Severity, String)> {
         let place = self.commands.iter().position(|(command, ..)| *command == number)?;
         let (_, input, target) = self.commands.remove(place)?;
@@ -382,7 +382,7 @@ impl<W: Write> Encoder<W> {
     /// A text at the time of the last entry.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn text(&mut self, level: Level, text: &str) -> io::Result<()> {
         self.text_at(self.time, level, text)
     }
@@ -392,28 +392,28 @@ impl<W: Write> Encoder<W> {
         self.data.text(level, self.text_time.as_micros(), text)
     }
 
-    /// A place from which a damaged file can be read on.
+    /// Writes a mark from which a reader can continue after damage.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn sync(&mut self) -> io::Result<()> {
         self.sync_at = self.written() + SYNC_EVERY;
         self.data.sync()
     }
 
-    /// Bytes so far.
+    /// Bytes written so far.
     #[must_use]
     pub fn written(&self) -> u64 {
         self.data.written()
     }
 
-    /// Writes run hash and number of steps, and says why the log ends. Gives the output back.
+    /// Writes run hash, number of steps and the reason why the log ends. Returns the output.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn end(mut self, why: End) -> io::Result<W> {
         if why == End::Full {
-            // There is no room for what waits.
+            // There is no room for the waiting entries.
             self.text(Level::Warning, "The log ends here: it has reached its limit")?;
         } else {
             self.settle()?;
@@ -424,10 +424,10 @@ impl<W: Write> Encoder<W> {
         self.data.finish()
     }
 
-    /// Passes everything on.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// What the output says.
+    /// The error of the output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.data.flush()
     }

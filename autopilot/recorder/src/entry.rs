@@ -1,4 +1,4 @@
-//! What the control thread hands to the thread that writes the log.
+//! Entries that the control thread sends to the thread that writes the log.
 
 use core::fmt;
 
@@ -20,13 +20,13 @@ pub enum Entry {
     Begin(Box<Begin>),
     /// A control step.
     Step(Step),
-    /// Something came in, or left for the plant.
+    /// An input, or a request sent to the plant.
     Recorded {
         /// Simulation time.
         time: SimTime,
-        /// In which exchange.
+        /// Kind of exchange.
         moment: Moment,
-        /// What.
+        /// The input or request.
         what: Recorded,
     },
     /// The plant reports a fault.
@@ -74,7 +74,7 @@ pub enum Entry {
 pub struct Begin {
     /// Simulation time of the first packet.
     pub time: SimTime,
-    /// The control side; the recorder fills in the parameter hash and how many steps have rows.
+    /// The control side; the recorder fills in the parameter hash and the interval of rows.
     pub header: ControlHeader,
 }
 
@@ -106,7 +106,7 @@ pub enum End {
     Restart,
     /// A request to end the process.
     Stopped,
-    /// The plant had fallen silent, and then another plant came or the process ended.
+    /// The plant had fallen silent, and then another plant connected or the process ended.
     PlantLost,
     /// The log has reached its limit.
     Full,
@@ -124,7 +124,7 @@ impl fmt::Display for End {
 }
 
 impl Entry {
-    /// The entry of a report of the plant; `None` for those that are not logged.
+    /// The entry of a report of the plant; `None` for reports that are not logged.
     #[must_use]
     pub fn of_report(time: SimTime, report: &PlantReport) -> Option<Self> {
         match report {
@@ -137,7 +137,7 @@ impl Entry {
     }
 }
 
-/// Opens what the plant sent for the recorder: the truth of the tick and a piece of the plant's header.
+/// Decodes the data that the plant sent for the recorder: the truth of the tick and a piece of the plant's header.
 #[must_use]
 pub fn open(envelope: &[u8]) -> (Option<TruthRow>, Option<Entry>) {
     match record::open(envelope) {

@@ -1,4 +1,4 @@
-//! A number for a flight: equal where sensors, commands and requests were equal bit for bit.
+//! The run hash of a flight: equal where sensors, commands and requests were equal bit for bit.
 
 use icd::fault::PlantAction;
 use icd::{Actuators, Sensors, SimTime, Stamp};
@@ -6,22 +6,22 @@ use sha2::{Digest, Sha256};
 
 use super::Moment;
 
-/// In front of a control step.
+/// Tag of a control step.
 const STEP: u8 = 1;
-/// In front of a request that left for the plant.
+/// Tag of a request sent to the plant.
 const REQUEST: u8 = 2;
-/// In front of the stamp of a sample.
+/// Tag of the stamp of a sample.
 const SAMPLE: u8 = 3;
 
 /// SHA-256 over the flight, in order.
 ///
 /// ```text
 /// control step: 0x01, time us u64, 23 sensor values f64, commands f64     (little endian, as on the link)
-/// sample:       0x03, kind of sensor u8, valid u8, time us u64   (behind its step, where it is not a valid one of the step's time)
+/// sample:       0x03, kind of sensor u8, valid u8, time us u64   (after its step, unless it is a valid one of the step's time)
 /// request:      0x02, control steps flown u64, moment u8, the action (postcard)
 /// ```
 ///
-/// What wall time decides is left out: session, pauses and speeds, repeated packets.
+/// Everything that depends on wall time is left out: session, pauses and speeds, repeated packets.
 #[derive(Debug, Clone, Default)]
 pub struct RunHash {
     sha: Sha256,
@@ -29,7 +29,7 @@ pub struct RunHash {
 }
 
 impl RunHash {
-    /// One control step: sensor values, and commands of so many effectors.
+    /// Adds a control step: sensor values, and the commands of the aircraft's effectors.
     pub fn step(
         &mut self,
         time: SimTime,
@@ -50,7 +50,7 @@ impl RunHash {
         }
     }
 
-    /// A request that left for the plant when `steps_flown` control steps had been flown.
+    /// Adds a request sent to the plant after `steps_flown` control steps.
     pub fn request(&mut self, steps_flown: u64, moment: Moment, action: &PlantAction) {
         if matches!(action, PlantAction::Pace(_)) {
             return;
@@ -71,7 +71,7 @@ impl RunHash {
         self.steps
     }
 
-    /// The hash of all so far, 64 hexadecimal digits.
+    /// The hash so far, 64 hexadecimal digits.
     #[must_use]
     pub fn hex(&self) -> String {
         hex(&self.sha.clone().finalize())

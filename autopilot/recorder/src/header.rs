@@ -1,4 +1,4 @@
-//! The control side of a flight at its start: enough to fly it again.
+//! The control side of a flight at its start: everything that a replay needs of it.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use flight_management::parameters::{NavigationParameters, ReferenceLimits};
 use flight_management::script::Script;
 use flight_management::vehicle::schedule::ReferenceSchedule;
 
-/// Number of the rules that a flight follows. It is raised whenever a program with the same version flies the
-/// same inputs otherwise, so that an older log is refused and not compared. Logs without the number have 0: their
+/// Version of the rules that a flight follows. It is raised whenever a program of the same version would fly the
+/// same inputs differently, so that a replay refuses an older log instead of comparing it. Logs without the number have 0: their
 /// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim,
 /// and in those of 2 a change of CTL_LAW in flight is not smoothed.
 pub const FLIGHT_RULES: u32 = 3;
@@ -29,21 +29,21 @@ pub struct ControlHeader {
     /// [`FLIGHT_RULES`] of this program.
     #[serde(default)]
     pub flight_rules: u32,
-    /// The flight's number as people see it: the beginning of its hash.
+    /// Short form of the flight's session: the beginning of its hash.
     pub session: String,
     /// Control period, us.
     pub period_us: u32,
-    /// One of so many control steps has its rows wherever it is ([`super::LogRate`]); older logs have all rows.
+    /// Interval of rows away from events, control steps ([`super::LogRate`]); older logs have all rows.
     #[serde(default = "every_step")]
     pub row_every: u32,
-    /// The first packet was not the flight's first: such a log cannot be flown again.
+    /// The first packet was not the flight's first: such a log cannot be replayed.
     pub joined_in_flight: bool,
     /// The controller's model of the aircraft.
     #[serde(rename = "belief")]
     pub model: AircraftModel,
     /// Gains.
     pub gains: Gains,
-    /// References that are accepted.
+    /// Limits of references.
     pub limits: ReferenceLimits,
     /// Guidance.
     pub navigation: NavigationParameters,
@@ -58,7 +58,7 @@ pub struct ControlHeader {
 }
 
 impl ControlHeader {
-    /// Of a flight of this program that begins with `settings`. [`super::Encoder`] fills in the parameter hash and how many steps have
+    /// For a flight of this program that begins with `settings`. [`super::Encoder`] fills in the parameter hash and the interval of
     /// rows.
     #[must_use]
     pub fn new(
@@ -107,8 +107,8 @@ const fn every_step() -> u32 {
     1
 }
 
-/// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. Values are written so that they
-/// come back bit for bit.
+/// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. The values are written so that they
+/// can be read back bit for bit.
 #[must_use]
 pub fn parameter_hash<'a>(values: impl IntoIterator<Item = (&'a str, f64)>) -> String {
     let mut sha = Sha256::new();

@@ -1,10 +1,10 @@
 //! Content and encoding of a flight log: header, inputs in order, rows, run hash. Without I/O.
 //!
 //! One log is one flight, in the format ULog (crate `ulog`); `docs/logs.md` lists the topics. `autopilot::io::recorder`
-//! writes it on a thread of its own. What the plant sends to the recorder (the truth) is opened here and nowhere else:
-//! laws and vehicle never get it.
+//! writes it on its own thread. The data that the plant sends for the recorder (the truth) are decoded here and nowhere else:
+//! laws and vehicle never receive them.
 //!
-//! Start with [`Encoder`], which makes the bytes of a log of [`Entry`]s. [`RunHash`] says whether two flights were the same:
+//! Start with [`Encoder`], which turns [`Entry`]s into the bytes of a log. [`RunHash`] shows whether two flights were the same:
 //!
 //! ```
 //! use flight_management::{autopilot::Settings, configuration, parameters::Parameters};

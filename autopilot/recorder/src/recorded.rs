@@ -1,4 +1,4 @@
-//! What came into a flight from outside of the loop, in order: what a replay needs beside the headers.
+//! The inputs of a flight from outside the loop, in order: what a replay needs besides the headers.
 
 use icd::fault::{CATALOGUE, PlantAction, PlantRequest};
 use icd::pace::Pace;
@@ -14,20 +14,20 @@ use flight_management::vehicle::Reference;
 pub enum Recorded {
     /// An operator's command, taken before the step of its exchange.
     Intent(Intent),
-    /// What left for the plant with the answer of its exchange.
+    /// A request sent to the plant with the answer of its exchange.
     Request(PlantRequest),
     /// The plant had been silent for too long.
     PlantLost,
-    /// The plant goes on with the same flight.
+    /// The plant continues the same flight.
     PlantBack,
 }
 
-/// The kind of exchange to which an entry belongs, beside the number of control steps flown before it.
+/// The kind of exchange that an entry belongs to, besides the number of control steps flown before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moment {
     /// In the exchange of a control step.
     Step,
-    /// In an exchange while time stands still.
+    /// In an exchange while the simulation is paused.
     Holding,
     /// In an exchange on the ground.
     OnGround,
@@ -61,7 +61,7 @@ impl From<Phase> for Moment {
     }
 }
 
-/// Whether it comes in a stream (setpoints, sticks), which would fill the log.
+/// Whether it belongs to a stream (setpoints, sticks), which would fill the log.
 #[must_use]
 pub(crate) const fn is_stream(command: &Command) -> bool {
     use VehicleCommand::{Setpoint, Sticks};

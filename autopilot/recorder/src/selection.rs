@@ -1,11 +1,11 @@
-//! Which control steps get their rows in a log: 50 each second, and all of them around what happens.
+//! Which control steps get rows in a log: 50 each second, and all of them around events.
 //!
 //! ```text
 //! entries ──> [ the last half second, in order ] ──> rows of every n-th step, and of all steps that are near an event
 //! ```
 //!
-//! An entry leaves half a second of simulation time after it came, so that an event still finds the steps before it.
-//! Entries leave in the order in which they came, all kinds alike; only rows of control steps are ever left out.
+//! An entry is written half a second of simulation time after it came, so that an event can still select the steps before it.
+//! Entries of all kinds are written in the order in which they came; only rows of control steps are ever left out.
 
 use flight_management::command::Configuration;
 use icd::fault::PlantAction;
@@ -32,26 +32,26 @@ pub enum LogRate {
     Full,
 }
 
-/// All steps before an event get their rows, us of simulation time: half a second, and some steps in which the plant
+/// Before an event all steps of this time get rows, us of simulation time: half a second, and some steps in which the plant
 /// has a fault and has not reported it yet.
 pub const BEFORE_US: u64 = 510_000;
-/// All steps after an event get their rows.
+/// After an event all steps of this time get rows.
 pub const AFTER: Duration = Duration::from_secs(2);
-/// Away from events a step has its rows at least this often, us.
+/// Away from events, the longest time between two rows, us.
 const EVERY_US: u32 = 20_000;
-/// Entries that wait: the steps of half a second at the shortest period, and as many entries of other kinds. Where
-/// there are more, the oldest leave early, with their rows.
+/// Entries that wait: the steps of half a second at the shortest period, and as many entries of other kinds. If there are
+/// more, the oldest are written early, with their rows.
 const WAITING_MAX: usize = 1_024;
-/// Events of one kind within [`RECURRING`] around which all steps get their rows; so an event that recurs without end
-/// (a fault that comes and goes) fills no disk.
+/// Events of one kind within [`RECURRING`] around which all steps get rows; so an event that recurs without end
+/// (an intermittent fault) does not fill the disk.
 const RECURRING_MAX: usize = 5;
-/// Simulation time in which [`RECURRING_MAX`] counts.
+/// Simulation time over which [`RECURRING_MAX`] counts.
 const RECURRING: Duration = Duration::from_secs(60);
-/// Steps of a reference that are an event: altitude, m; roll, rad; airspeed, m/s. Slower changes are none.
+/// Changes of a reference in one step that count as an event: altitude, m; roll, rad; airspeed, m/s.
 const REFERENCE_STEPS: [f64; 3] = [1.0, 0.017_453_292_519_943_295, 0.5];
 
 impl LogRate {
-    /// One of so many control steps has its rows wherever it is.
+    /// Interval of rows away from events, control steps.
     #[must_use]
     pub fn row_every(self, period_us: u32) -> u32 {
         match self {
@@ -61,22 +61,22 @@ impl LogRate {
     }
 }
 
-/// Kinds of events that are counted one by one.
+/// Kinds of events that are counted separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cause {
-    /// A fault of this target begins, rests or ends.
+    /// A fault of this target begins, pauses or ends.
     Fault(Target),
     /// The compensator wakes or sleeps.
     Compensator,
-    /// An axis has no authority left, or has it again.
+    /// An axis has no authority left, or has regained some.
     Authority(Axis),
-    /// Another mode.
+    /// A change of mode.
     Mode,
     /// A reference jumps.
     Reference,
     /// A command of an operator or a script.
     Input,
-    /// The flight is terminated, the aircraft touches the ground, a link is lost or back.
+    /// The flight is terminated, the aircraft touches the ground, a link is lost or restored.
     Flight,
 }
 
@@ -100,7 +100,7 @@ impl Cause {
         }
     }
 
-    /// What an entry that is no control step is, if it is an event.
+    /// The cause of an event, of an entry other than a control step.
     fn of(entry: &Entry) -> Option<(Self, SimTime)> {
         let (cause, time) = match entry {
             Entry::Event(event) => (Self::of_event(&event.kind)?, event.time),
@@ -127,7 +127,7 @@ impl Cause {
         }
     }
 
-    /// Streams are no events, and neither is what changes nothing in the flight.
+    /// Streams are not events, and neither are commands without an effect on the flight.
     fn of_input(what: &Recorded) -> Option<Self> {
         match what {
             Recorded::Intent(intent) => match &intent.command {
@@ -142,7 +142,7 @@ impl Cause {
     }
 }
 
-/// What is remembered of a step to see a change in the next one.
+/// State of a step that reveals a change in the next one.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     compensator_active: bool,
@@ -170,13 +170,13 @@ impl Seen {
 /// The latest events of one cause.
 #[derive(Debug, Clone, Copy, Default)]
 struct Recent {
-    /// When, the latest one at `next - 1`.
+    /// Their times, the latest one at `next - 1`.
     at: [Option<SimTime>; RECURRING_MAX],
     next: usize,
 }
 
 impl Recent {
-    /// Whether an event at this time gets all its rows; one inside of the rows of the last one needs none of its own.
+    /// Whether an event at this time gets all its rows; one within the rows of the last one needs none of its own.
     fn admits(&mut self, time: SimTime) -> bool {
         let since =
             |at: SimTime| Duration::from_micros(time.as_micros().saturating_sub(at.as_micros()));
@@ -193,7 +193,7 @@ impl Recent {
     }
 }
 
-/// Entries that wait, and what decides about their rows.
+/// Waiting entries, and the state that decides about their rows.
 #[derive(Debug)]
 pub struct Selection {
     rate: LogRate,
@@ -203,12 +203,12 @@ pub struct Selection {
     newest: SimTime,
     /// Steps up to here get their rows.
     full_until: SimTime,
-    /// Control steps that have left.
+    /// Control steps that have been passed on.
     left: u64,
     seen: Option<Seen>,
     faults: FaultList,
     recent: [Recent; Cause::COUNT],
-    /// Everything that waits leaves with its rows.
+    /// Everything that waits is passed on with its rows.
     settles: bool,
 }
 
@@ -231,7 +231,7 @@ impl Selection {
         }
     }
 
-    /// Takes the next entry.
+    /// Adds the next entry.
     pub fn push(&mut self, entry: Entry) {
         self.settles = false;
         if self.rate == LogRate::Events {
@@ -240,7 +240,7 @@ impl Selection {
         self.waiting.push_back(entry);
     }
 
-    /// The next entry that leaves, and whether its rows are written.
+    /// The next entry to write, and whether its rows are written.
     pub fn pop(&mut self) -> Option<(Entry, bool)> {
         let is_early = self.settles || self.waiting.len() >= WAITING_MAX;
         let mut has_rows = true;
@@ -256,7 +256,7 @@ impl Selection {
         Some((self.waiting.pop_front()?, has_rows))
     }
 
-    /// Everything that waits leaves at the next calls of [`Selection::pop`], with its rows: time stands still, or the
+    /// Marks all waiting entries for the next calls of [`Selection::pop`], with their rows: the simulation is paused, or the
     /// flight is over.
     pub fn settle(&mut self) {
         self.settles = true;
@@ -282,7 +282,7 @@ impl Selection {
                 }
             }
             Entry::Fault { time, entry } => {
-                // What the plant repeats when it is asked for its list is no event.
+                // Repeated reports of the plant's list are not events.
                 if self.faults.handle_event(&EventKind::Fault(*entry)) {
                     self.happens(Cause::Fault(entry.target), *time);
                 }

@@ -1,6 +1,6 @@
 //! Topics of a flight log: their columns, and rows from the values of a tick.
 //!
-//! A name ends with the unit of its column. Axes, signs and units are those of crate `icd`.
+//! The last part of a column's name is its unit. Axes, signs and units are those of crate `icd`.
 
 use arrayvec::ArrayVec;
 use flight_control::StepLog;
@@ -111,7 +111,7 @@ columns! { CONTROL_TAIL, control_tail(step):
     "nozzle_pitch_saturated" => flag(step.health.nozzle_pitch_saturated),
     "nozzle_yaw_saturated" => flag(step.health.nozzle_yaw_saturated),
     "thrust_saturated" => flag(step.health.thrust_saturated),
-    // What else is known of the aircraft, and which parts of all that are valid.
+    // Further parts of the navigation state, and which parts are valid.
     "specific_force_x_m_s2" => step.state.specific_force.0.x,
     "specific_force_y_m_s2" => step.state.specific_force.0.y,
     "specific_force_z_m_s2" => step.state.specific_force.0.z,
@@ -136,8 +136,8 @@ columns! { CONTROL_TAIL, control_tail(step):
 /// Most columns of the topic `control`.
 const CONTROL_MAX: usize = CONTROL_HEAD.len() + 3 * Effector::MAX + CONTROL_TAIL.len();
 
-/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with command, compensation in
-/// it and modelled position of each effector in their midst; flags are 0 or 1.
+/// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with the command, the compensation in
+/// it and the modelled position of each effector between them; flags are 0 or 1.
 #[must_use]
 pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
     let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
@@ -166,7 +166,7 @@ fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
     Format { name: name.to_owned(), fields: std::iter::once(time).chain(columns).collect() }
 }
 
-/// The samples of a control step: their values, their times, whether they are valid.
+/// The samples of a control step: their values, times and validity.
 #[must_use]
 pub fn sensors() -> Format {
     use FieldType::{Bool, F64, U64};
@@ -176,7 +176,7 @@ pub fn sensors() -> Format {
     topic("sensors", values.into_iter().chain(times).chain(valid))
 }
 
-/// What was commanded in a control step.
+/// The commands of a control step.
 #[must_use]
 pub fn commands(effectors: &EffectorList) -> Format {
     numbers("commands", command_names(effectors))
@@ -208,7 +208,7 @@ pub fn vehicle() -> Format {
     topic("vehicle", columns.map(|(kind, name)| Field::new(kind, name)))
 }
 
-/// A fault of the plant's list was put there, acts, rests, or is over.
+/// A change of a fault on the plant's list: scheduled, active, pausing, or over.
 #[must_use]
 pub fn fault() -> Format {
     use FieldType::{F64, U8, U32, U64};
@@ -246,7 +246,7 @@ pub fn recorded() -> Format {
     )
 }
 
-/// The run hash of all control steps so far, their number with it.
+/// The run hash of all control steps so far, with their number.
 #[must_use]
 pub fn hash() -> Format {
     let columns = [
@@ -273,12 +273,12 @@ pub fn sensors_row(row: &mut Row, time: SimTime, sensors: &Sensors) {
     }
 }
 
-/// Row of [`commands`], of so many effectors.
+/// Row of [`commands`], for this number of effectors.
 pub fn commands_row(row: &mut Row, time: SimTime, actuators: &Actuators, effectors: usize) {
     row.begin(time.as_micros()).f64s(actuators.commands.first(effectors));
 }
 
-/// Row of [`control`], of so many effectors.
+/// Row of [`control`], for this number of effectors.
 pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog, effectors: usize) {
     row.begin(time.as_micros()).f64s(&control_values(log, effectors));
 }
@@ -323,14 +323,14 @@ pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
         .u8(state);
 }
 
-/// Where an entry of [`recorded`] belongs.
+/// Position of an entry of [`recorded`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Simulation time.
     pub time: SimTime,
     /// Control steps flown before its exchange.
     pub step: u64,
-    /// In which exchange.
+    /// Kind of exchange.
     pub moment: Moment,
 }
 
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(control.len(), 106);
     }
 
-    /// Puts another number in the place of each number, and true in that of each flag.
+    /// Replaces each number by a different one, and each flag by true.
     fn number(value: &mut serde_json::Value, next: &mut u32) {
         use serde_json::Value;
         match value {
@@ -413,13 +413,13 @@ mod tests {
     }
 
     #[test]
-    fn every_number_and_flag_of_a_step_has_a_column_of_its_own() {
+    fn every_number_and_flag_of_a_step_has_its_own_column() {
         let model = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
         let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
         let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
         let mut json = serde_json::to_value(flight.step(&level, &demand)).unwrap();
-        // Each row has its time, and the angles say the same as the rotation.
+        // Each row has its time, and the angles are redundant with the rotation.
         let state = json["state"].as_object_mut().unwrap();
         let kept = ["time", "orientation"].map(|name| (name, state.remove(name).unwrap()));
         let limited = json.as_object_mut().unwrap().remove("limited").unwrap();
@@ -430,7 +430,7 @@ mod tests {
             json["state"][name] = value;
         }
         let log: StepLog = serde_json::from_value(json).unwrap();
-        // As for an aircraft with every place taken.
+        // As for an aircraft with the most effectors.
         let values = control_values(&log, Effector::MAX);
         for n in 2..=numbers {
             let columns = values.iter().filter(|value| value.abs() == f64::from(n)).count();

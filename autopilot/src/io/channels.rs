@@ -11,11 +11,11 @@ use tokio::sync::mpsc::{Receiver, Sender, channel};
 use flight_management::command::Intent;
 use flight_management::event::{Event, Snapshot};
 
-/// Intents on their way to the control thread, which takes all of them each tick.
+/// Intents for the control thread, which takes all of them each tick.
 const INTENTS_MAX: usize = 64;
-/// Events on their way to the ground stations. What does not fit waits in [`flight_management::autopilot::Autopilot`].
+/// Events for the ground stations. Those without room wait in [`flight_management::autopilot::Autopilot`].
 const EVENTS_MAX: usize = 256;
-/// Snapshots on their way: a request for one is fulfilled once, so a second one would be stale.
+/// Snapshots: a request for one is fulfilled once, so a second one would be stale.
 const SNAPSHOTS_MAX: usize = 1;
 
 /// The ground-station end.
@@ -65,17 +65,17 @@ pub fn channels() -> (GroundChannels, ControlChannels) {
 impl ControlChannels {
     /// Next intent, if there is one. Never waits.
     pub fn next_intent(&mut self) -> Option<Intent> {
-        // An ended ground-station side has no more intents; the flight goes on.
+        // A ground-station side that has ended sends no more intents; the flight continues.
         self.intents.try_recv().ok()
     }
 
-    /// Room for at least one event; fetch the event only then, so that none gets lost.
+    /// Whether there is room for at least one event; fetch the event only then, so that none gets lost.
     #[must_use]
     pub fn has_room_for_event(&self) -> bool {
         self.events.capacity() > 0 || self.events.is_closed()
     }
 
-    /// Sends an event. Never waits; drops it if nobody listens any more.
+    /// Sends an event. Never waits; drops it if the receiver is gone.
     ///
     /// # Errors
     /// The event, if there is no room.
@@ -86,7 +86,7 @@ impl ControlChannels {
         }
     }
 
-    /// Whether a snapshot is wanted: one relaxed load, cheap enough for each tick.
+    /// Whether a snapshot is requested: one relaxed load, cheap enough for each tick.
     #[must_use]
     pub fn snapshot_wanted(&self) -> bool {
         self.snapshot_wanted.load(Ordering::Relaxed)
@@ -95,7 +95,7 @@ impl ControlChannels {
     /// Sends a snapshot and fulfils the request.
     pub fn show(&self, snapshot: &Snapshot) {
         self.snapshot_wanted.store(false, Ordering::Relaxed);
-        // Full means that the last one has not been looked at yet, closed that nobody looks: both are fine.
+        // A full channel holds an unread snapshot, a closed one has no reader: both are fine.
         let _ = self.snapshots.try_send(*snapshot);
     }
 }

@@ -7,10 +7,10 @@
 //!  tcp server ──┘  never waits    └────────────┘   snapshots <
 //! ```
 //!
-//! One task serves all: it takes what has arrived, hands it to [`mavlink_services::Ground`], and offers each
-//! socket what waits for it. A socket that takes nothing keeps its own queue waiting and no other.
+//! One task serves all sockets: it reads what has arrived, passes it to [`mavlink_services::Ground`], and offers each
+//! socket its waiting frames. A blocked socket delays its own queue and no other.
 //!
-//! Ground stations remember the address that datagrams come from, so one socket calls all of them.
+//! Ground stations remember the source address of datagrams, so one socket calls all of them.
 
 use core::future::poll_fn;
 use core::time::Duration;
@@ -52,7 +52,7 @@ mod sockets;
 
 pub use files::Logs;
 
-/// Names of the links, for messages: what to change if one cannot be opened.
+/// Names of the links, for messages: which option to change if one cannot be opened.
 const UDP_CLIENT: &str = "UDP socket that calls ground stations (--gcs-bind)";
 const UDP_SERVER: &str = "UDP port for ground stations that call (--gcs-udp-server)";
 const TCP_SERVER: &str = "TCP port for ground stations that connect (--gcs-tcp)";
@@ -64,7 +64,7 @@ const SLEEP_MIN: Duration = Duration::from_millis(1);
 /// A full intent channel is tried again after this.
 const RETRY: Duration = Duration::from_millis(2);
 
-/// Which sockets there are to be.
+/// The sockets to open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Links {
     /// Ground stations that are called, at most [`CONFIGURED_MAX`].
@@ -77,10 +77,10 @@ pub struct Links {
     pub tcp_server: Option<SocketAddr>,
 }
 
-/// What the ground-station link starts from.
+/// Settings of the ground-station link at its start.
 #[derive(Debug, Clone)]
 pub struct GcsConfig {
-    /// Which sockets.
+    /// The sockets to open.
     pub links: Links,
     /// Parameters at start; the control side must have started with the same.
     pub parameters: Parameters,
@@ -90,32 +90,32 @@ pub struct GcsConfig {
     pub defaults: Parameters,
     /// The autopilot that heartbeats name.
     pub identity: HeartbeatIdentity,
-    /// What begins with each flight, as on the control side.
+    /// The script that begins with each flight, as on the control side.
     pub script: Option<Arc<Script>>,
-    /// Where changes of parameters are kept, and what is kept already.
+    /// The parameter file and its content, if changes are saved.
     pub kept: Option<KeptParameters>,
-    /// Where the plan is kept, and what is kept already.
+    /// The plan file and its content, if the plan is saved.
     pub kept_plan: Option<KeptPlan>,
-    /// Where the signing key is kept, and the key that is there already.
+    /// The file of the signing key and its content, if the key is saved.
     pub kept_key: Option<KeptKey>,
-    /// Where logs are.
+    /// Folder of the logs.
     pub logs: Option<Logs>,
 }
 
-/// Why the link ends before it is stopped.
+/// Why the link ended before it was stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum GcsError {
-    /// No socket.
+    /// A socket could not be opened.
     #[error("autopilot: cannot open {address}, the {link}: {source}")]
     Bind {
-        /// Which one, and the option that sets it.
+        /// The link, and the option that sets it.
         link: &'static str,
         /// The requested address.
         address: SocketAddr,
-        /// The error of the system.
+        /// The system's error.
         source: io::Error,
     },
-    /// A ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
+    /// A configured ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
     #[error(
         "autopilot: ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
     )]
@@ -130,18 +130,18 @@ pub enum GcsError {
         "autopilot: {count} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed"
     )]
     TooMany {
-        /// How many.
+        /// Their number.
         count: usize,
     },
-    /// No thread for a file that is kept for the next start.
+    /// The thread of a saved file could not be started.
     #[error("autopilot: cannot keep the {name}: {source}")]
     Store {
-        /// Which file.
+        /// The file.
         name: &'static str,
-        /// The error of the system.
+        /// The system's error.
         source: io::Error,
     },
-    /// No thread for the log folder.
+    /// The thread of the log folder could not be started.
     #[error("autopilot: cannot offer logs: {0}")]
     Logs(io::Error),
     /// The control thread has ended.
@@ -165,7 +165,7 @@ pub struct GcsLink {
 }
 
 impl GcsLink {
-    /// Opens the sockets. Needs the runtime that will serve them.
+    /// Opens the sockets. Requires the runtime that will serve them.
     ///
     /// # Errors
     /// [`GcsError`] names the link and its address.
@@ -229,7 +229,7 @@ impl GcsLink {
         self
     }
 
-    /// Where ground stations can be.
+    /// Addresses at which ground stations are called or can connect.
     #[must_use]
     pub fn listening(&self) -> &Listening {
         &self.listening
@@ -256,7 +256,7 @@ impl GcsLink {
             _ = shutdown.wait_for(|stop| *stop) => Ok(()),
             result = self.serve(&mut channels) => result,
         };
-        // What no socket takes at once is lost: nobody may keep the process from ending.
+        // A frame that no socket accepts at once is lost: no client may keep the process from ending.
         self.ground.end();
         self.send(clock::now());
         self.stores.finish(&mut self.ground);
@@ -303,7 +303,7 @@ impl GcsLink {
             deadline = deadline.min(now + RETRY);
         }
         if self.ground.can_resume() {
-            // What was sent made room for input that waits.
+            // Sent frames made room for waiting input.
             deadline = now;
         }
         clock::instant(deadline).into()
@@ -362,7 +362,7 @@ impl GcsLink {
         }
     }
 
-    /// Hands intents to the control thread while there is room.
+    /// Sends intents to the control thread while there is room.
     fn pass_intents(&mut self, channels: &GroundChannels) -> Result<(), GcsError> {
         while let Some(intent) = self.held_back.take().or_else(|| self.ground.pop_intent()) {
             match channels.intents.try_send(intent) {
@@ -377,7 +377,7 @@ impl GcsLink {
         Ok(())
     }
 
-    /// Offers each socket what waits for it, and gives up connections that take nothing for long.
+    /// Offers each socket its waiting frames, and closes connections that accept nothing for long.
     fn send(&mut self, now: WallTime) {
         // Requests before their answers.
         self.record_received(now);
@@ -405,11 +405,11 @@ enum Input {
     ControlEnded,
 }
 
-/// Warns of ground stations for which there is no place. Whoever gets none may try again without end, so the first
-/// refusal of each kind is logged, and then each doubling.
+/// Warns of ground stations beyond the limit. One without a place may retry without end, so the log gets the first
+/// refusal of each kind, and then each doubling.
 #[derive(Debug, Default)]
 struct RefusalLog {
-    /// Connections that were closed again since there were too many.
+    /// Connections closed on arrival, since there were too many.
     connections: u64,
     crowding: Crowding,
 }
@@ -427,7 +427,7 @@ impl RefusalLog {
         }
     }
 
-    /// Logs what has changed since the last call, of which there is one for each datagram.
+    /// Logs changes since the last call, which happens once for each datagram.
     fn update(&mut self, now: Crowding) {
         let before = std::mem::replace(&mut self.crowding, now);
         let is_due = |count: u64, before: u64| count != before && count.is_power_of_two();

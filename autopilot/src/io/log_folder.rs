@@ -1,7 +1,7 @@
 //! The folder with logs, for ground stations that list, fetch and erase flight logs.
 //!
-//! A thread of its own does what the disk may take long for: one job at a time, each of it bounded. Whoever
-//! writes a log holds the lock of its file, so that nobody removes it meanwhile, also not another process
+//! Its own thread does the work for which the disk may take long: one job at a time, each of it bounded. The writer of a
+//! log holds the lock of its file, so that no one removes it meanwhile, not even another process
 //! with the same folder. Only regular files with names of flight logs are touched.
 
 use core::time::Duration;
@@ -17,17 +17,17 @@ use tracing::{debug, warn};
 use super::recorder::folder::flight_log_begun;
 use mavlink_services::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
 
-/// Logs that are listed: of more, the latest.
+/// Listed logs: if there are more, the latest.
 pub const LISTED_MAX: usize = 1000;
-/// Entries of the folder that are looked at.
+/// Entries of the folder that are read.
 const ENTRIES_MAX: usize = 100_000;
-/// Bytes that are read at once.
+/// Bytes of a read.
 const READ_MAX: usize = 256 * 1024;
-/// Logs that are protected from being removed to make room since they were read last.
+/// Most recently read logs, which are not removed to make room.
 const HELD_MAX: usize = 4;
-/// Where nothing was requested for this long, no log is protected any more.
+/// After this time without a request, no log is protected any more.
 const HOLD: Duration = Duration::from_secs(60);
-/// Jobs and outcomes on their way: there is one at a time.
+/// Jobs and outcomes in their channels: there is one at a time.
 const JOBS_MAX: usize = 1;
 
 /// The thread that reads the folder.
@@ -40,10 +40,10 @@ pub struct LogFolder {
 }
 
 impl LogFolder {
-    /// Starts the thread. The folder need not be there.
+    /// Starts the thread. The folder need not exist.
     ///
     /// # Errors
-    /// If the system gives no thread.
+    /// If the system cannot start a thread.
     pub fn open(folder: &Path) -> io::Result<Self> {
         let (jobs, theirs) = sync_channel::<LogJob>(JOBS_MAX);
         let (outcomes, done) = mpsc::channel(JOBS_MAX);
@@ -62,27 +62,27 @@ impl LogFolder {
         Ok(Self { jobs: Some(jobs), done, is_busy: false, reader: Some(reader) })
     }
 
-    /// A job is under way; the next one has to wait.
+    /// A job is running; the next one has to wait.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.is_busy
     }
 
-    /// Hands over a job. Never waits; not to be called while it is busy.
+    /// Starts a job. Never waits; do not call it while the thread is busy.
     pub fn begin(&mut self, job: LogJob) {
         if let Some(jobs) = &self.jobs {
             self.is_busy = jobs.try_send(job).is_ok();
         }
     }
 
-    /// What became of the job under way; waits for ever if there is none.
+    /// Outcome of the running job; waits for ever if there is none.
     pub async fn outcome(&mut self) -> LogDone {
         match self.done.recv().await {
             Some(done) => {
                 self.is_busy = false;
                 done
             }
-            // The thread has broken down and was reported: nothing comes any more.
+            // The thread has panicked, and a report was made: there are no more outcomes.
             None => core::future::pending().await,
         }
     }
@@ -100,12 +100,12 @@ impl Drop for LogFolder {
     }
 }
 
-/// Logs that are being fetched, the latest last. Their locks keep them from being removed to make room.
+/// Logs being fetched, the latest last. Their locks keep them from being removed to make room.
 #[derive(Debug, Default)]
 struct Held(Vec<(String, File)>);
 
 impl Held {
-    /// The next job; `None` when there will be none. Lets go of all logs when no job comes for `hold`.
+    /// The next job; `None` after the last one. Unlocks all logs when no job comes for `hold`.
     fn next_job(&mut self, jobs: &Receiver<LogJob>, hold: Duration) -> Option<LogJob> {
         loop {
             match jobs.recv_timeout(hold) {
@@ -116,7 +116,7 @@ impl Held {
         }
     }
 
-    /// Holds the log that is going to be read; lets go of all before they are erased.
+    /// Locks the log that is about to be read; unlocks all before an erase.
     fn prepare(&mut self, folder: &Path, task: &LogTask) {
         match task {
             LogTask::Read { name, .. } => self.hold(folder, name),
@@ -131,7 +131,7 @@ impl Held {
             self.0.push(log);
             return;
         }
-        // Whoever writes the log has it locked already; one that cannot be opened cannot be read either.
+        // The writer of a log has locked it already; one that cannot be opened cannot be read either.
         let Ok(file) = log_path(folder, name).and_then(File::open) else { return };
         if file.try_lock_shared().is_ok() {
             if self.0.len() >= HELD_MAX {
@@ -159,7 +159,7 @@ struct Log {
     size: u64,
 }
 
-/// The flight logs, sorted by their names, that is, by age. A folder that is not there has none.
+/// The flight logs, sorted by name, that is, by age. A folder that does not exist has none.
 fn logs(folder: &Path) -> io::Result<Vec<Log>> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -172,7 +172,7 @@ fn logs(folder: &Path) -> io::Result<Vec<Log>> {
         if flight_log_begun(&name).is_none() {
             continue;
         }
-        // Of the entry itself: what a link leads to is not in this folder. It may be gone by now.
+        // Metadata of the entry itself: the target of a link is not in this folder. The file may be gone by now.
         match entry.metadata() {
             Ok(data) if data.is_file() => logs.push(Log { name, size: data.len() }),
             _ => {}
@@ -202,7 +202,7 @@ fn read(folder: &Path, name: &str, offset: u32, length: usize) -> io::Result<Vec
     Ok(bytes)
 }
 
-/// Where a flight log is, if it is one and a regular file.
+/// Path of a flight log, if the name is that of one and it is a regular file.
 fn log_path(folder: &Path, name: &str) -> io::Result<PathBuf> {
     let path = folder.join(name);
     let is_log = flight_log_begun(name).is_some() && fs::symlink_metadata(&path)?.is_file();
@@ -224,13 +224,13 @@ fn erase(folder: &Path) -> io::Result<Erased> {
     Ok(erased)
 }
 
-/// Removes a log that nobody is writing; false if somebody is.
+/// Removes a log that is not being written; false if it is.
 fn remove(folder: &Path, name: &str) -> io::Result<bool> {
     let path = log_path(folder, name)?;
     match File::open(&path)?.try_lock() {
         Ok(()) => {}
         Err(fs::TryLockError::WouldBlock) => return Ok(false),
-        // No locks here, so nobody can have one.
+        // A file system without locks: no writer can hold one.
         Err(fs::TryLockError::Error(_)) => {}
     }
     fs::remove_file(path)?;

@@ -1,6 +1,6 @@
-//! The control thread: answers the plant, and between two packets looks after intents and events.
+//! The control thread: answers the plant, and between two packets handles intents and events.
 //!
-//! Nothing here waits for anything but the plant. Intents of ground stations come through bounded channels, events and
+//! The thread waits for the plant only. Intents of ground stations arrive through bounded channels, events and
 //! snapshots leave through them, and a full one delays nothing.
 
 use std::net::SocketAddr;
@@ -59,7 +59,7 @@ pub struct PlantLink {
 }
 
 impl PlantLink {
-    /// Ready to wait for a plant.
+    /// Ready for a plant.
     #[must_use]
     pub fn new(
         socket: LinkSocket,
@@ -86,7 +86,7 @@ impl PlantLink {
         }
     }
 
-    /// Writes this file as long as the loop runs.
+    /// Touches this file as long as the loop runs.
     #[must_use]
     pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
         self.health = health;
@@ -100,10 +100,10 @@ impl PlantLink {
         self
     }
 
-    /// Answers plants until the process is to end.
+    /// Answers plants until the process ends.
     ///
     /// # Errors
-    /// [`PlantLinkError`] if the socket is no use any more, or the step log is incomplete.
+    /// [`PlantLinkError`] if the socket has failed, or the step log is incomplete.
     pub fn run(mut self) -> Result<(), PlantLinkError> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
@@ -119,7 +119,7 @@ impl PlantLink {
         Ok(())
     }
 
-    /// One datagram.
+    /// Handles one datagram.
     fn take(&mut self, datagram: &[u8], from: SocketAddr) {
         let foreign = self.side.plant().is_some_and(|plant| plant != from);
         if foreign {
@@ -143,7 +143,7 @@ impl PlantLink {
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::Repeat(answer) => {
-                // What does not leave is lost, and will be requested again.
+                // An answer that cannot be sent is lost; the plant will request it again.
                 let _ = self.socket.send_to(answer, from);
                 self.plant_answered();
             }
@@ -156,12 +156,12 @@ impl PlantLink {
             FlightEvent::Refused(refusal) => {
                 self.warnings.refused_by_plant(refusal, from, clock::now());
             }
-            // A flood of foreign packets may not keep the operator waiting.
+            // A flood of foreign packets must not delay the operator's commands.
             FlightEvent::Ignored(_) => self.housekeeping(),
         }
     }
 
-    /// A packet of the plant came, perhaps after a silence.
+    /// Handles a packet of the plant, perhaps the first after a silence.
     fn plant_answered(&mut self) {
         if self.watchdog.packet_received() {
             info!("the plant is back");
@@ -179,8 +179,8 @@ impl PlantLink {
         self.publish();
     }
 
-    /// Answers first; everything that can wait comes after the answer is on its way. `envelope` is what the plant
-    /// sends to the recorder, which opens it; the autopilot never gets it.
+    /// Sends the answer first; everything else comes after it. `envelope` holds the data that the plant
+    /// sends to the recorder, which decodes it; the autopilot never reads it.
     fn answer(&mut self, packet: &SensorPacket, envelope: &[u8], to: SocketAddr) {
         if let Some(recorder) = self.recorder.as_mut() {
             recorder.enter(packet);
@@ -196,7 +196,7 @@ impl PlantLink {
         };
         let request = self.autopilot.next_request();
         if let Some(answer) = self.side.answer(&actuators, request, self.recorder.is_some()) {
-            // What does not leave is lost, and will be requested again.
+            // An answer that cannot be sent is lost; the plant will request it again.
             let _ = self.socket.send_to(answer, to);
         }
         if packet.phase == Phase::Flying
@@ -236,7 +236,7 @@ impl PlantLink {
                 recorder.event(event);
             }
             self.faults.handle_event(&event.kind);
-            // There was room a moment ago, and nobody else sends.
+            // There was room a moment ago, and this thread is the only sender.
             let _ = self.channels.send_event(event);
         }
         if let Some(recorder) = self.recorder.as_mut() {
@@ -271,7 +271,7 @@ impl PlantLink {
 /// Why the control thread ended.
 #[derive(Debug, thiserror::Error)]
 pub enum PlantLinkError {
-    /// The socket is no use any more.
+    /// The socket has failed.
     #[error("plant link: {0}")]
     Socket(#[from] std::io::Error),
     /// The step log is incomplete.
@@ -279,7 +279,7 @@ pub enum PlantLinkError {
     Log(#[from] LogError),
 }
 
-/// Whether the plant is there, by the time since its last packet.
+/// Whether the plant is present, by the time since its last packet.
 ///
 /// Reading a clock for each packet would cost more than the packet's other bookkeeping, so a packet only sets a flag, and
 /// the next [`PlantWatchdog::check`] turns it into a time.
@@ -291,13 +291,13 @@ struct PlantWatchdog {
 }
 
 impl PlantWatchdog {
-    /// A packet of the plant came. True if the plant was lost before.
+    /// Records a packet of the plant. True if the plant was lost before.
     fn packet_received(&mut self) -> bool {
         self.received = true;
         std::mem::take(&mut self.lost)
     }
 
-    /// True if the plant is lost since this check.
+    /// True if this check has found the plant lost.
     fn check(&mut self, now: WallTime) -> bool {
         if std::mem::take(&mut self.received) {
             self.last_received = now;

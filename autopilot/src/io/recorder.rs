@@ -1,4 +1,4 @@
-//! Flight logs: the control thread hands over entries in batches, a thread of its own writes them.
+//! Flight logs: the control thread passes entries in batches, and a separate thread writes them.
 //!
 //! ```text
 //! control thread                                   log thread                        folder
@@ -8,10 +8,10 @@
 //!   └ texts, 64 at most ──> control thread
 //! ```
 //!
-//! The control thread hands a batch over after its answer has left, and waits only where all batches are on their
-//! way, which means that the disk cannot keep up; simulation time waits with it. A log that cannot go on ends with a
-//! text, and the flight goes on. What was handed over reaches the system at least every [`FLUSH_EVERY`], but for the
-//! half second of simulation time that waits in the encoder for what follows ([`::recorder::Selection`]), so a
+//! The control thread passes a batch after it has sent its answer, and waits only when all batches are in
+//! use, which means that the disk cannot keep up; simulation time waits with it. A log that cannot continue ends with a
+//! text, and the flight continues. Entries reach the operating system at least every [`FLUSH_EVERY`], except for the
+//! half second of simulation time that the encoder holds back ([`::recorder::Selection`]), so a
 //! process that is killed leaves a log up to its last second.
 
 use flight_management::command::VehicleCommand;
@@ -40,22 +40,22 @@ use mavlink_services::statustext::LogText;
 pub(crate) mod folder;
 mod writer;
 
-/// Entries of a batch; it is handed over when it has as many.
+/// Entries of a batch; the control thread passes it when it is full.
 const BATCH: usize = 64;
-/// Room in a batch for what comes in one exchange beside its step.
+/// Room in a batch for the entries of one exchange besides its step.
 const BATCH_ROOM: usize = BATCH + 96;
-/// Batches on their way to the log thread.
+/// Batches in the channel to the log thread.
 const QUEUE_MAX: usize = 16;
-/// A batch is handed over when it is this old, full or not.
+/// A batch is passed when it is this old, full or not.
 const HAND_OVER_AFTER: Duration = Duration::from_millis(100);
-/// What was handed over is passed on to the system at least this often, wall time.
+/// Entries are flushed to the operating system at least this often, wall time.
 pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
-/// Where no control step comes for this wall time, entries that wait for what follows are written.
+/// Without a control step for this wall time, the entries that the encoder holds back are written.
 const SETTLE_AFTER: Duration = Duration::from_secs(1);
-/// Changes of parameters on their way to the log thread; each has all values, so the next makes up for a lost one.
+/// Changes of parameters in the channel to the log thread; each has all values, so the next makes up for a lost one.
 const PARAMETERS_MAX: usize = 16;
 
-/// Texts on their way to the control thread, which knows the simulation time at which they arrive.
+/// Texts in the channel to the control thread, which knows the simulation time of their arrival.
 const TEXTS_MAX: usize = 64;
 /// Texts taken in one tick; more wait in their channel.
 const TEXTS_PER_TICK: usize = 16;
@@ -75,7 +75,7 @@ pub struct RecorderConfig {
     pub status: Option<StatusSource>,
 }
 
-/// Why there can be no logs.
+/// Why flight logs are impossible.
 #[derive(Debug, thiserror::Error)]
 pub enum RecorderError {
     /// The folder cannot be written to.
@@ -83,7 +83,7 @@ pub enum RecorderError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// The error of the system.
+        /// The system's error.
         source: io::Error,
     },
 }
@@ -95,12 +95,12 @@ pub struct GroundFeed {
     last: Parameters,
     late: bool,
     texts: SyncSender<LogText>,
-    /// Texts that found no room since the last one that did.
+    /// Texts dropped since the last one that had room.
     lost: u64,
 }
 
 impl GroundFeed {
-    /// Passes on what is new.
+    /// Sends new parameters and texts.
     pub fn follow(&mut self, ground: &mut Ground) {
         self.send_parameters(ground.parameters());
         while let Some(text) = ground.pop_text_for_log() {
@@ -108,7 +108,7 @@ impl GroundFeed {
         }
     }
 
-    /// The parameters now. Never waits: where there is no room, a later call makes up for it.
+    /// Sends the present parameters. Never waits: without room, a later call makes up for it.
     fn send_parameters(&mut self, now: &Parameters) {
         if *now != self.last || self.late {
             self.late = self.sender.try_send(*now).is_err();
@@ -116,7 +116,7 @@ impl GroundFeed {
         }
     }
 
-    /// A text that ground stations get. Never waits: where there is no room it is lost, and the next one counts it.
+    /// Sends a text for ground stations. Never waits: without room it is lost, and the next one counts it.
     fn send_text(&mut self, (severity, mut text): LogText) {
         if self.lost > 0 {
             text = format!("{text} ({} more are not in the log)", self.lost);
@@ -136,7 +136,7 @@ pub struct Recorder {
     full: Option<SyncSender<Vec<Entry>>>,
     empty: Receiver<Vec<Entry>>,
     thread: Option<JoinHandle<()>>,
-    /// The log thread has found that its log was removed.
+    /// Set when the log thread finds that its log was removed.
     removed: Arc<AtomicBool>,
     in_flight: bool,
     plant_is_lost: bool,
@@ -148,7 +148,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Looks whether logs can be written to the folder, which is created if need be, and starts the log thread.
+    /// Checks that logs can be written to the folder, which it creates if needed, and starts the log thread.
     ///
     /// # Errors
     /// [`RecorderError`] names the folder.
@@ -184,13 +184,13 @@ impl Recorder {
         Ok((recorder, GroundFeed { sender, last, late: false, texts: text_sender, lost: 0 }))
     }
 
-    /// A flight has begun with this packet; the autopilot has begun it too, and has not made a step yet.
+    /// Begins a log: a flight has begun with this packet; the autopilot has begun it too, and has not made a step yet.
     pub fn begin_flight(&mut self, packet: &SensorPacket, autopilot: &Autopilot) {
         let session = session::shown(packet.session);
         let (period_us, joined) = (packet.period.as_micros(), packet.sequence > 0);
         let header = ControlHeader::new(autopilot.settings(), session, period_us, joined);
         if self.plant_is_lost {
-            // Another plant came where one had fallen silent: nobody restarted the flight.
+            // Another plant has replaced a silent one: no request restarted the flight.
             self.push(Entry::End(End::PlantLost));
         }
         self.in_flight = true;
@@ -201,7 +201,7 @@ impl Recorder {
         self.push(Entry::Begin(Box::new(Begin { time: packet.time, header })));
         let plan = autopilot.plan();
         if !plan.items.is_empty() {
-            // An earlier flight has left it.
+            // Left by an earlier flight.
             self.recorded(Recorded::Intent(Intent {
                 number: 0,
                 command: Command::Vehicle(VehicleCommand::Plan(plan)),
@@ -209,7 +209,7 @@ impl Recorder {
         }
     }
 
-    /// An exchange begins: what comes in from here on comes in before its step.
+    /// Begins an exchange: inputs from here on precede its step.
     pub fn enter(&mut self, packet: &SensorPacket) {
         self.time = packet.time;
         self.moment = packet.phase.into();
@@ -220,27 +220,27 @@ impl Recorder {
         }
     }
 
-    /// An operator's command was taken.
+    /// Records an operator's command.
     pub fn intent(&mut self, intent: &Intent) {
         if self.in_flight {
             self.recorded(Recorded::Intent(intent.clone()));
         }
     }
 
-    /// The plant has been silent for too long.
+    /// Records that the plant has been silent for too long.
     pub fn plant_lost(&mut self) {
         self.plant_is_lost = true;
         self.recorded(Recorded::PlantLost);
     }
 
-    /// The plant goes on with the flight.
+    /// Records that the plant continues the flight.
     pub fn plant_back(&mut self) {
         self.plant_is_lost = false;
         self.recorded(Recorded::PlantBack);
     }
 
-    /// The exchange is over and its answer has left: its step, the request to the plant, what the plant sent to the
-    /// recorder. The only place, beside [`Recorder::poll`], that can wait for the disk.
+    /// Ends an exchange after its answer was sent: records its step, the request to the plant, and the plant's data for the
+    /// recorder. Besides [`Recorder::poll`] the only function that can wait for the disk.
     pub fn leave(
         &mut self,
         packet: &SensorPacket,
@@ -281,12 +281,12 @@ impl Recorder {
         self.moment = Moment::Between;
     }
 
-    /// An event of the autopilot.
+    /// Records an event of the autopilot.
     pub fn event(&mut self, event: Event) {
         self.push(Entry::Event(event));
     }
 
-    /// Takes texts of the ground-station side, and hands a batch over when it is due.
+    /// Records texts of the ground-station side, and passes a batch when it is due.
     pub fn poll(&mut self) {
         for _ in 0..TEXTS_PER_TICK {
             let Ok((severity, text)) = self.texts.try_recv() else { break };
@@ -298,7 +298,7 @@ impl Recorder {
         }
     }
 
-    /// Whether the log was removed while it was written; true once for each log.
+    /// Whether the log was removed during writing; true once for each log.
     pub fn log_was_removed(&mut self) -> bool {
         self.removed.load(Ordering::Relaxed) && self.removed.swap(false, Ordering::Relaxed)
     }
@@ -344,7 +344,7 @@ impl Recorder {
     }
 }
 
-/// Where logs go and how much room they have, for the operator.
+/// Folder and size limit of the logs, for the operator.
 #[must_use]
 pub fn introduction(folder: &Path, limit_bytes: u64) -> String {
     format!("flight logs in {}, {} MB at most", folder.display(), limit_bytes / 1_000_000)

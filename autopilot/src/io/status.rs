@@ -1,4 +1,4 @@
-//! What the operator sees of a flight: one line of JSON ten times a second on the standard output.
+//! The status of a flight for the operator: one line of JSON ten times a second on the standard output.
 
 use std::io::Write;
 use std::net::SocketAddr;
@@ -20,22 +20,22 @@ use flight_management::fault_list::FaultList;
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Faults in a line; of more only their number is reported.
+/// Faults in a line; further ones are only counted.
 const FAULTS_SHOWN: usize = 8;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StatusLine {
-    /// First of all: where plants and ground stations are awaited.
+    /// The first line: addresses for plants and ground stations.
     Listening {
         /// Address of the plant link.
         plant_link: SocketAddr,
-        /// Where ground stations can be; empty if there are to be none.
+        /// Addresses for ground stations; empty if they are disabled.
         #[serde(default)]
         ground_stations: Listening,
     },
-    /// No plant has called yet.
+    /// No plant has connected yet.
     NoPlant,
     /// The flight.
     Flight(Box<FlightStatus>),
@@ -46,7 +46,7 @@ pub enum StatusLine {
     },
 }
 
-/// Where ground stations can be: what [`super::gcs_link::Links`] has become.
+/// Addresses for ground stations, from the opened [`super::gcs_link::Links`].
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Listening {
     /// Ground stations that are called.
@@ -60,7 +60,7 @@ pub struct Listening {
 /// The flight at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlightStatus {
-    /// What the plant is doing.
+    /// State of the plant.
     pub plant: PlantState,
     /// Simulation time, s.
     pub t_s: f64,
@@ -70,17 +70,17 @@ pub struct FlightStatus {
     pub airspeed_m_s: f64,
     /// Roll angle, deg.
     pub roll_deg: f64,
-    /// What the laws are to reach.
+    /// References of the laws.
     pub references: References,
-    /// The detector says that something is wrong.
+    /// The detector has found a fault.
     pub compensator_active: bool,
-    /// How much of the compensation is let through, 0 to 1.
+    /// Fraction of the compensation that is applied, 0 to 1.
     pub fade: f64,
     /// Largest estimated fault acceleration in units of its activation level.
     pub level: f64,
     /// What the compensator adds to the commands, after limits.
     pub compensation: AppliedCompensation,
-    /// What the compensator has left of roll, pitch and yaw, percent.
+    /// Remaining authority of the compensator in roll, pitch and yaw, percent.
     pub authority_pct: [f64; 3],
     /// The first faults on the plant's list.
     pub faults: Vec<FaultStatus>,
@@ -90,7 +90,7 @@ pub struct FlightStatus {
     pub mode: String,
 }
 
-/// What the laws are to reach.
+/// References of the laws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct References {
     /// Altitude, m.
@@ -117,27 +117,27 @@ pub struct AppliedCompensation {
 pub struct FaultStatus {
     /// Effector and kind, as in `left elevator stuck at 30.0 deg`.
     pub what: String,
-    /// Where it stands.
+    /// State of the fault.
     pub phase: FaultPhase,
-    /// Simulation time since which it acts, or at which it acts next, s.
+    /// Simulation time since which it has been active, or of its next onset, s.
     pub at_s: f64,
 }
 
-/// Where a fault on the plant's list stands.
+/// State of a fault on the plant's list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultPhase {
-    /// It acts.
+    /// Active.
     #[serde(rename = "acting")]
     Active,
-    /// It has acted and will again.
+    /// It has been active and will be again.
     Resting,
-    /// It has not acted yet.
+    /// It has not been active yet.
     Scheduled,
 }
 
 impl FaultStatus {
-    /// `None` for one that is over.
+    /// `None` for a fault that is over.
     fn new(entry: &FaultEntry, effectors: &EffectorList) -> Option<Self> {
         let (phase, at) = match entry.state {
             FaultState::Active { since } => (FaultPhase::Active, since),
@@ -184,7 +184,7 @@ impl FlightStatus {
     }
 }
 
-/// What the plant is doing.
+/// State of the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantState {
@@ -192,14 +192,14 @@ pub enum PlantState {
     Flying,
     /// The flight is over.
     OnGround,
-    /// It has been silent for a second.
+    /// The plant has been silent for a second.
     Lost,
 }
 
-/// Lines that wait to be printed: one of the flight, since there is none before it is wanted, and paths of logs.
+/// Lines that wait to be printed: one of the flight, since there is none before a request for it, and paths of logs.
 const LINES_MAX: usize = 8;
 
-/// The end of those who have something to show.
+/// The sending end.
 #[derive(Debug, Clone)]
 pub struct StatusSource {
     wanted: Arc<AtomicBool>,
@@ -207,7 +207,7 @@ pub struct StatusSource {
 }
 
 impl StatusSource {
-    /// Whether a line is wanted: one relaxed load, cheap enough for each tick.
+    /// Whether a line is requested: one relaxed load, cheap enough for each tick.
     #[must_use]
     pub fn is_wanted(&self) -> bool {
         self.wanted.load(Ordering::Relaxed)
@@ -225,18 +225,18 @@ impl StatusSource {
         let line = snapshot.map_or(StatusLine::NoPlant, |snapshot| {
             StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults, effectors)))
         });
-        // Full means that the last lines are not printed yet: this one would be no news.
+        // Full means that earlier lines are not printed yet: this one would add nothing.
         let _ = self.lines.try_send(line);
     }
 
-    /// Shows where a flight log is. Never waits.
+    /// Prints the path of a flight log. Never waits.
     pub fn log(&self, path: &Path) {
-        // Nobody reads where there is no room.
+        // Without room there is no reader.
         let _ = self.lines.try_send(StatusLine::FlightLog { path: path.to_owned() });
     }
 }
 
-/// The end of the thread that prints.
+/// The receiving end, of the thread that prints.
 #[derive(Debug)]
 pub struct StatusPrinter {
     wanted: Arc<AtomicBool>,
@@ -252,10 +252,10 @@ pub fn channel() -> (StatusSource, StatusPrinter) {
     (source, StatusPrinter { wanted, lines })
 }
 
-/// Starts the thread that prints, and asks the process to end when nobody reads any more.
+/// Starts the thread that prints, and ends the process when the reader closes the output.
 ///
 /// # Errors
-/// The error of the system, if it refuses a thread.
+/// The system's error, if it cannot start a thread.
 pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::Result<()> {
     let StatusPrinter { wanted, lines } = printer;
     let print_all = move || {

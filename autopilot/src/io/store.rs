@@ -1,8 +1,8 @@
-//! Small files that are kept for the next start: parameters, plan, signing key. Each is read at start and written by a
-//! thread of its own.
+//! Small files saved for the next start: parameters, plan, signing key. Each is read at start and written by its
+//! own thread.
 //!
-//! The name always leads to a whole file, also when the process is killed, and only a file with content of its own kind
-//! is replaced or removed ([`OwnFile`]). Changes that follow each other quickly are written once.
+//! The name always refers to a complete file, even if the process is killed, and only a file of its own kind
+//! is replaced or removed ([`OwnFile`]). Changes in quick succession are written once.
 
 use core::time::Duration;
 use std::env;
@@ -25,29 +25,29 @@ use mavlink_services::mission::{SavedPlan, SavedPlanError};
 use mavlink_services::param::{Save, Saved};
 use mavlink_services::signing::{KeyChange, KeyRecord, RecordError};
 
-/// Time for more changes to come before a change is written.
+/// Waiting time for further changes before a change is written.
 const GATHER: Duration = Duration::from_millis(500);
-/// What the plan file has in place of the parameter file's extension: `parameters.plan.toml`.
+/// Extension of the plan file in place of the parameter file's: `parameters.plan.toml`.
 const PLAN_EXTENSION: &str = "plan.toml";
-/// Permissions of the key file: its owner reads and writes, nobody else does anything.
+/// Permissions of the key file: its owner reads and writes, other users have no access.
 const KEY_MODE: u32 = 0o600;
-/// Permissions of a folder that is made for it.
+/// Permissions of a folder created for it.
 const KEY_FOLDER_MODE: u32 = 0o700;
-/// Permissions of a key file that nobody but its owner may have.
+/// Permissions of a key file that only its owner may have.
 const OTHERS: u32 = 0o077;
-/// Longest key file that is read; one that the autopilot writes has 200 bytes.
+/// Longest key file that is read; those of the autopilot have 200 bytes.
 const KEY_BYTES_MAX: u64 = 4096;
 
 /// A path from the command line, or `none`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PathOption {
-    /// Nowhere: nothing is read, nothing written.
+    /// No file: nothing is read or written.
     None,
-    /// Here.
+    /// This path.
     At(PathBuf),
 }
 
-/// An option that has to be a path or `none` is empty: a variable that is not set must not stand for some place.
+/// An option that must be a path or `none` is empty: an unset variable must not select some default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("neither a path nor none")]
 pub struct EmptyPath;
@@ -66,7 +66,7 @@ impl FromStr for PathOption {
 
 impl PathOption {
     /// The path of an option; without the option that of `name` in the user's data folder, as the XDG base directory
-    /// specification has it.
+    /// specification defines it.
     #[must_use]
     pub fn path(option: Option<&Self>, name: &str) -> Option<PathBuf> {
         match option {
@@ -78,13 +78,13 @@ impl PathOption {
     }
 }
 
-/// The user's data folder; `None` where there is no user.
+/// The user's data folder; `None` if there is no user.
 fn data_folder(data: Option<OsString>, home: Option<OsString>) -> Option<PathBuf> {
     let absolute = |path: Option<OsString>| path.map(PathBuf::from).filter(|p| p.is_absolute());
     absolute(data).or_else(|| Some(absolute(home)?.join(".local/share")))
 }
 
-/// Text of a file; `None` if it is not there.
+/// Text of a file; `None` if it does not exist.
 fn read_text(path: &Path) -> Result<Option<String>, FileProblem> {
     match file::read_text(path, file::TEXT_MAX) {
         Ok(text) => Ok(Some(text)),
@@ -98,17 +98,17 @@ fn read_text(path: &Path) -> Result<Option<String>, FileProblem> {
 pub struct KeptParameters {
     /// The file.
     pub path: PathBuf,
-    /// What is in it, and where it has nothing the defaults.
+    /// Its values, and the defaults for the others.
     pub parameters: Parameters,
     /// Defaults of the aircraft.
     pub defaults: Parameters,
 }
 
 impl KeptParameters {
-    /// Reads the file; one that is not there keeps the defaults.
+    /// Reads the file; if it does not exist, the defaults apply.
     ///
     /// # Errors
-    /// [`SavedError`] names the file and what is wrong with it.
+    /// [`SavedError`] names the file and the error.
     pub fn read(path: PathBuf, defaults: &Parameters) -> Result<Self, SavedError> {
         let file = path.display().to_string();
         let parameters = match read_text(&path) {
@@ -122,7 +122,7 @@ impl KeptParameters {
         Ok(Self { path, parameters, defaults: *defaults })
     }
 
-    /// The file for its writer: it has parameters and nothing else.
+    /// The file for its writer: it contains parameters and nothing else.
     #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| str::from_utf8(content).is_ok_and(has_only_parameters);
@@ -147,15 +147,15 @@ impl KeptParameters {
 pub struct KeptPlan {
     /// The file.
     pub path: PathBuf,
-    /// What is in it.
+    /// The plan in it.
     pub plan: SavedPlan,
 }
 
 impl KeptPlan {
-    /// Reads the plan that is kept beside the parameters; a file that is not there keeps no plan.
+    /// Reads the plan saved next to the parameters; without the file there is no plan.
     ///
     /// # Errors
-    /// [`SavedPlanError`] names the file and what is wrong with it.
+    /// [`SavedPlanError`] names the file and the error.
     pub fn read_beside(parameters: &Path) -> Result<Self, SavedPlanError> {
         let path = parameters.with_extension(PLAN_EXTENSION);
         let file = path.display().to_string();
@@ -170,7 +170,7 @@ impl KeptPlan {
         Ok(Self { path, plan })
     }
 
-    /// The file for its writer: it has a plan and nothing else.
+    /// The file for its writer: it contains a plan and nothing else.
     #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| {
@@ -193,23 +193,23 @@ impl KeptPlan {
 pub struct KeyFileError {
     /// The file.
     pub file: String,
-    /// What is wrong with it.
+    /// The error.
     pub problem: KeyFileProblem,
 }
 
-/// What is wrong with a key file. Never shows the key.
+/// Error of a key file. Never shows the key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFileProblem {
-    /// The system does not give it, or it is a folder, a device, or far too long.
+    /// The system cannot read it, or it is a folder, a device, or far too long.
     #[error("{0}")]
     File(#[from] FileProblem),
-    /// Others than its owner may do something with it.
+    /// Users other than its owner have permissions.
     #[error("others may use it: its mode is {found:04o} and has to be {KEY_MODE:04o}")]
     Mode {
         /// Mode of the file.
         found: u32,
     },
-    /// It belongs to somebody else.
+    /// It belongs to another user.
     #[error("it belongs to user {found} and has to belong to user {wanted}, who runs this program")]
     Owner {
         /// Owner of the file.
@@ -217,25 +217,25 @@ pub enum KeyFileProblem {
         /// User of this process.
         wanted: u32,
     },
-    /// Its text is wrong.
+    /// Its text is invalid.
     #[error("{0}")]
     Text(#[from] RecordError),
 }
 
-/// The file of the signing key. Nobody but its owner may read it.
+/// The file of the signing key. Only its owner may read it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeptKey {
     /// The file.
     pub path: PathBuf,
-    /// What is in it; `None` if it is not there.
+    /// Its content; `None` if it does not exist.
     pub record: Option<KeyRecord>,
 }
 
 impl KeptKey {
-    /// Reads the file; one that is not there keeps no key.
+    /// Reads the file; without it there is no key.
     ///
     /// # Errors
-    /// [`KeyFileError`] names the file and what is wrong with it.
+    /// [`KeyFileError`] names the file and the error.
     pub fn read(path: PathBuf) -> Result<Self, KeyFileError> {
         let record = match read_key(&path) {
             Ok(record) => Some(record),
@@ -245,7 +245,7 @@ impl KeptKey {
         Ok(Self { path, record })
     }
 
-    /// The file for its writer, for its owner alone: it has a signing key.
+    /// The file for its writer, for its owner alone: it contains a signing key.
     #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| {
@@ -278,12 +278,12 @@ fn read_key(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
     Ok(KeyRecord::from_text(&text)?)
 }
 
-/// What is done to a file.
+/// Operation on a file.
 #[derive(Debug)]
 pub enum Change {
-    /// It gets this text.
+    /// Write this text.
     Save(Save),
-    /// It goes.
+    /// Remove the file.
     Remove,
 }
 
@@ -304,7 +304,7 @@ impl From<KeyChange> for Change {
     }
 }
 
-/// What writer and owner share.
+/// State shared by writer and owner.
 #[derive(Debug, Default)]
 struct Shared {
     state: Mutex<State>,
@@ -313,7 +313,7 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct State {
-    /// The latest change; an older one that was not written yet is superseded.
+    /// The latest change; it supersedes an earlier one that was not written yet.
     next: Option<Change>,
     outcome: Option<Saved>,
     has_ended: bool,
@@ -321,12 +321,12 @@ struct State {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // The state is whole at every moment, also where a thread broke down.
+        // The state is consistent at every moment, even if a thread has panicked.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Writes a file that is kept for the next start. Dropping it waits until everything is written.
+/// Writes a file saved for the next start. Dropping it waits until everything is written.
 #[derive(Debug)]
 pub struct Store {
     shared: Arc<Shared>,
@@ -338,7 +338,7 @@ impl Store {
     /// Starts the writer of a file, which messages call `name`.
     ///
     /// # Errors
-    /// If the system gives no thread.
+    /// If the system cannot start a thread.
     pub fn open(file: OwnFile, name: &'static str) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
@@ -347,13 +347,13 @@ impl Store {
         Ok(Self { shared, writer: Some(writer), name })
     }
 
-    /// Hands over the latest change. Never waits for the disk.
+    /// Submits the latest change. Never waits for the disk.
     pub fn change(&self, change: impl Into<Change>) {
         self.shared.lock().next = Some(change.into());
         self.shared.changed.notify_one();
     }
 
-    /// What became of the latest write, once.
+    /// Result of the latest write, once.
     #[must_use]
     pub fn outcome(&self) -> Option<Saved> {
         self.shared.lock().outcome.take()

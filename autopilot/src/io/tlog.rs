@@ -1,7 +1,7 @@
 //! All MAVLink traffic of the process in a file that ground-station tools read (`.tlog`).
 //!
-//! Each frame has eight bytes before it: microseconds since 1970, big-endian. Frames of all ground stations
-//! are in it as they come and go. A thread of its own writes; what it cannot take is left out and counted.
+//! Each frame follows eight bytes: microseconds since 1970, big-endian. Frames of all ground stations
+//! are in it in order of reception and transmission. Its own thread writes; frames without room are left out and counted.
 
 use core::time::Duration;
 use std::fs::{self, File};
@@ -18,20 +18,20 @@ use mavlink_services::traffic::is_bulk;
 
 /// Frames that may wait for the disk: more than half a second of a download.
 const FRAMES_MAX: usize = 8192;
-/// What was written is in the file after this.
+/// Longest time until a written frame is in the file.
 const FLUSH: Duration = Duration::from_millis(500);
-/// Part of the limit of all logs that the traffic of one process may have.
+/// Fraction of the limit of all logs for the traffic of one process.
 const SHARE: u64 = 8;
-/// Names that are tried: somebody else may have begun in the same second.
+/// Names that are tried: another process may have begun in the same second.
 const NAMES_MAX: u64 = 60;
 
-/// What the log of traffic may have where all logs together may have `limit_bytes`.
+/// Size limit of the log of traffic where all logs together may have `limit_bytes`.
 #[must_use]
 pub const fn share(limit_bytes: u64) -> u64 {
     limit_bytes / SHARE
 }
 
-/// A frame and when it came or went.
+/// A frame and its time of reception or transmission.
 #[derive(Debug)]
 struct Entry {
     at: WallTime,
@@ -51,7 +51,7 @@ impl Tlog {
     /// [`WallTime::ZERO`], microseconds since 1970.
     ///
     /// # Errors
-    /// If there can be no file or no thread.
+    /// If the file or the thread cannot be created.
     pub fn open(folder: &Path, unix_start_us: u64, limit_bytes: u64) -> io::Result<Self> {
         let (path, file) = create(folder, unix_start_us / 1_000_000)?;
         let (entries, theirs) = sync_channel(FRAMES_MAX);
@@ -72,7 +72,7 @@ impl Tlog {
         }
     }
 
-    /// So many frames found no room.
+    /// Counts frames dropped for lack of room.
     pub fn left_out(&mut self, frames: u64) {
         if self.dropped == 0 && frames > 0 {
             warn!("the disk cannot keep up with the traffic log: frames are left out");
@@ -95,7 +95,7 @@ impl Drop for Tlog {
     }
 }
 
-/// A new file with the time as its name, which nobody removes while it is open.
+/// A new file with the time as its name, which is not removed while it is open.
 fn create(folder: &Path, utc_s: u64) -> io::Result<(PathBuf, File)> {
     fs::create_dir_all(folder)?;
     let mut second = 0;
@@ -119,7 +119,7 @@ struct Writer {
     path: PathBuf,
     out: BufWriter<File>,
     unix_start_us: u64,
-    /// Bytes that the file may still have.
+    /// Bytes left for the file.
     left: u64,
 }
 

@@ -97,7 +97,7 @@ pub struct LawArgs {
 }
 
 impl LawArgs {
-    /// Sets what the options say; the rest stays.
+    /// Sets the values that the options give, and no others.
     ///
     /// # Errors
     /// [`RunError`] names the file of gains, parameter, value and allowed range.
@@ -225,7 +225,7 @@ pub struct AutopilotArgs {
 }
 
 impl AutopilotArgs {
-    /// The sockets for ground stations that options and file ask for; `None` if there are to be none.
+    /// The requested sockets for ground stations; `None` if they are disabled.
     ///
     /// # Errors
     /// [`RunError`] names the file, and key, value and allowed form.
@@ -237,7 +237,7 @@ impl AutopilotArgs {
         Ok(self.ground_stations.links(&file.ground_stations))
     }
 
-    /// Folder for flight logs, if there are to be any. A flight of a setup writes them only where an option names one.
+    /// Folder for flight logs, if they are enabled. A flight of a setup writes them only where an option names one.
     #[must_use]
     pub fn log_folder(&self) -> Option<PathBuf> {
         if self.setup.is_some() && self.recording.log_dir.is_none() {
@@ -246,7 +246,7 @@ impl AutopilotArgs {
         PathOption::path(self.recording.log_dir.as_ref(), LOG_FOLDER)
     }
 
-    /// A file that is kept for the next start. A flight of a setup is exactly that setup and keeps nothing.
+    /// A file saved for the next start. A flight of a setup is exactly that setup and saves nothing.
     fn kept_file(&self, option: Option<&PathOption>, name: &str) -> Option<PathBuf> {
         if self.setup.is_some() { None } else { PathOption::path(option, name) }
     }
@@ -262,7 +262,7 @@ impl AutopilotArgs {
         })
     }
 
-    /// The parameters that ground stations have set; `None` where none are kept.
+    /// The saved parameters of ground stations; `None` if they are not saved.
     ///
     /// # Errors
     /// [`RunError`] names file, parameter, value and allowed range.
@@ -274,26 +274,26 @@ impl AutopilotArgs {
         Ok(file.map(|file| KeptParameters::read(file, defaults)).transpose()?)
     }
 
-    /// The plan that a ground station has uploaded in an earlier run; `None` where none is kept.
+    /// The plan that a ground station has uploaded in an earlier run; `None` if it is not saved.
     ///
     /// # Errors
-    /// [`RunError`] names the file and what is wrong with it.
+    /// [`RunError`] names the file and the error.
     pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptPlan::read_beside(&file)).transpose()?)
     }
 
-    /// The key file and the key in it; `None` where no key is kept.
+    /// The key file and the key in it; `None` if no key is saved.
     ///
     /// # Errors
-    /// [`RunError`] names the file and what is wrong with it.
+    /// [`RunError`] names the file and the error.
     pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
         let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
         Ok(file.map(KeptKey::read).transpose()?)
     }
 
-    /// The control side that the options ask for, validated. The parameter file is not looked at, so that a
-    /// flight of record does not depend on it.
+    /// The control side that the options request, validated. It does not depend on the parameter file, so that a
+    /// flight of record does not either.
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.
@@ -302,7 +302,7 @@ impl AutopilotArgs {
         self.control_setup_over(&model.aircraft, &model.defaults)
     }
 
-    /// The same with this model, where what the options leave open is as in `over`.
+    /// The same with this model; values that the options leave open come from `over`.
     ///
     /// # Errors
     /// [`RunError`] names file or parameter, value and allowed range.

@@ -1,4 +1,4 @@
-//! Where ground stations can be: options, the configuration file, and what holds without either.
+//! Addresses for ground stations: options, the configuration file, and the defaults.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -173,7 +173,7 @@ impl ConfigFile {
 }
 
 impl GroundStationArgs {
-    /// The sockets that are asked for; `None` if there are to be none.
+    /// The requested sockets; `None` if they are disabled.
     #[must_use]
     pub fn links(&self, file: &GroundStationTable) -> Option<Links> {
         let clients: Vec<SocketAddr> = match (self.clients.as_slice(), &file.clients) {
@@ -196,7 +196,7 @@ impl GroundStationArgs {
     }
 }
 
-/// Own address for calling `clients`: nothing but loopback unless somebody is elsewhere.
+/// Local address for calling `clients`: loopback unless one of them is on another computer.
 fn bind_for(clients: &[SocketAddr]) -> SocketAddr {
     let everywhere_4 = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
     let everywhere_6 = SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0));
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn the_autopilot_that_heartbeats_name_is_px4_unless_another_is_asked_for() {
+    fn the_autopilot_that_heartbeats_name_is_px4_unless_another_is_requested() {
         assert_eq!(parse(&[]).unwrap().identity, HeartbeatIdentity::Px4);
         let generic = parse(&["--mavlink-autopilot", "generic"]).unwrap();
         assert_eq!(generic.identity, HeartbeatIdentity::Generic);

@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A folder with one thing of each kind that is no ordinary file, and their names.
+/// A folder with one entry of each type that is not a regular file, and their names.
 fn not_ordinary() -> (TempDir, Vec<(PathBuf, &'static str)>) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -55,7 +55,7 @@ fn a_file_that_is_too_long_is_refused_with_its_length_and_the_limit() {
     assert_eq!(message, "100000000 bytes long, the limit is 1048576 bytes");
     file.set_len(TEXT_MAX).unwrap();
     assert_eq!(read(&path, TEXT_MAX).unwrap().len(), 1 << 20);
-    // A file of the kernel says that it has no bytes, and has some.
+    // A file of the kernel reports a length of zero, and has content.
     let message = read(Path::new("/proc/self/status"), 5).unwrap_err().to_string();
     assert_eq!(message, "6 bytes long, the limit is 5 bytes");
 }
@@ -107,7 +107,7 @@ fn an_own_file_is_made_replaced_and_removed_as_a_whole() {
     assert_eq!((mode(&path), mode(path.parent().unwrap())), (0o600, 0o700));
     own.clone().without_sync().replace(b"own 2").unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"own 2");
-    // An empty file is free for anybody; a link keeps leading to the file.
+    // An empty file may be used by any program; a link keeps its target.
     fs::write(&path, "").unwrap();
     let link = folder.path().join("link");
     symlink(&path, &link).unwrap();

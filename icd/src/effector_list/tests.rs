@@ -84,12 +84,12 @@ fn every_impossible_list_is_refused_with_the_effector_and_the_expected_value() {
             "effector `nozzle yaw`: kind = nozzle_pitch stands there twice, expected at most one",
         ),
     ];
-    for (said, expected) in cases {
-        assert_eq!(said, expected);
+    for (text, expected) in cases {
+        assert_eq!(text, expected);
     }
     for bad in ["Rudder", "left  aileron", " rudder", "rudder_1", "2 rudders", ""] {
-        let said = refusal(|all| all[4].name = name(bad));
-        assert!(said.contains("small letters"), "{bad}: {said}");
+        let text = refusal(|all| all[4].name = name(bad));
+        assert!(text.contains("small letters"), "{bad}: {text}");
     }
 }
 

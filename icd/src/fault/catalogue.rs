@@ -1,5 +1,5 @@
-//! The catalogue of faults: one entry for each kind, and nothing about kinds anywhere else but what a kind does, which
-//! is `plant-sim/src/faults/active.rs`.
+//! The catalogue of faults: one entry for each kind. No other code depends on single kinds, except for their effect in
+//! `plant-sim/src/faults/active.rs`.
 //!
 //! Keys of scenario files, phrases of scripts, names in the shell, types, values and parameters of MAVLink, texts, codes in packets
 //! and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of
@@ -42,7 +42,7 @@ impl FaultKind {
 }
 
 kinds! {
-    /// Stuck where it is when the fault acts: a jam.
+    /// Stuck at its position at the onset: a jam.
     StuckHere => KindInfo {
         code: 1,
         key: "stuck_here",
@@ -58,7 +58,7 @@ kinds! {
 
     /// Stuck at an angle: a jam, as in the paper's two cases.
     StuckAt {
-        /// Where it sticks, rad, inside the effector's travel.
+        /// The angle, rad, inside the effector's travel.
         angle_rad: f64,
         /// How it gets there.
         travel: Travel,
@@ -100,9 +100,9 @@ kinds! {
         mavlink: Mavlink { first_mode: 1, mode: &["at FLT_STUCK_DEG"], user_1: Some(1), ..Mavlink::new(T::Stuck) },
     };
 
-    /// Runs to one end of its travel at the actuator's rate limit and stays there, whatever is commanded: a runaway.
+    /// Runs to one end of its travel at the actuator's rate limit and stays there, whatever the command: a runaway.
     HardOver {
-        /// Which end. It is that of the deflection's sign and never that of the command.
+        /// The end. It is that of the deflection's sign and never that of the command.
         side: Side,
     } => KindInfo {
         code: 4,
@@ -141,7 +141,7 @@ kinds! {
         },
     };
 
-    /// Partial loss of effectiveness: the effector has this fraction of its effect left (the paper's x in `(x - 1) u`).
+    /// Partial loss of effectiveness: the effector keeps this fraction of its effect (the paper's x in `(x - 1) u`).
     PartialLoss {
         /// Fraction remaining, 0 to 1.
         remaining: f64,
@@ -212,7 +212,7 @@ kinds! {
         mavlink: Mavlink { user_1: Some(4), ..Mavlink::new(T::Slow) },
     };
 
-    /// Does what it was commanded this long ago. Nothing acts twice: at the onset it waits where it is.
+    /// Follows its command of this time ago. No command acts twice: at the onset the effector waits at its position.
     Delayed {
         /// Delay, s, 0 to [`FaultKind::DELAY_MAX_S`].
         delay_s: f64,
@@ -238,11 +238,11 @@ kinds! {
         mavlink: Mavlink { user_1: Some(5), ..Mavlink::new(T::Delayed) },
     };
 
-    /// Commands get through for a part of each period only; else the effector stands still: a loose contact.
+    /// Receives commands during a part of each period only, and stands still otherwise: a loose contact.
     Intermittent {
         /// Length of a period, s. A period begins with the gap.
         period_s: f64,
-        /// Fraction of the period in which commands get through, 0 to 1.
+        /// Fraction of the period with commands, 0 to 1.
         present: f64,
     } => KindInfo {
         code: 10,
@@ -278,7 +278,7 @@ kinds! {
         mavlink: Mavlink { user_1: Some(7), ..Mavlink::new(T::Intermittent) },
     };
 
-    /// Swings about where it should be: oscillatory failure, "liquid" form.
+    /// Oscillates about its proper position: oscillatory failure, "liquid" form.
     Oscillating {
         /// Largest deviation, rad or N.
         amplitude: f64,
@@ -318,7 +318,7 @@ kinds! {
         mavlink: Mavlink { word: Some("oscillate"), user_1: Some(6), ..Mavlink::new(T::Garbage) },
     };
 
-    /// Its deviation grows until the end of the travel: sensor of the servo.
+    /// Its deviation grows until the end of the travel: drift of the servo's sensor.
     Drifting {
         /// Speed and direction, rad/s or N/s.
         rate: f64,
@@ -344,7 +344,7 @@ kinds! {
         mavlink: Mavlink { user_1: Some(8), ..Mavlink::new(T::Drift) },
     };
 
-    /// Off by a constant: sensor of the servo.
+    /// Constant deviation: offset of the servo's sensor.
     Biased {
         /// Deviation, rad or N.
         bias: f64,
@@ -373,7 +373,7 @@ kinds! {
         },
     };
 
-    /// Moves only this far; beyond it when the fault acts, it is pushed back: an obstacle.
+    /// Moves only this far; an effector beyond it at the onset is pushed back: an obstacle.
     LimitedTravel {
         /// Largest deflection either way, rad; of the engine the largest thrust, N.
         limit: f64,

@@ -1,4 +1,4 @@
-//! What an entry of the catalogue holds.
+//! The parts of an entry of the catalogue.
 
 use super::quantity::{Quantity, Range};
 use super::target::TargetClass;
@@ -18,11 +18,11 @@ pub struct KindInfo {
     pub numbers: &'static [NumberInfo],
     /// Its choice, if it has one.
     pub choice: Option<Choice>,
-    /// What the servo does, for the documents.
+    /// Behaviour of the servo, for the documents.
     pub servo: &'static str,
-    /// What of the effector still acts, for the documents.
+    /// Remaining effect of the effector, for the documents.
     pub acts: &'static str,
-    /// What a ramp does, for the documents; empty for a fault without a size, which has no ramp.
+    /// Effect of a ramp, for the documents; empty for a fault without a size, which has no ramp.
     pub ramp: &'static str,
     /// How ground stations request it.
     pub mavlink: Mavlink,
@@ -76,7 +76,7 @@ pub struct NumberParameter {
     pub min: f64,
     /// Largest value.
     pub max: f64,
-    /// Value until somebody sets another.
+    /// Default value.
     pub default: f64,
     /// Its description.
     pub meaning: &'static str,

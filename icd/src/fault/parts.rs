@@ -1,4 +1,4 @@
-//! From the entries of the catalogue to types: the macros that it is written with, and kinds in parts.
+//! Macros that generate types from the entries of the catalogue, and kinds in parts.
 
 /// Most numbers that a kind can have.
 pub const NUMBERS_MAX: usize = 2;
@@ -47,14 +47,14 @@ macro_rules! choices {
     };
 }
 
-/// The enum of the kinds, the catalogue, and the way between a kind and its code and numbers.
+/// The enum of the kinds, the catalogue, and the conversion between a kind and its code and numbers.
 macro_rules! kinds {
     ($(
         $(#[$doc:meta])* $name:ident
         $({ $($(#[$field_doc:meta])* $field:ident: $type:ty),+ $(,)? })?
         => $info:expr;
     )+) => {
-        /// How an effector fails. Values are rad, rad/s for those that turn; N, N/s for an engine.
+        /// How an effector fails. Values are rad, rad/s for effectors that turn; N, N/s for an engine.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
         pub enum FaultKind {
             $($(#[$doc])* $name $({ $($(#[$field_doc])* $field: $type),+ })?),+

@@ -1,4 +1,4 @@
-//! The numbers of faults: what they measure, their units for people, and where they must lie.
+//! The numbers of faults: their quantities, the operator's units, and their ranges.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ macro_rules! quantities {
             /// All of them.
             pub const ALL: [Self; [$(Self::$name),+].len()] = [$(Self::$name),+];
 
-            /// Name for people.
+            /// Display name.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$name => $title),+ }
@@ -50,7 +50,7 @@ quantities! {
     Delay = 3, "delay", Measure::Milliseconds, ["delay_ms"; 2];
     /// Period of an intermittent fault, s.
     Period = 4, "period", Measure::Seconds, ["period_s"; 2];
-    /// Fraction of a period in which commands get through.
+    /// Fraction of a period with commands.
     Present = 5, "present fraction", Measure::Fraction, ["present_percent"; 2];
     /// Amplitude, rad or N.
     Amplitude = 6, "amplitude", Measure::Position, ["amplitude_deg", "amplitude_kn"];
@@ -66,9 +66,9 @@ quantities! {
     Duration = 11, "duration", Measure::Seconds, ["duration_s"; 2];
     /// Time from one onset to the next, s.
     Every = 12, "repetition", Measure::Seconds, ["every_s"; 2];
-    /// How often.
+    /// Number of onsets.
     Times = 13, "number of repetitions", Measure::Count, ["times"; 2];
-    /// Where an effector sticks, rad.
+    /// Position at which an effector sticks, rad.
     Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
 }
 
@@ -104,7 +104,7 @@ pub enum Measure {
     Fraction,
     /// Time, s.
     Seconds,
-    /// Time, s; its unit for people is the millisecond.
+    /// Time, s; the operator's unit is the millisecond.
     Milliseconds,
     /// Frequency, Hz.
     Hertz,
@@ -112,7 +112,7 @@ pub enum Measure {
     Count,
 }
 
-/// A unit for people: a number with it, times `times` and over `over`, is in SI units.
+/// A unit for operators: a number in it, times `times` and over `over`, is in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Its symbol.
@@ -140,7 +140,7 @@ impl Unit {
 }
 
 impl Measure {
-    /// Its unit for people.
+    /// The operator's unit.
     #[must_use]
     pub const fn unit(self, class: TargetClass) -> Unit {
         const DEG: f64 = 1.0_f64.to_radians();
@@ -188,7 +188,7 @@ impl Range {
         }
     }
 
-    /// For any aircraft, in the unit for people; a number outside is a typing error.
+    /// For any aircraft, in the operator's unit; a number outside is a typing error.
     #[must_use]
     pub fn anywhere(self, measure: Measure, class: TargetClass) -> [f64; 2] {
         let largest = match (measure, class) {

@@ -85,7 +85,7 @@ impl Target {
         }
     }
 
-    /// Name for people.
+    /// Display name.
     #[must_use]
     pub fn name(self, effectors: &EffectorList) -> &str {
         match self {

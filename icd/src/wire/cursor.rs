@@ -1,16 +1,16 @@
-//! Little-endian fields in and out of a packet, and the trait of everything that a packet holds.
+//! Little-endian fields in and out of a packet, and the trait of every part of a packet.
 
 use super::{PacketBytes, WireError};
 use crate::time::SimTime;
 
-/// What a packet holds: the same bytes both ways.
+/// A part of a packet: the same bytes both ways.
 pub(super) trait Field: Sized {
     fn write(&self, w: &mut Writer<'_>);
     /// `name` is for the error about a value that is not finite.
     fn read(r: &mut Reader<'_>, name: &'static str) -> Result<Self, WireError>;
 }
 
-/// Enums with a code byte and the fields of the variant behind it: one table for both ways.
+/// Enums with a code byte followed by the fields of the variant: one table for both ways.
 macro_rules! coded {
     (@name $part:ident) => { stringify!($part) };
     (@name $part:ident $name:literal) => { $name };
@@ -46,7 +46,7 @@ pub(super) use coded;
 /// Appends fields to a packet; the packet types are smaller than the buffer, which a test checks.
 pub(super) struct Writer<'a> {
     pub out: &'a mut PacketBytes,
-    /// How many effectors the aircraft has.
+    /// Number of effectors of the aircraft.
     pub effectors: usize,
 }
 
@@ -81,7 +81,7 @@ impl Writer<'_> {
     pub fn time(&mut self, v: SimTime) {
         self.u64(v.as_micros());
     }
-    /// Closes the packet with its checksum.
+    /// Ends the packet with its checksum.
     #[inline]
     pub fn finish(self) {
         let crc = crc32fast::hash(self.out);
@@ -96,7 +96,7 @@ pub(super) struct Reader<'a> {
     /// Flight and number of the packet, for errors.
     pub session: u64,
     pub sequence: u64,
-    /// How many effectors the aircraft has.
+    /// Number of effectors of the aircraft.
     pub effectors: usize,
 }
 
@@ -135,14 +135,14 @@ impl Reader<'_> {
             value => Err(WireError::Code { field, value }),
         }
     }
-    /// So many bytes.
+    /// The next bytes.
     #[inline]
     pub fn bytes(&mut self, count: usize) -> Result<&[u8], WireError> {
         let (head, tail) = self.left.split_at_checked(count).ok_or(self.length())?;
         self.left = tail;
         Ok(head)
     }
-    /// Several finite values with one look at the length; `name` is for the error about the first that is not.
+    /// Several finite values with one check of the length; `name` is for the error about the first that is not finite.
     #[inline]
     pub fn f64s<const N: usize>(
         &mut self,
@@ -172,11 +172,11 @@ impl Reader<'_> {
             None => Ok(()),
         }
     }
-    /// A packet cannot have so many bytes.
+    /// Longer than any packet.
     pub fn length(&self) -> WireError {
         WireError::Length { bytes: self.total }
     }
-    /// A value that is not finite, or that cannot be.
+    /// A value that is not finite, or not valid.
     pub fn value(&self, field: &'static str, value: f64) -> WireError {
         WireError::Value { field, value, session: self.session, sequence: self.sequence }
     }

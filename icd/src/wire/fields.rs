@@ -1,7 +1,7 @@
-//! What packets hold beside numbers: the aircraft, requests, reports and faults, each with both ways side by side.
+//! The parts of packets besides numbers: the aircraft, requests, reports and faults, each with both ways side by side.
 //!
-//! Absent times are written as the largest number, absent durations and repetitions as zero, which no real one can be. A
-//! target is one byte: the place of an effector, or from 128 on a sensor.
+//! Absent times are written as the largest number, absent durations and repetitions as zero, which is never a valid one. A
+//! target is one byte: the index of an effector, or from 128 on a sensor.
 
 use super::cursor::{Field, Reader, Writer, coded};
 use super::{Aircraft, WireError};
@@ -55,7 +55,7 @@ coded! { Refusal, "refusal":
     7 => NoSensorFaults;
 }
 
-/// Numbers that every value is right for.
+/// Numbers of which every value is valid.
 macro_rules! plain {
     ($($type:ty: $way:ident;)+) => {
         $(impl Field for $type {
@@ -72,7 +72,7 @@ macro_rules! plain {
 
 plain! { u8: u8; u32: u32; SimTime: time; }
 
-/// A flag, and a number also where there is none.
+/// A flag, and a number in any case.
 impl Field for Option<u32> {
     fn write(&self, w: &mut Writer<'_>) {
         w.u8(self.is_some().into());
@@ -154,7 +154,7 @@ const VALUES: [&str; Effector::MAX] = [
     "value of effector 16",
 ];
 
-/// A flag, and the request where there is one.
+/// A flag, and the request if there is one.
 impl Field for Option<PlantRequest> {
     fn write(&self, w: &mut Writer<'_>) {
         w.u8(self.is_some().into());
@@ -172,7 +172,7 @@ impl Field for Option<PlantRequest> {
     }
 }
 
-/// A pace that can be: a fraction of a period, or a speed beyond the limits, is refused like NaN.
+/// A valid pace: a fraction of a period, or a speed beyond the limits, is refused like NaN.
 impl Field for Pace {
     fn write(&self, w: &mut Writer<'_>) {
         let (code, value) = match *self {

@@ -1,4 +1,4 @@
-//! Packets to bytes and back. Nothing that is damaged, foreign or not finite gets through.
+//! Packets to bytes and back. Reading rejects everything damaged, foreign or not finite.
 
 use super::cursor::{Field, Reader, Writer};
 use super::{
@@ -26,7 +26,7 @@ const QUATERNION_TOLERANCE: f64 = 1.0e-6;
 
 /// Writes a sensor packet into `out`, which is cleared first.
 ///
-/// Of an `envelope` longer than [`ENVELOPE_MAX`] nothing is written.
+/// An `envelope` longer than [`ENVELOPE_MAX`] is left out.
 pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBytes) {
     let phase = packet.phase as u8;
     let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence, packet.time);
@@ -103,7 +103,7 @@ fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
 /// Reads one datagram.
 ///
 /// # Errors
-/// [`WireError`] names what is wrong. A packet of another version is recognised before anything else but its magic, so that
+/// [`WireError`] names the error. A packet of another version is recognised before any field except the magic is read, so that
 /// its sender can be refused with both versions.
 pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
     let total = datagram.len();
@@ -171,7 +171,7 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
 }
 
-/// Time and validity of each sample; none is of the future.
+/// Time and validity of each sample; none may be in the future.
 fn read_stamps(r: &mut Reader<'_>, now: SimTime) -> Result<[Stamp; Sensors::SENSORS], WireError> {
     let mut stamps = [Stamp { time: now, valid: false }; Sensors::SENSORS];
     for (index, stamp) in stamps.iter_mut().enumerate() {
@@ -193,8 +193,8 @@ fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, 
     Ok(ActuatorPacket { session, sequence, aircraft, time, actuators, request, wants_envelope })
 }
 
-/// What a sensor packet carries for the recorder, unopened; empty if it carries nothing. Only for a datagram
-/// that [`decode`] has accepted as one.
+/// The data of a sensor packet for the recorder, still encoded; empty if there are none. Only for a datagram
+/// that [`decode`] has accepted as a sensor packet.
 #[must_use]
 pub fn envelope(datagram: &[u8]) -> &[u8] {
     let length_at = datagram.len().saturating_sub(4 + 2);
@@ -205,7 +205,7 @@ pub fn envelope(datagram: &[u8]) -> &[u8] {
     length_at.checked_sub(length).and_then(|from| datagram.get(from..length_at)).unwrap_or(&[])
 }
 
-/// Passes over the envelope at the end of a sensor packet.
+/// Skips the envelope at the end of a sensor packet.
 fn skip_envelope(r: &mut Reader<'_>) -> Result<(), WireError> {
     let (envelope, length) = r.left.split_last_chunk::<2>().ok_or(r.length())?;
     if envelope.len() != usize::from(u16::from_le_bytes(*length)) || envelope.len() > ENVELOPE_MAX {

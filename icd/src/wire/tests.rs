@@ -9,7 +9,7 @@ use crate::pace::Pace;
 use crate::tvc_jet;
 use proptest::prelude::*;
 
-/// Every sensor with a time of its own, every other one invalid.
+/// Every sensor with a different time, every other one invalid.
 fn sensors() -> Sensors {
     let mut values = core::array::from_fn(|index| index as f64 / 3.0);
     values[6..10].copy_from_slice(&Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3).wxyz());
@@ -200,7 +200,7 @@ fn a_pace_that_cannot_be_is_refused() {
         let decoded = decode(&bytes);
         assert!(matches!(decoded, Err(WireError::Value { field: "pace", .. })), "{decoded:?}");
     }
-    // Half a period: behind the value there are only the envelope flag and the checksum.
+    // Half a period: only the envelope flag and the checksum follow the value.
     let action = PlantAction::Pace(Pace::Step(1));
     let packet =
         ActuatorPacket { request: Some(PlantRequest { number: 5, action }), ..actuator_packet() };
@@ -317,7 +317,7 @@ fn the_start_comes_back_bit_for_bit_and_only_in_the_first_packet_of_a_flight() {
     assert!(matches!(decode(&bytes), Err(WireError::Value { field: "value of effector 5", .. })));
 }
 
-/// The largest aircraft: every place has an effector, and the name is as long as it can be.
+/// The largest aircraft: every place has an effector, and the name has the largest length.
 fn largest() -> Aircraft {
     let name = Name::from("abcdefghijklmnopqrstuvwxyz123456").unwrap();
     Aircraft { name, effectors: 16, identity: u32::MAX }

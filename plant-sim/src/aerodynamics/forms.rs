@@ -1,4 +1,4 @@
-//! The two forms in which an airframe file has its aerodynamics, and each of them ready to be flown.
+//! The two forms of aerodynamics in an airframe file, and each of them prepared for flight.
 
 use icd::{Body, EffectorList, PerEffector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -10,7 +10,7 @@ use crate::rigid_body::Wrench;
 use crate::tables::aerodynamics::{AeroTables, TableAero};
 use crate::tables::{TablesError, stored};
 
-/// Aerodynamics as an airframe file has them.
+/// Aerodynamics as in an airframe file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Aerodynamics {
     /// Derivatives, with those of each surface at its effector.
@@ -51,7 +51,7 @@ impl Aerodynamics {
     }
 }
 
-/// [`Aerodynamics`] in files for people: a table that has the keys of one of the forms.
+/// [`Aerodynamics`] in text files: a table with the keys of one of the forms.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Aerodynamics", untagged)]
 enum Readable {
@@ -87,7 +87,7 @@ impl<'de> Deserialize<'de> for Aerodynamics {
     }
 }
 
-/// What the air does to an aircraft, ready for the equations of motion.
+/// The aerodynamic forces of an aircraft, prepared for the equations of motion.
 #[derive(Debug, Clone)]
 pub struct AirForces {
     geometry: Geometry,
@@ -104,7 +104,7 @@ enum Form {
 }
 
 impl AirForces {
-    /// Of this aircraft.
+    /// For this aircraft.
     ///
     /// # Errors
     /// [`TablesError`] if its tables cannot be evaluated.

@@ -1,4 +1,4 @@
-//! What deflected surfaces add to the coefficients: derivatives of each, summed left and right together.
+//! Coefficients of deflected surfaces: derivatives of each, summed left and right together.
 
 use arrayvec::ArrayVec;
 use icd::{Effector, EffectorKind, EffectorList, PerEffector};
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Coefficients;
 
-/// Derivatives of one effector, 1/rad, and of its drag 1/rad²; zeros for what is no aerodynamic surface.
+/// Derivatives of one effector, 1/rad, and of its drag 1/rad²; zeros if it is not an aerodynamic surface.
 ///
-/// Letters of derivatives (docs/parameter-set.md) have the letter of the kind behind them, as in `Cmde` of an elevator.
+/// The letter of the kind follows the letters of a derivative (docs/parameter-set.md), as in `Cmde` of an elevator.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfaceDerivatives {
     /// CLd, lift.
@@ -51,7 +51,7 @@ macro_rules! field {
 }
 
 impl SurfaceDerivatives {
-    /// All of them.
+    /// All fields.
     pub const FIELDS: [SurfaceField; 7] = [
         field!("CLd", c_lift, false),
         field!("CDd", c_drag, true),
@@ -68,11 +68,11 @@ impl SurfaceDerivatives {
     }
 }
 
-/// Places of roll and yaw among the linear derivatives.
+/// Indices of roll and yaw among the linear derivatives.
 const ROLL: usize = 2;
 const YAW: usize = 4;
 
-/// A left and a right surface: what they do together, and what they do against each other.
+/// A left and a right surface: their common and their differential effect.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
     left: Effector,
@@ -103,7 +103,7 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Of these effectors with these derivatives.
+    /// For effectors with these derivatives.
     #[must_use]
     pub fn new(list: &EffectorList, derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
@@ -122,7 +122,7 @@ impl Surfaces {
         Self { pairs, singles: list.singles().filter(is_surface).map(single).collect() }
     }
 
-    /// The coefficients with what the surfaces add at these deflections, rad.
+    /// The coefficients with the contribution of the surfaces at these deflections, rad.
     #[inline]
     pub(super) fn added_to(
         &self,
@@ -130,7 +130,7 @@ impl Surfaces {
         deflections: &PerEffector<f64>,
     ) -> Coefficients {
         let mut drag = clean.drag;
-        // Minus zero plus anything is that to the bit.
+        // Minus zero is the neutral element of addition, to the bit.
         let mut sum = [-0.0; 5];
         for pair in &self.pairs {
             let (left, right) = (deflections[pair.left], deflections[pair.right]);
@@ -144,7 +144,7 @@ impl Surfaces {
             for (sum, part) in sum.iter_mut().zip(all) {
                 *sum += part;
             }
-            // Equal derivatives are the rule, and then mirrored deflections have the same drag to the bit.
+            // Usually both have equal derivatives, and then mirrored deflections have the same drag to the bit.
             drag += if pair.drag[0] == pair.drag[1] {
                 pair.drag[0] * (left * left + right * right)
             } else {

@@ -1,4 +1,4 @@
-//! The airframe file as it is written, and errors about keys of an earlier version.
+//! The airframe file as written, and errors about keys of an earlier version.
 
 use icd::effector_list::{EffectorEntry, Name};
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
@@ -15,7 +15,7 @@ use crate::start::StartTable;
 use crate::tables::aerodynamics::TableAero;
 use crate::tables::thrust::Propulsion;
 
-/// The airframe file as written: the keys that there are, with derivatives ([`Aero`]) or tables ([`TableAero`]) in
+/// The airframe file as written: the keys that it has, with derivatives ([`Aero`]) or tables ([`TableAero`]) in
 /// `[aerodynamics]`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,7 +59,7 @@ struct EffectorTable {
     yaw_per_roll: Option<f64>,
 }
 
-/// Reads a file that is known to be TOML. `text` is there for line and column of errors.
+/// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
 pub(super) fn read(
     file: &str,
     table: toml::Table,
@@ -156,7 +156,7 @@ impl<A> AirframeFile<A> {
     }
 }
 
-/// A name that is not too long.
+/// A name within the length limit.
 fn short(file: &str, name: &str) -> Result<Name, ConfigError> {
     Name::from(name).map_err(|_| ConfigError::LongName {
         file: file.to_owned(),
@@ -181,7 +181,7 @@ impl EffectorTable {
         ConfigError::EffectorKey { file, effector, key, problem }
     }
 
-    /// The keys that its kind needs are there, and no others.
+    /// Checks that the effector has the keys that its kind needs, and no others.
     fn servo(&self, file: &str) -> Result<Servo, ConfigError> {
         let is_angle = self.kind.is_angle();
         let of_angles = [
@@ -246,10 +246,10 @@ impl EffectorTable {
 /// Tables of earlier versions.
 const OLD_TABLES: [&str; 4] = ["aileron", "elevator", "rudder", "engine"];
 
-/// Keys of `[aerodynamics]` of earlier versions ended with these.
+/// Endings of the keys of `[aerodynamics]` in earlier versions.
 const OLD_ENDS: [&str; 3] = ["_aileron", "_elevator", "_rudder"];
 
-/// Says what replaces a key of an earlier version of the file.
+/// Names the replacement of a key of an earlier version of the file.
 fn refuse_old_keys(file: &str, table: &toml::Table) -> Result<(), ConfigError> {
     let old = |key: String, instead: String| {
         Err(ConfigError::OldKey { file: file.to_owned(), key, instead })

@@ -1,8 +1,8 @@
-//! How the Earth changes from one place to the next: what a stage of the integration needs between two ticks.
+//! Change of the Earth's properties from one place to the next: what a stage of the integration needs between two ticks.
 //!
-//! At every tick the vertical, the height and the gravity are worked out in full. Inside a step the
+//! At every tick the vertical, the height and the gravity are computed in full. Inside a step the
 //! aircraft moves by a metre, a ten-millionth of the radius, and there the first or second term of a series is
-//! all that a f64 can hold; it needs no root and no division.
+//! all that an f64 can resolve; it needs no root and no division.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,7 +15,7 @@ use super::{
 };
 use crate::geodesy::{self, Geodetic, SEMI_MAJOR_M};
 
-/// The slopes are good for places as near as this to the one they were worked out for, m.
+/// The slopes are valid within this distance of the place that they were computed for, m.
 const GOOD_FOR_M: f64 = 10.0;
 /// Farther than this from its start a step uses the full formulas, m: the third term of the height
 /// would reach 1e-8 m.
@@ -30,7 +30,7 @@ const PER_GEOPOTENTIAL_RADIUS: f64 = 1.0 / GEOPOTENTIAL_RADIUS_M;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slopes {
     position: Vector3<f64>,
-    /// Square of how far from a place the series goes, m²; zero for not at all.
+    /// Square of the range of the series, m²; zero for none.
     reach_m2: f64,
     /// Change of the gravity with the position, 1/s².
     gravity: Matrix3<f64>,
@@ -67,7 +67,7 @@ impl Slopes {
         }
     }
 
-    /// Whether they are good at this position (m, frame E): time for others if not.
+    /// Whether they are valid at this position (m, frame E); otherwise they have to be computed again.
     #[inline]
     #[must_use]
     pub fn cover(&self, position: &Vector3<f64>) -> bool {
@@ -97,7 +97,7 @@ impl Slopes {
 
     /// The Earth at `position`, a step away from `start` where it is `here`, and the steady wind (m/s, NED).
     ///
-    /// Within a metre the height is good to its rounding and the gravity to 1e-11 m/s²; far away, and on the
+    /// Within a metre the height is exact to rounding and the gravity to 1e-11 m/s²; far away, and on the
     /// flat Earth, both are those of [`Earth::place`].
     #[inline]
     #[must_use]
@@ -199,15 +199,15 @@ mod tests {
             let ours = slopes.nearby(&earth, &start, &earth.place(&start), &position, &WIND);
             let place = earth.place(&position);
             let exact = place.nearby(&WIND);
-            // Roundings of distances to the centre of the Earth, numbers with a spacing of 9.3e-10 m; 5.03e-9 m is
-            // the largest that was met, none of 30 million positions has 6e-9. Without the square of the way over the
+            // Rounding of distances to the centre of the Earth, numbers with a spacing of 9.3e-10 m; 5.03e-9 m is
+            // the largest error found, and none of 30 million positions has 6e-9. Without the square of the distance over the
             // radius it would be up to 2e-7.
             let rise = ours.geopotential_altitude_m - exact.geopotential_altitude_m;
             prop_assert!(rise.abs() < 6e-9, "{} m", rise);
-            // Square of way over radius, and slopes from some metres away.
+            // Square of distance over radius, and slopes from some metres away.
             let gravity = (ours.gravity - exact.gravity).norm();
             prop_assert!(gravity < 2e-11, "{} m/s2", gravity);
-            // Way and distance to the slopes over radius, tangent of the latitude squared, wind.
+            // Distance flown and distance to the slopes over radius, tangent of the latitude squared, wind.
             let wind = (ours.wind - exact.wind).norm();
             prop_assert!(wind < 1e-9, "{} m/s", wind);
             let (ours, exact) = (slopes.geodetic(&earth, &position, &place), earth.geodetic(&position));

@@ -9,7 +9,7 @@ mod timing;
 const T0: SimTime = SimTime::from_micros(1_000_000);
 const T1: SimTime = SimTime::from_micros(2_000_001);
 
-/// Those of the paper's aircraft, read once.
+/// The effectors of the paper's aircraft, read once.
 fn servos() -> PerEffector<Servo> {
     static SERVOS: std::sync::OnceLock<PerEffector<Servo>> = std::sync::OnceLock::new();
     *SERVOS.get_or_init(|| Airframe::paper().servos)
@@ -19,7 +19,7 @@ fn jump(angle_rad: f64) -> FaultKind {
     FaultKind::StuckAt { angle_rad, travel: Travel::Jump }
 }
 
-/// Faults with positions that all differ from zero, and what was reported.
+/// Faults with positions that all differ from zero, and the reports.
 struct Bench {
     faults: Faults,
     positions: PerEffector<f64>,
@@ -63,7 +63,7 @@ impl Bench {
         faults.apply_due(&mut FaultContext { now, positions, report });
     }
 
-    /// The states that were reported.
+    /// The reported states.
     fn states(&self) -> Vec<FaultState> {
         let state = |report: &PlantReport| match report {
             PlantReport::Fault(entry) => entry.state,
@@ -76,13 +76,13 @@ impl Bench {
         self.faults.effects().effective_deflection(effector, self.positions[effector])
     }
 
-    /// Speed of an effector whose servo wants to move with one unit per second.
+    /// Speed of an effector whose servo would move at one unit per second.
     fn rate(&self, effector: Effector) -> f64 {
         self.faults.effects().rates(8, &PerEffector::from_fn(|_| 1.0))[effector]
     }
 }
 
-/// Every fault that the effector can have, with the effective value and the speed that follow at once.
+/// Every fault that the effector can have, with the effective value and the speed immediately after.
 fn kinds(effector: Effector, here: f64) -> Vec<(FaultKind, f64, f64)> {
     let mut kinds = vec![
         (FaultKind::StuckHere, here, 0.0),
@@ -289,9 +289,9 @@ fn a_scheduled_fault_requested_again_after_its_onset_is_unchanged() {
     let later = SimTime::from_micros(T1.as_micros() + 500_000);
     let again =
         |kind, at| FaultRequest::Inject { target: effector.into(), kind, timing: Timing::at(at) };
-    let told = bench.reports.len();
+    let reports = bench.reports.len();
     assert_eq!(bench.request(later, again(kind, T1)), FaultReply::Unchanged { at: T1 });
-    assert_eq!(bench.reports.len(), told, "nothing begins twice");
+    assert_eq!(bench.reports.len(), reports, "nothing begins twice");
     let other_onset = SimTime::from_micros(T1.as_micros() + 1);
     for (kind, onset) in [(kind, other_onset), (jump(0.2), T1)] {
         let refusal = Refusal::OnsetInThePast { onset, now: later };

@@ -1,4 +1,4 @@
-//! One flight after the other: the plant between two packets.
+//! Flights one after the other: the plant between two packets.
 
 use std::time::{Duration, Instant};
 
@@ -34,14 +34,14 @@ pub struct FlightReport {
     pub on_ground: bool,
 }
 
-/// Why a flight is over.
+/// Why a flight has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FlightEnd {
     /// The autopilot requested a restart.
     Restart,
     /// The process has to end.
     Stop,
-    /// It has reached its time, or the ground.
+    /// The flight has reached its end time, or the ground.
     Complete(FlightReport),
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Flight<'a> {
     pub(super) envelopes: &'a mut Envelopes,
     pub(super) pacer: &'a mut Pacer,
     pub(super) parent: &'a Parent,
-    /// Answer to the last request; leaves with the next packet.
+    /// Reply to the last request; the next packet carries it.
     pub(super) reply: Option<PlantReport>,
     /// The last packet had room for more reports, so none is waiting.
     pub(super) all_reported: bool,
@@ -76,7 +76,7 @@ enum Answer {
 }
 
 impl Flight<'_> {
-    /// Flies until something ends it.
+    /// Flies until the flight ends.
     pub(super) fn fly(&mut self) -> Result<FlightEnd, LinkError> {
         let mut began: Option<Instant> = None;
         loop {
@@ -109,7 +109,7 @@ impl Flight<'_> {
         }
     }
 
-    /// Lets wall time pass until the tick at `next` is due; returns the commands that hold until then.
+    /// Waits until the tick at `next` is due; returns the commands that apply until then.
     fn wait_until_due(
         &mut self,
         next: SimTime,
@@ -220,7 +220,7 @@ impl Flight<'_> {
         }
     }
 
-    /// Sends the reports that are left, then ends.
+    /// Sends the remaining reports, then ends.
     fn finish(
         &mut self,
         phase: Phase,

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::setup::PlantSetup;
 
-/// After so many envelopes the header is sent again, for a recorder that came in late.
+/// After this many envelopes the header is sent again, for a recorder that joined later.
 const AGAIN_AFTER: u32 = 5_000;
 
-/// What defines the plant's side of a flight; JSON in the info message `plant_header` of a log.
+/// Definition of the plant's side of a flight; JSON in the info message `plant_header` of a log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantHeader {
     /// Version of this program.
@@ -26,7 +26,7 @@ pub struct PlantHeader {
 pub(super) struct Envelopes {
     /// The header as JSON.
     json: Vec<u8>,
-    /// Envelopes since the flight is recorded, from 0 again after [`AGAIN_AFTER`].
+    /// Envelopes since the recording began, from 0 again after [`AGAIN_AFTER`].
     sent: u32,
     /// The next packet shall carry one.
     is_recorded: bool,
@@ -45,7 +45,7 @@ impl Envelopes {
         Ok(Self { json, sent: 0, is_recorded: true, bytes: EnvelopeBytes::new() })
     }
 
-    /// A flight begins: its first packet has an envelope, so that a log has the truth of the first tick.
+    /// Begins a flight: its first packet has an envelope, so that a log has the truth of the first tick.
     pub(super) fn begin_flight(&mut self) {
         self.sent = 0;
         self.is_recorded = true;
@@ -59,7 +59,7 @@ impl Envelopes {
         }
     }
 
-    /// The envelope of the next packet; empty where the flight is not recorded.
+    /// The envelope of the next packet; empty while the flight is not recorded.
     pub(super) fn next(&mut self, truth: impl FnOnce() -> TruthRow) -> &[u8] {
         if !self.is_recorded {
             return &[];
@@ -91,7 +91,7 @@ mod tests {
         plant.setup(Airframe::paper(), 3, ControlPeriod::DEFAULT, 1_000)
     }
 
-    /// The header that the next envelopes carry, and how many it took.
+    /// The header that the next envelopes carry, and their number.
     fn collect(envelopes: &mut Envelopes) -> (PlantHeader, usize) {
         let mut json = Vec::new();
         for number in 1.. {

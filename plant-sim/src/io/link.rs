@@ -1,4 +1,4 @@
-//! The plant's side of the link on a socket: sends an unanswered packet again, and warns the operator of what is wrong.
+//! The plant's side of the link on a socket: repeats an unanswered packet, and warns the operator of errors.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -13,12 +13,12 @@ use icd::wire::{
 use icd::{ControlPeriod, Sensors, SimTime};
 use tracing::{info, warn};
 
-/// An unanswered packet is sent again after this time.
+/// An unanswered packet is repeated after this time.
 pub(super) const RESEND_AFTER: Duration = Duration::from_millis(20);
 /// After this silence the plant warns the operator.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
 
-/// Why the link is over.
+/// Why the link has ended.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// The socket has failed.
@@ -41,7 +41,7 @@ pub enum LinkError {
         /// The airframe.
         ours: Box<Aircraft>,
     },
-    /// The autopilot found a value that cannot be.
+    /// The autopilot found an invalid value.
     #[error("the autopilot refused the sensor packet: {0}")]
     Value(String),
 }
@@ -54,13 +54,13 @@ pub(super) struct Link {
     side: PlantSide,
     stop: Stop,
     buffer: [u8; PACKET_MAX + 1],
-    trouble: Option<Trouble>,
+    unanswered: Option<Unanswered>,
     health: Option<HealthFile>,
 }
 
 /// A packet that the autopilot has not answered at once.
 #[derive(Debug)]
-struct Trouble {
+struct Unanswered {
     since: Instant,
     sent: Instant,
     is_reported: bool,
@@ -71,7 +71,7 @@ impl Link {
     /// A link whose first exchange belongs to a new flight of this aircraft.
     ///
     /// # Errors
-    /// If the system gives no random number for the session.
+    /// If the system has no random number for the session.
     pub(super) fn new(
         socket: LinkSocket,
         aircraft: Aircraft,
@@ -85,7 +85,7 @@ impl Link {
             side,
             stop,
             buffer: [0; PACKET_MAX + 1],
-            trouble: None,
+            unanswered: None,
             health,
         })
     }
@@ -99,7 +99,7 @@ impl Link {
         Ok(())
     }
 
-    /// The flight's number as logs show it.
+    /// The flight's session, as logs show it.
     pub(super) fn session(&self) -> String {
         session::shown(self.side.session())
     }
@@ -115,11 +115,11 @@ impl Link {
         envelope: &[u8],
     ) {
         let question = self.side.begin_exchange(time, phase, period, sensors, reports, envelope);
-        // A packet that does not leave is a lost packet.
+        // A packet that cannot be sent counts as lost.
         let _ = self.socket.send(question);
     }
 
-    /// Waits for the answer, as long as it takes; `None` if the process is to end.
+    /// Waits for the answer without a time limit; `None` if the process has to end.
     pub(super) fn answer(&mut self) -> Result<Option<ActuatorPacket>, LinkError> {
         loop {
             let Some(bytes) = self.socket.receive(&mut self.buffer)? else {
@@ -131,8 +131,8 @@ impl Link {
             };
             let refused = match self.side.handle(&self.buffer[..bytes]) {
                 PlantEvent::Answer(packet) => {
-                    if let Some(trouble) = self.trouble.take() {
-                        trouble.end();
+                    if let Some(unanswered) = self.unanswered.take() {
+                        unanswered.end();
                     }
                     if let Some(health) = self.health.as_mut()
                         && let Err(problem) = health.all_is_well(clock::now())
@@ -146,7 +146,7 @@ impl Link {
                     None
                 }
                 PlantEvent::Refuse(refusal, why) => {
-                    // Whether the refusal arrives changes nothing here.
+                    // It does not matter whether the refusal arrives.
                     let _ = self.socket.send(refusal);
                     Some(why)
                 }
@@ -155,39 +155,39 @@ impl Link {
             if self.stop.is_requested() {
                 return Ok(None);
             }
-            let trouble = self.resend_if_due(Duration::ZERO);
-            if let Some(error) = refused.filter(|_| !trouble.is_refusal_reported) {
-                trouble.is_refusal_reported = true;
+            let unanswered = self.resend_if_due(Duration::ZERO);
+            if let Some(error) = refused.filter(|_| !unanswered.is_refusal_reported) {
+                unanswered.is_refusal_reported = true;
                 warn!(%error, "refused a packet of the autopilot");
             }
         }
     }
 
-    /// Sends the packet again once [`RESEND_AFTER`] has passed. It was sent at least `waited` ago.
+    /// Repeats the packet once [`RESEND_AFTER`] has passed. It was sent at least `waited` ago.
     ///
-    /// Receiving a packet that is no answer does not send it earlier: otherwise each late answer would cause another request
+    /// Receiving a packet other than the answer does not send it earlier: otherwise each late answer would cause another request
     /// and another late answer, which would double the traffic for good.
-    fn resend_if_due(&mut self, waited: Duration) -> &mut Trouble {
+    fn resend_if_due(&mut self, waited: Duration) -> &mut Unanswered {
         let now = clock::now();
         let first = now.checked_sub(waited).unwrap_or(now);
-        let trouble = self.trouble.get_or_insert(Trouble {
+        let unanswered = self.unanswered.get_or_insert(Unanswered {
             since: first,
             sent: first,
             is_reported: false,
             is_refusal_reported: false,
         });
-        if now - trouble.sent >= RESEND_AFTER
+        if now - unanswered.sent >= RESEND_AFTER
             && let Some(question) = self.side.unanswered()
         {
-            trouble.sent = now;
-            // A packet that does not leave is lost, and sent again.
+            unanswered.sent = now;
+            // A packet that cannot be sent is lost, and sent again.
             let _ = self.socket.send(question);
         }
-        if !trouble.is_reported && now - trouble.since >= SILENCE_MAX {
-            trouble.is_reported = true;
+        if !unanswered.is_reported && now - unanswered.since >= SILENCE_MAX {
+            unanswered.is_reported = true;
             warn!("the autopilot does not answer; the aircraft waits for it");
         }
-        trouble
+        unanswered
     }
 
     fn refused(&mut self, refusal: RefusalPacket) -> Result<(), LinkError> {
@@ -196,9 +196,9 @@ impl Link {
             RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
             RefusalReason::Aircraft => Err(LinkError::Aircraft { ours: Box::new(self.aircraft) }),
             RefusalReason::Busy => {
-                let trouble = self.resend_if_due(Duration::ZERO);
-                if !trouble.is_reported {
-                    trouble.is_reported = true;
+                let unanswered = self.resend_if_due(Duration::ZERO);
+                if !unanswered.is_reported {
+                    unanswered.is_reported = true;
                     warn!("the autopilot is flying another plant; asking again until it is free");
                 }
                 Ok(())
@@ -206,7 +206,7 @@ impl Link {
         }
     }
 
-    /// Which value of the open question the autopilot cannot have liked.
+    /// The value of the open packet that the autopilot must have found invalid.
     fn impossible_value(&self) -> String {
         match self.side.unanswered().map(wire::decode) {
             Some(Err(error)) => error.to_string(),
@@ -215,7 +215,7 @@ impl Link {
     }
 }
 
-impl Trouble {
+impl Unanswered {
     fn end(self) {
         if self.is_reported {
             let silence_s = (clock::now() - self.since).as_secs_f64();
@@ -234,7 +234,7 @@ mod tests {
 
     use super::*;
 
-    /// A socket in the autopilot's place, that answers what has arrived.
+    /// A socket in the autopilot's place, which answers the packets that have arrived.
     struct Peer {
         socket: LinkSocket,
         side: FlightSide,
@@ -255,7 +255,7 @@ mod tests {
 
     fn begin(link: &mut Link, tick: u64) {
         let mut values = [0.0; Sensors::COUNT];
-        // The attitude must be one.
+        // The attitude must be a unit quaternion.
         values[6] = 1.0;
         let time = SimTime::from_micros(2_000 * tick);
         let sensors = Sensors::at(time, &values);
@@ -283,7 +283,7 @@ mod tests {
         assert_eq!(link.answer().unwrap().unwrap().sequence, 0);
         begin(&mut link, 1);
         peer.answer(1);
-        // Meets the second copy of the first answer before its own.
+        // Receives the second copy of the first answer before its own.
         assert_eq!(link.answer().unwrap().unwrap().sequence, 1);
         let more = peer.socket.receive_from(&mut [0; PACKET_MAX]).unwrap();
         assert_eq!(more, None, "a late answer made the plant send again");

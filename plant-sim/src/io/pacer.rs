@@ -16,10 +16,10 @@ use icd::{ControlPeriod, SimTime};
 
 use super::args::Speed;
 
-/// A plant that is behind by more than this goes on from now instead of catching up in a sprint.
+/// A plant that is behind by more than this continues from now instead of catching up.
 const BEHIND_MAX: Duration = Duration::from_millis(250);
-/// Requests for steps that may wait for each other: twice what one autopilot may have open, so that all of its requests fit
-/// beside those of the parent process, which can wait.
+/// Requests for steps that may wait for each other: twice the number that one autopilot may have open, so that all of its requests fit
+/// besides those of the parent process, which can wait.
 const STEPS_WAITING_MAX: usize = 64;
 /// Of these, those of the parent process; as many reports may wait to be sent.
 const ROOM: usize = STEPS_WAITING_MAX / 2;
@@ -29,7 +29,7 @@ const CONFIRMED_WITHIN: Duration = Duration::from_secs(1);
 /// Assumed speed of a flight as fast as possible, to estimate how long steps will take. Real ones are faster.
 const FACTOR_OF_MAX: f64 = 10.0;
 
-/// A request that simulation time passes in another way.
+/// A request for another pace.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PaceRequest {
     /// Number of the request, if it came from the autopilot.
@@ -58,7 +58,7 @@ struct Steps {
     confirmed: bool,
 }
 
-/// Paces simulation time by the wall clock, or pauses it.
+/// Determines by the wall clock when simulation time advances, or pauses it.
 #[derive(Debug)]
 pub(super) struct Pacer {
     period: ControlPeriod,
@@ -66,7 +66,7 @@ pub(super) struct Pacer {
     /// Time is paused unless there are steps to fly.
     paused: bool,
     steps: VecDeque<Steps>,
-    /// This simulation time was due at this instant; `None` since the pace changed.
+    /// The simulation time that was due at this instant; `None` since the pace changed.
     origin: Option<(Instant, SimTime)>,
     reports: VecDeque<PlantReport>,
     changed: bool,
@@ -141,7 +141,7 @@ impl Pacer {
         self.interrupt(Pace::Pause, time);
     }
 
-    /// Reports to everyone who waits for steps the pace that replaced them.
+    /// Reports the pace that replaced the open steps to all their senders.
     fn interrupt(&mut self, pace: Pace, time: SimTime) {
         while let Some(steps) = self.steps.pop_front() {
             self.changed = true;

@@ -1,4 +1,4 @@
-//! The parent process: its requests about time, one a line (`pause`, `run`, `step 3`, `speed 0.5`), and a line of JSON to it
+//! The parent process: its requests about time, one per line (`pause`, `run`, `step 3`, `speed 0.5`), and a line of JSON to it
 //! whenever the pace changes.
 
 use std::io::{self, Write};
@@ -16,7 +16,7 @@ use super::pacer::{PaceRequest, Pacer};
 /// Requests that wait until the plant reads them, at least 20 times a second.
 const WAITING_MAX: usize = 64;
 
-/// A line that is no request.
+/// A line that is not a request.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 enum LineError {
     /// An unknown word, or too many words.
@@ -43,16 +43,16 @@ pub(super) struct Parent {
 }
 
 impl Parent {
-    /// From now on the plant reads its requests, and its end requests the end of the plant.
+    /// Reads its requests from now on; its end requests the end of the plant.
     ///
     /// # Errors
-    /// The system's error, if it refuses a thread.
+    /// The system's error, if it cannot start a thread.
     pub(super) fn new(writes: bool, reads: bool, stop: &Stop) -> io::Result<Self> {
         let requests = writes.then(|| listen(stop.clone())).transpose()?;
         Ok(Self { requests, reads })
     }
 
-    /// Passes its requests to the pacer, and prints a change of the pace. `time` is now.
+    /// Sends its requests to the pacer, and prints a change of the pace. `time` is now.
     pub(super) fn update(&self, pacer: &mut Pacer, time: SimTime) {
         if let Some(requests) = &self.requests {
             while pacer.has_room()
@@ -64,7 +64,7 @@ impl Parent {
         if let Some((paused, speed)) = pacer.take_change()
             && self.reads
         {
-            // A parent that does not read any more is about to close the input as well.
+            // A parent that no longer reads is about to close the input as well.
             let _ = PlantLine::pace(paused, speed).print();
         }
     }

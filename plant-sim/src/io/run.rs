@@ -19,7 +19,7 @@ use super::parent::Parent;
 use crate::plant::Plant;
 use crate::setup::PlantSetup;
 
-/// Why the plant ended in order.
+/// Why the plant ended without an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ExitReason {
     /// A signal or the parent process ended it.
@@ -30,7 +30,7 @@ pub enum ExitReason {
 
 /// Flies until the flight is complete or the process has to end.
 ///
-/// Call it before the process starts any thread: it changes how the process takes signals.
+/// Call it before the process starts any thread: it changes how the process handles signals.
 ///
 /// # Errors
 /// [`RunError`] names what the operator has to correct.

@@ -1,9 +1,9 @@
 //! A `[[plant.fault]]` table of a scenario file: target, kind, numbers and times of one fault.
 //!
 //! Its keys are those of the quantities and choices in [`icd::fault::CATALOGUE`]. Every number has its unit in its key:
-//! an effector that turns has keys in degrees, the engine in kilonewton. A key that the kind does not know is refused.
-//! Ranges that need no aircraft are checked here, with file and key; whether the aircraft can have the fault is found
-//! out by [`crate::Plant::new`].
+//! an effector that turns has keys in degrees, the engine in kilonewton. A key that the kind does not use is refused.
+//! Ranges that are independent of the aircraft are checked here, with file and key; [`crate::Plant::new`] checks whether the
+//! aircraft can have the fault.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -23,7 +23,7 @@ use crate::range::{RangeError, check_range, section};
 
 const SECTION: &str = "plant.fault";
 
-/// The table while it is read; file and number (from 1) stand for it in errors.
+/// The table while it is read; errors use file and number (from 1).
 struct Reader<'a> {
     file: &'a str,
     number: usize,
@@ -32,7 +32,7 @@ struct Reader<'a> {
 }
 
 impl FaultTable {
-    /// The fault; `file` and `number` (from 1) stand for the table in errors.
+    /// The fault; errors use `file` and `number` (from 1).
     pub(super) fn read(
         &self,
         file: &str,
@@ -70,7 +70,7 @@ impl Reader<'_> {
         })
     }
 
-    /// In SI units, from the keys with the units of what has it.
+    /// In SI units, from the keys with the units of its target.
     fn kind(&self, info: &KindInfo, class: TargetClass) -> Result<FaultKind, ConfigError> {
         let mut used = Vec::new();
         let mut values = [0.0; NUMBERS_MAX];
@@ -128,7 +128,7 @@ impl Reader<'_> {
         Ok(Timing { onset: Onset::At(onset), ramp_s, duration_s, repeat })
     }
 
-    /// A number that must be there.
+    /// A required number.
     fn need(&self, key: &'static str) -> Result<f64, ConfigError> {
         self.written.numbers.get(key).copied().ok_or_else(|| self.error(key, "is missing"))
     }
@@ -158,7 +158,7 @@ impl Reader<'_> {
     }
 }
 
-/// Keys of the target: one of them is there.
+/// Keys of the target, one of which is required.
 const TARGETS: [&str; 2] = ["effector", "sensor"];
 /// Key of the kind.
 const KIND: &str = "kind";
@@ -203,7 +203,7 @@ static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
 static NAMES: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| KEYS.iter().map(|(key, _)| *key).collect());
 
-/// A table as written: texts and numbers by their keys. Target, kind and onset are there.
+/// A table as written: texts and numbers by their keys. Target, kind and onset are required.
 #[derive(Default)]
 pub(super) struct FaultTable {
     texts: BTreeMap<&'static str, String>,
@@ -211,7 +211,7 @@ pub(super) struct FaultTable {
 }
 
 impl FaultTable {
-    /// The keys of kinds that are there, in the order of the catalogue.
+    /// The given keys of kinds, in the order of the catalogue.
     fn of_kinds(&self) -> impl Iterator<Item = &'static str> + '_ {
         let is_there = |key: &&str| self.texts.contains_key(key) || self.numbers.contains_key(key);
         let others = |key: &&str| ![&TARGETS[..], &[KIND], &TIMING].concat().contains(key);

@@ -1,4 +1,4 @@
-//! Aerodynamics as sums of terms over tables: what an airframe file has instead of derivatives.
+//! Aerodynamics as sums of terms over tables: an airframe file can have them instead of derivatives.
 
 use icd::Body;
 use serde::{Deserialize, Serialize};
@@ -9,10 +9,10 @@ use crate::aerodynamics::{AirState, Coefficients, SLOWEST_M_S};
 use crate::range::{RangeError, check_range};
 use crate::rigid_body::Wrench;
 
-/// What a term may use beside the deflections, in SI units.
+/// Inputs of a term besides the deflections, in SI units.
 ///
-/// `p_span_2v` is the roll rate times span over 2V, `q_chord_2v` the pitch rate times chord over 2V, `r_span_2v` as the
-/// first.
+/// `p_span_2v` is the roll rate times span over 2V, `q_chord_2v` the pitch rate times chord over 2V, `r_span_2v` like the
+/// first, with the yaw rate.
 pub const AIR_INPUTS: [&str; 6] =
     ["alpha_rad", "beta_rad", "mach", "p_span_2v", "q_chord_2v", "r_span_2v"];
 
@@ -41,7 +41,7 @@ pub struct TableAero {
 
 /// Each coefficient as a sum of terms; one without a sum is zero.
 ///
-/// Forces in body axes (x forward, y right, z down) or along the airflow, whatever the source has: both are added.
+/// Forces in body axes (x forward, y right, z down) or along the airflow, as in the source: both are added.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CoefficientSums {
@@ -63,13 +63,13 @@ pub struct CoefficientSums {
     pub c_yaw: Vec<String>,
 }
 
-/// How many coefficients there are.
+/// Number of coefficients.
 const COEFFICIENTS: usize = 8;
 
 /// Coefficients in the order of [`CoefficientSums`].
 pub type TableCoefficients = [f64; COEFFICIENTS];
 
-/// The same, ready for the equations of motion.
+/// The same, prepared for the equations of motion.
 #[derive(Debug, Clone)]
 pub struct AeroTables {
     sums: Sums,
@@ -80,11 +80,11 @@ pub struct AeroTables {
 }
 
 impl TableAero {
-    /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs behind [`AIR_INPUTS`], by
+    /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs after [`AIR_INPUTS`], by
     /// their names in SI units, as in `left_elevator_rad`.
     ///
     /// # Errors
-    /// [`TablesError`] with table, key, line and what was expected.
+    /// [`TablesError`] with table, key, line and the expected form.
     pub fn build(&self, effectors: &[String]) -> Result<AeroTables, TablesError> {
         self.check()?;
         let tables = self.tables()?;
@@ -188,7 +188,7 @@ impl AeroTables {
         Wrench { force: Body(force.0 * pressure_area), moment: Body(moment.0 * pressure_area) }
     }
 
-    /// Force and moment about the centre of gravity over dynamic pressure and area: no unit, and m. `direction` is sine
+    /// Force and moment about the centre of gravity over dynamic pressure and area: dimensionless, and m. `direction` is sine
     /// and cosine of the angle of attack.
     #[inline]
     fn per_pressure_area(&self, direction: [f64; 2], coefficients: &TableCoefficients) -> Wrench {

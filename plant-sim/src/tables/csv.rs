@@ -1,4 +1,4 @@
-//! Comma-separated values to a [`Table`], or what is wrong with them.
+//! Comma-separated values to a [`Table`], or the errors in them.
 
 use super::{BREAKPOINTS_MAX, INPUTS_MAX, Input, Outside, Table, TableText};
 
@@ -8,7 +8,7 @@ pub enum TableError {
     /// Too few or too many inputs.
     #[error("inputs = {found} names, expected 1 to {INPUTS_MAX}")]
     Inputs {
-        /// How many there are.
+        /// Their number.
         found: usize,
     },
     /// The header does not begin with the inputs, or no function follows.
@@ -21,7 +21,7 @@ pub enum TableError {
         /// The inputs.
         expected: String,
     },
-    /// A name stands twice in the header.
+    /// A name occurs twice in the header.
     #[error("line 1: the column {name} stands twice, expected one column for each name")]
     Twice {
         /// The name.
@@ -30,33 +30,33 @@ pub enum TableError {
     /// A row with too few or too many values.
     #[error("line {line}: {found} values, expected {expected} as in the header")]
     Columns {
-        /// Where.
+        /// Line.
         line: usize,
-        /// How many there are.
+        /// Number of values.
         found: usize,
-        /// How many there should be.
+        /// Expected number.
         expected: usize,
     },
-    /// A value that is no number, or not finite.
+    /// A value that is not a finite number.
     #[error("line {line}: {column} = {found:?}, expected a finite number")]
     Number {
-        /// Where.
+        /// Line.
         line: usize,
         /// Name of the column.
         column: String,
-        /// What stands there.
+        /// The text there.
         found: String,
     },
-    /// A breakpoint out of order or missing, or a value that cannot be there.
+    /// A breakpoint out of order or missing, or an invalid value.
     #[error("line {line}: {column} = {found}, expected {expected}")]
     Breakpoint {
-        /// Where.
+        /// Line.
         line: usize,
         /// Name of the column.
         column: String,
         /// The value.
         found: f64,
-        /// What it should be.
+        /// The expected value.
         expected: String,
     },
     /// Wrong number of rows.
@@ -64,9 +64,9 @@ pub enum TableError {
         "{found} rows of values, expected {expected}: one for each combination of {breakpoints} breakpoints"
     )]
     Rows {
-        /// How many there are.
+        /// Number of rows.
         found: usize,
-        /// How many the breakpoints demand.
+        /// The number that the breakpoints require.
         expected: usize,
         /// Breakpoints of each input, as in `5 x 12`.
         breakpoints: String,
@@ -76,7 +76,7 @@ pub enum TableError {
     Breakpoints {
         /// Name of the input.
         column: String,
-        /// How many there are.
+        /// Number of breakpoints.
         found: usize,
     },
     /// The input of `odd_in` does not exist or does not begin at zero.

@@ -1,4 +1,4 @@
-//! Sums and their tables made ready for the derivative: names resolved, units converted, no allocation.
+//! Sums and their tables prepared for the derivative: names resolved, units converted, no allocation.
 //!
 //! Breakpoints that several tables share are searched once; the functions of a table that are evaluated at the same inputs
 //! are interpolated side by side.
@@ -9,7 +9,7 @@ use super::{INPUTS_MAX, Outside, Table};
 /// Most different pairs of input and breakpoints.
 const AXES_MAX: usize = 16;
 
-/// Most values out of tables.
+/// Most values from tables.
 const VALUES_MAX: usize = 64;
 
 /// Functions that are interpolated side by side: those of a grid are filled up with zeros to a multiple.
@@ -18,7 +18,7 @@ const LANES: usize = 2;
 /// Most inputs in one term.
 const PRODUCT_MAX: usize = 3;
 
-/// Most inputs; the place behind the last one holds the number one.
+/// Most inputs; the place after the last one holds the number one.
 pub const SUM_INPUTS_MAX: usize = 31;
 
 /// Sums of terms over one list of inputs.
@@ -41,7 +41,7 @@ struct Axis {
     odd: bool,
 }
 
-/// Where an input stands on its axis.
+/// Position of an input on its axis.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spot {
     /// Interval.
@@ -59,17 +59,17 @@ struct Grid {
     axes: Vec<usize>,
     /// Distance of neighbours along each axis in `values`.
     strides: Vec<usize>,
-    /// Where the corners of an interval stand from its first one, the bits of a corner saying on which axes it is farther.
+    /// Offset of each corner of an interval from its first one; the bits of a corner give the axes on which it is farther.
     corners: Vec<usize>,
-    /// Values of the functions that are used, side by side.
+    /// Values of the used functions, side by side.
     values: Vec<f64>,
-    /// How many functions, with the zeros.
+    /// Number of functions, with the zeros.
     width: usize,
     /// Index of the first of them among all values.
     first: usize,
 }
 
-/// A product in a sum. What it has not stands for the number one: without a question the loop over all
+/// A product in a sum. A missing factor is the number one: without a branch the loop over all
 /// terms is twice as fast.
 #[derive(Debug, Clone)]
 struct Term {
@@ -78,7 +78,7 @@ struct Term {
     inputs: [usize; PRODUCT_MAX],
 }
 
-/// A sum as a file has it: where it goes, its key for errors, its terms.
+/// A sum as in a file: its output, its key for errors, its terms.
 pub struct SumText<'a> {
     /// Index of the output.
     pub output: usize,
@@ -93,7 +93,7 @@ impl Sums {
     /// `alpha_deg` instead.
     ///
     /// # Errors
-    /// [`SumError`] with the key, the term and what was expected.
+    /// [`SumError`] with the key, the term and the expected form.
     pub fn new(
         tables: &[Table],
         sums: &[SumText<'_>],
@@ -163,7 +163,7 @@ impl Axis {
     #[inline]
     fn find(&self, input: f64) -> Spot {
         let (x, sign) = if self.odd && input < 0.0 { (-input, -1.0) } else { (input, 1.0) };
-        // Even breakpoints give the interval at once; from there it is not far in any other table.
+        // Evenly spaced breakpoints give the interval at once; in any other table it is not far from there.
         let last = self.per_width.len() - 1;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
         let mut index = (((x - self.breakpoints[0]) * self.per_mean_width) as usize).min(last);
@@ -203,7 +203,7 @@ impl Grid {
         let values = &self.values[base..];
         let corners = &self.corners[..corners];
         for (pair, out) in out.chunks_exact_mut(LANES).enumerate() {
-            // Two names instead of an array: an array went through memory.
+            // Two names instead of an array, which the compiler would keep in memory.
             let (mut first, mut second) = (0.0, 0.0);
             for (weight, corner) in weights.iter().zip(corners) {
                 let at = corner + pair * LANES;
@@ -215,7 +215,7 @@ impl Grid {
     }
 }
 
-/// A product before the places of the values are known.
+/// A product before the positions of the values are known.
 struct Product {
     factor: f64,
     /// Index among the uses of tables, and among the functions of that one.
@@ -264,7 +264,7 @@ impl Build<'_> {
         Ok(product)
     }
 
-    /// Index of an input, and how many SI units the unit of its name is.
+    /// Index of an input, and the SI value of the unit of its name.
     fn input(&self, name: &str) -> Result<(usize, f64), String> {
         let find = |name: &str| self.inputs.iter().position(|input| input == name);
         let in_degrees = || find(&format!("{}_rad", name.strip_suffix("_deg")?));

@@ -1,4 +1,4 @@
-//! Sums of terms as an airframe file writes them: what tables and inputs are put together to.
+//! Sums of terms as an airframe file writes them, which combine tables and inputs.
 //!
 //! ```text
 //! term   = factor { factor }          a product
@@ -34,25 +34,25 @@ pub enum SumError {
         key: String,
         /// The term.
         term: String,
-        /// What is wrong and what was expected.
+        /// The error and the expected form.
         problem: String,
     },
-    /// More terms, functions or lookups than fit.
+    /// More terms, functions or lookups than allowed.
     #[error("{found} {what} in all sums together, expected at most {max}")]
     TooMany {
-        /// What is too many.
+        /// What exceeds its limit.
         what: &'static str,
-        /// How many.
+        /// The number.
         found: usize,
-        /// How many are allowed.
+        /// The limit.
         max: usize,
     },
 }
 
-/// Takes a term apart.
+/// Parses a term.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The error, in words.
 pub fn factors(term: &str) -> Result<Vec<Factor>, String> {
     let mut factors = Vec::new();
     let mut rest = term.trim();
@@ -78,7 +78,7 @@ pub fn factors(term: &str) -> Result<Vec<Factor>, String> {
     if factors.is_empty() { Err("is empty, expected a product".to_owned()) } else { Ok(factors) }
 }
 
-/// A number, or one over another; no space stands between.
+/// A number, or one over another without a space.
 fn number(word: &str) -> Option<f64> {
     let (above, below) = word.split_once('/').unwrap_or((word, "1"));
     Some(above.parse::<f64>().ok()? / below.parse::<f64>().ok()?)

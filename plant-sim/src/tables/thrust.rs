@@ -1,6 +1,6 @@
-//! Propulsion of an airframe file: which thrust there can be at a flight condition, and what turns with it.
+//! Propulsion of an airframe file: the possible thrust at a flight condition, and the moment of the rotating parts.
 //!
-//! The engine's control takes a thrust in newton and sets its lever for it. What it can give is the thrust between the two
+//! The engine's control accepts a thrust in newton and sets its lever for it. The possible thrust is between the two
 //! ends of the lever at this Mach number and altitude; the lag belongs to the effector.
 
 use serde::{Deserialize, Serialize};
@@ -9,13 +9,13 @@ use super::lookup::{SumText, Sums};
 use super::{TableText, TablesError, read_all};
 use crate::range::{RangeError, check_range};
 
-/// What a term of the thrust may use: lever from 0 to 1, Mach number, altitude.
+/// Inputs of a term of the thrust: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];
 
 /// The same with a second lever.
 const END_INPUTS: [&str; 4] = ["throttle", "mach", "altitude_m", "other_throttle"];
 
-/// The table `[propulsion]` of an airframe file: what limits the thrust beside the travel of the engine.
+/// The table `[propulsion]` of an airframe file: limits of the thrust besides the travel of the engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Propulsion {
@@ -60,7 +60,7 @@ pub struct Propeller {
     pub voltage_max_v: f64,
 }
 
-/// What the propulsion does: thrust, and the moment of what turns.
+/// Output of the propulsion: thrust, and the moment of the rotating parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
     /// Thrust, N.
@@ -69,10 +69,10 @@ pub struct Push {
     pub roll_n_m: f64,
 }
 
-/// Ready for the equations of motion.
+/// The propulsion, prepared for the equations of motion.
 #[derive(Debug, Clone)]
 pub enum Engine {
-    /// Thrust out of tables.
+    /// Thrust from tables.
     Tables {
         /// Over [`THRUST_INPUTS`].
         thrust: Sums,
@@ -87,7 +87,7 @@ impl Propulsion {
     /// Checks the numbers, reads the tables and resolves every name.
     ///
     /// # Errors
-    /// [`TablesError`] with table, key, line and what was expected.
+    /// [`TablesError`] with table, key, line and the expected form.
     pub fn build(&self) -> Result<Engine, TablesError> {
         match self {
             Self::Tables(thrust) => thrust.build(),
@@ -144,7 +144,7 @@ impl Engine {
         }
     }
 
-    /// What acts when the engine is to give `thrust_n`: that, as far as the ends of the lever allow.
+    /// The output at a commanded `thrust_n`, as far as the ends of the lever allow.
     #[must_use]
     pub fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
         let [least, most] = self.ends(at);
@@ -152,7 +152,7 @@ impl Engine {
         Push { thrust_n, roll_n_m: self.roll_n_m(thrust_n, at) }
     }
 
-    /// Roll moment on the airframe of what turns at this thrust, N m.
+    /// Roll moment of the rotating parts on the airframe at this thrust, N m.
     #[inline]
     #[must_use]
     pub fn roll_n_m(&self, thrust_n: f64, at: &EngineAir) -> f64 {
@@ -178,7 +178,7 @@ impl Engine {
     }
 }
 
-/// The air that the engine works in.
+/// The air at the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EngineAir {
     /// True airspeed, m/s.
@@ -199,7 +199,7 @@ impl Propeller {
         check_range(section, "resistance_ohm", self.resistance_ohm, 1.0e-5, 1_000.0)?;
         check_range(section, "no_load_current_a", self.no_load_current_a, 0.0, 1_000.0)?;
         check_range(section, "voltage_max_v", self.voltage_max_v, 0.1, 10_000.0)?;
-        // At rest a propeller pulls and has to be driven: without that the quadratics below have no root.
+        // At rest a propeller pulls and has to be driven: otherwise the quadratics below have no root.
         check_range(section, "c_thrust", self.c_thrust[0], 1.0e-6, 10.0)?;
         check_range(section, "c_torque", self.c_torque[0], 1.0e-6, 10.0)?;
         for (key, c) in [("c_thrust", self.c_thrust), ("c_torque", self.c_torque)] {
@@ -208,7 +208,7 @@ impl Propeller {
         Ok(())
     }
 
-    /// ρ D² times coefficients of Ω², Ω and 1 of what has the coefficients `c` of J⁰, J and J².
+    /// ρ D² times the coefficients of Ω², Ω and 1, from the coefficients `c` of J⁰, J and J².
     fn polynomial(&self, c: &[f64; 3], at: &EngineAir) -> [f64; 3] {
         let per_turn = self.diameter_m / core::f64::consts::TAU;
         let scale = at.density * self.diameter_m * self.diameter_m;
@@ -236,14 +236,14 @@ impl Propeller {
         larger_root(a, b + k * k / r, c - k * (voltage / r - self.no_load_current_a))
     }
 
-    /// Ω that gives this thrust, rad/s; of two speeds the larger, as one that the air turns brakes most at some speed.
+    /// Ω that gives this thrust, rad/s; of two speeds the larger, as a windmilling propeller brakes most at some speed.
     fn speed_at_thrust(&self, thrust_n: f64, at: &EngineAir) -> f64 {
         let [a, b, c] = self.polynomial(&self.c_thrust, at);
         larger_root(a, b, c - thrust_n)
     }
 }
 
-/// The larger root of a x² + b x + c, a being positive; zero where it would be negative or there is none.
+/// The larger root of a x² + b x + c, for positive a; zero where it would be negative or there is none.
 fn larger_root(a: f64, b: f64, c: f64) -> f64 {
     let square = (b * b - 4.0 * a * c).max(0.0);
     ((square.sqrt() - b) / (2.0 * a)).max(0.0)

@@ -1,4 +1,4 @@
-//! Where there is no steady level flight: the flight that comes nearest to it, and what keeps it from being one.
+//! If there is no steady level flight: the flight that comes closest to it, and what prevents a steady one.
 
 use core::fmt;
 
@@ -7,26 +7,26 @@ use super::{Problem, TOLERANCE, Unknowns};
 /// Steps of the search.
 const STEPS_MAX: u32 = 200;
 
-/// Largest turn rate that is tried, rad/s: a trim balances a Coriolis force.
+/// Largest turn rate in the search, rad/s: a trim balances a Coriolis force.
 const TURN_RATE_MAX_RAD_S: f64 = 0.1;
 
 /// Accelerations that should be zero: u', v', w' in m/s² and p', q', r' in rad/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residuals(pub [f64; 6]);
 
-/// The flight inside the limits that comes nearest to a steady one.
+/// The flight inside the limits that is closest to a steady one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nearest {
-    /// Quantities that would have to be farther.
+    /// Quantities whose limits would have to be wider.
     pub limits: Vec<AtLimit>,
-    /// What is left over.
+    /// The residual.
     pub residuals: Residuals,
 }
 
 /// A quantity at the end of its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtLimit {
-    /// Which one.
+    /// The quantity.
     pub quantity: &'static str,
     /// Its limit, in `unit`.
     pub limit: f64,
@@ -54,7 +54,7 @@ impl fmt::Display for Nearest {
     }
 }
 
-/// Names and units of the unknowns, and how many of the unit one SI unit is.
+/// Names and units of the unknowns, and the number of units in one SI unit.
 const QUANTITIES: [(&str, &str, f64); 6] = [
     ("angle of attack", "deg", DEG),
     ("elevator command", "deg", DEG),
@@ -81,7 +81,7 @@ impl Problem<'_> {
             let mut jacobian = self.jacobian(&x);
             let gradient = jacobian.tr_mul(&residual);
             for (i, mut column) in jacobian.column_iter_mut().enumerate() {
-                // At an end of its range, and the residual would fall beyond it.
+                // The unknown is at an end of its range, and the residual would decrease beyond it.
                 let is_held =
                     (x[i] <= low[i] && gradient[i] > 0.0) || (x[i] >= high[i] && gradient[i] < 0.0);
                 if is_held {
@@ -102,10 +102,10 @@ impl Problem<'_> {
             }
         }
         let is_end = |i: &usize| x[*i] <= low[*i] || x[*i] >= high[*i];
-        // Of what is not there at all nobody asks for more.
+        // A control that the aircraft lacks limits nothing.
         let limits = (0..6).filter(is_end).filter(|i| low[*i] < high[*i]).map(|i| {
             let (quantity, unit, per_si) = QUANTITIES[i];
-            // An angle of a file went through radians.
+            // An angle of a file was converted through radians.
             let limit = libm::round(x[i] * per_si * 1.0e9) / 1.0e9;
             AtLimit { quantity, limit, unit }
         });
@@ -124,7 +124,7 @@ impl Problem<'_> {
                 let ends = [servo.min / gain, servo.max / gain];
                 (gain != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
             });
-            // The trim has to be inside the travel of each effector that follows.
+            // The trim has to be inside the travel of each effector that it uses.
             ends.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])]).unwrap_or([0.0; 2])
         };
         let alpha = airframe.limits.alpha_rad;

@@ -1,4 +1,4 @@
-//! The filters of the turbulence: gusts across the flight path, and how they turn around an aircraft with a span.
+//! The filters of the turbulence: gusts across the flight path, and their rotation around an aircraft with a span.
 //!
 //! Across the path a gust passes two equal lags and a zero. Spectra of the rotation by MIL-F-8785C 3.7 over the spatial frequency Ω
 //! (rad/m), one-sided, b the span, L the length:
@@ -25,7 +25,7 @@ pub(super) struct SecondOrder {
     pub y2: f64,
 }
 
-/// How the filters move in one period: transition and Cholesky factor of what the noise adds.
+/// Motion of the filters in one period: transition and Cholesky factor of the noise.
 pub(super) struct Transition {
     /// exp(-h/T).
     pub decay: f64,
@@ -68,12 +68,12 @@ impl SecondOrder {
 /// √3.
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
-/// What of y1 and y2 is in the gust, times √2.
+/// Weights of y1 and y2 in the gust, times √2.
 const OUTPUT: [f64; 2] = [ROOT_3, 1.0 - ROOT_3];
 
-/// The span counts this often in the lag of p_g and q_g.
+/// Multiple of the span in the lag of p_g and q_g.
 const SPANS_ROLL_PITCH: f64 = 4.0;
-/// And this often in that of r_g.
+/// The same in that of r_g.
 const SPANS_YAW: f64 = 3.0;
 
 /// Filters of the three angular gusts, for a gust velocity of unit rms.
@@ -84,11 +84,11 @@ pub(super) struct Rotary {
     /// rms of p_g for unit intensity, rad/m.
     roll_rms: f64,
     roll_speed: f64,
-    /// Of v_g, which makes r_g, and of w_g, which makes q_g.
+    /// Of v_g, from which r_g is made, and of w_g, from which q_g is made.
     gradients: [Gradient; 2],
 }
 
-/// The lag behind one gust across the flight path.
+/// The lag after one gust across the flight path.
 #[derive(Debug, Clone)]
 struct Gradient {
     /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
@@ -118,7 +118,7 @@ impl Rotary {
         }
     }
 
-    /// One period on: `before` are the gusts v_g and w_g at its start, `noise` is what moved them since.
+    /// One period: `before` are the gusts v_g and w_g at its start, `noise` is their excitation since then.
     pub fn step(&mut self, t: &Transition, before: &[SecondOrder; 2], noise: &[[f64; 2]; 2]) {
         let decay = libm::exp(-self.roll_speed * t.ratio);
         self.roll = decay * self.roll + (1.0 - decay * decay).sqrt() * self.roll_noise.draw();
@@ -127,7 +127,7 @@ impl Rotary {
         }
     }
 
-    /// p_g, q_g, r_g, rad/s for an intensity of 1 m/s, where v_g and w_g (of unit rms) have come to `v` and `w`.
+    /// p_g, q_g, r_g, rad/s for an intensity of 1 m/s, where v_g and w_g (of unit rms) have reached `v` and `w`.
     pub fn rates(&self, v: f64, w: f64) -> Vector3<f64> {
         let [of_v, of_w] = &self.gradients;
         Vector3::new(self.roll_rms * self.roll, -of_w.slope(w), of_v.slope(v))
@@ -170,9 +170,9 @@ impl Gradient {
         self.lagged = row.dot(&from) + (l31 * n1 + l32 * n2 + l33 * self.noise.draw());
     }
 
-    /// Third row of the Cholesky factor of what the noise adds in a period; the first two are those of `t`.
+    /// Third row of the Cholesky factor of the noise in a period; the first two are those of `t`.
     ///
-    /// What it adds is the stationary covariance less what the transition leaves of it.
+    /// The noise adds the stationary covariance less its transition over the period.
     fn spread(&self, t: &Transition, row: &Vector3<f64>) -> [f64; 3] {
         let first = Vector3::new(t.decay, 0.0, 0.0);
         let second = Vector3::new(t.decay * t.ratio, t.decay, 0.0);

@@ -1,7 +1,7 @@
 //! The pure crates in a program without `std` and without an allocator.
 //!
-//! A panic handler of its own: a second one, which `std` would bring, is an error. No global allocator:
-//! `alloc` anywhere below is an error.
+//! Its own panic handler: a second one, which `std` would link, is an error. No global allocator:
+//! `alloc` in any dependency is an error.
 
 #![no_std]
 

@@ -1,18 +1,18 @@
-//! The parts of a message, and why a file, or a place in it, cannot be read.
+//! The parts of a message, and why a file, or a section of it, cannot be read.
 
 use core::fmt;
 
 use super::{Parameter, ParameterValue};
 use crate::format::{Field, FieldType};
 
-/// A place that could not be read; what stands before it could.
+/// A section that could not be read, unlike the part before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
-    /// Where it begins, bytes from the start of the file.
+    /// Its offset in the file, bytes.
     pub offset: usize,
-    /// Where reading went on; `None` if no sync message followed, so that the rest of the file is lost.
+    /// Where reading continued; `None` if no sync message followed, so that the rest of the file is lost.
     pub resumed: Option<usize>,
-    /// What was wrong.
+    /// The error.
     pub wrong: Wrong,
 }
 
@@ -28,10 +28,10 @@ impl fmt::Display for Damage {
     }
 }
 
-/// Why a file has no log.
+/// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The system.
+    /// The system's error.
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// The first bytes are those of another kind of file.
@@ -45,17 +45,17 @@ pub enum ReadError {
         "the file needs the features {flags:#04x} (byte {index} of its incompatible flags), which are not known"
     )]
     Flags {
-        /// Which of the eight bytes.
+        /// Index of the byte, of eight.
         index: usize,
         /// Its unknown bits.
         flags: u8,
     },
 }
 
-/// What can be wrong with a message.
+/// Errors of a message.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Wrong {
-    /// No writer makes such a message.
+    /// No writer produces such a message.
     #[error("a message of type {kind:#04x} with {size} bytes")]
     Message {
         /// Its type.
@@ -63,13 +63,13 @@ pub enum Wrong {
         /// Its size without the header.
         size: usize,
     },
-    /// A message is too short, or the lengths inside do not fit.
+    /// A message is too short, or its internal lengths are inconsistent.
     #[error("the message '{0}' is too short for what it says")]
     Short(char),
-    /// Bytes that should be a text.
+    /// Bytes that are not valid text.
     #[error("the text in the message '{0}' is no UTF-8")]
     Text(char),
-    /// A format that cannot be understood; nested types are among them.
+    /// An invalid format; nested types are not supported.
     #[error("the format {0:?} cannot be read (nested types are not supported)")]
     Format(String),
     /// A topic without `uint64_t timestamp`.
@@ -91,7 +91,7 @@ pub enum Wrong {
         /// Bytes of its format.
         expected: usize,
     },
-    /// A key or parameter that cannot be understood.
+    /// An invalid key or parameter.
     #[error("the key {0:?} cannot be read")]
     Key(String),
 }
@@ -104,7 +104,7 @@ pub struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Of a message of this type.
+    /// For a message of this type.
     pub fn new(kind: u8, bytes: &'a [u8]) -> Self {
         Self { kind, bytes }
     }
@@ -127,7 +127,7 @@ impl<'a> Body<'a> {
         self.take().map(u64::from_le_bytes)
     }
 
-    /// A text with its length in front.
+    /// A text after its length.
     pub fn short_text(&mut self) -> Result<&'a str, Wrong> {
         let length = usize::from(self.u8()?);
         let (text, rest) = self.bytes.split_at_checked(length).ok_or_else(|| self.short())?;
@@ -135,12 +135,12 @@ impl<'a> Body<'a> {
         str::from_utf8(text).map_err(|_| Wrong::Text(char::from(self.kind)))
     }
 
-    /// All that is left, as bytes.
+    /// The remaining bytes.
     pub fn rest(self) -> &'a [u8] {
         self.bytes
     }
 
-    /// All that is left, as text.
+    /// The remaining bytes, as text.
     pub fn text(self) -> Result<&'a str, Wrong> {
         str::from_utf8(self.bytes).map_err(|_| Wrong::Text(char::from(self.kind)))
     }

@@ -1,4 +1,4 @@
-//! Message by message through the bytes of a file.
+//! Reads the bytes of a file, message by message.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use super::topic::Layout;
 use super::{Info, Log, LoggedText, Subscribed};
 use crate::format::{FILE_HEADER, Format, MAGIC, MESSAGE_HEADER, SYNC, VERSION};
 
-/// Bit of the first incompatible flag: data were appended behind the end, and offsets say where.
+/// Bit of the first incompatible flag: data were appended after the end, at the given offsets.
 const DATA_APPENDED: u8 = 1;
 
 /// Reads a file from its first byte to its last.
 ///
 /// # Errors
-/// [`ReadError`] with the offset of what cannot be read.
+/// [`ReadError`] with the offset of the error.
 pub fn parse(bytes: Vec<u8>) -> Result<Log, ReadError> {
     let Some((header, _)) = bytes.split_first_chunk::<FILE_HEADER>() else {
         return Err(ReadError::NoLog);
@@ -56,20 +56,20 @@ pub fn parse(bytes: Vec<u8>) -> Result<Log, ReadError> {
 
 struct Parser<'a> {
     bytes: &'a [u8],
-    /// Where the next message begins.
+    /// Offset of the next message.
     at: usize,
     log: &'a mut Log,
-    /// Numbers of the file to indices of topics.
+    /// Message ids of the file to indices of topics.
     ids: HashMap<u16, usize>,
     /// Formats and multi ids to indices of topics: a topic may be announced again.
     known: HashMap<(usize, u8), usize>,
-    /// Where appended data begin, the nearest last.
+    /// Offsets of appended data, the nearest last.
     appended: Vec<usize>,
     /// Timestamp of the last row; `None` before the data section.
     after_us: Option<u64>,
 }
 
-/// Why a message was not taken.
+/// Why a message was rejected.
 enum Stop {
     Wrong(Wrong),
     Flags(ReadError),
@@ -85,7 +85,7 @@ impl Parser<'_> {
     fn run(&mut self) -> Result<(), ReadError> {
         while self.at < self.end() || self.jump() {
             let Some((kind, body)) = self.message() else {
-                // A writer that appended later knows where; otherwise the file ends here, or a length is damaged.
+                // A writer that has appended data gives their offset; otherwise the file ends here, or a length is damaged.
                 if !self.jump() && !self.resume_in_rest() {
                     self.log.is_cut = true;
                     return Ok(());
@@ -110,12 +110,12 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Where the data that can be read now end.
+    /// End of the data that can be read now.
     fn end(&self) -> usize {
         self.appended.last().copied().unwrap_or(self.bytes.len())
     }
 
-    /// Goes on where data were appended; false if none were.
+    /// Continues at the appended data; false if there are none.
     fn jump(&mut self) -> bool {
         self.appended.pop().is_some_and(|start| {
             self.at = start;
@@ -123,7 +123,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Type and place of the next message; `None` if it is not all there.
+    /// Type and position of the next message; `None` if it is incomplete.
     fn message(&self) -> Option<(u8, Place)> {
         let rest = self.bytes.get(self.at..self.end())?;
         let (header, rest) = rest.split_first_chunk::<MESSAGE_HEADER>()?;
@@ -154,7 +154,7 @@ impl Parser<'_> {
             b'C' => self.text(body, true)?,
             b'O' => self.dropout(body)?,
             b'S' if body.rest() != SYNC => return Err(Wrong::Message { kind, size }.into()),
-            // Defaults of parameters, and what later versions may add.
+            // Defaults of parameters, and messages of later versions.
             _ if kind.is_ascii_alphabetic() => {}
             _ => return Err(Wrong::Message { kind, size }.into()),
         }
@@ -172,7 +172,7 @@ impl Parser<'_> {
         }
         for _ in 0..3 {
             let offset = usize::try_from(body.u64()?).unwrap_or(usize::MAX);
-            // Zero: not used. Behind the end: what was appended is cut off.
+            // Zero: not used. Beyond the end: the appended data are cut off.
             if offset > self.at && offset < self.bytes.len() {
                 self.appended.push(offset);
             }
@@ -257,7 +257,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reads on at the next sync message; false if none follows.
+    /// Continues at the next sync message; false if none follows.
     fn resume(&mut self, wrong: Wrong) -> bool {
         let Some(resumed) = self.next_sync() else { return false };
         self.log.damages.push(Damage { offset: self.at, resumed: Some(resumed), wrong });
@@ -265,7 +265,7 @@ impl Parser<'_> {
         true
     }
 
-    /// A message that goes beyond the end may have a damaged length; a sync message behind it shows that.
+    /// A message that exceeds the end may have a damaged length, as a sync message after it shows.
     fn resume_in_rest(&mut self) -> bool {
         let wrong = match self.bytes.get(self.at..).unwrap_or_default() {
             [low, high, kind, ..] => {
@@ -277,7 +277,7 @@ impl Parser<'_> {
         self.resume(wrong)
     }
 
-    /// Where the next sync message begins.
+    /// Offset of the next sync message.
     fn next_sync(&self) -> Option<usize> {
         const LENGTH: usize = MESSAGE_HEADER + SYNC.len();
         let from = self.at + 1;
@@ -289,7 +289,7 @@ impl Parser<'_> {
     }
 }
 
-/// Where the body of a message is.
+/// Position of the body of a message.
 #[derive(Clone, Copy)]
 struct Place {
     start: usize,

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::format::{MAGIC, SYNC, VERSION};
 
-/// A file from hand-made messages.
+/// A file assembled from messages.
 #[derive(Clone)]
 struct Bytes(Vec<u8>);
 
@@ -175,7 +175,7 @@ fn a_file_cut_off_anywhere_is_read_up_to_its_last_whole_message() {
 fn a_damaged_end_is_reported_with_its_offset_and_keeps_everything_before_it() {
     let good = Bytes::defined().truth(4, 2_000, 1.0, [0, 0]);
     let offset = good.0.len();
-    let told = |damaged: Bytes| {
+    let error_of = |damaged: Bytes| {
         let log = damaged.read();
         assert_eq!(log.column("truth", "altitude_m"), Some(vec![1.0]));
         assert!(log.is_cut());
@@ -183,18 +183,18 @@ fn a_damaged_end_is_reported_with_its_offset_and_keeps_everything_before_it() {
         assert_eq!((damage.offset, damage.resumed), (offset, None));
         damage.to_string()
     };
-    let message = told(good.clone().row(5, 0, &[]).truth(4, 3_000, 2.0, [0, 0]));
+    let message = error_of(good.clone().row(5, 0, &[]).truth(4, 3_000, 2.0, [0, 0]));
     let expected = format!("byte {offset}: a row of the topic number 5");
     assert!(message.starts_with(&expected) && message.contains("the rest is lost"), "{message}");
-    let short = told(good.clone().row(4, 0, &[1, 2, 3]));
+    let short = error_of(good.clone().row(4, 0, &[1, 2, 3]));
     assert!(short.contains("a row of 11 bytes; \"truth\" has 23"), "{short}");
-    let kind = told(good.clone().message(0x07, &[b"x"]));
+    let kind = error_of(good.clone().message(0x07, &[b"x"]));
     assert!(kind.contains("type 0x07 with 1 bytes"), "{kind}");
-    let nested = told(good.clone().message(b'F', &[b"a:truth inner;"]));
+    let nested = error_of(good.clone().message(b'F', &[b"a:truth inner;"]));
     assert!(nested.contains("\"a:truth inner;\"") && nested.contains("nested"), "{nested}");
     let mut zeros = good;
     zeros.0.extend_from_slice(&[0; 4096]);
-    assert!(told(zeros).contains("type 0x00 with 0 bytes"));
+    assert!(error_of(zeros).contains("type 0x00 with 0 bytes"));
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn a_written_log_reads_back() {
         data.row(topic, &row).unwrap();
     }
     data.sync().unwrap();
-    data.text(Level::Warning, 9_000, "said").unwrap();
+    data.text(Level::Warning, 9_000, "text").unwrap();
     data.dropout(12).unwrap();
     data.info("control_steps", Value::U64(5)).unwrap();
     let log = Log::from_bytes(data.finish().unwrap()).unwrap();
@@ -292,11 +292,11 @@ fn a_written_log_reads_back() {
     let row = log.topic("topic").unwrap().row(4).unwrap();
     assert_eq!(row.bytes("note"), Some(&b"ab\0\0"[..]));
     assert_eq!(log.parameters()[0].value, ParameterValue::Integer(-2));
-    assert_eq!((log.texts()[0].level, &*log.texts()[0].text), (4, "said"));
+    assert_eq!((log.texts()[0].level, &*log.texts()[0].text), (4, "text"));
     assert_eq!((log.info_u64("control_steps"), log.dropouts_ms()), (Some(5), &[12][..]));
 }
 
-/// Looks at everything that can be looked at.
+/// Calls every accessor.
 fn look(log: &Log) -> usize {
     let columns = |topic: Topic<'_>| {
         let names = topic.fields().iter().take(4).map(|field| field.name.clone());

@@ -5,19 +5,19 @@ use std::collections::HashMap;
 
 use crate::format::{Field, FieldType, Format};
 
-/// A format and where its fields stand in a row.
+/// A format and the offsets of its fields in a row.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) format: Format,
-    /// Numbers of the fields by their names, of the first where there are several.
+    /// Indices of the fields by name, of the first if there are several.
     by_name: HashMap<String, usize>,
-    /// Where each field begins.
+    /// Offset of each field.
     pub(super) starts: Vec<usize>,
     /// Bytes of a whole row.
     pub(super) size: usize,
-    /// Bytes of a row whose padding at the end is left out, as the format allows.
+    /// Bytes of a row without its final padding, which the format allows to omit.
     pub(super) size_min: usize,
-    /// Where the timestamp is.
+    /// Offset of the timestamp.
     pub(super) timestamp: Option<usize>,
 }
 
@@ -40,13 +40,13 @@ impl Layout {
         Self { format, by_name, starts, size, size_min, timestamp }
     }
 
-    /// A field and where it begins.
+    /// A field and its offset.
     fn field(&self, name: &str) -> Option<(&Field, usize)> {
         let index = *self.by_name.get(name)?;
         Some((self.format.fields.get(index)?, *self.starts.get(index)?))
     }
 
-    /// Type and place of `name` or `name[3]`.
+    /// Type and position of `name` or `name[3]`.
     fn find(&self, name: &str) -> Option<(FieldType, Range<usize>)> {
         let (plain, element) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
             Some((plain, element)) => (plain, Some(element.parse::<usize>().ok()?)),
@@ -88,7 +88,7 @@ impl<'a> Topic<'a> {
         &self.layout.format.name
     }
 
-    /// Which of several topics with the same name, from 0.
+    /// Multi id of several topics with the same name, from 0.
     #[must_use]
     pub fn multi_id(&self) -> u8 {
         self.multi_id
@@ -106,7 +106,7 @@ impl<'a> Topic<'a> {
         self.rows.len()
     }
 
-    /// Without a row.
+    /// Whether it has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
@@ -149,7 +149,7 @@ impl<'a> Topic<'a> {
         self.layout.find(name).map(|(kind, _)| kind)
     }
 
-    /// `start` is where the parser has found a row of this topic.
+    /// `start` is the offset of a row of this topic.
     fn row_at(&self, start: usize) -> Row<'a> {
         let rest = self.bytes.get(start..).unwrap_or_default();
         Row { layout: self.layout, bytes: &rest[..self.layout.size.min(rest.len())] }
@@ -185,7 +185,7 @@ impl<'a> Row<'a> {
         self.bytes.get(start..start.checked_add(field.size())?)
     }
 
-    /// Bytes of a place; none where padding was left out.
+    /// Bytes at a position; none in omitted padding.
     fn at(&self, place: Range<usize>) -> &'a [u8] {
         self.bytes.get(place).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! Events on their way out of the control side: what is dropped when nobody fetches them.
+//! The queue of events from the control side, and which events it drops when it is full.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ pub(super) const EVENTS_MAX: usize = 256;
 pub(super) struct EventQueue {
     events: VecDeque<Event>,
     dropped: u64,
-    /// Of these, the ones that an event has reported.
+    /// Dropped events that an event has reported.
     reported: u64,
 }
 
@@ -35,7 +35,7 @@ impl EventQueue {
         }
     }
 
-    /// The oldest event. After the last one, whether any were lost.
+    /// The oldest event. After the last one, the number of lost events, if any.
     pub(super) fn pop(&mut self, now: SimTime) -> Option<Event> {
         self.events.pop_front().or_else(|| {
             let lost = self.dropped - self.reported;
@@ -44,7 +44,7 @@ impl EventQueue {
         })
     }
 
-    /// Events dropped because nobody fetched them.
+    /// Events dropped because they were not fetched in time.
     pub(super) fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -55,7 +55,7 @@ fn rank(kind: &EventKind) -> u8 {
     match kind {
         EventKind::Script { event: ScriptEvent::Line(_), .. } => 0,
         EventKind::Script { event: ScriptEvent::LineRefused { .. }, .. } => 1,
-        // What others keep a state by.
+        // Events from which receivers maintain a state.
         EventKind::Fault(_)
         | EventKind::FlightBegan { .. }
         | EventKind::PlantLost

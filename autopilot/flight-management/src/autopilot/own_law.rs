@@ -1,4 +1,4 @@
-//! A law that the program brings: what flies where `CTL_LAW` is 9 (`--law own`).
+//! A law that the program provides: it flies where `CTL_LAW` is 9 (`--law own`).
 
 use std::fmt;
 
@@ -6,10 +6,10 @@ use flight_control::Law;
 
 use super::Autopilot;
 
-/// Makes the law anew for each flight.
+/// Creates the law for each flight.
 pub type OwnLaw = fn() -> Box<dyn Law + Send>;
 
-/// The law and how to make it anew.
+/// The law and its constructor.
 pub(crate) struct Brought {
     make: OwnLaw,
     law: Box<dyn Law + Send>,
@@ -21,7 +21,7 @@ impl Brought {
         Self { make, law: make() }
     }
 
-    /// Forgets the flight so far.
+    /// Resets the law to the start of a flight.
     pub(crate) fn reset(&mut self) {
         *self = Self::new(self.make);
     }
@@ -46,7 +46,7 @@ impl Autopilot {
         self
     }
 
-    /// Makes the law anew.
+    /// Creates the law again.
     pub(super) fn reset_own_law(&mut self) {
         if let Some(own) = &mut self.own_law {
             own.reset();

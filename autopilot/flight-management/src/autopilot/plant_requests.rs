@@ -1,5 +1,5 @@
-//! Requests to the plant: queued, sent one with each answer, answered by the plant's reports or, when it falls silent, in its
-//! place.
+//! Requests to the plant: queued, sent one with each answer, and completed by the plant's reports or, when it falls silent,
+//! without them.
 
 use icd::SimTime;
 use icd::fault::{FaultReply, FaultState, PlantAction, PlantReport, PlantRequest};
@@ -15,9 +15,9 @@ impl Autopilot {
     pub fn next_request(&mut self) -> Option<PlantRequest> {
         let request = self.requests.pop_front()?;
         match request.action {
-            // The answer is the new flight.
+            // The new flight is the answer.
             PlantAction::Restart => {}
-            // The answers are reports like any other.
+            // The answers are ordinary reports.
             PlantAction::ListFaults => {
                 let outcome = Outcome::Done;
                 self.publish(EventKind::Outcome { number: request.number, outcome });
@@ -27,7 +27,7 @@ impl Autopilot {
         Some(request)
     }
 
-    /// Takes what the plant reports.
+    /// Handles a report of the plant.
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
@@ -64,7 +64,7 @@ impl Autopilot {
         self.events.push(at, kind);
     }
 
-    /// Whether the plant owed an answer with this number; it does not any more.
+    /// Removes an open request with this number; whether there was one.
     fn take_unanswered(&mut self, request: u32) -> bool {
         let place = self.unanswered.iter().position(|number| *number == request);
         if let Some(place) = place {
@@ -86,7 +86,7 @@ impl Autopilot {
             PlantAction::Pace(pace @ Pace::Speed(speed)) if !pace.is_valid() => {
                 refused("simulation speed", "x real time", speed, Pace::SPEED)
             }
-            // Time has ended for an aircraft on the ground.
+            // For an aircraft on the ground simulation time has ended.
             PlantAction::Pace(Pace::Step(_)) => self.can_fly(),
             PlantAction::Pace(Pace::Pause | Pace::Run | Pace::Speed(_))
             | PlantAction::Fault(_)
@@ -95,13 +95,13 @@ impl Autopilot {
         }
     }
 
-    /// Queues a request for the plant, or publishes why it cannot.
+    /// Queues a request for the plant, or publishes why it cannot be sent.
     pub(super) fn request(&mut self, number: u32, action: PlantAction) {
         let outcome = if !self.in_flight {
             Outcome::Refused(VehicleRefusal::NoFlight)
         } else if action == PlantAction::Restart && !self.restarts.is_empty() {
             if self.restarts.len() < REQUESTS_MAX {
-                // One new flight is enough for all who requested one.
+                // One new flight completes all requests for one.
                 self.restarts.push(number);
                 return;
             }
@@ -130,7 +130,7 @@ impl Autopilot {
         self.publish(EventKind::PlantLost);
     }
 
-    /// The plant has been silent and goes on with the same flight.
+    /// The plant was silent and continues the same flight.
     pub fn plant_back(&mut self) {
         self.in_flight = true;
         self.publish(EventKind::PlantBack);
@@ -163,8 +163,8 @@ fn time_of_reply(reply: &FaultReply) -> Option<SimTime> {
     }
 }
 
-/// When a fault began or ended; `before` is the tick before the report. What is new happened at the tick that comes
-/// with the report; what is listed again happened earlier, and what is scheduled will happen.
+/// When a fault began or ended; `before` is the tick before the report. A new change happened at the tick that comes
+/// with the report; a repeated one happened earlier, and a scheduled one will happen.
 fn time_of_fault(state: &FaultState, before: SimTime) -> SimTime {
     match state {
         FaultState::Scheduled { .. } => before,

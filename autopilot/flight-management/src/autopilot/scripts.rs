@@ -1,4 +1,4 @@
-//! The script of the flight: its lines are executed like commands of operators, in the step and before the vehicle.
+//! The script of the flight: its lines are executed like commands of operators, at the beginning of a step.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use crate::event::EventKind;
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::vehicle::VehicleRefusal;
 
-/// Requests of a script that the plant has not answered; the rest of the room is for ground stations.
+/// Open requests of a script to the plant; the rest of the room is for ground stations.
 const PENDING_MAX: usize = 8;
 const _: () = assert!(PENDING_MAX < REQUESTS_MAX);
-/// Lines that are executed in one control step; the rest of what is due follows in the next ones. A line is up to
+/// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
 /// three events.
 const LINES_PER_STEP: usize = 32;
 const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
@@ -23,7 +23,7 @@ const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 /// The script of the flight.
 #[derive(Debug, Clone)]
 pub(super) struct Scripts {
-    /// Begins with each flight.
+    /// The script that begins with each flight.
     scenario: Option<Arc<Script>>,
     /// Scripts may inject faults (`SYS_FAILURE_EN`).
     pub(super) may_fail: bool,
@@ -35,12 +35,12 @@ pub(super) struct Scripts {
     requester: u32,
 }
 
-/// A request on its way.
+/// An open request.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     number: u32,
     line: u16,
-    /// `None` for all of them.
+    /// `None` for all targets.
     target: Option<Target>,
 }
 
@@ -57,7 +57,7 @@ impl Scripts {
         }
     }
 
-    /// What begins with each flight.
+    /// Sets the script that begins with each flight.
     pub(super) fn of_scenario(&self) -> Option<&Arc<Script>> {
         self.scenario.as_ref()
     }
@@ -66,7 +66,7 @@ impl Scripts {
         !self.pending.is_full()
     }
 
-    /// A number for a request of this line, about this target.
+    /// A number for a request of this line, for this target.
     fn number(&mut self, line: u16, target: Option<Target>) -> u32 {
         self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
         self.pending.push(Pending { number: self.last_number, line, target });
@@ -75,11 +75,11 @@ impl Scripts {
 }
 
 impl Autopilot {
-    /// A flight begins: what ran is over, and the scenario's script begins.
+    /// Begins a flight: ends the running script and begins the scenario's.
     pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
         self.stop_script();
         self.scripts.pending.clear();
-        // A flight does not depend on the flights before it.
+        // A flight does not depend on earlier flights.
         self.scripts.last_number = FIRST_SCRIPT_REQUEST;
         let Some(script) = self.scripts.scenario.clone() else { return };
         let id = script.id();
@@ -90,7 +90,7 @@ impl Autopilot {
         }
     }
 
-    /// Runs a script from the next control step on, in the place of the one that runs.
+    /// Runs a script from the next control step on, instead of the running one.
     pub(super) fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
         self.can_fly()?;
         if script.has_faults() && !self.scripts.may_fail {
@@ -105,7 +105,7 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Ends the script that runs, if there is one, and returns whether there was.
+    /// Ends the running script, if any, and returns whether there was one.
     pub(super) fn stop_script(&mut self) -> bool {
         let Some(run) = self.scripts.running.take() else { return false };
         self.publish_script_event(run.script().id(), ScriptEvent::Stopped);
@@ -126,7 +126,7 @@ impl Autopilot {
                 self.publish_script_event(id, ScriptEvent::LineRefused { line: due.line, why });
             }
         }
-        // The line that is next now has seen this tick, whether or not there was a turn left for it.
+        // The next line has been evaluated at this tick, even if the limit was reached before it.
         run.look(state);
         if run.is_over() {
             self.publish_script_event(id, ScriptEvent::Done);
@@ -157,7 +157,7 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Takes the answer to a request of a script, or `None` if there will be none. False if it is none of these.
+    /// Handles the answer to a request of a script, or `None` if there will be none. False for other requests.
     pub(super) fn answer_script(&mut self, number: u32, reply: Option<&FaultReply>) -> bool {
         if number < FIRST_SCRIPT_REQUEST {
             return false;

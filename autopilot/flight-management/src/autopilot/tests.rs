@@ -116,7 +116,7 @@ fn a_restart_is_done_when_the_new_flight_begins() {
 }
 
 #[test]
-fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
+fn a_pace_takes_effect_when_the_plant_reports_it_and_is_published() {
     let mut autopilot = flying();
     autopilot.handle_intent(Intent {
         number: 5,
@@ -132,7 +132,7 @@ fn a_pace_is_done_when_the_plant_says_so_and_everybody_is_told() {
     let outcome = EventKind::Outcome { number: 5, outcome: Outcome::Done };
     assert_eq!(published[0].kind, outcome);
     assert_eq!(published[1], Event { time: at, kind: EventKind::Paced(Pace::Step(3)) });
-    // Somebody at the plant: an event, and nobody's outcome.
+    // A request at the plant itself: an event, without an outcome.
     autopilot.handle_report(&PlantReport::Paced { request: None, pace: Pace::Run, at });
     assert_eq!(outcomes(&mut autopilot), []);
 }
@@ -161,7 +161,7 @@ fn a_pace_that_cannot_be_does_not_reach_the_plant() {
 }
 
 #[test]
-fn a_full_queue_to_the_plant_is_said_and_does_not_grow() {
+fn a_full_queue_to_the_plant_is_reported_and_does_not_grow() {
     let mut autopilot = flying();
     for number in 0..100 {
         autopilot.handle_intent(break_rudder(number));
@@ -197,7 +197,7 @@ fn holding_changes_nothing_that_flies() {
 }
 
 #[test]
-fn a_new_flight_is_flown_like_the_first_whatever_was_said_before() {
+fn a_new_flight_is_flown_like_the_first_whatever_the_commands_before() {
     let mut used = flying();
     used.handle_intent(Intent {
         number: 1,
@@ -223,7 +223,7 @@ fn two_commands_for_a_new_flight_are_one_request_and_each_has_its_outcome() {
         autopilot
             .handle_intent(Intent { number: 6, command: Command::Plant(PlantAction::Restart) });
         assert_eq!(autopilot.next_request().map(|request| request.number), Some(5));
-        assert_eq!(autopilot.next_request(), None, "asked once");
+        assert_eq!(autopilot.next_request(), None, "requested once");
         let outcome = if lost {
             autopilot.plant_lost();
             Outcome::NoAnswer
@@ -352,7 +352,7 @@ fn a_plan_is_taken_before_a_flight_and_a_home_is_not() {
 }
 
 #[test]
-fn the_mode_changes_before_its_outcome_is_told() {
+fn the_mode_changes_before_its_outcome_is_published() {
     let mut autopilot = flying();
     autopilot.handle_intent(Intent {
         number: 1,
@@ -400,7 +400,7 @@ fn a_mode_chosen_while_time_stands_still_is_shown_and_flies_the_same() {
 }
 
 #[test]
-fn a_new_home_is_told_before_its_outcome() {
+fn a_new_home_is_published_before_its_outcome() {
     let mut autopilot = flying();
     let home = crate::vehicle::Place { latitude_rad: 0.1, longitude_rad: 0.2 };
     autopilot

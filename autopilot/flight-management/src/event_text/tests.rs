@@ -14,7 +14,7 @@ use crate::vehicle::Mode;
 /// How a version of QGroundControl treats a text.
 struct Qgc {
     version: &'static str,
-    /// The largest number of a severity that opens the banner.
+    /// The largest severity number that opens the banner.
     banner: u8,
     /// The largest one that is shown in orange; the rest is plain.
     orange: u8,
@@ -22,21 +22,21 @@ struct Qgc {
     spoken: u8,
 }
 
-/// Read in its source text. Tags v4.3.0, v4.4.0, v4.4.4: `src/uas/UASMessageHandler.cc` (`handleTextMessage`,
+/// Taken from its source text. Tags v4.3.0, v4.4.0, v4.4.4: `src/uas/UASMessageHandler.cc` (`handleTextMessage`,
 /// `severityIsError`, then `QGCApplication::showCriticalVehicleMessage`). Tag v5.0.0:
-/// `src/MAVLink/StatusTextHandler.cc` (`handleHTMLEscapedTextMessage`, the same by `newErrorMessage`). Spoken:
-/// `src/Vehicle/Vehicle.cc`, where a text comes in (NOTICE and worse). By number: 0 EMERGENCY, 2 CRITICAL, 3 ERROR,
+/// `src/MAVLink/StatusTextHandler.cc` (`handleHTMLEscapedTextMessage`, the same by `newErrorMessage`). Speech output:
+/// `src/Vehicle/Vehicle.cc`, where a text arrives (NOTICE and worse). By number: 0 EMERGENCY, 2 CRITICAL, 3 ERROR,
 /// 4 WARNING, 5 NOTICE, 6 INFO.
 const QGC: [Qgc; 3] = [
     Qgc { version: "4.3", banner: 3, orange: 5, spoken: 5 },
     Qgc { version: "4.4", banner: 3, orange: 5, spoken: 5 },
     Qgc { version: "5.0", banner: 3, orange: 5, spoken: 5 },
 ];
-/// No banner for a text that begins so, of any severity (`showCriticalVehicleMessage`); `[cal]` is not shown at
-/// all, and `#` is taken off and spoken.
+/// No banner for a text with this beginning, of any severity (`showCriticalVehicleMessage`); `[cal]` is not shown at
+/// all, and `#` is removed and the rest spoken.
 const QGC_PREFIXES: [&str; 4] = ["prearm", "preflight", "[cal]", "#"];
 
-/// How a text meets the pilot.
+/// Presentation of a text to the pilot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Shown {
     /// A banner over the Fly view, in red in the list, spoken.
@@ -73,7 +73,7 @@ fn fault(state: FaultState) -> EventKind {
     })
 }
 
-/// Every kind of event that has a text here, how it is shown, and the text.
+/// Every kind of event that has a text here, its presentation, and the text.
 fn texts() -> Vec<(EventKind, Shown, &'static str)> {
     use EventKind as E;
     use Shown::{Banner, Orange, Plain};

@@ -1,8 +1,8 @@
 //! PX4 parameters that ground stations look for and that have no effect here.
 //!
-//! The heartbeat says PX4, so QGroundControl asks for them at connect and on every setup page and, where one is
+//! The heartbeat says PX4, so QGroundControl requests them at connect and on every setup page and, where one is
 //! missing or zero, warns of missing parameters or an unfinished setup. They are read-only. Each version's list, taken from its
-//! source text, is `tests/clients/qgroundcontrol_parameters.csv`. Everything that has an effect is in [`super::table()`].
+//! source text, is `tests/clients/qgroundcontrol_parameters.csv`. Every parameter with an effect is in [`super::table()`].
 
 use super::Kind;
 
@@ -16,13 +16,13 @@ pub struct CompatibilityParameter {
     pub name: &'static str,
     /// Wire type, as PX4 has it.
     pub kind: Kind,
-    /// What it is, in a few words: QGroundControl prints it as the label of some of its setup pages.
+    /// Title, in a few words: QGroundControl prints it as the label of some of its setup pages.
     pub title: &'static str,
     /// The only value.
     pub value: f64,
-    /// What PX4 calls the value, where it is one of a list; else empty.
+    /// PX4's name of the value, if it is one of a list; else empty.
     pub label: &'static str,
-    /// Who asks for it, and what the value says.
+    /// Clients that request it, and the meaning of the value.
     pub reason: &'static str,
 }
 

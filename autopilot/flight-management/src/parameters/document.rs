@@ -1,4 +1,4 @@
-//! The tables as a page for people: `docs/parameters.md`.
+//! The tables as a page: `docs/parameters.md`.
 
 use core::fmt::Write as _;
 
@@ -108,7 +108,7 @@ mod tests {
         let page = std::fs::read_to_string(path).unwrap_or_default();
         assert!(
             page == document(&tvc_jet::effectors()),
-            "write it anew: sitl parameters > docs/parameters.md"
+            "write it again: sitl parameters > docs/parameters.md"
         );
     }
 

@@ -1,7 +1,7 @@
-//! Parameters of fault injection: what MAV_CMD_INJECT_FAILURE has no room for.
+//! Parameters of fault injection: the values for which MAV_CMD_INJECT_FAILURE has no field.
 //!
-//! They are read when an order is given, so a later change leaves an active fault as it is. Which numbers and choices
-//! there are is listed in the catalogue of faults.
+//! They are read on receipt of a command, so a later change leaves an active fault unchanged. The catalogue of faults
+//! lists the numbers and choices.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,7 @@ use icd::fault::{CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParame
 
 use super::Choice;
 
-/// Most settings of kinds that there is room for.
+/// Most settings of kinds that the set can hold.
 const SETTINGS_MAX: usize = 64;
 
 /// Sizes and times of faults. Sizes in degrees are for effectors that turn; `engine_pct` is the engine's for all of them.
@@ -21,13 +21,13 @@ pub struct FailureParameters {
     pub(super) settings: [f64; SETTINGS_MAX],
     /// The engine's bias, limit and amplitude, percent of its largest thrust; its speed and drift, percent/s.
     pub engine_pct: f64,
-    /// Time from nothing to the whole fault, s; not used for kinds without a size.
+    /// Time from nothing to the full fault, s; not used for kinds without a size.
     pub ramp_s: f64,
-    /// How long a fault acts, s; 0 for ever.
+    /// Duration of each action of a fault, s; 0 for ever.
     pub duration_s: f64,
-    /// From one onset to the next, s; 0 once only.
+    /// Time from one onset to the next, s; 0 once only.
     pub every_s: f64,
-    /// How often it acts in all; 0 without end.
+    /// Number of onsets; 0 without end.
     pub times: u32,
 }
 
@@ -114,7 +114,7 @@ impl FailureParameters {
         all.find(|(setting, _)| setting.name == name).map_or(0.0, |(_, number)| number)
     }
 
-    /// The alternative that a choice is set to.
+    /// The selected alternative of a choice.
     #[must_use]
     pub fn choice(&self, name: &str) -> u8 {
         #[expect(

@@ -1,7 +1,7 @@
-//! Parameters that break an effector: what a ground station sets is ordered from the plant, and the value is
-//! what acts on the effector.
+//! Parameters that inject a fault into an effector: setting one requests the fault from the plant, and the value is
+//! the fault on the effector.
 //!
-//! They are no tunables: nothing keeps them, each flight begins with 0, and the command line cannot set them.
+//! They are not tunables: they are never saved, each flight begins with 0, and the command line cannot set them.
 
 use core::fmt::Write as _;
 
@@ -16,17 +16,17 @@ use super::Choice;
 pub struct FaultParameter {
     /// Name, at most 16 characters.
     pub name: ParameterName,
-    /// What it breaks.
+    /// Its effector.
     pub effector: Effector,
 }
 
 /// Name of a parameter.
 pub type ParameterName = ArrayString<16>;
 
-/// What the names begin with: of servos and of motors.
+/// Beginning of the names: of servos and of motors.
 const BEGINNINGS: [(&str, bool); 2] = [("FLT_SERVO", true), ("FLT_MOTOR", false)];
 
-/// The one that breaks an effector.
+/// The fault parameter of an effector.
 #[must_use]
 pub fn fault_of(effector: Effector, effectors: &EffectorList) -> FaultParameter {
     let is_angle = effectors.is_angle(effector);
@@ -38,14 +38,14 @@ pub fn fault_of(effector: Effector, effectors: &EffectorList) -> FaultParameter 
     FaultParameter { name, effector }
 }
 
-/// All of an aircraft, in the order of its effectors.
+/// The fault parameters of an aircraft, in the order of its effectors.
 pub fn fault_parameters(
     effectors: &EffectorList,
 ) -> impl ExactSizeIterator<Item = FaultParameter> + '_ {
     effectors.all().map(|effector| fault_of(effector, effectors))
 }
 
-/// Whether a name is that of such a parameter, of this aircraft or another.
+/// Whether a name is that of a fault parameter, of this aircraft or another.
 #[must_use]
 pub fn is_fault(name: &str) -> bool {
     let number = BEGINNINGS.into_iter().find_map(|(beginning, _)| name.strip_prefix(beginning));

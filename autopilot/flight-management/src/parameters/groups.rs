@@ -1,36 +1,36 @@
-//! The parameters by what they are about. Defaults are in [`super::Parameters::default`], ranges in the
+//! The parameters by group. Defaults are in [`super::Parameters::default`], ranges in the
 //! table.
 
 use crate::vehicle::LinkLossAction;
 use serde::{Deserialize, Serialize};
 
-/// What silence of ground stations leads to, and when.
+/// Reaction to the silence of ground stations, and its delay.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LinkParameters {
-    /// What happens when the controlling ground station falls silent.
+    /// Reaction when the controlling ground station falls silent.
     pub loss_action: LinkLossAction,
-    /// Silence after which it happens, wall time, s.
+    /// Delay of the reaction, wall time, s.
     pub loss_s: f64,
     /// Silence of an offboard stream after which Offboard ends, wall time, s.
     pub offboard_loss_s: f64,
     /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
     pub sticks_loss_s: f64,
-    /// The mode that follows then.
+    /// The mode after the loss of the sticks.
     pub sticks_loss_action: SticksLossAction,
-    /// MAVLink system id of the vehicle, 1 to 250; what it is at the start of the program counts.
+    /// MAVLink system id of the vehicle, 1 to 250; the value at the start of the program counts.
     pub system_id: u8,
 }
 
-/// What the aircraft does when a pilot's sticks fall silent, with PX4's numbers.
+/// Reaction of the aircraft when a pilot's sticks fall silent, with PX4's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SticksLossAction {
-    /// Circles where it is.
+    /// Circles at its position.
     Hold,
     /// Flies home.
     Return,
 }
 
-/// Slots of a mode switch, as PX4 has them.
+/// Slots of a mode switch, as in PX4.
 pub const MODE_SLOTS: usize = 6;
 
 /// A switch of a pilot's transmitter that selects flight modes.
@@ -57,10 +57,10 @@ pub enum SwitchChannel {
     Eight,
 }
 
-/// What a slot of the mode switch selects, with PX4's numbers.
+/// Selection of a slot of the mode switch, with PX4's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SwitchMode {
-    /// Nothing: the mode stays.
+    /// None: the mode stays.
     Unassigned,
     /// Manual.
     Manual,
@@ -91,6 +91,6 @@ pub struct StreamParameters {
     pub position_hz: f64,
     /// Commands of the effectors.
     pub actuators_hz: f64,
-    /// What the compensator does.
+    /// Signals of the compensator.
     pub compensator_hz: f64,
 }

@@ -1,4 +1,4 @@
-//! The parameters as a text that people can read and change: the values that differ from their defaults, as
+//! The parameters as a text for reading and editing: the values that differ from their defaults, as
 //! TOML.
 
 use core::fmt::Write as _;
@@ -7,7 +7,7 @@ use flight_control::compensator::neso::Lemma1Warning;
 
 use super::{Kind, ParameterError, Parameters, table};
 
-/// What stands above the values.
+/// Header of the file, above the values.
 const HEADER: &str = "\
 # Parameters of the autopilot that differ from their defaults.
 # Written anew, comments and all, whenever a ground station sets one.
@@ -22,14 +22,14 @@ const LINE_MAX: usize = 60;
 pub struct SavedError {
     /// The file.
     pub file: String,
-    /// What is wrong with it.
+    /// The error in it.
     pub problem: SavedProblem,
 }
 
-/// What is wrong with saved parameters.
+/// Error of saved parameters.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SavedProblem {
-    /// The file is there and cannot be read.
+    /// The file exists and cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(String),
     /// Not TOML.
@@ -40,10 +40,10 @@ pub enum SavedProblem {
     NotANumber {
         /// The name.
         name: String,
-        /// What stands there.
+        /// The value.
         value: String,
     },
-    /// A name or a value that is not allowed.
+    /// An invalid name or value.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
@@ -64,10 +64,10 @@ pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
     text
 }
 
-/// The parameters in `text`, which comes from `file`; what does not stand there is as in `defaults`.
+/// The parameters in `text`, which comes from `file`; the others have the values of `defaults`.
 ///
 /// # Errors
-/// [`SavedError`] names the file, the parameter, its value and what is allowed.
+/// [`SavedError`] names the file, the parameter, its value and the allowed range.
 pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
     let refuse = |problem| SavedError { file: file.to_owned(), problem };
     let mut parameters = *defaults;
@@ -76,10 +76,10 @@ pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parame
     Ok(parameters)
 }
 
-/// Sets the parameters that stand in `text`; the others stay.
+/// Sets the parameters in `text`; the others stay.
 ///
 /// # Errors
-/// [`SavedProblem`] names the parameter, its value and what is allowed; nothing changes then.
+/// [`SavedProblem`] names the parameter, its value and the allowed range; nothing changes then.
 pub fn set_from_text(
     parameters: &mut Parameters,
     text: &str,
@@ -90,10 +90,10 @@ pub fn set_from_text(
     set_from_table(parameters, &table)
 }
 
-/// Sets the parameters that stand in a table; the others stay.
+/// Sets the parameters in a table; the others stay.
 ///
 /// # Errors
-/// [`SavedProblem`] names the parameter, its value and what is allowed; nothing changes then.
+/// [`SavedProblem`] names the parameter, its value and the allowed range; nothing changes then.
 pub fn set_from_table(
     parameters: &mut Parameters,
     table: &toml::Table,
@@ -103,7 +103,7 @@ pub fn set_from_table(
     Ok(parameters.set_all(settings)?)
 }
 
-/// Whether a text has numbers under names of parameters and nothing else. Whether they can be flown together depends
+/// Whether a text contains numbers under names of parameters and nothing else. Whether they are valid together depends
 /// on the defaults of an aircraft.
 #[must_use]
 pub fn has_only_parameters(text: &str) -> bool {
@@ -116,7 +116,7 @@ pub fn has_only_parameters(text: &str) -> bool {
 fn number(name: &str, value: &toml::Value) -> Result<f64, SavedProblem> {
     match value {
         toml::Value::Float(value) => Ok(*value),
-        // Beyond 32 bits it is beyond every range too.
+        // A value beyond 32 bits is out of every range too.
         toml::Value::Integer(value) => Ok(i32::try_from(*value).map_or(f64::INFINITY, f64::from)),
         _ => Err(SavedProblem::NotANumber { name: name.to_owned(), value: value.to_string() }),
     }
@@ -131,7 +131,7 @@ fn one_line(error: &toml::de::Error, text: &str) -> String {
 }
 
 impl Parameters {
-    /// The values that differ from `defaults`, for people: `OBS_W0 = 40, FTC_MODE = 0`.
+    /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
     #[must_use]
     pub fn differences(&self, defaults: &Self) -> Vec<String> {
         let bits = |row: &super::Parameter, of: &Self| row.value(of).to_bits();

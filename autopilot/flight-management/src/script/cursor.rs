@@ -1,4 +1,4 @@
-//! A line of text as words with their columns, and a cursor in them that takes the next word or reports what it expected.
+//! A line of text as words with their columns, and a cursor that takes the next word or reports the expected one.
 
 use super::error::{Problem, ScriptError};
 use core::fmt;
@@ -6,7 +6,7 @@ use core::fmt;
 /// Units of a time, with their factors to seconds.
 pub(super) const SECONDS: [(&str, f64); 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
 
-/// A place in the words of a line.
+/// A position in the words of a line.
 #[derive(Clone)]
 pub(super) struct Cursor<'a> {
     words: &'a [Word],
@@ -19,7 +19,7 @@ impl<'a> Cursor<'a> {
         Self { words, line, at: 0 }
     }
 
-    /// Column of the next word, or the one behind the last.
+    /// Column of the next word, or the one after the last.
     pub(super) fn column(&self) -> usize {
         match (self.words.get(self.at), self.words.last()) {
             (Some(next), _) => next.column,
@@ -37,7 +37,7 @@ impl<'a> Cursor<'a> {
         problem.at(self.line, self.column())
     }
 
-    /// Something else was expected here.
+    /// An error here, with the expected text.
     pub(super) fn expected(&self, expected: impl Into<String>) -> ScriptError {
         let found = self.words.get(self.at);
         let found =
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         true
     }
 
-    /// Takes these words, or returns the error that they are expected.
+    /// Takes these words, or returns an error that expects them.
     pub(super) fn need(&mut self, words: &str) -> Result<(), ScriptError> {
         if self.take(words) { Ok(()) } else { Err(self.expected(quoted(words))) }
     }
@@ -73,7 +73,7 @@ impl<'a> Cursor<'a> {
         choices.iter().find(|(words, _)| self.take(words)).map(|(_, choice)| *choice)
     }
 
-    /// The same, where one of them is expected.
+    /// The same; an error if none of them comes next.
     pub(super) fn need_one<T: Copy>(
         &mut self,
         what: &str,
@@ -164,7 +164,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Nothing may follow.
+    /// An error unless the line ends here.
     pub(super) fn end(&self) -> Result<(), ScriptError> {
         if self.is_at_end() { Ok(()) } else { Err(self.expected("the end of the line")) }
     }
@@ -203,7 +203,7 @@ impl Amount {
     }
 }
 
-/// For people: without the noise of the last digits.
+/// For display: without the noise of the last digits.
 fn round(value: f64) -> f64 {
     let rounded = (value * 1.0e6).round() / 1.0e6;
     if rounded.is_finite() { rounded } else { value }
@@ -220,13 +220,13 @@ pub(super) struct Word {
 /// Kinds of words.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
-    /// Letters, digits, and what units and names have; in small letters.
+    /// Letters, digits, and the characters of units and names; in small letters.
     Name(String),
     /// A finite number.
     Number(f64),
     /// `,`, `:` or `%`.
     Sign(char),
-    /// What stands behind `say`, as it was written.
+    /// The text after `say`, as written.
     Text(String),
 }
 
@@ -241,7 +241,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// Units have capital letters for people.
+/// Units for display, some of which have capital letters.
 pub(super) fn unit(name: &str) -> &str {
     match name {
         "kn" => "kN",
@@ -303,7 +303,7 @@ pub(super) fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError>
     Ok(words)
 }
 
-/// A word as it is shown in a message.
+/// A word for display in a message.
 pub(super) fn quoted(text: &str) -> String {
     format!("`{text}`")
 }

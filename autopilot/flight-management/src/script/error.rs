@@ -1,8 +1,8 @@
-//! Why a text is no script: file, line, column, what stands there and what is allowed.
+//! Why a text is not a valid script: file, line, column, the text found there and the allowed text.
 
 use super::{LINES_MAX, SEQUENCES_MAX, TEXT_MAX};
 
-/// Why a text is no script.
+/// Why a text is not a valid script.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}, line {line}, column {column}: {problem}")]
 pub struct ScriptError {
@@ -12,30 +12,30 @@ pub struct ScriptError {
     pub line: usize,
     /// Character of the line, from 1.
     pub column: usize,
-    /// What is wrong there.
+    /// The problem there.
     pub problem: Box<Problem>,
 }
 
-/// What is wrong.
+/// A problem of a script.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// A word that cannot stand here.
+    /// An unexpected word.
     #[error("{found} found, expected {expected}")]
     Unexpected {
         /// The word, or the end of the line.
         found: String,
-        /// What is allowed.
+        /// The allowed text.
         expected: String,
     },
-    /// A character that no word has.
+    /// A character that no word contains.
     #[error("{0:?} belongs to no word")]
     Character(char),
-    /// A number that cannot be.
+    /// A number out of range.
     #[error("{what} {value} is outside {min} to {max} {unit}")]
     OutOfRange {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// As it was written.
+        /// As written.
         value: String,
         /// Smallest allowed.
         min: String,
@@ -47,10 +47,10 @@ pub enum Problem {
     /// The target has no such fault.
     #[error("{0}")]
     NotForThisTarget(String),
-    /// Repetition without a duration, or quicker than it.
+    /// Repetition without a duration, or with a shorter interval.
     #[error("`every` needs `for` with a shorter time before it")]
     EveryWithoutFor,
-    /// Two sequences of one name.
+    /// Two sequences with the same name.
     #[error("there is a sequence {0} already")]
     SameName(String),
     /// The text is too long.
@@ -62,7 +62,7 @@ pub enum Problem {
     /// Too many sequences.
     #[error("more than {SEQUENCES_MAX} sequences")]
     TooManySequences,
-    /// Nothing to do.
+    /// No line has an action.
     #[error("no line does anything")]
     Empty,
 }

@@ -13,10 +13,10 @@ use icd::{Effector, EffectorList, FaultRequest, SimTime};
 use super::cursor::{Cursor, SECONDS};
 use super::error::{Problem, ScriptError};
 
-/// How often a fault can come again.
+/// Largest number of repetitions of a fault.
 const TIMES_MAX: u32 = 1_000_000;
 
-/// What follows `fail`.
+/// The rest of a line after `fail`.
 pub(super) fn fail(
     cursor: &mut Cursor,
     effectors: &EffectorList,
@@ -33,7 +33,7 @@ pub(super) fn fail(
     Ok(FaultRequest::Inject { target, kind, timing })
 }
 
-/// What follows `clear`.
+/// The rest of a line after `clear`.
 pub(super) fn clear(
     cursor: &mut Cursor,
     effectors: &EffectorList,
@@ -75,7 +75,7 @@ fn target(
     effector(cursor, effectors, expected).map(Target::from)
 }
 
-/// An effector by its name for people, for files, or for ground stations. The longest name that fits counts.
+/// An effector by its display name, its name in files, or its name in ground stations. The longest name that fits counts.
 fn effector(
     cursor: &mut Cursor,
     effectors: &EffectorList,
@@ -147,7 +147,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
     info.with(alternative, values).ok_or_else(|| before.expected(kinds()))
 }
 
-/// The words by which a kind is known; none: it begins with a number.
+/// The words that begin a kind; none: it begins with a number.
 fn first_words(info: &KindInfo) -> &'static [&'static str] {
     match info.phrase.first() {
         Some(Piece::Words(words)) => words,
@@ -155,7 +155,7 @@ fn first_words(info: &KindInfo) -> &'static [&'static str] {
     }
 }
 
-/// How a kind is called in messages.
+/// Name of a kind in messages.
 fn words(info: &KindInfo) -> String {
     if let Some(words) = first_words(info).first() {
         return (*words).to_owned();
@@ -168,13 +168,13 @@ fn words(info: &KindInfo) -> String {
     format!("a number {}", words.collect::<Vec<_>>().join(" "))
 }
 
-/// All of them in messages.
+/// Names of all kinds in messages.
 fn kinds() -> String {
     let all: Vec<String> = CATALOGUE.iter().map(words).collect();
     format!("a kind of fault: {}", all.join(", "))
 }
 
-/// A number with its unit, in SI units; times come in any unit of time.
+/// A number with its unit, in SI units; times accept any unit of time.
 fn number(
     cursor: &mut Cursor,
     number: &NumberInfo,
@@ -202,7 +202,7 @@ fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<u8, ScriptError> {
     }
 }
 
-/// A time longer than nothing, s.
+/// A positive time, s.
 fn duration(cursor: &mut Cursor, what: &'static str) -> Result<f64, ScriptError> {
     let duration = cursor.amount(what, &SECONDS)?;
     duration.within((1.0e-6, SimTime::MAX_SECONDS), ("s", 1.0))

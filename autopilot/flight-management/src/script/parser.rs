@@ -12,7 +12,7 @@ const METRES: [(&str, f64); 1] = [("m", 1.0)];
 const METRES_PER_SECOND: [(&str, f64); 1] = [("m/s", 1.0)];
 /// Units of an angle, with their factors to rad.
 pub(super) const DEGREES: [(&str, f64); 1] = [("deg", core::f64::consts::PI / 180.0)];
-/// The modes that need no stream of somebody else.
+/// The modes that need no stream of a ground station.
 const MODES: [(&str, Mode); 4] = [
     ("position", Mode::Position),
     ("hold", Mode::Hold),
@@ -69,7 +69,7 @@ fn begin_sequence(
     if names.any(|(_, other)| *other == name) {
         return Err(ScriptError { problem: Box::new(Problem::SameName(name)), ..place });
     }
-    // The one without a name counts only if it does something.
+    // The one without a name counts only if it has a line with an action.
     let count = sequences.len() - usize::from(sequences[0].lines.is_empty());
     if count >= SEQUENCES_MAX {
         return Err(place);
@@ -175,7 +175,7 @@ fn angle(
     cursor.amount(what, &DEGREES)?.within((min * deg, max * deg), (unit, deg))
 }
 
-/// The words behind `say` in a line in plain form.
-pub(super) fn said(line: &str) -> Option<&str> {
+/// The words after `say` in a line in plain form.
+pub(super) fn said_text(line: &str) -> Option<&str> {
     line.split_once("say ").map(|(_, words)| words)
 }

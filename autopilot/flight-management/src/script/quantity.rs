@@ -1,4 +1,4 @@
-//! What a line can wait for: a quantity that a pilot sees, and the value that it crosses.
+//! Conditions of a line: a quantity that a pilot sees, and the value that it crosses.
 
 use core::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use icd::SimTime;
 /// Standard gravity, m/s²: the unit of the load factor.
 const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// A quantity of the flight, as the sensors tell it.
+/// A quantity of the flight, as the sensors report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Roll angle, rad, positive right wing down.
@@ -39,7 +39,7 @@ pub enum Quantity {
     Time,
 }
 
-/// How a value is crossed.
+/// Direction of a crossing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Crossing {
     /// Either way, from one side to the other.
@@ -53,9 +53,9 @@ pub enum Crossing {
 /// A quantity that crosses a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
-    /// Which quantity.
+    /// The quantity.
     pub quantity: Quantity,
-    /// How.
+    /// The direction.
     pub crossing: Crossing,
     /// The value in the quantity's unit.
     pub value: f64,
@@ -81,7 +81,7 @@ const fn row(
     Row { words, quantity, unit, scale, range }
 }
 
-/// All of them. Names that begin alike: the longer one first.
+/// All quantities. Of names with the same beginning, the longer one is first.
 pub(super) const ROWS: [Row; 13] = [
     row("roll rate", Quantity::RollRate, ("deg/s", DEG), (-720.0, 720.0)),
     row("pitch rate", Quantity::PitchRate, ("deg/s", DEG), (-720.0, 720.0)),
@@ -119,28 +119,28 @@ impl Quantity {
         }
     }
 
-    /// Angles that go on at the other end.
+    /// Angles that wrap around.
     const fn is_circular(self) -> bool {
         matches!(self, Self::Roll | Self::Heading | Self::Alpha | Self::Beta)
     }
 }
 
 impl Condition {
-    /// How far the quantity is beyond the value now; of an angle the shorter way round.
+    /// How far the quantity exceeds the value now; for an angle the shorter way round.
     #[must_use]
     pub fn excess(&self, state: &NavigationState) -> f64 {
         let difference = self.quantity.value(state) - self.value;
         if self.quantity.is_circular() { libm::remainder(difference, 2.0 * PI) } else { difference }
     }
 
-    /// What to compare with at the next tick. Standing on the value is not yet passing it.
+    /// The excess to compare with at the next tick. A quantity exactly at the value has not passed it yet.
     #[must_use]
     pub fn remembered(&self, before: f64, now: f64) -> f64 {
         if self.crossing == Crossing::Passes && now == 0.0 { before } else { now }
     }
 
-    /// Whether the value was crossed between two ticks, from what [`Condition::excess`] was and is. An angle
-    /// that jumps from one end of its range to the other, opposite to the value, has not crossed it.
+    /// Whether the value was crossed between two ticks, by the earlier and the present [`Condition::excess`]. An angle
+    /// that wraps around, opposite to the value, has not crossed it.
     #[must_use]
     pub fn is_crossed(&self, before: f64, now: f64) -> bool {
         if self.quantity.is_circular() && (now - before).abs() > PI {

@@ -1,4 +1,4 @@
-//! A script on its way: which lines are due at a tick.
+//! A running script: which lines are due at a tick.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use icd::SimTime;
 
 use super::{Action, Script, Trigger};
 
-/// A script that runs. It begins with the first tick at which it is stepped.
+/// A running script. It begins with the first tick at which it is stepped.
 #[derive(Debug, Clone)]
 pub struct Run {
     script: Arc<Script>,
@@ -16,25 +16,25 @@ pub struct Run {
     places: Vec<Place>,
 }
 
-/// Where a sequence stands.
+/// State of a sequence.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
-    /// Index of the line that is next.
+    /// Index of the next line.
     next: usize,
     /// When the line before was executed, or the script began.
     since: SimTime,
-    /// What the condition of the line had as its excess at the latest tick.
+    /// The excess of the line's condition at the latest tick.
     excess: Option<f64>,
-    /// Its trigger has come, and it waits for room on the way to the plant.
+    /// It was triggered, and waits for room in the queue to the plant.
     due: bool,
 }
 
-/// A line that is to be executed now.
+/// A line to execute now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Due {
     /// Its number in the text.
     pub line: u16,
-    /// What it does.
+    /// Its action.
     pub action: Action,
 }
 
@@ -46,14 +46,14 @@ impl Run {
         Self { script, began: None, places }
     }
 
-    /// Which script.
+    /// The script.
     #[must_use]
     pub fn script(&self) -> &Arc<Script> {
         &self.script
     }
 
-    /// The first line that is due at this tick and not executed yet; to be called until there is none or enough
-    /// were executed. The sequences come in the order of the text. While `can_ask` is false a line that asks the
+    /// The first line that is due at this tick and not executed yet; call it until there is none or enough
+    /// were executed. The sequences follow in the order of the text. While `can_ask` is false, a line with a request to the
     /// plant waits, and its sequence with it.
     pub fn next(&mut self, state: &NavigationState, can_ask: bool) -> Option<Due> {
         self.look(state);
@@ -72,8 +72,8 @@ impl Run {
         None
     }
 
-    /// Looks whether the triggers of the lines that are next have come. What has come at a tick stays so, also when
-    /// the line is executed later; looking again at the same tick changes nothing.
+    /// Evaluates the triggers of the next lines. A trigger at a tick is kept even if
+    /// the line is executed later; a second evaluation at the same tick changes nothing.
     pub fn look(&mut self, state: &NavigationState) {
         let time = state.time;
         let began = *self.began.get_or_insert_with(|| {
@@ -104,7 +104,7 @@ impl Run {
         }
     }
 
-    /// Nothing is left to do.
+    /// All lines are done.
     #[must_use]
     pub fn is_over(&self) -> bool {
         let mut sequences = self.script.sequences().iter().zip(&self.places);

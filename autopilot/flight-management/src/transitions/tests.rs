@@ -1,4 +1,4 @@
-//! Signals that flicker, and the events that are published of them.
+//! Signals that flicker, and the events published for them.
 
 use flight_control::{
     AircraftModel, AltitudeLimit, Authority, FlightControl, Gains, NavigationState,
@@ -16,7 +16,7 @@ const FULL: Authority = Authority {
     positive_pct: [100.0; 3],
 };
 
-/// A step in which nothing is the matter.
+/// A step of normal flight.
 fn calm() -> StepLog {
     let model: AircraftModel = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
     let mut flight = FlightControl::new(PERIOD, &model, &Gains::REFERENCE);
@@ -46,7 +46,7 @@ fn yaw(percent: f64) -> Authority {
 }
 
 #[test]
-fn the_compensator_is_told_with_its_axis_and_what_is_at_its_limit_at_that_moment() {
+fn the_compensator_is_reported_with_its_axis_and_what_is_at_its_limit_at_that_moment() {
     let mut log = StepLog { compensator_active: true, ..calm() };
     log.levels = [0.2, 0.1, 1.5].into();
     log.health.nozzle_yaw_saturated = true;
@@ -56,14 +56,14 @@ fn the_compensator_is_told_with_its_axis_and_what_is_at_its_limit_at_that_moment
 }
 
 #[test]
-fn a_flag_that_flickers_is_told_once_and_its_release_with_the_time() {
+fn a_flag_that_flickers_is_reported_once_and_its_release_with_the_time() {
     let mut transitions = Transitions::default();
     let (calm, active) = (calm(), StepLog { compensator_active: true, ..calm() });
     // 10 s: it changes every 20 ms, and is never asleep for a second.
     let published =
         run(&mut transitions, 5_000, |tick| if tick / 10 % 2 == 0 { active } else { calm });
     assert!(matches!(published[..], [EventKind::CompensatorActive { .. }]), "{published:?}");
-    // It slept the last 10 ticks already.
+    // It was asleep for the last 10 ticks already.
     let published = run(&mut transitions, 2_000, |_| calm);
     let [EventKind::CompensatorReleased { after }] = published[..] else { panic!("{published:?}") };
     // From the first tick, in which it was published, to the last one of activity.
@@ -79,7 +79,7 @@ fn awake() -> Transitions {
 }
 
 #[test]
-fn an_axis_without_authority_is_told_after_200_ms_and_again_when_it_has_some_for_2_s() {
+fn an_axis_without_authority_is_reported_after_200_ms_and_again_when_it_has_some_for_2_s() {
     let mut transitions = awake();
     let calm = || StepLog { compensator_active: true, ..calm() };
     let mut log = StepLog { authority: yaw(0.0), ..calm() };
@@ -107,7 +107,7 @@ fn while_the_compensator_sleeps_an_axis_must_be_without_authority_for_3_s() {
 }
 
 #[test]
-fn an_authority_that_is_gone_when_the_compensator_wakes_is_told_at_once() {
+fn an_authority_that_is_gone_when_the_compensator_wakes_is_reported_at_once() {
     let log = StepLog { authority: yaw(0.0), ..calm() };
     let mut transitions = Transitions::default();
     assert_eq!(run(&mut transitions, 500, |_| log), []);
@@ -121,7 +121,7 @@ fn an_authority_that_is_gone_when_the_compensator_wakes_is_told_at_once() {
 }
 
 #[test]
-fn an_authority_that_flickers_at_its_end_is_told_once() {
+fn an_authority_that_flickers_at_its_end_is_reported_once() {
     let mut log = StepLog { authority: yaw(0.0), compensator_active: true, ..calm() };
     log.health.nozzle_yaw_saturated = true;
     let calm = StepLog { compensator_active: true, ..calm() };
@@ -135,7 +135,7 @@ fn an_authority_that_flickers_at_its_end_is_told_once() {
 }
 
 #[test]
-fn a_nozzle_without_thrust_is_told_as_that() {
+fn a_nozzle_without_thrust_is_reported_as_such() {
     let log = StepLog { authority: Authority { roll_pct: 80.0, ..Authority::NONE }, ..calm() };
     let published = run(&mut Transitions::default(), 5_000, |_| log);
     let by = Limit::Thrust;
@@ -146,7 +146,7 @@ fn a_nozzle_without_thrust_is_told_as_that() {
 }
 
 #[test]
-fn the_ailerons_limit_is_told_once_as_the_end_of_the_roll_authority() {
+fn the_ailerons_limit_is_reported_once_as_the_end_of_the_roll_authority() {
     let mut log = StepLog { authority: Authority { roll_pct: 0.0, ..FULL }, ..calm() };
     log.health.aileron_saturated = true;
     let published = run(&mut Transitions::default(), 5_000, |_| log);
@@ -154,7 +154,7 @@ fn the_ailerons_limit_is_told_once_as_the_end_of_the_roll_authority() {
 }
 
 #[test]
-fn limits_of_other_effectors_are_told_as_saturation() {
+fn limits_of_other_effectors_are_reported_as_saturation() {
     let mut log = calm();
     log.health.elevator_saturated = true;
     let mut transitions = Transitions::default();
@@ -164,7 +164,7 @@ fn limits_of_other_effectors_are_told_as_saturation() {
 }
 
 #[test]
-fn an_altitude_that_is_not_held_is_told_with_what_is_at_its_limit_and_so_is_its_end() {
+fn an_altitude_that_is_not_held_is_reported_with_what_is_at_its_limit_and_so_is_its_end() {
     let mut transitions = Transitions::default();
     let wing = StepLog { altitude_limit: Some(AltitudeLimit::Wing), ..calm() };
     let published = run(&mut transitions, 1_000, |_| wing);

@@ -15,10 +15,10 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// Takes stick positions.
+    /// Sets the stick positions.
     ///
     /// # Errors
-    /// A position beyond its stop, or no number.
+    /// A position beyond its stop, or NaN.
     pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         check(&sticks)?;
         self.sticks = Some(sticks);
@@ -40,7 +40,7 @@ impl Pilot {
 /// Checks stick positions.
 ///
 /// # Errors
-/// A position beyond its stop, or no number.
+/// A position beyond its stop, or NaN.
 pub fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
     let stick = |what, value| Checked { what, unit: "of 1", value, min: -1.0, max: 1.0 };
     stick("roll stick", sticks.roll).check()?;
@@ -48,22 +48,22 @@ pub fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
     sticks.throttle.map_or(Ok(()), |value| up_to("throttle", "of 1", value, 1.0).check())
 }
 
-/// Rate at which a standing altitude error is added to the demand to the laws, 1/s: slower than the
+/// Rate at which a persistent altitude error is added to the demand to the laws, 1/s: slower than the
 /// altitude law, which needs about 10 s.
 const TRIM_RATE_PER_S: f64 = 0.025;
-/// Largest addition, as a part of the largest error that the altitude law sees; a larger error is a climb that has not
-/// ended.
+/// Largest addition, as a fraction of the largest error that the altitude law sees; a larger error is a climb in
+/// progress.
 const TRIM_MAX: f64 = 0.75;
-/// An aircraft that climbs or descends faster than this part of `NAV_CLIMB_MAX` has no standing error.
+/// An aircraft that climbs or descends faster than this fraction of `NAV_CLIMB_MAX` has no persistent error.
 const STANDING_CLIMB: f64 = 1.0 / 6.0;
 
-/// The altitude demand to the laws where a path, a pilot or a stream is flown.
+/// The altitude demand to the laws in modes that follow a path, a pilot or a stream.
 ///
 /// Differs from the reference in two ways. It moves no faster than `NAV_CLIMB_MAX`, because an aircraft that
-/// pushes over has no lift left to turn with. And it is displaced slowly so that no error stands: the altitude
+/// pushes over has no lift left to turn with. And it is displaced slowly so that no error persists: the altitude
 /// law is a deviation from the trim of one airspeed and integrates only near its reference, so away from that
-/// airspeed, or steeply banked, it flies 50 to 200 m beside it for good. The laws themselves stay as they are;
-/// where a roll reference is flown as it was given, in Position, they get the altitude reference as it is too.
+/// airspeed, or steeply banked, it would stay 50 to 200 m beside it. The laws themselves are unchanged;
+/// in Position, where a roll reference is flown as given, they get the altitude reference as given too.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AltitudeDemand {
     reference_m: Option<f64>,
@@ -97,8 +97,8 @@ impl AltitudeDemand {
     }
 }
 
-/// The reference runs ahead of the aircraft by at most the way of this time at the climb rate, s: about
-/// what the altitude law lags behind a ramp.
+/// The reference leads the aircraft by at most the climb during this time, s: about
+/// the lag of the altitude law behind a ramp.
 const AHEAD_S: f64 = 12.0;
 /// When the climb ends the reference is where the aircraft will be after this time, s.
 const LEVEL_OFF_S: f64 = 3.0;
@@ -110,8 +110,8 @@ pub struct ClimbReference {
 }
 
 impl ClimbReference {
-    /// The reference after one tick, m. At a climb rate of zero it stays where it is; when the climb rate
-    /// becomes zero it is drawn to the aircraft, so that letting go of the stick ends the climb.
+    /// The reference after one tick, m. At a climb rate of zero it stays constant; when the climb rate
+    /// becomes zero it moves to the aircraft, so that releasing the stick ends the climb.
     pub fn step(
         &mut self,
         reference_m: f64,

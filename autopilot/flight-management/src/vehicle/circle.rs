@@ -1,7 +1,7 @@
 //! Circles, and the mode Hold, which flies one around a point.
 //!
-//! Without a point the circle touches the present track a roll-in ahead, to the right (or to the left if
-//! that was asked for): a jet that should stay here begins to turn, instead of flying back over the point.
+//! Without a point the circle touches the present track a roll-in ahead, to the right (or to the left if the
+//! request says so): a jet that should stay here begins to turn, instead of flying back over the point.
 
 use super::geodesy::Site;
 use super::report::Target;
@@ -11,7 +11,7 @@ use super::situation::Situation;
 use flight_control::Demand;
 use flight_control::guidance::{Horizontal, Steering, follow_circle};
 
-/// What Hold circles around.
+/// The circle that Hold flies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hold {
     /// Known from the first tick on.
@@ -21,7 +21,7 @@ pub struct Hold {
 }
 
 impl Default for Hold {
-    /// Here, to the right, with the radius of the parameter.
+    /// At the present position, to the right, with the radius of the parameter.
     fn default() -> Self {
         Self { centre: None, radius_m: None, clockwise: true }
     }
@@ -34,7 +34,7 @@ impl Hold {
         Self { centre: Some(orbit.centre), radius_m: orbit.radius_m, clockwise: orbit.clockwise }
     }
 
-    /// Takes what a request names; the rest stays.
+    /// Applies the values of a request; the others stay.
     pub fn reposition(&mut self, request: &Reposition) {
         self.centre = request.place.map(Site::at).or(self.centre);
         self.radius_m = request.radius_m.or(self.radius_m);
@@ -64,12 +64,12 @@ pub struct Orbit {
     pub clockwise: bool,
 }
 
-/// The command of the guidance, and what it is for.
+/// A command of the guidance, and its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flown {
     /// For the roll reference.
     pub steering: Steering,
-    /// Where to, if to a point.
+    /// The target, if it is a point.
     pub target: Option<Target>,
 }
 
@@ -95,14 +95,14 @@ impl Orbit {
         Self { centre: Site::at(situation.horizon.place_at(&centre)), ..circle }
     }
 
-    /// The radius that is flown, m: that of the request, or the smallest that can be flown.
+    /// The radius flown, m: that of the request, or the smallest possible one.
     #[must_use]
     pub fn flown_radius_m(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> f64 {
         let radius_m = self.radius_m.unwrap_or(rules.navigation.loiter_radius_m);
         radius_m.max(situation.smallest_circle_m(demand.airspeed_m_s, rules))
     }
 
-    /// One tick on the way to it or around it.
+    /// One tick on the way to the circle or on it.
     #[must_use]
     pub fn fly(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> Flown {
         let radius_m = self.flown_radius_m(situation, demand, rules);
@@ -119,7 +119,7 @@ impl Orbit {
     }
 }
 
-/// The target as telemetry tells it.
+/// The target for telemetry.
 #[must_use]
 pub fn target(site: &Site, offset: &Horizontal, altitude_m: f64, radius_m: Option<f64>) -> Target {
     Target {

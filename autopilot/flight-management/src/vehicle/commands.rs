@@ -1,6 +1,6 @@
 //! Commands of the operator to the vehicle.
 //!
-//! The caller has made sure that there is an aircraft in the air ([`crate::autopilot::Autopilot`]). A refused
+//! The caller has checked that the aircraft is in the air ([`crate::autopilot::Autopilot`]). A refused
 //! command changes nothing.
 
 use std::sync::Arc;
@@ -20,8 +20,8 @@ use crate::vehicle::VehicleEvent;
 type Publish<'a> = &'a mut dyn FnMut(VehicleEvent);
 
 impl Vehicle {
-    /// Changes the mode. The same mode again changes nothing, but Position levels the wings and holds the
-    /// course of that moment.
+    /// Changes the mode. A request for the present mode changes nothing, except that Position levels the wings and then holds
+    /// the course of that moment.
     ///
     /// # Errors
     /// The flight was terminated, or there is no plan for Mission.
@@ -40,7 +40,7 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Goes on with a paused plan; one that is being flown just goes on.
+    /// Continues a paused plan; no effect on a plan in progress.
     ///
     /// # Errors
     /// The flight was terminated, or no plan is paused.
@@ -58,8 +58,8 @@ impl Vehicle {
         if self.terminated { Err(VehicleRefusal::Terminated) } else { Ok(()) }
     }
 
-    /// Enters a mode that can be flown. Altitude and airspeed references go on in all modes, but Return has an
-    /// altitude of its own. Offboard keeps the roll reference until the first setpoint.
+    /// Enters a mode that can be flown. Altitude and airspeed references stay valid in all modes, except that Return has its own
+    /// altitude. Offboard keeps the roll reference until the first setpoint.
     fn enter(&mut self, mode: Mode, rules: &Rules, publish: Publish) {
         if mode == Mode::Position {
             self.position = Position::default();
@@ -100,7 +100,7 @@ impl Vehicle {
     /// Changes a reference. An altitude or airspeed in Mission holds until the next item that sets one.
     ///
     /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
+    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         rules.limits.check(reference)?;
@@ -129,10 +129,10 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Circles somewhere.
+    /// Circles around a place.
     ///
     /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
+    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn reposition(
         &mut self,
         request: &Reposition,
@@ -158,10 +158,10 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Takes a setpoint of an offboard stream.
+    /// Sets a setpoint of an offboard stream.
     ///
     /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
+    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn take_setpoint(
         &mut self,
         setpoint: Setpoint,
@@ -175,10 +175,10 @@ impl Vehicle {
         self.offboard.take(setpoint, self.axes.as_ref(), demand, rules)
     }
 
-    /// Takes stick positions.
+    /// Sets stick positions.
     ///
     /// # Errors
-    /// [`VehicleRefusal`] says why not; nothing changes then.
+    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         match self.mode {
@@ -192,7 +192,7 @@ impl Vehicle {
     /// item at once, and without a plan the aircraft holds.
     ///
     /// # Errors
-    /// [`VehicleRefusal`] names the item; the plan before stays then.
+    /// [`VehicleRefusal`] names the item; the earlier plan stays then.
     pub fn replace_plan(
         &mut self,
         plan: &Arc<Plan>,
@@ -212,14 +212,14 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Makes an item the current one; Mission goes on with it at once.
+    /// Makes an item the current one; Mission continues with it at once.
     ///
     /// # Errors
     /// There is no such item, or the flight was terminated.
     pub fn select_item(&mut self, item: u16, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         self.mission.select(item)?;
-        // In Mission the next tick begins the item, and tells.
+        // In Mission the next tick begins the item, and reports it.
         if self.mode != Mode::Mission {
             publish(VehicleEvent::PlanItem(item));
         }
@@ -229,7 +229,7 @@ impl Vehicle {
     /// Moves home.
     ///
     /// # Errors
-    /// No such place.
+    /// The place is invalid.
     pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {
         check_place(place)?;
         self.home = Some(Site::at(place));
@@ -237,14 +237,14 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Ends the flight for good; what that means for the effectors is in [`crate::termination`].
+    /// Ends the flight permanently; [`crate::termination`] has the commands of the effectors.
     pub fn terminate(&mut self, publish: Publish) {
         if !core::mem::replace(&mut self.terminated, true) {
             publish(VehicleEvent::Terminated);
         }
     }
 
-    /// The controlling ground station is silent.
+    /// The controlling ground station has fallen silent.
     pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, publish: Publish) {
         let Some(chosen) = self.link.lose(action, self.mode) else { return };
         publish(VehicleEvent::LinkLost(action));
@@ -253,7 +253,7 @@ impl Vehicle {
         }
     }
 
-    /// It is back: what its silence led to is undone, unless somebody has chosen another mode since.
+    /// It is back: undoes the reaction to its silence, unless another mode was commanded since.
     pub fn regain_link(&mut self, rules: &Rules, publish: Publish) {
         let Some(mode) = self.link.regain(self.mode) else { return };
         let can_fly = mode != Mode::Mission || !self.mission.is_empty();

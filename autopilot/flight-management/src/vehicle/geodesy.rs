@@ -1,7 +1,7 @@
-//! Places on the Earth as the guidance sees them: offsets from the aircraft, and back.
+//! Places on the Earth as the guidance uses them: offsets from the aircraft, and back.
 //!
-//! Points lie on the WGS-84 ellipsoid and are kept as Earth-centred vectors, so that neither the date line
-//! nor a pole is a special place. An offset has the direction of the straight line through the Earth, seen
+//! Points lie on the WGS-84 ellipsoid and are stored as Earth-centred vectors, so that neither the date line
+//! nor a pole is a special case. An offset has the direction of the straight line through the Earth, seen
 //! from the aircraft, and the length of the arc above it. Through the aircraft a great circle is therefore a
 //! straight line, and a leg between two points is a great circle to a few metres.
 //!
@@ -71,7 +71,7 @@ impl Horizon {
         }
     }
 
-    /// Where the axes are.
+    /// Location of the axes.
     #[must_use]
     pub fn site(&self) -> &Site {
         &self.site
@@ -84,7 +84,7 @@ impl Horizon {
         let flat = Horizontal::new(self.north.dot(&chord), self.east.dot(&chord));
         let flat_length = flat.norm();
         if flat_length < f64::MIN_POSITIVE {
-            // The point itself, or the other end of the Earth, where every direction is as good.
+            // The point itself, or its antipode, where every direction is equally good.
             let length = arc(chord.norm());
             return Horizontal::new(length, 0.0);
         }
@@ -116,7 +116,7 @@ pub struct LocalAxes {
 }
 
 impl LocalAxes {
-    /// From where the aircraft is and which local position it has there.
+    /// From the location of the aircraft and its local position.
     #[must_use]
     pub fn of(place: Place, altitude_m: f64, position: Ned) -> Self {
         let aircraft = ecef(place, altitude_m);

@@ -1,4 +1,4 @@
-//! The parameters that the vehicle obeys: what a reference may be, and how paths are flown. Defaults and ranges are in the
+//! The parameters of the vehicle: limits of references, and the guidance. Defaults and ranges are in the
 //! table of parameters.
 
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub struct NavigationParameters {
     pub l1_damping: f64,
     /// Largest bank angle of the guidance, deg.
     pub bank_max_deg: f64,
-    /// Radius of circles that have none of their own, m.
+    /// Radius of circles without a given radius, m.
     pub loiter_radius_m: f64,
     /// Smallest acceptance radius of waypoints, m.
     pub acceptance_m: f64,
@@ -22,7 +22,7 @@ pub struct NavigationParameters {
     pub climb_max_m_s: f64,
     /// Altitude of the return, m above the ellipsoid.
     pub return_altitude_m: f64,
-    /// Fastest change of a roll reference that the guidance makes, deg/s; logs of before have the default.
+    /// Fastest change of a roll reference that the guidance commands, deg/s; older logs have the default.
     #[serde(default = "roll_slew_deg_s")]
     pub roll_slew_deg_s: f64,
 }
@@ -33,7 +33,7 @@ pub(crate) fn roll_slew_deg_s() -> f64 {
     20.0
 }
 
-/// References that are accepted.
+/// Limits of references.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// Lowest altitude, m.

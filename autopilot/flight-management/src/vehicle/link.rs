@@ -1,16 +1,16 @@
-//! What the silence of the controlling ground station has led to.
+//! Reaction to the silence of the controlling ground station.
 
 use super::Mode;
 use super::request::LinkLossAction;
 
-/// Remembers the loss and what it changed.
+/// The loss and the changes that it has caused.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Link {
     lost: bool,
     undo: Option<Undo>,
 }
 
-/// A mode that the loss has chosen.
+/// A mode that the loss has selected.
 #[derive(Debug, Clone, Copy)]
 struct Undo {
     chosen: Mode,
@@ -18,7 +18,7 @@ struct Undo {
 }
 
 impl Link {
-    /// The station is silent: the mode to change to, if any. `None` if that is known already.
+    /// The station is silent: the mode to change to, if any. `None` if the loss is known already.
     pub fn lose(&mut self, action: LinkLossAction, mode: Mode) -> Option<Option<Mode>> {
         if core::mem::replace(&mut self.lost, true) {
             return None;
@@ -33,14 +33,14 @@ impl Link {
         Some(chosen)
     }
 
-    /// The operator or the plan has chosen a mode: there is nothing left to undo.
+    /// The operator or the plan has selected a mode: there is nothing left to undo.
     pub fn forget(&mut self) {
         self.undo = None;
     }
 
-    /// The station is back: the mode to fly now. `None` if it was not lost.
+    /// The station is back: the mode to return to. `None` if it was not lost.
     ///
-    /// A mode that lives on a stream is not restored: the stream has to command it again.
+    /// A mode that depends on a stream is not restored: the stream has to command it again.
     pub fn regain(&mut self, mode: Mode) -> Option<Mode> {
         if !core::mem::take(&mut self.lost) {
             return None;

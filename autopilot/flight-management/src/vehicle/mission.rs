@@ -22,27 +22,27 @@ use begin::Otherwise;
 use leg::Leg;
 use loiter::{Circled, Loiter, Until};
 
-/// Items that are begun in one tick, each with two events; the next tick goes on with the rest.
+/// Items that are begun in one tick, each with two events; further ones follow in the next tick.
 const AT_ONCE_MAX: u32 = 4;
-/// Shortest time between two jumps back, s: a loop that takes no time must not flood anybody with events.
+/// Shortest time between two jumps back, s: a loop that takes no time must not cause a flood of events.
 const LOOP_MIN_S: f64 = 1.0;
 
-/// The plan and how far it has come.
+/// The plan and its progress.
 #[derive(Debug, Clone, Default)]
 pub struct Mission {
     plan: Arc<Plan>,
     current: u16,
     progress: Progress,
-    /// How often each item has jumped.
+    /// Number of jumps that each item has made.
     jumped: Vec<u16>,
     task: Option<Task>,
-    /// The point that the aircraft has just flown by: the next leg begins there.
+    /// The point that the aircraft has just passed: the next leg begins there.
     previous: Option<Site>,
-    /// A jump has led back, and nothing has been flown since.
+    /// A jump has led back, and no item has been flown since.
     jumped_back: bool,
     /// Time until the next jump back, s.
     loop_wait_s: f64,
-    /// What was flown last.
+    /// The item flown last.
     flown: Option<Flown>,
 }
 
@@ -53,11 +53,11 @@ enum Task {
     Loiter(Loiter),
     /// Straight on until the altitude is reached, on a course in rad.
     Climb(f64),
-    /// Not to go on by itself: around the point.
+    /// Circles around the point, since the item does not continue by itself.
     Parked(Orbit),
 }
 
-/// What Mission does in one tick.
+/// Result of one tick of Mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flight {
     /// Fly this.
@@ -68,20 +68,20 @@ pub enum Flight {
     Home,
 }
 
-/// What a tick of Mission needs.
+/// Input of a tick of Mission.
 pub struct Tick<'a> {
-    /// Where the aircraft is.
+    /// Position and motion of the aircraft.
     pub situation: &'a Situation,
     /// Limits and parameters.
     pub rules: &'a Rules,
-    /// Where home is.
+    /// Location of home.
     pub home: Option<Site>,
-    /// Takes what happens.
+    /// Receives the events.
     pub publish: &'a mut dyn FnMut(VehicleEvent),
 }
 
 impl Mission {
-    /// Replaces the plan, which was checked; it has not been begun.
+    /// Replaces the plan, which is already checked and does not begin yet.
     pub fn replace(&mut self, plan: Arc<Plan>) {
         self.jumped.clear();
         self.jumped.resize(plan.items.len(), 0);
@@ -112,12 +112,12 @@ impl Mission {
         self.plan.items.is_empty()
     }
 
-    /// Begins, goes on where it was, or begins again after the end.
+    /// Begins, continues, or begins again after the end.
     pub fn start(&mut self) {
         if self.progress == Progress::Complete {
             self.rewind();
         }
-        // From where the aircraft is: a leg begins anew, a circle counts on.
+        // From the present position: a leg begins again, a circle keeps its count.
         self.previous = None;
         self.flown = None;
         match &mut self.task {
@@ -128,7 +128,7 @@ impl Mission {
         self.progress = Progress::Active;
     }
 
-    /// Another mode flies.
+    /// Another mode takes over.
     pub fn pause(&mut self) {
         if self.progress == Progress::Active {
             self.progress = Progress::Paused;
@@ -163,7 +163,7 @@ impl Mission {
         }
     }
 
-    /// Fills in what telemetry says about the plan.
+    /// Adds the plan to the guidance for telemetry.
     pub fn describe(&self, navigation: &mut Navigation) {
         navigation.plan_id = self.plan.id;
         navigation.items = self.plan.count();
@@ -171,7 +171,7 @@ impl Mission {
         navigation.progress = self.progress;
     }
 
-    /// How far it has come.
+    /// Progress of the plan.
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress
@@ -215,7 +215,7 @@ impl Mission {
         Flight::Fly(self.carry_on(tick))
     }
 
-    /// Until the next item begins: on as before, or straight on.
+    /// Until the next item begins: continues as before, or straight on.
     fn carry_on(&mut self, tick: &Tick) -> Flown {
         let Tick { situation, rules, .. } = *tick;
         *self.flown.get_or_insert_with(|| Flown {
@@ -231,7 +231,7 @@ impl Mission {
         (tick.publish)(VehicleEvent::PlanComplete);
     }
 
-    /// Around the point where the last item has ended.
+    /// Circles around the point where the last item has ended.
     fn last_circle(&self, demand: &Demand, tick: &Tick) -> Orbit {
         let last = self.plan.items.last().map(|item| item.action);
         let here = || Orbit::here(tick.situation, None, true, demand, tick.rules);
@@ -285,7 +285,7 @@ impl Mission {
         flown
     }
 
-    /// The current item is done: the next one, or circle around where this one has ended.
+    /// Ends the current item: begins the next one, or circles around the end of this one.
     fn finish(&mut self, item: &Item, task: Option<Task>, demand: &Demand, tick: &mut Tick) {
         (tick.publish)(VehicleEvent::ItemReached(self.current));
         let here = |rules| Orbit::here(tick.situation, None, true, demand, rules);
@@ -294,7 +294,7 @@ impl Mission {
                 (Some(leg.to), Orbit { centre: leg.to, radius_m: None, clockwise: true })
             }
             Some(Task::Loiter(loiter)) => (None, loiter.orbit),
-            // What is done at once does not end the leg before it.
+            // An item that is done at once does not end the leg before it.
             None => (self.previous, here(tick.rules)),
             Some(_) => (None, here(tick.rules)),
         };

@@ -1,8 +1,8 @@
-//! What the aircraft is doing: mode and references. Accepts or refuses commands of the operator.
+//! State of the vehicle: mode and references. Accepts or refuses commands of the operator.
 //!
-//! In the modes that follow a path the guidance makes the roll reference ([`flight_control::guidance`]), one
-//! tick at a time, from where the aircraft is and how it moves over the ground. Nothing here is stored that
-//! depends on wall time, and nothing is allocated in a tick.
+//! In the modes that follow a path the guidance computes the roll reference ([`flight_control::guidance`]), one
+//! tick at a time, from position and motion of the aircraft. No state here depends on
+//! wall time, and a tick does not allocate.
 
 use std::sync::Arc;
 
@@ -92,8 +92,8 @@ impl Vehicle {
         }
     }
 
-    /// A flight begins, or this autopilot comes back into one: in Position, with references that start from
-    /// the first sample and home under it. The plan stays loaded and begins anew.
+    /// Begins a flight, or joins one in progress: in Position, with references that start from
+    /// the first sample and home below it. The plan stays loaded and starts from its beginning.
     pub fn begin_flight(&mut self) {
         let schedule = core::mem::take(&mut self.schedule);
         let mut mission = core::mem::take(&mut self.mission);
@@ -107,25 +107,25 @@ impl Vehicle {
         &self.schedule
     }
 
-    /// The plan that is loaded; empty if there is none.
+    /// The loaded plan; empty if there is none.
     #[must_use]
     pub fn plan(&self) -> Arc<Plan> {
         Arc::clone(self.mission.plan())
     }
 
-    /// Mode now.
+    /// Present mode.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// References now, once there was a first sample.
+    /// Present references, once there was a first sample.
     #[must_use]
     pub fn demand(&self) -> Option<&Demand> {
         self.demand.as_ref()
     }
 
-    /// Where it is going, as of the last tick, with plan and home as they are now.
+    /// The guidance of the last tick, with plan and home of the present.
     #[must_use]
     pub fn navigation(&self) -> Navigation {
         let home = self.home.map(|home| home.place());
@@ -140,8 +140,8 @@ impl Vehicle {
         self.terminated
     }
 
-    /// Takes the references, home and local axes of the first known state, if there are none yet, so that they can be
-    /// changed before the first tick of [`Vehicle::track`].
+    /// Takes references, home and local axes from the first known state, if there are none yet, so that commands can change
+    /// them before the first tick of [`Vehicle::track`].
     pub fn see(&mut self, state: &NavigationState) {
         let valid = &state.valid;
         if self.demand.is_some() || !(valid.altitude && valid.airspeed && valid.position) {
@@ -155,7 +155,7 @@ impl Vehicle {
         }
     }
 
-    /// The demand to the laws at this tick: the references, with what a standing altitude error needs.
+    /// The demand to the laws at this tick: the references, corrected for a persistent altitude error.
     ///
     /// The references are altitude, airspeed and course of the first known state, then what the schedule,
     /// the operator and the mode have set since. Before it they are the state's own.
@@ -191,7 +191,7 @@ impl Vehicle {
         Demand { altitude_m: altitude_m.unwrap_or(demand.altitude_m), ..demand }
     }
 
-    /// Guidance or a pilot make a reference: the laws get more than the references that were given.
+    /// Whether the guidance or a pilot computes a reference: the laws get more than the given references.
     fn is_guided(&self) -> bool {
         self.mode != Mode::Position || !self.position.is_as_given()
     }
@@ -211,7 +211,7 @@ impl Vehicle {
         }
     }
 
-    /// One tick of the mode; `None` where it leaves the roll reference alone.
+    /// One tick of the mode; `None` if it leaves the roll reference unchanged.
     fn fly(
         &mut self,
         situation: &Situation,
@@ -241,7 +241,7 @@ impl Vehicle {
         }
     }
 
-    /// One tick of the plan. At its end the mode changes and there is nothing more to fly.
+    /// One tick of the plan. At its end the mode changes and there is no more command.
     fn fly_mission(
         &mut self,
         situation: &Situation,
@@ -277,7 +277,7 @@ impl Vehicle {
     }
 }
 
-/// A demand that changes nothing: altitude and airspeed as they are, wings level.
+/// A demand that keeps altitude and airspeed, with wings level.
 fn present(state: &NavigationState) -> Demand {
     Demand { altitude_m: state.altitude_m, roll_rad: 0.0, airspeed_m_s: state.airspeed_m_s }
 }

@@ -1,8 +1,8 @@
 //! Offboard: setpoints of a ground station's stream.
 //!
-//! Until the first one the references stay as they are. A roll angle, a place and its altitude are refused
-//! outside of the limits. A velocity is limited instead: its speed to the airspeed limits, its climb rate to
-//! `NAV_CLIMB_MAX`, the altitude that it leads to to the altitude limits.
+//! Until the first one the references stay unchanged. A roll angle, a place and its altitude are refused
+//! outside the limits. A velocity is limited instead: its speed to the airspeed limits, its climb rate to
+//! `NAV_CLIMB_MAX`, the resulting altitude to the altitude limits.
 
 use flight_control::Demand;
 use flight_control::guidance::hold_course;
@@ -20,10 +20,10 @@ const LOCAL_MAX_M: f64 = 1_000_000.0;
 /// Largest speed or climb rate of a velocity setpoint before it is limited, m/s.
 const VELOCITY_MAX_M_S: f64 = 1_000.0;
 
-/// What the latest setpoint commands.
+/// Command of the latest setpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 enum Guidance {
-    /// The roll reference as it stands.
+    /// The present roll reference.
     #[default]
     Roll,
     /// A circle around a place.
@@ -40,7 +40,7 @@ pub struct Offboard {
 }
 
 impl Offboard {
-    /// Takes a setpoint.
+    /// Sets a setpoint.
     ///
     /// # Errors
     /// [`VehicleRefusal`]; nothing changes then.
@@ -97,7 +97,7 @@ impl Offboard {
         self.guidance = Guidance::Circle(Orbit { centre, radius_m: None, clockwise: true });
     }
 
-    /// One tick; `None` if the roll reference stands as it is.
+    /// One tick; `None` if the roll reference stays unchanged.
     pub fn fly(
         &mut self,
         situation: &Situation,

@@ -1,4 +1,4 @@
-//! A plan: what Mission flies, item by item. It is checked as a whole before it replaces another.
+//! A plan: the items that Mission flies. It is checked as a whole before it replaces another.
 
 use super::request::Place;
 use crate::vehicle::VehicleRefusal;
@@ -11,25 +11,25 @@ pub const ITEMS_MAX: usize = 1000;
 /// A whole plan. It is replaced as a whole or not at all.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Plan {
-    /// Number of this version of the plan, never zero unless it is empty.
+    /// Number of this version of the plan, zero only if it is empty.
     pub id: u32,
-    /// The items in their order, from 0.
+    /// The items, in order from 0.
     pub items: Vec<Item>,
 }
 
 /// One item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Item {
-    /// What to do.
+    /// Action of the item.
     pub action: Action,
-    /// Go on with the next item; otherwise circle there.
+    /// Whether to continue with the next item; otherwise circle there.
     pub autocontinue: bool,
 }
 
-/// A point to fly to. What is `None` stays as it is.
+/// A point to fly to. `None` leaves a value unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Where; `None`: where the aircraft is when the item begins.
+    /// Location; `None`: the position of the aircraft when the item begins.
     pub place: Option<Place>,
     /// Altitude above the ellipsoid, m; `None`: the altitude reference of the item before.
     pub altitude_m: Option<f64>,
@@ -46,7 +46,7 @@ pub struct Circle {
     pub clockwise: bool,
 }
 
-/// What an item does.
+/// Action of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Action {
     /// Fly along the leg to this point (NAV_WAYPOINT).
@@ -56,13 +56,13 @@ pub enum Action {
         /// Acceptance radius, m; `None`: scales with the speed.
         acceptance_m: Option<f64>,
     },
-    /// Circle for good (NAV_LOITER_UNLIM).
+    /// Circle without end (NAV_LOITER_UNLIM).
     LoiterUnlimited(Circle),
     /// Circle some turns (NAV_LOITER_TURNS).
     LoiterTurns {
         /// The circle.
         circle: Circle,
-        /// How many turns.
+        /// Number of turns.
         turns: f64,
     },
     /// Circle for some time after the circle is reached (NAV_LOITER_TIME).
@@ -84,28 +84,28 @@ pub enum Action {
         /// Altitude above the ellipsoid, m.
         altitude_m: f64,
     },
-    /// Go on with another item (DO_JUMP).
+    /// Continue with another item (DO_JUMP).
     Jump {
-        /// Which item.
+        /// That item.
         to: u16,
-        /// How many times; `None`: always.
+        /// Number of jumps; `None`: always.
         times: Option<u16>,
     },
     /// Fly home and circle there (NAV_RETURN_TO_LAUNCH).
     Return,
 }
 
-/// How far a plan has come.
+/// Progress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Progress {
     /// There is no plan.
     #[default]
     NoPlan,
-    /// It has not been begun since it was loaded.
+    /// Loaded, not begun.
     NotStarted,
     /// Mission flies it.
     Active,
-    /// It was begun and another mode flies now.
+    /// Begun, while another mode is active.
     Paused,
     /// The last item is done.
     Complete,
@@ -135,8 +135,8 @@ impl Plan {
         Ok(())
     }
 
-    /// The jump arrives, and if it has no end, not at itself again before something has been flown. Counted
-    /// jumps are used up sooner or later and do not lead away then.
+    /// Checks that a jump arrives and, if it has no end, does not return to itself without an item flown between. Counted
+    /// jumps are used up in the end and lead elsewhere then.
     fn check_jump(&self, number: u16, to: u16, times: Option<u16>) -> Result<(), VehicleRefusal> {
         if usize::from(to) >= self.items.len() {
             return Err(VehicleRefusal::NoSuchItem { item: to, items: self.count() });
@@ -165,7 +165,7 @@ impl Plan {
 }
 
 impl VehicleRefusal {
-    /// The same about an item of a plan.
+    /// The same refusal for an item of a plan.
     fn of_item(self, item: u16) -> Self {
         match self {
             Self::OutOfRange { what, unit, value, min, max } => {

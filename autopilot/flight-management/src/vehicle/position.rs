@@ -1,8 +1,8 @@
-//! Position: references as they stand, or a pilot's sticks. Without either the aircraft holds altitude, course
-//! and speed. A flight begins in it.
+//! Position: given references, or a pilot's sticks. Without either the aircraft holds altitude, course
+//! and speed. A flight begins in this mode.
 //!
-//! As PX4's Position for fixed wing, except that the line is a course over the ground and not a track: it has a
-//! direction and no place. An explicit roll reference, one of zero too, replaces the course until a course
+//! Like PX4's Position for fixed wing, except that the line is a course over the ground and not a track: it has a
+//! direction but no location. An explicit roll reference, including zero, replaces the course until a course
 //! reference, the roll stick or a new entry into the mode replaces it.
 
 use flight_control::Demand;
@@ -18,27 +18,27 @@ use super::situation::Situation;
 
 /// A stick that is closer to its centre counts as centred, of 1.
 const CENTRE: f64 = 0.05;
-/// A throttle stick has moved when it is this far from where it was, of 1. One that rests leaves an airspeed
-/// reference of a ground station alone.
+/// A throttle stick counts as moved when it is this far from its earlier position, of 1. A resting one does not change an
+/// airspeed reference of a ground station.
 const THROTTLE_MOVED: f64 = 0.01;
-/// The course is that of the moment when the bank angle is smaller, rad (3 deg): at 264 m/s such a bank turns
+/// The course is taken at the moment when the bank angle falls below this, rad (3 deg): at 264 m/s such a bank turns
 /// the course by 0.1 deg/s.
 const LEVEL_RAD: f64 = 0.052_359_88;
-/// The course is taken when the reference has been level for this time, s: a fault can keep the wings from it.
+/// The course is taken when the reference has been level for this time, s: a fault can prevent level wings.
 const LEVEL_OUT_S: f64 = 3.0;
 
-/// Where the roll reference comes from.
+/// Source of the roll reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Lateral {
-    /// Wings level, by reference since so many seconds; then the course of that moment.
+    /// Wings level, by reference for this many seconds; then the course of that moment.
     LevelOut(f64),
     /// The guidance holds this course, rad from north.
     Course(f64),
-    /// The roll reference as it stands.
+    /// The present roll reference.
     Roll,
 }
 
-/// What is flown in Position.
+/// State of the mode Position.
 #[derive(Debug, Clone, Copy)]
 pub struct Position {
     lateral: Lateral,
@@ -65,28 +65,28 @@ impl Position {
         self.lateral = Lateral::Course(course_rad);
     }
 
-    /// Leaves the roll reference to whoever has set it.
+    /// Leaves the roll reference as it was set.
     pub fn release_roll(&mut self) {
         self.lateral = Lateral::Roll;
     }
 
-    /// The laws get nothing but references that were given.
+    /// Whether the laws get given references only.
     #[must_use]
     pub fn is_as_given(&self) -> bool {
         self.lateral == Lateral::Roll && self.sticks.is_none()
     }
 
-    /// Takes stick positions.
+    /// Sets stick positions.
     ///
     /// # Errors
-    /// A position beyond its stop, or no number.
+    /// A position beyond its stop, or NaN.
     pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         check(&sticks)?;
         self.sticks = Some(sticks);
         Ok(())
     }
 
-    /// One tick; `None` where the roll reference stands as it is.
+    /// One tick; `None` if the roll reference stays unchanged.
     pub fn fly(
         &mut self,
         situation: &Situation,
@@ -144,7 +144,7 @@ fn is_deflected(stick: f64) -> bool {
     stick.abs() >= CENTRE
 }
 
-/// Wings level; the course is the one that the aircraft has.
+/// Levels the wings; the course is the present one.
 fn level(situation: &Situation) -> Steering {
     Steering { bank_rad: 0.0, course_rad: situation.course_rad(), cross_track_m: 0.0 }
 }

@@ -1,15 +1,15 @@
-//! What the vehicle publishes: its mode, where it is going, and what has changed.
+//! Reports of the vehicle: its mode, its guidance, and changes.
 
 use super::plan::Progress;
 use super::request::{LinkLossAction, Place};
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// Who gives the references.
+/// Source of the references.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// References as they stand, or a pilot's sticks; without either the aircraft holds altitude, course and
-    /// speed. A flight begins in it.
+    /// Given references, or a pilot's sticks; without either the aircraft holds altitude, course and
+    /// speed. A flight begins in this mode.
     Position,
     /// The aircraft circles around a point.
     Hold,
@@ -24,11 +24,11 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All of them, in the order in which they are listed to ground stations.
+    /// All modes, in the order in which ground stations list them.
     pub const ALL: [Self; 6] =
         [Self::Position, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
 
-    /// Name for people.
+    /// Display name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -48,7 +48,7 @@ impl fmt::Display for Mode {
     }
 }
 
-/// What the guidance does at one tick.
+/// Guidance at one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Navigation {
     /// Point that the aircraft flies to or circles around.
@@ -63,7 +63,7 @@ pub struct Navigation {
     pub items: u16,
     /// Current item of that plan.
     pub item: u16,
-    /// How far it has come.
+    /// Progress of the plan.
     pub progress: Progress,
     /// Home, once there was a first sample.
     pub home: Option<Place>,
@@ -72,7 +72,7 @@ pub struct Navigation {
 /// A point that the guidance flies to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// Where.
+    /// Location.
     pub place: Place,
     /// Altitude above the ellipsoid, m.
     pub altitude_m: f64,
@@ -84,14 +84,14 @@ pub struct Target {
     pub radius_m: Option<f64>,
 }
 
-/// Something that changed in the vehicle.
+/// A change in the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VehicleEvent {
     /// The mode changed.
     Mode(Mode),
-    /// This item of the plan is the current one now.
+    /// This item of the plan is now the current one.
     PlanItem(u16),
-    /// This item of the plan has been reached.
+    /// The aircraft has reached this item of the plan.
     ItemReached(u16),
     /// The last item of the plan is done.
     PlanComplete,
@@ -99,8 +99,8 @@ pub enum VehicleEvent {
     Home(Place),
     /// The flight was terminated.
     Terminated,
-    /// The controlling ground station has fallen silent, and this is done about it.
+    /// The controlling ground station has fallen silent, and this is the reaction.
     LinkLost(LinkLossAction),
-    /// It is back, and the mode is this one again.
+    /// It is back, and this mode is restored.
     LinkBack(Mode),
 }

@@ -15,7 +15,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// Where the aircraft is.
+    /// Position of the aircraft.
     #[must_use]
     pub const fn of(state: &NavigationState) -> Self {
         Self { latitude_rad: state.latitude_rad, longitude_rad: state.longitude_rad }
@@ -35,10 +35,10 @@ pub enum Reference {
     Course(f64),
 }
 
-/// Go somewhere and circle there. What is `None` stays as it is.
+/// Fly to a place and circle there. `None` leaves a value unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Reposition {
-    /// Centre of the circle; `None`: where the aircraft circles already, or else where it is now.
+    /// Centre of the circle; `None`: the centre of the present circle, or else the present position.
     pub place: Option<Place>,
     /// Altitude above the ellipsoid, m.
     pub altitude_m: Option<f64>,
@@ -48,7 +48,7 @@ pub struct Reposition {
     pub clockwise: Option<bool>,
     /// True airspeed, m/s.
     pub airspeed_m_s: Option<f64>,
-    /// Change to Hold first; without it the request is refused outside Hold.
+    /// Change to Hold first; without it the vehicle refuses the request outside Hold.
     pub change_mode: bool,
 }
 
@@ -59,18 +59,18 @@ pub enum Setpoint {
     Roll(f64),
     /// Fly to a place and circle there.
     Position {
-        /// Where.
+        /// Location.
         place: Place,
-        /// Altitude above the ellipsoid, m; `None`: as it is.
+        /// Altitude above the ellipsoid, m; `None`: unchanged.
         altitude_m: Option<f64>,
     },
     /// The same in the local axes of the flight, m.
     LocalPosition(Ned),
     /// Fly in a direction.
     Velocity {
-        /// Course over the ground, rad from north; `None`: as it is.
+        /// Course over the ground, rad from north; `None`: unchanged.
         course_rad: Option<f64>,
-        /// Speed, m/s, flown as true airspeed; `None`: as it is.
+        /// Speed, m/s, flown as true airspeed; `None`: unchanged.
         speed_m_s: Option<f64>,
         /// Climb rate, m/s, positive up.
         climb_m_s: f64,
@@ -84,7 +84,7 @@ pub struct Sticks {
     pub roll: f64,
     /// -1 down to 1 up: climb rate.
     pub climb: f64,
-    /// 0 to 1: airspeed reference between its limits; `None`: as it is.
+    /// 0 to 1: airspeed reference between its limits; `None`: unchanged.
     pub throttle: Option<f64>,
 }
 
@@ -93,12 +93,12 @@ impl Sticks {
     pub const CENTRED: Self = Self { roll: 0.0, climb: 0.0, throttle: None };
 }
 
-/// What happens when the controlling ground station falls silent (parameter `NAV_DLL_ACT`).
+/// Reaction to the silence of the controlling ground station (parameter `NAV_DLL_ACT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkLossAction {
     /// The flight goes on.
     Continue,
-    /// Circle where the aircraft is.
+    /// Circle at the present position.
     Hold,
     /// Fly home.
     Return,
@@ -113,59 +113,59 @@ pub enum VehicleRefusal {
         digits(*value), digits(*min), digits(*max)
     )]
     OutOfRange {
-        /// Which reference.
+        /// The reference.
         what: &'static str,
         /// Unit of the numbers.
         unit: &'static str,
-        /// Asked for.
+        /// Requested value.
         value: f64,
         /// Smallest allowed.
         min: f64,
         /// Largest allowed.
         max: f64,
     },
-    /// A number of a plan that cannot be flown.
+    /// A number in a plan that cannot be flown.
     #[error("item {item}: {what} {value:.1} {unit} is outside {min:.1} to {max:.1} {unit}")]
     ItemOutOfRange {
-        /// Which item, from 0.
+        /// The item, from 0.
         item: u16,
-        /// Which number of it.
+        /// Name of the number.
         what: &'static str,
         /// Unit of the numbers.
         unit: &'static str,
-        /// Asked for.
+        /// Requested value.
         value: f64,
         /// Smallest allowed.
         min: f64,
         /// Largest allowed.
         max: f64,
     },
-    /// A jump to an item that does not exist, or an operator's command to select one.
+    /// A jump to an item that does not exist, or a command to select one.
     #[error("there is no item {item}: the plan has {items}")]
     NoSuchItem {
         /// The item of the command, from 0.
         item: u16,
-        /// How many there are.
+        /// Number of items.
         items: u16,
     },
-    /// Jumps that lead to each other without anything to fly between them.
+    /// Jumps that lead to each other without an item to fly between them.
     #[error("item {item} jumps in a circle without a point to fly to")]
     EndlessJump {
-        /// Where it was noticed, from 0.
+        /// The item where the check found it, from 0.
         item: u16,
     },
     /// More items than a plan may have.
     #[error("{items} items are too many: at most {max}")]
     PlanTooLong {
-        /// How many.
+        /// Their number.
         items: usize,
-        /// How many are allowed.
+        /// The limit.
         max: usize,
     },
     /// Mission needs a plan.
     #[error("there is no plan: upload one first")]
     NoPlan,
-    /// Only a plan that was begun and is not complete goes on.
+    /// Only a plan that was begun and is not complete can continue.
     #[error("no plan is paused")]
     NoPausedPlan,
     /// Only in Offboard.
@@ -183,27 +183,27 @@ pub enum VehicleRefusal {
     /// Only in Hold, or with the flag that changes to it.
     #[error("a new position needs Hold, or the flag that changes to it")]
     NotHold,
-    /// The altitude belongs to the mode.
+    /// The mode determines the altitude.
     #[error("{0} sets the altitude itself: change to Hold first")]
     AltitudeIsTaken(Mode),
-    /// No plant, or it has gone silent: there is nothing to fly.
+    /// No plant, or a silent one: there is no aircraft to command.
     #[error("no aircraft is connected")]
     NoFlight,
     /// The aircraft is on the ground.
     #[error("the flight is over")]
     FlightOver,
-    /// Only a new flight undoes it.
+    /// Terminated: only a new flight helps.
     #[error("the flight was terminated")]
     Terminated,
-    /// Nothing may be broken on purpose.
+    /// Fault injection is off.
     #[error("fault injection is off (SYS_FAILURE_EN 0)")]
     FaultInjectionOff,
-    /// There is nothing to stop.
+    /// No script is running.
     #[error("no script runs")]
     NoScript,
 }
 
-/// One decimal, or two where one would tell another number: a limit of 0.01 is not 0.0.
+/// One decimal, or two where one would show a different number: a limit of 0.01 is not 0.0.
 fn digits(value: f64) -> String {
     let one = format!("{value:.1}");
     let two = format!("{value:.2}");

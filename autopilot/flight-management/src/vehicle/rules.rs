@@ -1,4 +1,4 @@
-//! What a reference may be: the checks at the door of the vehicle.
+//! The checks of references and commands on receipt.
 
 use flight_control::{Gains, GuidanceGains};
 
@@ -11,19 +11,19 @@ pub const RADIUS_MAX_M: f64 = 200_000.0;
 /// Largest latitude either way, deg: at a pole no direction is north.
 const LATITUDE_MAX_DEG: f64 = 89.9;
 
-/// Circles have at least this multiple of the radius of the tightest turn, so that bank is left to stay on
+/// Circles have at least this multiple of the radius of the tightest turn, which leaves bank for following
 /// them.
 const CIRCLE_RESERVE: f64 = 1.1;
 
-/// With this change of the roll reference, deg/s and rad/s (nine digits), it takes [`ROLL_IN_S`] to roll into a turn.
+/// At this change of the roll reference, deg/s and rad/s (nine digits), rolling into a turn takes [`ROLL_IN_S`].
 const ROLL_SLEW_DEG_S: f64 = 20.0;
 const ROLL_SLEW_RAD_S: f64 = 0.349_065_85;
 const ROLL_IN_S: f64 = 2.0;
 
-/// The parameters that the vehicle obeys.
+/// The parameters of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// References that are accepted.
+    /// Limits of references.
     pub limits: ReferenceLimits,
     /// Guidance.
     pub navigation: NavigationParameters,
@@ -34,7 +34,7 @@ pub struct Rules {
 /// A number, its name and unit, and its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checked {
-    /// What it is.
+    /// Its name.
     pub what: &'static str,
     /// Unit of the numbers.
     pub unit: &'static str,
@@ -72,7 +72,7 @@ fn coordinates(place: Place) -> [Checked; 2] {
     };
     [
         angle("latitude", place.latitude_rad, LATITUDE_MAX_DEG),
-        // A hair more, since a conversion to radians and back rounds.
+        // Slightly more, since a conversion to radians and back rounds.
         angle("longitude", place.longitude_rad, 180.000_001),
     ]
 }
@@ -98,24 +98,24 @@ pub fn up_to(what: &'static str, unit: &'static str, value: f64, max: f64) -> Ch
 }
 
 impl Rules {
-    /// Those of a set of parameters.
+    /// The rules of a set of parameters.
     #[must_use]
     pub fn new(limits: ReferenceLimits, navigation: NavigationParameters, gains: &Gains) -> Self {
         Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
     }
 
-    /// Takes what is in new gains.
+    /// Takes the values that it needs from new gains.
     pub fn obey(&mut self, gains: &Gains) {
         *self = Self::new(self.limits, self.navigation, gains);
     }
 
-    /// An altitude counts as reached within this, m: what the aircraft climbs in a second.
+    /// An altitude counts as reached within this, m: the climb of the aircraft in a second.
     #[must_use]
     pub fn altitude_reached_m(&self) -> f64 {
         self.navigation.climb_max_m_s
     }
 
-    /// What the guidance is tuned by: it commands no more bank than a reference may have.
+    /// Tuning of the guidance: it commands no more bank than a reference may have.
     #[must_use]
     pub fn guidance(&self) -> GuidanceGains {
         let NavigationParameters { l1_period_s, l1_damping, bank_max_deg, .. } = self.navigation;
@@ -132,7 +132,7 @@ impl Rules {
         CIRCLE_RESERVE * self.guidance().turn_radius_m(ground_speed_m_s)
     }
 
-    /// Fastest change of a roll reference that the guidance makes, rad/s.
+    /// Fastest change of a roll reference that the guidance commands, rad/s.
     #[must_use]
     pub fn roll_slew_rad_s(&self) -> f64 {
         ROLL_SLEW_RAD_S * self.slews()
@@ -162,7 +162,7 @@ impl Rules {
         low + throttle * (high - low)
     }
 
-    /// Checks what may be left out.
+    /// Checks an optional number.
     ///
     /// # Errors
     /// [`VehicleRefusal::OutOfRange`].
@@ -177,13 +177,13 @@ impl Rules {
         airspeed_m_s.map_or(Ok(()), |value| self.limits.check(Reference::Airspeed(value)))
     }
 
-    /// The nearest altitude that is allowed, m.
+    /// The nearest allowed altitude, m.
     #[must_use]
     pub fn nearest_altitude_m(&self, altitude_m: f64) -> f64 {
         altitude_m.min(self.limits.altitude_max_m).max(self.limits.altitude_min_m)
     }
 
-    /// The nearest airspeed that is allowed, m/s.
+    /// The nearest allowed airspeed, m/s.
     #[must_use]
     pub fn nearest_airspeed_m_s(&self, airspeed_m_s: f64) -> f64 {
         airspeed_m_s.min(self.limits.airspeed_max_m_s).max(self.limits.airspeed_min_m_s)

@@ -12,7 +12,7 @@ const ROLL_DEG: (f64, f64) = (-80.0, 80.0);
 /// Range of airspeed references in a scenario, m/s.
 pub const AIRSPEED_M_S: (f64, f64) = (5.0, 500.0);
 
-/// One entry as it stands in the file.
+/// One entry as written in the file.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceEntry {
@@ -22,10 +22,10 @@ pub struct ReferenceEntry {
     airspeed_m_s: Option<f64>,
 }
 
-/// What the references become at a time; what is not named stays.
+/// New references at a time; those not named stay.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledReference {
-    /// When.
+    /// Time.
     pub at: SimTime,
     /// Altitude, m.
     pub altitude_m: Option<f64>,
@@ -39,13 +39,13 @@ pub struct ScheduledReference {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceSchedule(Vec<ScheduledReference>);
 
-/// A schedule that cannot be flown.
+/// An invalid schedule.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// A number outside its range.
     #[error("[[autopilot.reference]] number {number}: {key} = {value} is outside {min} to {max}")]
     OutOfRange {
-        /// Which entry, from 1.
+        /// The entry, from 1.
         number: usize,
         /// Key in the entry.
         key: &'static str,
@@ -61,13 +61,13 @@ pub enum ScheduleError {
         "[[autopilot.reference]] number {number}: at_s is earlier than that of the entry before"
     )]
     Order {
-        /// Which entry, from 1.
+        /// The entry, from 1.
         number: usize,
     },
     /// More entries than a schedule may have.
     #[error("[[autopilot.reference]]: {count} entries, at most {ENTRIES_MAX} are allowed")]
     TooMany {
-        /// How many.
+        /// Their number.
         count: usize,
     },
 }

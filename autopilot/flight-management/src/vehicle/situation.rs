@@ -1,4 +1,4 @@
-//! Where the aircraft is and how it moves over the ground: what the guidance sees of the navigation state.
+//! Position and motion of the aircraft: the part of the navigation state that the guidance uses.
 
 use flight_control::NavigationState;
 use flight_control::guidance::Horizontal;
@@ -10,10 +10,10 @@ use super::rules::Rules;
 /// Time constant of the wind estimate, s: so slow that turbulence does not move the circles that depend on it.
 const WIND_LAG_S: f64 = 30.0;
 
-/// What the guidance sees at one tick.
+/// Input of the guidance at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Situation {
-    /// Time since the tick before, s.
+    /// Time since the previous tick, s.
     pub dt_s: f64,
     /// The axes at the aircraft.
     pub horizon: Horizon,
@@ -36,7 +36,7 @@ pub struct Situation {
 pub struct WindEstimate(Option<Horizontal>);
 
 impl WindEstimate {
-    /// Takes the wind of one tick. The first estimate is that.
+    /// Updates with the wind of one tick. The first one is the estimate.
     pub fn step(&mut self, state: &NavigationState, dt_s: f64) {
         let now = state.wind().0.xy();
         let estimate = self.0.get_or_insert(now);

@@ -42,12 +42,12 @@ fn without_any_word_it_keeps_what_it_has() {
 fn before_anything_is_known_it_asks_for_nothing_and_then_for_what_it_finds() {
     let text = "[[autopilot.reference]]\nat_s = 0.0\nairspeed_m_s = 250.0\n";
     let mut vehicle = Vehicle::new(configuration::references("s.toml", text).unwrap());
-    let mut ask = |state: &NavigationState| vehicle.track(state, &rules(), &mut |_| {});
+    let mut track = |state: &NavigationState| vehicle.track(state, &rules(), &mut |_| {});
     let nothing = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 0.0 };
-    assert_eq!(ask(&NavigationState::at_rest()), nothing);
+    assert_eq!(track(&NavigationState::at_rest()), nothing);
     // The references of the schedule are not lost.
     let found = Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 250.0 };
-    assert_eq!(ask(&level(seconds(0.1))), found);
+    assert_eq!(track(&level(seconds(0.1))), found);
 }
 
 #[test]

@@ -53,7 +53,7 @@ pub enum Message {
     RcOverride([u16; 8]),
     /// MISSION_REQUEST_LIST of this list.
     MissionRequestList(ListKind),
-    /// MISSION_COUNT: so many items will be sent.
+    /// MISSION_COUNT: the number of items to follow.
     MissionCount(ListKind, u16),
     /// MISSION_ITEM_INT.
     MissionItemInt(MissionItem<i32>),
@@ -97,7 +97,7 @@ pub struct SetMode {
 pub struct SetupSigning {
     /// `None` turns signing off.
     pub key: Option<Key>,
-    /// Earliest time to go on with, 10 us since 2015.
+    /// First timestamp to use, 10 us since 2015.
     pub initial_timestamp: u64,
 }
 
@@ -123,22 +123,22 @@ pub struct MissionItem<P> {
     pub y: P,
     /// Altitude or z, m.
     pub z: f32,
-    /// The rest.
+    /// The integer fields.
     pub words: ItemWords,
 }
 
-/// The whole numbers of a mission item.
+/// The integer fields of a mission item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ItemWords {
-    /// Place in the list, from 0.
+    /// Index in the list, from 0.
     pub seq: u16,
     /// MAV_CMD.
     pub command: u16,
     /// MAV_FRAME.
     pub frame: u8,
-    /// 1 for the item to begin with; 2 a guided target, 3 an altitude change in the old form.
+    /// 1 for the item to begin with; 2 for a guided target, 3 for an altitude change (older form).
     pub current: u8,
-    /// Go on with the next item.
+    /// Continue with the next item.
     pub autocontinue: bool,
     /// Which list.
     pub list: ListKind,
@@ -163,7 +163,7 @@ pub struct PositionTarget<P> {
     pub frame: u8,
 }
 
-/// MANUAL_CONTROL: -1000 to 1000, `i16::MAX` for an axis that is not there.
+/// MANUAL_CONTROL: -1000 to 1000, `i16::MAX` for an absent axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ManualControl {
     /// Pitch.
@@ -174,7 +174,7 @@ pub struct ManualControl {
     pub z: i16,
     /// Yaw.
     pub r: i16,
-    /// The system that is to be controlled.
+    /// The system to control.
     pub target: u8,
 }
 
@@ -196,14 +196,14 @@ pub struct SerialControl {
     pub device: u8,
     /// SERIAL_CONTROL_FLAG.
     pub flags: u8,
-    /// Bytes of `data` that count; more than there are is all.
+    /// Number of valid bytes in `data`; a number beyond its length means all.
     pub count: u8,
-    /// What is sent.
+    /// The data.
     pub data: [u8; 70],
 }
 
 impl SerialControl {
-    /// The bytes that count.
+    /// The valid bytes.
     #[must_use]
     pub fn typed(&self) -> &[u8] {
         &self.data[..usize::from(self.count).min(self.data.len())]
@@ -226,7 +226,7 @@ pub struct ParamSet {
 pub struct CommandMessage {
     /// MAV_CMD.
     pub id: u16,
-    /// param1 to param7. In a COMMAND_INT five and six are in `xy`, and NaN, that is "not given", here.
+    /// param1 to param7. In a COMMAND_INT the fifth and sixth are in `xy`, and NaN ("not given") here.
     pub params: [f32; 7],
     /// MAV_FRAME of a COMMAND_INT.
     pub frame: Option<u8>,
@@ -242,7 +242,7 @@ impl PartialEq for CommandMessage {
     }
 }
 
-/// Reads a payload, zero-extended; what is longer than the definition is left unread.
+/// Reads a payload, zero-extended; bytes beyond the definition are ignored.
 struct Fields<const N: usize>([u8; N]);
 
 impl<const N: usize> Fields<N> {
@@ -292,7 +292,7 @@ impl<const N: usize> Fields<N> {
     }
 }
 
-/// The message in a frame and its target; `None` if the autopilot has no use for it.
+/// The message in a frame and its target; `None` if the autopilot does not handle it.
 #[must_use]
 pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
     let payload = frame.payload;
@@ -376,7 +376,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
     })
 }
 
-/// Setpoints and sticks.
+/// Setpoints and stick positions.
 fn reference(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
     let at = |system, component| Identity { system, component };
     Some(match id {
@@ -475,7 +475,7 @@ fn mission_item<P>(fields: &Fields<38>, x: P, y: P) -> MissionItem<P> {
     }
 }
 
-/// Reads a message whose definition has no enum in it, so that every payload can be read.
+/// Reads a message whose definition contains no enum, so that every payload can be read.
 fn read<D: MessageData>(payload: &[u8]) -> Option<D> {
     D::deser(MavlinkVersion::V2, payload).ok()
 }

@@ -86,7 +86,7 @@ fn missing_trailing_zeros_are_zeros() {
     );
 }
 
-/// What comes over a connection: good frames, and everything else that can stand between them.
+/// Content of a connection: good frames, and everything else that can occur between them.
 fn stream() -> impl Strategy<Value = Vec<u8>> {
     let noise = prop_oneof![2 => any::<u8>(), 1 => Just(0xFD_u8), 1 => Just(0xFE_u8)];
     let piece = prop_oneof![
@@ -105,7 +105,7 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
 /// Sender, message id and payload.
 type Read = (Identity, u32, Vec<u8>);
 
-/// Frames of a stream that comes in pieces cut at `cuts`, what was skipped, and what is left.
+/// Frames of a stream that arrives in pieces cut at `cuts`, the skipped counts, and the rest.
 fn frames_of_pieces(stream: &[u8], cuts: &[usize]) -> (Vec<Read>, Skipped, usize) {
     let mut cuts: Vec<usize> = cuts.iter().map(|cut| cut % (stream.len() + 1)).collect();
     cuts.push(stream.len());
@@ -138,7 +138,7 @@ proptest! {
 
     #[test]
     fn a_good_frame_is_found_whatever_stood_before_it(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
-        // Behind the frame stands enough for whatever the noise may seem to begin.
+        // Enough bytes follow for any frame that the noise may seem to begin.
         let bytes = [noise, heartbeat(1), vec![0; FRAME_MAX + SIGNATURE]].concat();
         let (frames, ..) = frames_of_pieces(&bytes, &[]);
         prop_assert!(frames.iter().any(|(sender, id, _)| (sender.system, *id) == (255, 0)), "{:?}", frames);

@@ -1,4 +1,4 @@
-//! Parameters of commands: numbers that are finite and in range, or a reason.
+//! Parameters of commands: finite numbers in range, or a reason.
 
 use crate::Shared;
 use crate::codec::{CommandError, CommandMessage};
@@ -14,7 +14,7 @@ const FRAME_GLOBAL: u8 = 0;
 /// "Not given" in x and y of a COMMAND_INT.
 const NOT_GIVEN: i32 = i32::MAX;
 
-/// A parameter that stands for a small whole number.
+/// A parameter that encodes a small whole number.
 pub fn byte(what: &str, value: f32) -> Result<u8, CommandError> {
     if value.fract() == 0.0 && (0.0..=255.0).contains(&value) {
         #[expect(
@@ -27,7 +27,7 @@ pub fn byte(what: &str, value: f32) -> Result<u8, CommandError> {
     Err(CommandError::denied(format!("Refused: {what} {value} is no whole number of 0 to 255")))
 }
 
-/// A parameter that stands for a whole number of up to 16 bits; NaN is "not given".
+/// A parameter that encodes a whole number of up to 16 bits; NaN is "not given".
 pub fn word(what: &str, value: f32) -> Result<Option<u16>, CommandError> {
     if value.is_nan() {
         return Ok(None);
@@ -62,7 +62,7 @@ pub fn number(what: &str, value: f32) -> Result<Option<f64>, CommandError> {
     Ok((!value.is_nan()).then(|| convert::decimal(value)))
 }
 
-/// A rate of change that the aircraft does not follow: whether one was given.
+/// A rate of change, which the aircraft does not follow: whether the command gives one.
 pub fn unused_rate(what: &str, value: f32) -> Result<bool, CommandError> {
     if value.is_infinite() || value < 0.0 {
         return Err(CommandError::denied(format!("Refused: {what} {value} is no rate")));
@@ -70,10 +70,10 @@ pub fn unused_rate(what: &str, value: f32) -> Result<bool, CommandError> {
     Ok(value > 0.0)
 }
 
-/// Where a command points to; NaN, or the largest integer in a COMMAND_INT, leaves a value as it is.
+/// Target point of a command; NaN, or the largest integer in a COMMAND_INT, leaves a value unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Location {
-    /// Both coordinates or none.
+    /// Both coordinates or neither.
     pub place: Option<Place>,
     /// Altitude above the ellipsoid, m, within the limits.
     pub altitude_m: Option<f64>,
@@ -182,13 +182,13 @@ pub fn airspeed(airspeed_m_s: f64, shared: &Shared) -> Result<f64, CommandError>
     Ok(airspeed_m_s)
 }
 
-/// The vehicle checks again; here the text comes at once.
+/// The vehicle checks again; a check here gives the text at once.
 pub fn within(reference: Reference, shared: &Shared) -> Result<(), CommandError> {
     let checked = shared.parameters.limits.check(reference);
     checked.map_err(|refusal| CommandError::denied(format!("Refused: {refusal}")))
 }
 
-/// Radius of a circle, m, and whether it is flown clockwise; 0 and NaN leave both as they are.
+/// Radius of a circle, m, and whether the direction is clockwise; 0 and NaN leave both unchanged.
 pub fn signed_radius(what: &str, value: f32) -> Result<(Option<f64>, Option<bool>), CommandError> {
     let radius = number(what, value)?.filter(|radius| *radius != 0.0);
     Ok((radius.map(f64::abs), radius.map(|radius| radius > 0.0)))

@@ -1,4 +1,4 @@
-//! Messages on request, and how often they come.
+//! Messages on request, and message intervals.
 
 use super::{Caller, Decision};
 use crate::codec::{CommandError, CommandMessage};

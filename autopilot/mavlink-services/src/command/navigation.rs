@@ -12,8 +12,8 @@ use flight_management::vehicle::{Mode, Place, Reposition, Rules};
 /// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
 const CHANGE_MODE: u8 = 1;
 
-/// DO_REPOSITION: p1 speed, p2 flags, p3 radius, p4 direction, p5 to p7 location. What is not given stays
-/// as it is; without anything it means "circle here".
+/// DO_REPOSITION: p1 speed, p2 flags, p3 radius, p4 direction, p5 to p7 location. Parameters not given leave their value
+/// unchanged; a command without any means "circle here".
 pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [speed, flags, radius, direction, ..] = command.params;
     let flags = if flags.is_nan() { 0 } else { byte("flags p2", flags)? };
@@ -29,7 +29,7 @@ pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decis
             "Reposition refused: the radius p3 is negative; p4 = 1 turns left",
         ));
     }
-    // Some ground stations send a yaw angle here: only the exact numbers mean a direction.
+    // Some ground stations send a yaw angle here: only the exact numbers are a direction.
     let clockwise = match number("direction p4", direction)? {
         Some(0.0) => Some(true),
         Some(1.0) => Some(false),
@@ -50,14 +50,14 @@ pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decis
     ))
 }
 
-/// A speed; below zero and NaN leave it as it is.
+/// A speed; negative values and NaN leave it unchanged.
 fn kept_or_airspeed(speed: f32, shared: &Shared) -> Result<Option<f64>, CommandError> {
     let speed = number("speed", speed)?.filter(|speed| *speed >= 0.0);
     speed.map(|speed| airspeed(speed, shared)).transpose()
 }
 
-/// DO_ORBIT: p1 radius, positive clockwise, p2 speed, p3 where the nose points (always along the circle),
-/// p4 how far, p5 to p7 centre.
+/// DO_ORBIT: p1 radius, positive clockwise, p2 speed, p3 nose direction (always along the circle),
+/// p4 angle to fly, p5 to p7 centre.
 pub fn orbit(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [radius, speed, _, arc, ..] = command.params;
     let (radius_m, clockwise) = signed_radius("radius p1", radius)?;
@@ -114,7 +114,7 @@ fn circle(
     ))
 }
 
-/// Passes it on; a circle that is too small for the airspeed is reported. In wind it becomes wider still.
+/// Forwards the command; reports a circle that is too small for the airspeed. Wind widens it further.
 fn circle_at(target: Reposition, shared: &Shared) -> Decision {
     let rules = Rules::new(
         shared.parameters.limits,
@@ -131,7 +131,7 @@ fn circle_at(target: Reposition, shared: &Shared) -> Decision {
     Decision::pass_on(VehicleCommand::Reposition(target)).with_note(note)
 }
 
-/// DO_PAUSE_CONTINUE: p1 0 circles here, 1 goes on with a paused plan.
+/// DO_PAUSE_CONTINUE: p1 0 circles here, 1 continues a paused plan.
 pub fn pause_or_continue(
     command: &CommandMessage,
     _: &mut Caller,
@@ -145,7 +145,7 @@ pub fn pause_or_continue(
     Ok(Decision::pass_on(VehicleCommand::Continue))
 }
 
-/// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever p7 is.
+/// DO_SET_HOME: p1 1 for below the aircraft, 0 for p5 and p6. Home is on the ground, whatever the value of p7.
 pub fn set_home(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [here, _, _, _, _, _, altitude] = command.params;
     if flag("p1", here)? {
@@ -166,7 +166,7 @@ pub fn set_home(command: &CommandMessage, caller: &mut Caller) -> Result<Decisio
 /// "The current item" in DO_SET_MISSION_CURRENT.
 const CURRENT: f64 = -1.0;
 
-/// MISSION_START: p1 first item (NaN: where it was), p2 last item (0 or NaN: the last one).
+/// MISSION_START: p1 first item (NaN: the current one), p2 last item (0 or NaN: the last of the plan).
 pub fn start_mission(
     command: &CommandMessage,
     caller: &mut Caller,
@@ -193,7 +193,7 @@ pub fn start_mission(
     }
 }
 
-/// DO_SET_MISSION_CURRENT: p1 item, -1 for the current one, p2 1 to begin anew the counts of its jumps.
+/// DO_SET_MISSION_CURRENT: p1 item, -1 for the current one, p2 1 to reset the counts of its jumps.
 pub fn set_mission_item(
     command: &CommandMessage,
     caller: &mut Caller,
@@ -201,7 +201,7 @@ pub fn set_mission_item(
     let [item, reset, ..] = command.params;
     let resets = !reset.is_nan() && flag("p2", reset)?;
     if number("item p1", item)? == Some(CURRENT) && !resets {
-        // By the definition the current item is sent also when nothing changes.
+        // By the definition the current item is published even if nothing changes.
         let state = caller.shared.aircraft.snapshot();
         return Ok(Decision::answer(state.map(telemetry::mission_current).into_iter().collect()));
     }
@@ -221,7 +221,7 @@ pub fn set_mission_item(
     }
 }
 
-/// A plan that the aircraft has taken.
+/// A plan that the aircraft has accepted.
 struct Loaded {
     /// Items.
     items: u16,
@@ -230,7 +230,7 @@ struct Loaded {
 }
 
 /// What is known about the plan, if there is one. The upload knows it before the next state shows it: by the
-/// state alone a plan that was acknowledged a moment ago would be denied. The state counts only for a plan
+/// state alone the service would deny commands to a plan acknowledged a moment ago. The state counts only for a plan
 /// that no ground station has uploaded.
 fn plan(caller: &Caller) -> Result<Loaded, CommandError> {
     let (shown, item) = caller.shared.aircraft.snapshot().map_or((0, 0), |state| {
@@ -240,7 +240,7 @@ fn plan(caller: &Caller) -> Result<Loaded, CommandError> {
     match (caller.shared.plan_items, shown) {
         (0, 0) => Err(CommandError::temporary("Mission refused: there is no plan")),
         (0, items) => Ok(Loaded { items, item }),
-        // A state from before may show an item that the new plan does not have.
+        // An earlier state may show an item that the new plan does not have.
         (items, _) => Ok(Loaded { items, item: item.min(items - 1) }),
     }
 }

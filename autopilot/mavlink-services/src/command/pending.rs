@@ -20,11 +20,11 @@ use flight_management::vehicle::Mode;
 const OPEN_MAX: usize = 32;
 /// Copies of one command that may wait for its outcome.
 const COPIES_MAX: u32 = 32;
-/// After this time a command without an outcome fails. Ground stations give up after two or three seconds.
+/// A command without an outcome fails after this time. Ground stations give up after two or three seconds.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
-/// Interval of progress reports for a command under way: MAVSDK sends it again after 0.5 s.
+/// Interval of progress reports for a command in execution: MAVSDK repeats it after 0.5 s.
 const PROGRESS: Duration = Duration::from_millis(400);
-/// Reason of a part without an answer.
+/// Reason reported for a part without an answer.
 const NO_ANSWER: &str = "the aircraft does not answer";
 
 /// One intent of an open command.
@@ -42,12 +42,12 @@ impl Part {
     }
 }
 
-/// What follows when a command is accepted.
+/// What follows once a command is accepted.
 #[derive(Debug, Default)]
 pub struct OnAcceptance {
-    /// What the operator should know then.
+    /// Note to the operator.
     pub note: Option<String>,
-    /// It steers the aircraft: its sender has control.
+    /// The command steers the aircraft: its sender gets control.
     pub steers: bool,
     /// The mode that it requests.
     pub mode: Option<Mode>,
@@ -67,17 +67,17 @@ struct Open {
     verdict: Verdict,
 }
 
-/// What the parts of a command came to so far.
+/// Outcome of a command, from the parts answered so far.
 #[derive(Debug)]
 struct Verdict {
-    /// Accepted, until a part is not; once denied, it stays denied.
+    /// Accepted until a part is not; once denied, the command stays denied.
     result: MavResult,
     reasons: Reasons,
-    /// A part was refused, not just left without an answer.
+    /// A part was refused, not merely left without an answer.
     refused: bool,
-    /// For these the plant did what was requested.
+    /// The targets for which the plant did what was requested.
     done: Vec<Target>,
-    /// Faults that were cleared while scheduled or pausing: no event reports them.
+    /// Faults that were cleared while scheduled or pausing: no event reports their end.
     cleared_without_event: Vec<Target>,
     /// Effectors that had no fault to clear.
     healthy: Vec<Target>,
@@ -92,7 +92,7 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// Joins a copy of an open command: it gets its own answer together with the first.
+    /// Adds a copy of an open command: it gets its own answer together with the first.
     ///
     /// `None` if no such command is open.
     pub fn join(
@@ -120,7 +120,7 @@ impl Pending {
         requests.min_by_key(|open| open.since).map(|open| open.from.sender)
     }
 
-    /// One more command may be opened.
+    /// Another command can be opened.
     #[must_use]
     pub fn has_room(&self) -> bool {
         self.open.len() < OPEN_MAX
@@ -147,7 +147,7 @@ impl Pending {
         });
     }
 
-    /// Takes the outcome of one intent; acknowledges the command when it was the last one, and returns it if
+    /// Records the outcome of one intent; acknowledges the command after the last one, and returns it if
     /// it was accepted.
     pub fn resolve(
         &mut self,
@@ -160,7 +160,7 @@ impl Pending {
             let part = open.parts.iter().position(|part| part.number == number)?;
             Some((index, part))
         });
-        // Outcomes of intents that nobody waits for, or no longer, are expected.
+        // Outcomes of intents without a waiting command are expected.
         let (index, part) = place?;
         let open = &mut self.open[index];
         let part = open.parts.remove(part);
@@ -175,7 +175,7 @@ impl Pending {
         accepted
     }
 
-    /// Tells who waits that it takes time, and gives up what has been open for too long.
+    /// Reports progress to the senders of open commands, and gives up those that have been open for too long.
     pub fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
         for open in self.open.extract_if(.., is_over) {
@@ -204,7 +204,7 @@ impl Pending {
     }
 }
 
-/// Reports in one text what was not done, and acknowledges each copy. Parts still open have no answer.
+/// Reports in one text what was not done, and acknowledges each copy. Parts still open count as unanswered.
 fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
     for part in &open.parts {
         open.verdict.not_now(part.target(), NO_ANSWER);
@@ -241,7 +241,7 @@ impl Default for Verdict {
 }
 
 impl Verdict {
-    /// Takes the outcome of one part.
+    /// Records the outcome of one part.
     fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match outcome {
@@ -259,7 +259,7 @@ impl Verdict {
         }
     }
 
-    /// Takes the reply of the plant; sends a text at once for what neither an event nor a refusal reports.
+    /// Records the reply of the plant; sends a text at once for what neither an event nor a refusal reports.
     fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match reply {
@@ -284,7 +284,7 @@ impl Verdict {
                 }
             }
             FaultReply::Cleared { .. } => {
-                // The end of a fault that acts is an event, and comes behind this answer.
+                // The end of an active fault is an event, which follows this answer.
                 let faults = shared.aircraft.faults();
                 match target {
                     Some(target) if faults.acting(target).is_some() => self.cleared_active = true,
@@ -317,7 +317,7 @@ impl Verdict {
             );
             texts.inform(now, text);
         } else if !self.healthy.is_empty() && !self.cleared_active {
-            // Beside a fault that was cleared while active it needs no text.
+            // Besides an active fault that was cleared, it needs no text.
             let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
             texts.inform(now, text);
         }

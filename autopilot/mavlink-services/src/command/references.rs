@@ -43,7 +43,7 @@ pub fn guided_altitude(
 }
 
 fn refer_altitude(altitude: f32, frame: u8, shared: &Shared) -> Result<Decision, CommandError> {
-    // Of this command the altitude is all, so that it must be there.
+    // Altitude is the only content of this command, so it must be given.
     let altitude_m = above_ellipsoid(convert::decimal(altitude), frame, shared)?;
     Ok(Decision::pass_on(VehicleCommand::Refer(Reference::Altitude(altitude_m))))
 }

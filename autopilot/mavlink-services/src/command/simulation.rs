@@ -1,4 +1,4 @@
-//! Faults, a new flight, how simulation time passes, and scripts.
+//! Faults, a new flight, the pace of the simulation, and scripts.
 
 use ::mavlink::dialects::common::MavResult;
 use icd::fault::PlantAction;
@@ -16,7 +16,7 @@ const STEP: u8 = 2;
 /// INJECT_FAILURE and USER_1.
 pub fn fault(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     if command.id == failure::USER_1 && command.frame.is_some() {
-        // Its values would be scaled integers in a COMMAND_INT.
+        // In a COMMAND_INT the values would be scaled integers.
         return Err(CommandError::without_text(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
     }
     let requests = failure::requests(command, &caller.shared.parameters, &caller.shared.model)?;
@@ -27,7 +27,7 @@ pub fn fault(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, 
     Ok(Decision { intents, ..Decision::default() })
 }
 
-/// PREFLIGHT_REBOOT_SHUTDOWN: p1 1 starts the flight anew.
+/// PREFLIGHT_REBOOT_SHUTDOWN: p1 1 restarts the flight.
 pub fn restart(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     match byte("p1", command.params[0])? {
         0 => Ok(Decision::accept()),
@@ -39,15 +39,15 @@ pub fn restart(command: &CommandMessage, _: &mut Caller) -> Result<Decision, Com
 /// MAV_CMD_USER_2.
 pub const USER_2: u16 = 31_011;
 
-/// A step that its sender has numbered (p3), so that a copy of it is known.
+/// A step with a number from its sender (p3), by which a repeated copy is recognized.
 pub fn is_numbered_step(command: &CommandMessage) -> bool {
     let [action, _, number, ..] = command.params;
     command.id == USER_2 && action == f32::from(STEP) && !number.is_nan() && number != 0.0
 }
 
 /// USER_2: p1 0 pause, 1 run, 2 step by p2 control periods (1 without p2), 3 p2 times as fast as wall
-/// time, which does not end a pause. p3 may number a step: with the number of the step before it is not
-/// taken again.
+/// time, which does not end a pause. p3 may number a step: a step with the number of the one before it is not
+/// executed again.
 pub fn pace(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     let [action, value, ..] = command.params;
     let value = number("p2", value)?;
@@ -71,7 +71,7 @@ pub fn pace(command: &CommandMessage, _: &mut Caller) -> Result<Decision, Comman
     Ok(Decision::pass_on(PlantAction::Pace(pace)))
 }
 
-/// Whole periods; without any it is one.
+/// Number of whole periods; one if not given.
 fn periods(value: Option<f64>) -> Result<u32, CommandError> {
     let periods = value.filter(|periods| *periods != 0.0).unwrap_or(1.0);
     if periods.fract() == 0.0 && (1.0..=f64::from(Pace::STEPS_MAX)).contains(&periods) {
@@ -91,8 +91,8 @@ fn periods(value: Option<f64>) -> Result<u32, CommandError> {
 /// MAV_CMD_USER_3.
 pub const USER_3: u16 = 31_012;
 
-/// USER_3: p1 1 starts the script with the number p2 in the sorted list of files (0: the one that was uploaded last,
-/// or the scenario's), p1 0 stops the one that runs.
+/// USER_3: p1 1 starts the script with the number p2 in the sorted list of files (0: the latest upload,
+/// or the scenario's), p1 0 stops the running one.
 pub fn script(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [start, number, ..] = command.params;
     if !flag("p1", start)? {

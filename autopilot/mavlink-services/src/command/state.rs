@@ -1,4 +1,4 @@
-//! Modes, arming, the end of a flight, and what a jet in the air does not do.
+//! Modes, arming, the end of a flight, and commands that do not apply to a jet in flight.
 
 use ::mavlink::dialects::common::MavResult;
 
@@ -10,10 +10,10 @@ use crate::modes;
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Mode;
 
-/// p2 of COMPONENT_ARM_DISARM that forces it: whoever disarms in the air ends the flight.
+/// p2 of COMPONENT_ARM_DISARM that forces it: a forced disarm in the air ends the flight.
 const FORCE: f32 = 21_196.0;
 
-/// QGroundControl has this command as *Reboot Vehicle*.
+/// QGroundControl offers this command as *Reboot Vehicle*.
 const RESTART: &str = "reboot the vehicle";
 
 /// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
@@ -21,7 +21,7 @@ pub fn set_mode(command: &CommandMessage, caller: &mut Caller) -> Result<Decisio
     let [base, main, sub, ..] = command.params;
     let has_custom_flag = byte("base mode p1", base)? & 1 != 0;
     let main = byte("main mode p2", main)?;
-    // A main mode without sub modes needs none.
+    // A main mode without sub modes needs no sub mode.
     let sub = if sub.is_nan() { 0 } else { byte("sub mode p3", sub)? };
     let mode = modes::requested(has_custom_flag, main, sub, caller.shared.streams)?;
     Ok(Decision::pass_on(VehicleCommand::Mode(mode)))
@@ -67,7 +67,7 @@ pub fn arm_or_disarm(
     }
 }
 
-/// What keeps the aircraft from being armed and flown.
+/// Obstacles to arming and flying.
 fn not_ready(aircraft: &Aircraft) -> Option<String> {
     match aircraft.phase() {
         Phase::Flying if aircraft.is_terminated() => Some(format!("flight terminated, {RESTART}")),
@@ -78,8 +78,8 @@ fn not_ready(aircraft: &Aircraft) -> Option<String> {
     }
 }
 
-/// RUN_PREARM_CHECKS. An armed aircraft is to answer "temporarily rejected".
-/// QGroundControl sends it at each connect, so this is no warning.
+/// RUN_PREARM_CHECKS. An armed aircraft must answer "temporarily rejected".
+/// QGroundControl sends it at each connect, so the text is not a warning.
 pub fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     match not_ready(&caller.shared.aircraft) {
         None => {
@@ -91,8 +91,8 @@ pub fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Result<Decision
     }
 }
 
-/// PREFLIGHT_CALIBRATION: all zero stops a calibration, as QGroundControl does when its page of the radio opens; none
-/// ever runs, so that is done. Nothing here can be calibrated.
+/// PREFLIGHT_CALIBRATION: all zero stops a calibration, as QGroundControl does when its radio page opens. No
+/// calibration ever runs, so stopping succeeds; starting one is refused, since nothing can be calibrated.
 pub fn calibrate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     if command.params.iter().all(|param| *param == 0.0) {
         return Ok(Decision::accept());

@@ -20,7 +20,7 @@ fn keys(object: &Value) -> BTreeSet<&str> {
     object.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
-/// An object with all of `required` and nothing but them and `optional`.
+/// An object with all of `required` and nothing else but `optional`.
 fn assert_keys(object: &Value, required: &[&str], optional: &[&str]) {
     let keys = keys(object);
     for key in required {

@@ -1,9 +1,9 @@
 //! A command to inject or clear a fault, from a message, the shell or a parameter. From here on
-//! they are the same.
+//! all sources are treated alike.
 //!
-//! What the command leaves open comes from the parameters FLT_*, read once, when it is given. Whatever can be
+//! Values that the command leaves open come from the parameters FLT_*, read once, on receipt. Everything that can be
 //! checked without the plant is checked for all effectors before any request is made, in the same ranges as in the
-//! plant: of the values of a command the plant refuses none that passes here, if the model fits the aircraft.
+//! plant: the plant refuses no value that passes here, if the model fits the aircraft.
 
 use arrayvec::ArrayVec;
 use flight_control::AircraftModel;
@@ -21,39 +21,39 @@ use flight_management::parameters::{FailureParameters, Parameters};
 
 pub use crate::failure::units::{Effectors, Failure, Size, Unit, Value, ValueError};
 
-/// Models come from files with nine digits, and numbers of commands have seven: what is this close to a limit,
-/// as a fraction of it, is left to the plant.
+/// Models come from files with nine digits, and numbers of commands have seven: a value this close to a limit,
+/// as a fraction of it, is left for the plant to decide.
 const ROUNDING: f64 = 1.0e-6;
 
 /// One request for each effector that a command names.
 pub type Requests = ArrayVec<FaultRequest, { Effector::MAX }>;
 
-/// A fault command. `None` leaves a value to its parameter.
+/// A fault command. `None` takes a value from its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaultCommand {
-    /// What.
+    /// The unit.
     pub unit: Unit,
-    /// How.
+    /// The action: clear, or a type of failure.
     pub failure: Failure,
-    /// Which of the unit.
+    /// The instances of the unit.
     pub instances: Instances,
-    /// How much.
+    /// Size of the fault.
     pub value: Option<Value>,
-    /// Numbers of the kind beside its size, in the unit for people.
+    /// Further numbers of the kind, in the operator's units.
     pub numbers: [Option<(Quantity, f64)>; NUMBERS_MAX],
-    /// When it acts first.
+    /// Time of the first onset.
     pub onset: Onset,
-    /// Time from nothing to the whole fault, s. The parameter's is not used for kinds without a size.
+    /// Time from nothing to the full fault, s. Kinds without a size do not use the parameter's.
     pub ramp_s: Option<f64>,
-    /// How long it acts, s; 0 for ever.
+    /// Duration of each action, s; 0 for ever.
     pub duration_s: Option<f64>,
-    /// From one onset to the next, s; 0 once only.
+    /// Time from one onset to the next, s; 0 once only.
     pub every_s: Option<f64>,
-    /// How often it acts in all; 0 without end.
+    /// Number of onsets; 0 without end.
     pub times: Option<u32>,
 }
 
-/// Which of a unit.
+/// Instances of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instances {
     /// All.
@@ -65,7 +65,7 @@ pub enum Instances {
 }
 
 impl FaultCommand {
-    /// At once, everything else by the parameters.
+    /// At once, all other values from the parameters.
     #[must_use]
     pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl FaultCommand {
         }
     }
 
-    /// It has neither size nor time.
+    /// The kind has neither size nor time.
     fn is_bare(&self) -> bool {
         *self == Self::new(self.unit, self.failure, self.instances)
     }
@@ -91,7 +91,7 @@ impl FaultCommand {
 /// The requests of a command; `model` has the travel of the effectors.
 ///
 /// # Errors
-/// Why nothing is requested from the plant.
+/// Why the command yields no request.
 pub fn requests(
     command: &FaultCommand,
     parameters: &Parameters,
@@ -136,7 +136,7 @@ fn denied(reason: impl ToString) -> CommandError {
 /// The effectors that a command names.
 fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Effectors, CommandError> {
     let effectors = command.unit.check(list)?;
-    // Everything has no instances of its own: they are counted.
+    // The unit "all" has no instances of its own, so they are counted.
     let instance = |place: usize, effector: Effector| {
         if command.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
     };
@@ -163,7 +163,7 @@ fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Effectors, Comm
     Ok(effectors.iter().enumerate().filter(named).map(|(_, effector)| *effector).collect())
 }
 
-/// Numbers that mean nothing for any effector.
+/// Checks for numbers that are invalid for every effector.
 fn check_numbers(command: &FaultCommand) -> Result<(), CommandError> {
     let numbers = [
         ("ramp", command.ramp_s, fault::RAMP_MAX_S),
@@ -178,7 +178,7 @@ fn check_numbers(command: &FaultCommand) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The kind of fault for one effector; `None` if it has no such fault.
+/// The kind of fault for one effector; `None` if the effector has no such fault.
 fn kind(
     command: &FaultCommand,
     effector: Effector,
@@ -201,7 +201,7 @@ fn kind(
     Ok(info.with(alternative, values))
 }
 
-/// The entry of the catalogue that a command means for such an effector, and the alternative of it; `None` if there is
+/// The entry of the catalogue that a command means for such an effector, and the alternative within it; `None` if there is
 /// none for it.
 fn entry(
     command: &FaultCommand,
@@ -238,7 +238,7 @@ fn entry(
         let (kind, usual) = usual(kind);
         is_it.then_some((kind, if kind.mavlink.mode.len() > 1 { alternative } else { usual }))
     });
-    // An angle means nothing for an engine: it sticks where it is.
+    // An engine has no angle: it sticks at its present thrust.
     let bare = |kind: &&KindInfo| kind.numbers.is_empty() && kind.choice.is_none();
     let instead = || command.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
     Ok(by_mode.or_else(instead))
@@ -276,8 +276,8 @@ fn number(
     Ok(unit.to_si(parameters.number(number.parameter.name)))
 }
 
-/// Checks a fault as the plant does, with the model's effectors. Models are rounded: what is only a hair out of
-/// reach is left to the plant.
+/// Checks a fault as the plant does, with the model's effectors. Models are rounded: a value barely beyond a limit
+/// is left for the plant to decide.
 fn check(
     effector: Effector,
     kind: &FaultKind,
@@ -290,8 +290,8 @@ fn check(
     })
 }
 
-/// How far and how fast an effector goes, as the model has it, times a factor. How fast thrust changes is not in
-/// the model.
+/// Travel and rate of an effector, by the model, times a factor. The model has no rate of
+/// thrust.
 fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
     let EffectorModel { list, servos, .. } = &model.effectors;
     let ServoModel { lag_s, rate_limit, min, max } = servos[effector];
@@ -300,7 +300,7 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
     Reach { is_angle, min: factor * min, max: factor * max, fastest }
 }
 
-/// When a kind of fault acts.
+/// When a fault of a kind is active.
 fn timing(
     command: &FaultCommand,
     kind: &FaultKind,

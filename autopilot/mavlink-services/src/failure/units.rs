@@ -1,7 +1,7 @@
-//! Units, types and sizes of failures: numbers of MAVLink, names of PX4's shell, and how large a fault is in the units of people:
-//! degrees, percent, seconds. Of the engine, where there are no degrees, percent of its largest thrust.
+//! Units, types and sizes of failures: numbers of MAVLink, names of PX4's shell, and sizes of faults in the operator's units:
+//! degrees, percent, seconds. The engine has no degrees; its size is in percent of its largest thrust.
 //!
-//! Units and types are integers on the wire, and some are newer than any library: they are not read as its enums.
+//! Units and types are integers on the wire, and some are newer than any library, so they are not read as the library's enums.
 
 use core::fmt;
 
@@ -14,19 +14,19 @@ use icd::{Effector, EffectorList};
 use crate::codec::CommandError;
 use crate::convert;
 
-/// FAILURE_UNIT: what can fail, here or elsewhere.
+/// FAILURE_UNIT: what can fail, on this vehicle or others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unit(i32);
 
 impl Unit {
     /// The engine.
     pub const MOTOR: Self = Self(101);
-    /// What moves: surfaces and nozzle.
+    /// The actuators that deflect: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
-    /// Every effector, only to clear faults and only in MAV_CMD_USER_1: a ground station's button is one command.
+    /// Every effector, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
     pub const EVERYTHING: Self = Self(-1);
 
-    /// Number, name, and why it does not fail here.
+    /// Number, name, and why it cannot fail here.
     const TABLE: [(Self, &'static str, &'static str); 11] = [
         (Self::MOTOR, "motor", ""),
         (Self::SERVO, "servo", ""),
@@ -53,7 +53,7 @@ impl Unit {
         Self::all().find(|(_, known)| *known == name).map(|(unit, _)| unit)
     }
 
-    /// The unit that a target belongs to.
+    /// The unit of a target.
     #[must_use]
     pub fn of(target: Target, effectors: &EffectorList) -> Self {
         match target {
@@ -80,7 +80,7 @@ impl Unit {
         Self::all().find(|(unit, _)| *unit == self).map(|(_, name)| name)
     }
 
-    /// Names of all units, those included that do not fail here.
+    /// Names of all units, including those that cannot fail here.
     pub fn names() -> impl Iterator<Item = &'static str> {
         Self::all().map(|(_, name)| name)
     }
@@ -94,7 +94,7 @@ impl Unit {
         all.into_iter()
     }
 
-    /// Its effectors, by their instances. Empty: it does not fail here.
+    /// Its effectors, by instance. Empty if the unit cannot fail here.
     #[must_use]
     pub fn effectors(self, all: &EffectorList) -> Effectors {
         match self {
@@ -108,7 +108,7 @@ impl Unit {
     /// Its effectors.
     ///
     /// # Errors
-    /// Why the unit does not fail here.
+    /// Why the unit cannot fail here.
     pub fn check(self, all: &EffectorList) -> Result<Effectors, CommandError> {
         let effectors = self.effectors(all);
         if !effectors.is_empty() {
@@ -130,7 +130,7 @@ impl Unit {
 /// Some effectors.
 pub type Effectors = ArrayVec<Effector, { Effector::MAX }>;
 
-/// `GPS (4)`; without a name the number.
+/// `GPS (4)`; the bare number if there is no name.
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.name() {
@@ -140,17 +140,17 @@ impl fmt::Display for Unit {
     }
 }
 
-/// What a command does to its targets.
+/// Action of a command on its targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
-    /// A type of MAVLink: clears, or is one of its kinds, by the value or by the parameter of its mode.
+    /// A type of MAVLink: clears, or is one of its kinds, selected by the value or by the mode parameter of the type.
     Type(FailureType),
-    /// This kind, and no other of its type.
+    /// This kind and no other of its type.
     Kind(&'static KindInfo),
 }
 
 impl Failure {
-    /// Mended.
+    /// Clears the fault.
     pub const OK: Self = Self::Type(FailureType::Ok);
 
     /// The one with this name.
@@ -159,7 +159,7 @@ impl Failure {
         Self::all().find(|failure| failure.name() == name)
     }
 
-    /// Those of MAVLink by their number, then those that mean one kind.
+    /// The types of MAVLink by number, then those that mean one kind.
     pub fn all() -> impl Iterator<Item = Self> {
         let kinds = CATALOGUE.iter().filter(|kind| kind.mavlink.word.is_some());
         FailureType::ALL.into_iter().map(Self::Type).chain(kinds.map(Self::Kind))
@@ -174,7 +174,7 @@ impl Failure {
         }
     }
 
-    /// The kinds that it can be, in the order of the type's mode.
+    /// The kinds it can be, in the order of the mode parameter.
     pub fn kinds(self) -> impl Iterator<Item = &'static KindInfo> {
         let mut kinds: Vec<&KindInfo> = Vec::new();
         kinds.extend(CATALOGUE.iter().filter(|kind| match self {
@@ -186,21 +186,21 @@ impl Failure {
     }
 }
 
-/// How large a fault is, and with that which of the kinds of its type it is.
+/// Size of a fault, and with it the kind of its type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
     /// The kind.
     pub kind: &'static KindInfo,
-    /// How large.
+    /// Size.
     pub size: Size,
 }
 
-/// How large a fault of a kind is.
+/// Size of a fault of a kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// It has no size: stuck where it is, whatever FLT_STUCK_MODE is.
+    /// No size: stuck at its present position, whatever the value of FLT_STUCK_MODE.
     None,
-    /// In the unit for what turns; "deg" is percent of the largest thrust for an engine.
+    /// In the unit of deflecting effectors; for an engine "deg" is percent of the largest thrust.
     Number(f64),
     /// In SI units.
     Si(f64),
@@ -208,41 +208,41 @@ pub enum Size {
     Alternative(u8),
 }
 
-/// Why a text or a number is no value.
+/// Why a text or a number is not a valid value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ValueError {
-    /// A type without a size, or with another one.
+    /// The type has no size, or another one.
     #[error("type {failure} takes no value \"{text}\"")]
     NoValue {
         /// The type.
         failure: &'static str,
-        /// What was given.
+        /// The given value.
         text: String,
     },
-    /// A type without a size whose kinds are named by signs.
+    /// The type has no size; signs select its kinds.
     #[error("type {failure} takes {allowed}, not \"{text}\"")]
     NoSign {
         /// The type.
         failure: &'static str,
-        /// What there is.
+        /// The valid alternatives.
         allowed: String,
-        /// What was given.
+        /// The given value.
         text: String,
     },
-    /// No number.
+    /// Not a number.
     #[error(
         "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
     )]
     NotANumber {
-        /// What was given.
+        /// The given value.
         text: String,
     },
-    /// No kind of value has this number.
+    /// No value kind has this number.
     #[error("no value of kind {code}, p4 is 1 to {last}")]
     NoKind {
         /// The number.
         code: i32,
-        /// The last one that there is.
+        /// The last valid one.
         last: u8,
     },
     /// No alternative has this number.
@@ -250,14 +250,14 @@ pub enum ValueError {
     NoAlternative {
         /// The kind.
         kind: &'static str,
-        /// What there is.
+        /// The valid alternatives.
         allowed: String,
     },
 }
 
 impl Value {
-    /// Reads a value as people write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `20kN`, `here`; `+` and `-` are the ends
-    /// of the travel. The first kind of the type that takes it is meant: of WRONG, percent are an effect left, degrees a
+    /// Reads a value as operators write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `20kN`, `here`; `+` and `-` are the ends
+    /// of the travel. It means the first kind of the type that accepts it: for WRONG, percent are an effect left, degrees a
     /// bias and a sign a hard over.
     ///
     /// # Errors
@@ -320,7 +320,7 @@ impl Value {
         })
     }
 
-    /// What it is, for refusals.
+    /// Name of the value kind, for refusals.
     #[must_use]
     pub fn name(&self) -> &'static str {
         let choice = self.kind.choice.map(|choice| choice.key);
@@ -329,7 +329,7 @@ impl Value {
     }
 }
 
-/// Words and numbers that stand for the alternatives of a kind.
+/// Words and numbers for the alternatives of a kind.
 fn signs(kind: &'static KindInfo) -> impl Iterator<Item = (&'static str, f64)> {
     let alternatives = kind.choice.map_or(&[][..], |choice| choice.alternatives);
     alternatives.iter().filter_map(|one| one.value)
@@ -344,11 +344,11 @@ fn alternative(
     Some(Value { kind, size: Size::Alternative(u8::try_from(place).ok()?) })
 }
 
-/// A number with this suffix as the size of a kind; `None` if that is none of its units. A bare number is always one.
+/// A number with this suffix as the size of a kind; `None` if the suffix is not one of its units. A bare number is always valid.
 fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
     let (_, info) = kind.size()?;
     let measure = info.quantity.measure();
-    // Percent and thrust are for engines.
+    // Percent and thrust are valid for engines.
     let of_engine = kind.targets.thrust && measure.is_own();
     let per_second = if measure == Measure::Speed { "/s" } else { "" };
     let is = |unit: &str| suffix.strip_suffix(per_second) == Some(unit);
@@ -367,11 +367,11 @@ fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
     }
 }
 
-/// A number of a command or of the shell in SI units; of an engine with this largest thrust, N, percent of it.
+/// A number of a command or of the shell in SI units; for an engine with this largest thrust, N, percent of it.
 pub(super) fn to_si(number: f64, measure: Measure, engine_n: Option<f64>) -> f64 {
     match (measure, engine_n) {
         (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
-        // Parameters and texts have milliseconds, commands seconds.
+        // Parameters and texts use milliseconds, commands seconds.
         (Measure::Milliseconds, _) => number,
         (measure, _) => measure.unit(TargetClass::Angle).to_si(number),
     }

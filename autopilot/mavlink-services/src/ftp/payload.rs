@@ -11,7 +11,7 @@ const NAK: u8 = 129;
 /// "No space left" as Linux numbers it; ground stations show it.
 const ENOSPC: u8 = 28;
 
-/// What a client can request.
+/// Operations that a client can request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Operation {
     Nothing,
@@ -27,15 +27,15 @@ pub(super) enum Operation {
     RemoveFile,
     OpenFileWriteOnly,
     TruncateFile,
-    /// Folders and other names: they stay as they are.
+    /// Folder and rename operations: not supported, nothing changes.
     Change,
     Unknown,
 }
 
-/// Why not.
+/// Error codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
-    /// With the number of an error of the system behind it: no space left.
+    /// With an error number of the system: no space left.
     NoSpace = 2,
     InvalidDataSize = 3,
     InvalidSession = 4,
@@ -46,7 +46,7 @@ pub(super) enum Problem {
     FileNotFound = 10,
 }
 
-/// A request, its sizes inside what a message can hold.
+/// A request whose sizes are within the limits of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Request<'a> {
     pub sequence: u16,
@@ -59,7 +59,7 @@ pub(super) struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// `None` for an answer: no client here has requested one, and answering it would never end.
+    /// `None` for an answer: the service never requests anything, and answering an answer would never end.
     pub(super) fn parse(bytes: &'a [u8; LENGTH]) -> Option<Self> {
         let [s0, s1, session, opcode, size, _, _, _, o0, o1, o2, o3, ..] = *bytes;
         if opcode >= ACK {
@@ -96,18 +96,18 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// The path in the data, up to a NUL, without the slashes around it; `None` if it is no text.
+    /// The path in the data, up to a NUL, without surrounding slashes; `None` if it is not text.
     pub(super) fn path(&self) -> Option<&'a str> {
         let text = self.data.split(|byte| *byte == 0).next()?;
         Some(core::str::from_utf8(text).ok()?.trim_matches('/'))
     }
 
-    /// The answer that all went well.
+    /// A positive answer.
     pub(super) fn ack(&self, data: &[u8]) -> Reply {
         Reply::new(self, ACK).with_data(data)
     }
 
-    /// The answer that it did not.
+    /// A negative answer.
     pub(super) fn nak(&self, problem: Problem) -> Reply {
         let reply = Reply::new(self, NAK);
         match problem {
@@ -139,13 +139,13 @@ impl Reply {
         self
     }
 
-    /// For a session other than the one of the request.
+    /// For a session other than that of the request.
     pub(super) fn of_session(mut self, session: u8) -> Self {
         self.0[2] = session;
         self
     }
 
-    /// The last message of a burst that goes on when the client requests more.
+    /// The last message of a burst that continues when the client requests more.
     pub(super) fn ending_burst(mut self, ends: bool) -> Self {
         self.0[6] = u8::from(ends);
         self

@@ -12,10 +12,10 @@ use crate::wall_time::WallTime;
 
 /// Bytes of a log in one message.
 pub(super) const DATA: usize = 90;
-/// Bytes that are read from the disk at once, a whole number of messages.
+/// Bytes read from the disk at once, a whole number of messages.
 pub(super) const BLOCK: usize = 728 * DATA;
 
-/// Bytes that were read.
+/// Bytes read from the disk.
 #[derive(Debug)]
 struct Block {
     name: String,
@@ -24,7 +24,7 @@ struct Block {
 }
 
 impl Block {
-    /// What it has of this file from `offset` on; nothing if that is not in it.
+    /// The bytes of this file from `offset` on; empty if `offset` is outside the block.
     fn rest(&self, name: &str, offset: u32) -> &[u8] {
         let at = offset.checked_sub(self.offset).filter(|_| self.name == name);
         let at = at.and_then(|at| usize::try_from(at).ok());
@@ -32,17 +32,17 @@ impl Block {
     }
 }
 
-/// What a ground station requests, and how far it has got.
+/// Requests of a ground station, and its progress.
 #[derive(Debug)]
 pub(super) struct Client {
     pub peer: Peer,
     pub last_seen: WallTime,
     /// The job whose outcome it waits for.
     pub waiting: Option<LogJob>,
-    /// The logs with their numbers: place in the list.
+    /// The numbered logs: the index is the number.
     listing: Option<Vec<LogFile>>,
     needs_listing: bool,
-    /// Numbers of the entries that are still to be sent.
+    /// Numbers of the entries still to be sent.
     entries: Option<(u16, u16)>,
     ranges: Ranges,
     block: Option<Block>,
@@ -83,12 +83,12 @@ impl Client {
     fn request_listing(&mut self) {
         if !self.needs_listing {
             self.needs_listing = true;
-            // What it waits for now is requested again after the listing.
+            // Parts still waiting are requested again after the listing.
             self.waiting = None;
         }
     }
 
-    /// Ends all requests; the numbers of the logs stay.
+    /// Ends all requests; the logs keep their numbers.
     pub fn end(&mut self) {
         self.ranges.clear();
         self.entries = None;
@@ -103,17 +103,17 @@ impl Client {
         self.listing = None;
     }
 
-    /// It requests piece after piece, and so sets its own pace.
+    /// It requests one piece after another, and so sets its own pace.
     pub fn requests_pieces(&self) -> bool {
         self.ranges.first().is_some_and(|part| part.is_piece)
     }
 
-    /// A part of a log is requested.
+    /// A part of a log is waiting.
     pub fn is_fetching(&self) -> bool {
         !self.ranges.is_empty()
     }
 
-    /// What the disk has to do for it.
+    /// Next operation of the disk for this station.
     pub fn task(&self) -> Option<LogTask> {
         if self.waiting.is_some() {
             return None;
@@ -132,7 +132,7 @@ impl Client {
         Some(LogTask::Read { name: log.name.clone(), offset: part.offset, length })
     }
 
-    /// Takes what became of the job it waits for. `Err`: why it failed.
+    /// Handles the outcome of its job. `Err`: why the job failed.
     pub fn take_done(&mut self, done: LogDone) -> Result<(), String> {
         let Some(LogJob { task, .. }) = self.waiting.take() else { return Ok(()) };
         let problem = match (task, done.result) {
@@ -148,12 +148,12 @@ impl Client {
                 self.lose(&name, "has become shorter")
             }
             (LogTask::List, result) => {
-                // The station gets the answer that there are none.
+                // The station receives the answer that there are none.
                 self.take_listing(Vec::new());
                 format!("Logs: {}", result.err().unwrap_or_default())
             }
             (LogTask::Read { name, .. }, result) => {
-                // The reason of the system is for the log: as a text it would come in pieces.
+                // The system's reason goes to the log only: as a text it would be split into chunks.
                 let problem = result.err().unwrap_or_default();
                 debug!(log = name, problem, "cannot be read");
                 self.lose(&name, "is gone")
@@ -169,7 +169,7 @@ impl Client {
         self.listing = Some(logs);
     }
 
-    /// Nothing more can be had of a log: the station that waits for it gets its end. Returns a text about it.
+    /// Ends the transfer of a log that cannot be read any more: the waiting station gets the end mark. Returns a text about it.
     fn lose(&mut self, name: &str, what: &str) -> String {
         match self.ranges.lose(name) {
             Some(id) => format!("Log {id} {what}"),
@@ -183,7 +183,7 @@ impl Client {
         is_open && !self.needs_listing && self.waiting.is_none() && self.task().is_none()
     }
 
-    /// The next message; `None` if there is none, or if the disk has to do something first.
+    /// The next message; `None` if there is none, or if the disk has to read first.
     pub fn next(&mut self, now: WallTime, texts: &mut StatusTexts) -> Option<Encoded> {
         if self.needs_listing {
             return None;
@@ -260,21 +260,21 @@ pub(super) fn data(id: u16, ofs: u32, bytes: &[u8]) -> Encoded {
 /// Parts that may wait: MAVProxy requests twenty gaps in a row.
 pub(super) const PARTS_MAX: usize = 24;
 
-/// A station that requests no more than this at once requests the next piece when it has this one.
+/// A station that requests no more than this at once requests the next piece after receiving this one.
 const PIECE: u32 = 64 * 1024;
 
 /// A part of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Number of the log, as the ground station has it.
+    /// Number of the log, as the ground station knows it.
     pub id: u16,
-    /// The log, once it is known which one that is.
+    /// The log, once it is resolved.
     pub log: Option<LogFile>,
-    /// It turned out to be gone, or shorter than it was.
+    /// The log is gone, or shorter than it was.
     pub is_gone: bool,
     /// Next byte.
     pub offset: u32,
-    /// First byte that is not requested; may be beyond the end of the log.
+    /// First byte beyond the request; may be beyond the end of the log.
     pub end: u64,
     /// One of several that are requested one after the other.
     pub is_piece: bool,
@@ -286,7 +286,7 @@ impl Part {
         Self { id, log: None, is_gone: false, offset, end, is_piece: count <= PIECE }
     }
 
-    /// All of it was sent.
+    /// All of it has been sent.
     pub fn is_over(&self) -> bool {
         u64::from(self.offset) >= self.end
     }
@@ -296,21 +296,21 @@ impl Part {
     }
 }
 
-/// Parts in the order in which they are sent.
+/// Parts in the order of transmission.
 #[derive(Debug, Default)]
 pub(super) struct Ranges {
     parts: ArrayVec<Part, PARTS_MAX>,
 }
 
 impl Ranges {
-    /// Takes a new request. Another log, or something that is on its way already, takes the place of all
-    /// that waits: the ground station has begun anew. Gaps elsewhere in the same log wait behind.
+    /// Adds a new request. A request for another log, or for bytes that are already queued, replaces all
+    /// that waits: the ground station has restarted. Gaps elsewhere in the same log wait behind.
     pub fn add(&mut self, part: Part) {
-        let begins_anew = |old: &Part| old.id != part.id || old.overlaps(&part);
-        if self.parts.iter().any(begins_anew) {
+        let restarts = |old: &Part| old.id != part.id || old.overlaps(&part);
+        if self.parts.iter().any(restarts) {
             self.parts.clear();
         }
-        // A station that misses one requests it again.
+        // A station that misses a part requests it again.
         let _ = self.parts.try_push(part);
     }
 
@@ -330,8 +330,8 @@ impl Ranges {
         self.parts.first_mut()
     }
 
-    /// The log is gone: its first part ends the download, and the others are dropped. All parts are of
-    /// one log. Its number, if it is this log.
+    /// The log is gone: its first part ends the download, and the others are dropped. All parts belong to
+    /// one log. Returns its number, if it is this log.
     pub fn lose(&mut self, name: &str) -> Option<u16> {
         let part = self.parts.first_mut()?;
         part.log.as_ref().filter(|log| log.name == name)?;
@@ -341,14 +341,14 @@ impl Ranges {
         Some(id)
     }
 
-    /// The first part is done.
+    /// The first part has been sent.
     pub fn drop_first(&mut self) {
         if !self.parts.is_empty() {
             self.parts.remove(0);
         }
     }
 
-    /// Resolves the numbers to logs; parts that know theirs keep it.
+    /// Resolves the numbers to logs; parts already resolved keep their log.
     pub fn resolve(&mut self, listing: &[LogFile]) {
         for part in self.parts.iter_mut().filter(|part| part.log.is_none()) {
             part.log = listing.get(usize::from(part.id)).cloned();

@@ -1,4 +1,4 @@
-//! What an item means: MAV_CMD to [`Action`].
+//! Meaning of a mission item: MAV_CMD to [`Action`].
 
 use crate::codec::MissionItem;
 use crate::mission::fields::{
@@ -26,16 +26,16 @@ const JUMP: u16 = 177;
 const CHANGE_SPEED: u16 = 178;
 const DO_CHANGE_ALTITUDE: u16 = 186;
 
-/// Circles are left with the nose to the next point, whether this is requested or not.
+/// The aircraft leaves circles with the nose to the next point, whether the item requests it or not.
 const HEADING: &str = "heading required";
 /// SPEED_TYPE.
 const AIRSPEED: f64 = 0.0;
 const GROUND_SPEED: f64 = 1.0;
 
-/// What an item means. `note` takes what is flown in another way than it is written.
+/// The action of an item. `note` receives what is flown in another way than the item says.
 ///
 /// # Errors
-/// [`Rejected`]: the command is not flown, or with these values not.
+/// [`Rejected`]: the command is not supported, or not with these values.
 pub fn of(
     item: &MissionItem<i32>,
     rules: &Rules,
@@ -86,8 +86,8 @@ pub fn of(
 
 /// p1 hold time, p2 acceptance radius, p3 pass radius, p4 yaw.
 ///
-/// An acceptance radius below the parameter is as none: the turn would begin behind the point, kilometres
-/// off the next leg. MAVSDK sends one to three metres where nothing was chosen.
+/// An acceptance radius below the parameter is ignored: the turn would begin behind the point, kilometres
+/// off the next leg. MAVSDK sends one to three metres where its user has chosen none.
 fn waypoint(
     item: &MissionItem<i32>,
     rules: &Rules,
@@ -109,7 +109,7 @@ fn waypoint(
     })
 }
 
-/// The aircraft flies already: the point is flown to, or without a point the altitude is.
+/// The aircraft flies already: it flies to the point, or without a point to the altitude.
 fn takeoff(
     item: &MissionItem<i32>,
     rules: &Rules,
@@ -123,8 +123,8 @@ fn takeoff(
     Ok(Action::ChangeAltitude { altitude_m: needed_altitude(item, &rules.limits)? })
 }
 
-/// A circle around the place of the item; its radius has the sign of the direction. Without a radius it has
-/// that of the parameters; one that no allowed speed and bank can fly is refused.
+/// A circle around the place of the item; the sign of its radius is the direction. Without a radius it uses
+/// that of the parameters; a radius that no allowed speed and bank can fly is refused.
 fn circle(
     item: &MissionItem<i32>,
     param: Param,
@@ -144,7 +144,7 @@ fn circle(
     })
 }
 
-/// p1 seconds; the time of day in the others is not there.
+/// p1 seconds; the fields for a time of day are not supported.
 fn delay(seconds: f32, clock: [f32; 3]) -> Result<Action, Rejected> {
     for (param, value) in [Param::P2, Param::P3, Param::P4].into_iter().zip(clock) {
         if value >= 0.0 {
@@ -156,7 +156,7 @@ fn delay(seconds: f32, clock: [f32; 3]) -> Result<Action, Rejected> {
     Ok(Action::LoiterTime { circle, seconds: positive(Param::P1, "delay", seconds)? })
 }
 
-/// p1 item, p2 how many times; below zero always.
+/// p1 item, p2 number of jumps; negative for always.
 fn jump(to: f32, times: f32) -> Result<Action, Rejected> {
     let to = word(Param::P1, "jump to item", to)?;
     let times = if times < 0.0 { None } else { Some(word(Param::P2, "number of jumps", times)?) };
@@ -186,21 +186,21 @@ fn change_speed(
     Ok(Action::ChangeSpeed { airspeed_m_s })
 }
 
-/// `current` of an item with a place to go to.
+/// `current` of a guided target.
 const GO_TO: u8 = 2;
-/// `current` of an item with an altitude to fly at.
+/// `current` of an altitude change.
 const GUIDED_ALTITUDE: u8 = 3;
 
-/// The item is no part of a plan.
+/// The item does not belong to a plan.
 #[must_use]
 pub fn is_guided(item: &MissionItem<i32>) -> bool {
     [GO_TO, GUIDED_ALTITUDE].contains(&item.words.current)
 }
 
-/// What a guided item means.
+/// The guided command of an item.
 ///
 /// # Errors
-/// Another command than NAV_WAYPOINT, values that cannot be flown.
+/// A command other than NAV_WAYPOINT, or values that cannot be flown.
 pub fn guided_command(
     item: &MissionItem<i32>,
     limits: &ReferenceLimits,

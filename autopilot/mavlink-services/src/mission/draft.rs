@@ -1,4 +1,4 @@
-//! A plan on its way in: every item is checked when it comes, the plan as a whole takes force at the end.
+//! A plan during upload: every item is checked on receipt, and the whole plan takes effect at the end.
 
 use ::mavlink::dialects::common::MavMissionResult;
 
@@ -11,11 +11,11 @@ use flight_management::vehicle::geodesy::{Horizon, Site};
 use flight_management::vehicle::plan::{Action, Circle, ITEMS_MAX, Item, Plan};
 use flight_management::vehicle::rules::Rules;
 
-/// Longest way to the next point, m. Longer ones are on another continent: coordinates exchanged, or a plan
+/// Longest leg, m. A longer one ends on another continent: latitude and longitude exchanged, or a plan
 /// for another aircraft.
 const LEG_MAX_M: f64 = 5.0e6;
 
-/// Items that have come, in their order.
+/// Items received, in order.
 #[derive(Debug)]
 pub struct Draft {
     count: u16,
@@ -28,22 +28,22 @@ pub struct Draft {
     notes: Notes,
 }
 
-/// A plan whose items have all come.
+/// A plan whose items have all been received.
 #[derive(Debug)]
 pub struct Finished {
-    /// As it was sent.
+    /// As uploaded.
     pub stored: Stored,
-    /// As it is flown.
+    /// As flown.
     pub plan: Plan,
-    /// What is flown in another way than it is written.
+    /// Differences between the two.
     pub notes: Notes,
 }
 
 impl Draft {
-    /// Waits for so many items. `place` and `airspeed_m_s` are those of the aircraft now.
+    /// Waits for this many items. `place` and `airspeed_m_s` are the present ones of the aircraft.
     ///
     /// # Errors
-    /// More than a plan may have.
+    /// More items than a plan may have.
     pub fn new(
         count: u16,
         place: Option<Place>,
@@ -59,7 +59,7 @@ impl Draft {
         Ok(Self { count, wire, items, place, airspeed_m_s, notes: Notes::default() })
     }
 
-    /// How many items there will be.
+    /// Number of items to come in all.
     #[must_use]
     pub fn count(&self) -> u16 {
         self.count
@@ -71,16 +71,16 @@ impl Draft {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
     }
 
-    /// They are all here.
+    /// All items have been received.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.next() >= self.count
     }
 
-    /// Takes the next item. A delay is flown at the point before it.
+    /// Adds the next item. A delay is flown at the point before it.
     ///
     /// # Errors
-    /// [`Rejected`] names what of it cannot be flown.
+    /// [`Rejected`] names the value that cannot be flown.
     pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
         let seq = self.next();
         let mut taken = action::of(item, rules, &mut |note| self.notes.add(note, seq));
@@ -97,7 +97,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Checks an action against those before it, and what it changes for those after it.
+    /// Checks an action against the earlier ones, and records what it changes for the later ones.
     fn follow(&mut self, action: &Action, rules: &Rules) -> Result<(), Rejected> {
         match action {
             Action::Waypoint { point, .. } => self.go_to(point.place)?,
@@ -137,7 +137,7 @@ impl Draft {
         Ok(())
     }
 
-    /// A circle that is too small at the airspeed by then is widened.
+    /// A circle that is too small at the airspeed it will have is widened.
     fn circle(&mut self, circle: &Circle, rules: &Rules) {
         let (Some(radius_m), Some(airspeed_m_s)) = (circle.radius_m, self.airspeed_m_s) else {
             return;

@@ -1,5 +1,5 @@
-//! Fields of an item: numbers that are finite and in range, or a reason; and notes of what is accepted and not flown as it
-//! is written, reported once, when the plan is in force.
+//! Fields of an item: finite numbers in range, or a reason; and notes on differences between an accepted item and its
+//! flight, reported once, when the plan is in force.
 
 use ::mavlink::dialects::common::MavMissionResult as R;
 
@@ -10,15 +10,15 @@ use flight_management::vehicle::plan::Point;
 use flight_management::vehicle::{Place, Reference};
 
 /// MAV_FRAME of altitudes above mean sea level (the ellipsoid here) and above home. Home is on the ground,
-/// and the ground is at altitude zero, so that they are the same.
+/// and the ground is at altitude zero, so the two are the same.
 const FRAMES_WITH_ALTITUDE: [u8; 4] = [0, 5, 3, 6];
 /// "Not given" in x and y.
 const NOT_GIVEN: i32 = i32::MAX;
 
-/// Whether latitude and longitude zero mean the place of the aircraft, as the definitions have it for circles.
+/// Whether latitude and longitude zero mean the place of the aircraft, as the definitions say for circles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeros {
-    /// They do.
+    /// They mean the aircraft's place.
     AreHere,
     /// They are a place in the Atlantic.
     AreThere,
@@ -35,10 +35,10 @@ pub fn number(param: Param, what: &str, value: f32) -> Result<Option<f64>, Rejec
     Ok((!value.is_nan()).then(|| convert::decimal(value)))
 }
 
-/// A number that is not below zero; zero if it is not given.
+/// A number that is not negative; zero if not given.
 ///
 /// # Errors
-/// Infinite or below zero.
+/// Infinite or negative.
 pub fn positive(param: Param, what: &str, value: f32) -> Result<f64, Rejected> {
     let number = number(param, what, value)?.unwrap_or(0.0);
     if number < 0.0 {
@@ -47,10 +47,10 @@ pub fn positive(param: Param, what: &str, value: f32) -> Result<f64, Rejected> {
     Ok(number)
 }
 
-/// A number that must be zero or not given.
+/// A number that must be zero or not given; `reason` explains why.
 ///
 /// # Errors
-/// Anything else, for this reason.
+/// Any other value.
 pub fn none(param: Param, value: f32, reason: &str) -> Result<(), Rejected> {
     if value.is_nan() || value == 0.0 {
         Ok(())
@@ -62,7 +62,7 @@ pub fn none(param: Param, value: f32, reason: &str) -> Result<(), Rejected> {
 /// A number that must be 0, 1 or not given.
 ///
 /// # Errors
-/// Anything else.
+/// Any other value.
 pub fn flag(param: Param, what: &str, value: f32) -> Result<bool, Rejected> {
     if value.is_nan() || value == 0.0 {
         Ok(false)
@@ -76,7 +76,7 @@ pub fn flag(param: Param, what: &str, value: f32) -> Result<bool, Rejected> {
 /// A whole number of up to 16 bits.
 ///
 /// # Errors
-/// Anything else.
+/// Any other value.
 pub fn word(param: Param, what: &str, value: f32) -> Result<u16, Rejected> {
     if value.fract() == 0.0 && (0.0..=65_535.0).contains(&value) {
         #[expect(
@@ -89,10 +89,10 @@ pub fn word(param: Param, what: &str, value: f32) -> Result<u16, Rejected> {
     Err(Rejected::param(param, format!("{what} {value} is no whole number of 0 to 65535")))
 }
 
-/// The place and the altitude of an item; what is not given stays as it is.
+/// The place and the altitude of an item; values not given stay unchanged.
 ///
 /// # Errors
-/// A frame without altitudes, one coordinate without the other, no place on the Earth, an altitude outside
+/// A frame without altitudes, one coordinate without the other, a point not on the Earth, an altitude outside
 /// the limits.
 pub fn point(
     item: &MissionItem<i32>,
@@ -117,10 +117,10 @@ pub fn altitude(
     Ok(altitude_m)
 }
 
-/// The altitude of an item that is nothing without one.
+/// The altitude of an item that requires one.
 ///
 /// # Errors
-/// As [`altitude`], or none is given.
+/// As [`altitude`], or the altitude is not given.
 pub fn needed_altitude(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<f64, Rejected> {
     altitude(item, limits)?.ok_or_else(|| Rejected::param(Param::Z, "it needs an altitude"))
 }
@@ -162,7 +162,7 @@ pub struct Rejected {
     pub reason: String,
 }
 
-/// The parameters of an item by the number that the protocol gives them.
+/// The parameters of an item, by their number in the protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Param {
     /// param1.
@@ -182,7 +182,7 @@ pub enum Param {
 }
 
 impl Param {
-    /// The result that names it.
+    /// The MAV_MISSION_RESULT for the parameter.
     const fn result(self) -> R {
         match self {
             Self::P1 => R::MAV_MISSION_INVALID_PARAM1,
@@ -203,20 +203,20 @@ impl Rejected {
         Self { result: param.result(), reason: reason.into() }
     }
 
-    /// A command that is not flown.
+    /// An unsupported command.
     #[must_use]
     pub fn unsupported(reason: impl Into<String>) -> Self {
         Self { result: R::MAV_MISSION_UNSUPPORTED, reason: reason.into() }
     }
 
-    /// A frame in which no altitude is known.
+    /// A frame that gives no altitude.
     #[must_use]
     pub fn frame(frame: u8) -> Self {
         let reason = format!("frame {frame} is not 0, 3, 5 or 6");
         Self { result: R::MAV_MISSION_UNSUPPORTED_FRAME, reason }
     }
 
-    /// The same about an item of a plan.
+    /// The same refusal, with the number of an item of a plan.
     #[must_use]
     pub fn of_item(self, seq: u16) -> Self {
         Self { reason: format!("item {seq}: {}", self.reason), ..self }
@@ -234,7 +234,7 @@ pub enum Note {
     GroundSpeed,
     /// A takeoff.
     Takeoff,
-    /// A circle that cannot be flown so small at this airspeed, m/s; it needs this radius, m.
+    /// A circle too small for this airspeed, m/s; it needs this radius, m.
     Widened {
         /// Airspeed reference when the circle begins, m/s.
         airspeed_m_s: f64,
@@ -262,7 +262,7 @@ impl Note {
 pub struct Notes(Vec<(Note, u16, u16)>);
 
 impl Notes {
-    /// One more, about an item.
+    /// Adds a note about an item.
     pub fn add(&mut self, note: Note, item: u16) {
         let same = |known: &&mut (Note, u16, u16)| {
             core::mem::discriminant(&known.0) == core::mem::discriminant(&note)

@@ -1,5 +1,5 @@
-//! What ground stations send, item by item or as other commands, and how it ends: with the answer of the control side, or
-//! without one in time.
+//! Mission messages of ground stations, item by item or as other commands, and their completion: by the answer of the control side, or
+//! by a timeout.
 
 use std::sync::Arc;
 
@@ -19,11 +19,11 @@ use flight_management::vehicle::plan::Plan;
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Mode, Place};
 
-/// Why there is no upload to the lists that are always empty.
+/// Reason for refusing an upload to one of the lists that are always empty.
 const NOT_THERE: &str = "there are no fence and no rally points";
 
 impl MissionService {
-    /// MISSION_COUNT: an upload begins, or begins anew.
+    /// MISSION_COUNT: begins or restarts an upload.
     pub(super) fn begin(&mut self, list: ListKind, count: u16, reply: &mut Reply) {
         if count == 0 {
             return self.clear(list, reply);
@@ -59,7 +59,7 @@ impl MissionService {
         }
     }
 
-    /// What this ground station has begun is forgotten; nobody waits for its acknowledgement.
+    /// Forgets what this ground station has begun; it no longer waits for an acknowledgement.
     fn abandon(&mut self, from: From) {
         self.upload.take_if(|upload| upload.from == from);
         self.ended.take_if(|ended| ended.from == from);
@@ -107,10 +107,10 @@ impl MissionService {
         }
     }
 
-    /// An item that no upload waits for: its sender did not receive the acknowledgement, or a late copy.
+    /// An item outside any upload: its sender missed the acknowledgement, or it is a late copy.
     fn take_late_item(&mut self, seq: u16, reply: &mut Reply) {
         if self.waiting.plan_of(reply.from).is_some() {
-            // The acknowledgement will come.
+            // The acknowledgement follows later.
             return;
         }
         match self.ended.filter(|ended| ended.from == reply.from) {
@@ -128,7 +128,7 @@ impl MissionService {
         }
     }
 
-    /// MISSION_CLEAR_ALL, or an upload of nothing.
+    /// MISSION_CLEAR_ALL, or an upload of no items.
     pub(super) fn clear(&mut self, list: ListKind, reply: &mut Reply) {
         if EMPTY_LISTS.contains(&list) {
             return reply.ack(list, R::MAV_MISSION_ACCEPTED);
@@ -140,7 +140,7 @@ impl MissionService {
         self.replace(Stored::default(), Plan::default(), Notes::default(), list, reply);
     }
 
-    /// Asks the control side to take a plan.
+    /// Requests the control side to take a plan.
     fn replace(
         &mut self,
         stored: Stored,
@@ -153,7 +153,7 @@ impl MissionService {
         self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, reply);
     }
 
-    /// Sends a command to the control side; its outcome is acknowledged for `list`.
+    /// Sends a command to the control side; its outcome becomes the acknowledgement for `list`.
     pub(super) fn request(
         &mut self,
         command: VehicleCommand,
@@ -180,7 +180,7 @@ impl MissionService {
 const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
 
 impl MissionService {
-    /// Takes the outcome of an intent.
+    /// Handles the outcome of an intent.
     pub(super) fn resolve(
         &mut self,
         number: u32,
@@ -188,7 +188,7 @@ impl MissionService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        // Other services have intents too.
+        // Other services have open intents too.
         let Some(waiting) = self.waiting.take(number) else {
             return self.take_restored(number, outcome, now, shared);
         };
@@ -203,7 +203,7 @@ impl MissionService {
                 R::MAV_MISSION_ERROR
             }
         };
-        // A plan steers only the mode that flies it: uploading one takes no running stream its control.
+        // A plan steers only the mode that flies it: an upload does not take control from a running stream.
         let steers =
             matches!(waiting.what, What::Guided) || shared.aircraft.mode() == Mode::Mission;
         if result == R::MAV_MISSION_ACCEPTED && steers {
@@ -216,7 +216,7 @@ impl MissionService {
         }
     }
 
-    /// Does what follows from the end of a command. Returns the id of the plan that came into force by it.
+    /// Completes a command. Returns the id of the plan that it put into force.
     fn settle(&mut self, waiting: &Waiting, result: R, now: WallTime, shared: &mut Shared) -> u32 {
         let accepted = result == R::MAV_MISSION_ACCEPTED;
         match &waiting.what {
@@ -249,7 +249,7 @@ impl MissionService {
         }
     }
 
-    /// Answers commands without an outcome, and an upload without the next item.
+    /// Answers commands without an outcome, and an upload whose next item is missing.
     pub(super) fn give_up_overdue(&mut self, now: WallTime, shared: &mut Shared) {
         while let Some((from, list)) = self.waiting.next_overdue(now) {
             shared.texts.warn(now, NO_ANSWER);

@@ -1,4 +1,4 @@
-//! The plan that is kept for the next start of the program, as TOML, and how it is restored: as an upload, and not started.
+//! The plan saved for the next start of the program, as TOML, and its restoration: like an upload, and not started.
 //! `autopilot::io::store` writes the file.
 
 use std::sync::Arc;
@@ -17,23 +17,23 @@ use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::vehicle::plan::ITEMS_MAX;
 use flight_management::vehicle::rules::Rules;
 
-/// What stands above the items.
+/// Header of the file, above the items.
 const HEADER: &str = "\
 # The plan that a ground station has uploaded: its items as MISSION_ITEM_INT has them.
 # Written anew, comments and all, whenever the plan changes.
 ";
 
-/// Why a saved plan cannot be used.
+/// Why the saved plan cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {problem}; mend or delete the file, or start with --parameter-file none")]
 pub struct SavedPlanError {
     /// The file.
     pub file: String,
-    /// What is wrong with it.
+    /// The error in it.
     pub problem: String,
 }
 
-/// The file: how many items there are, and the items. The number shows a file that lost its end.
+/// The file: the number of items, and the items. The number reveals a truncated file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -54,12 +54,12 @@ struct SavedItem {
     z: f32,
 }
 
-/// A plan that was uploaded in an earlier run of the program. Whether it can be flown is not known yet.
+/// A plan that was uploaded in an earlier run of the program. It has not been checked against the aircraft yet.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SavedPlan(pub(super) Vec<MissionItem<i32>>);
 
 impl SavedPlan {
-    /// How many items there are.
+    /// Number of items.
     #[must_use]
     pub fn count(&self) -> usize {
         self.0.len()
@@ -68,7 +68,7 @@ impl SavedPlan {
     /// The plan in `text`, which comes from `file`.
     ///
     /// # Errors
-    /// [`SavedPlanError`] names the file, the line and what is wrong with it.
+    /// [`SavedPlanError`] names the file, the line and the error.
     pub fn from_text(file: &str, text: &str) -> Result<Self, SavedPlanError> {
         let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
         let File { count, item } = toml::from_str(text)
@@ -108,7 +108,7 @@ fn to_text(plan: &Stored) -> String {
     format!("{HEADER}{items}")
 }
 
-/// What is to be written.
+/// State of the saving.
 #[derive(Debug, Default)]
 pub(super) struct PlanKeeper {
     is_on: bool,
@@ -117,7 +117,7 @@ pub(super) struct PlanKeeper {
 }
 
 impl PlanKeeper {
-    /// From now on every plan in force is kept.
+    /// Every plan in force is saved.
     pub(super) fn begin(&mut self) {
         self.is_on = true;
     }
@@ -134,27 +134,27 @@ impl PlanKeeper {
         self.next.take()
     }
 
-    /// Why the plan in force is not kept.
+    /// Why the plan in force is not saved.
     pub(super) fn failure(&self, saved: &Saved) -> Option<String> {
         let reason = saved.result.as_ref().err()?;
         Some(format!("The plan is not saved: {reason}"))
     }
 }
 
-/// What becomes of a saved plan.
+/// State of the restoration.
 #[derive(Debug, Default)]
 pub(super) enum Restoring {
-    /// There is none, or it is in force, or it was refused.
+    /// There is no saved plan, or it is in force, or it was refused.
     #[default]
     Nothing,
-    /// It was not requested from the control side yet.
+    /// The control side has not received it yet.
     Waiting(SavedPlan),
-    /// It was requested by the intent with this number.
+    /// The intent with this number requests it.
     Requested(u32, Arc<Stored>, Notes),
 }
 
 impl MissionService {
-    /// From now on plans are kept for the next start; `saved` is what is kept already.
+    /// Saves plans for the next start from now on; `saved` is the saved plan.
     pub fn keep(&mut self, saved: SavedPlan) {
         self.keeper.begin();
         if saved.count() > 0 {
@@ -162,7 +162,7 @@ impl MissionService {
         }
     }
 
-    /// Commands the control side to take the saved plan, once.
+    /// Requests the control side, once, to take the saved plan.
     pub(super) fn restore(&mut self, now: WallTime, shared: &mut Shared) {
         if !matches!(self.restoring, Restoring::Waiting(_)) || shared.intents.room() == 0 {
             return;
@@ -180,7 +180,7 @@ impl MissionService {
         }
     }
 
-    /// Takes the outcome of an intent, if it is the one of the saved plan.
+    /// Handles the outcome of an intent, if it is the one with the saved plan.
     pub(super) fn take_restored(
         &mut self,
         number: u32,
@@ -209,12 +209,12 @@ impl MissionService {
         };
     }
 
-    /// Next text of the plan file.
+    /// Next content of the plan file.
     pub fn pop_save(&mut self) -> Option<Save> {
         self.keeper.pop()
     }
 
-    /// Takes what became of a save.
+    /// Handles the result of a save.
     pub fn handle_saved(&mut self, saved: &Saved, now: WallTime, shared: &mut Shared) {
         if let Some(text) = self.keeper.failure(saved) {
             shared.texts.warn(now, text);
@@ -222,7 +222,7 @@ impl MissionService {
     }
 }
 
-/// The items one after the other, as an upload takes them. Where the aircraft is does not matter yet.
+/// Adds the items one after the other, as an upload does. The present place of the aircraft does not matter yet.
 fn checked(saved: &SavedPlan, rules: &Rules) -> Result<Finished, Rejected> {
     let count = u16::try_from(saved.count()).unwrap_or(u16::MAX);
     let mut draft = Draft::new(count, None, None)?;

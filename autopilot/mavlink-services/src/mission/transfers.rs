@@ -1,4 +1,4 @@
-//! Uploads and downloads under way, and the commands whose outcome is still open.
+//! Uploads and downloads in progress, and the commands whose outcome is still open.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -11,21 +11,21 @@ use crate::mission::wire::Stored;
 use crate::peers::From;
 use crate::wall_time::WallTime;
 
-/// An item that does not come is requested again after this. Ground stations wait half a second to one and
-/// a half, and then send the item before once more.
+/// A missing item is requested again after this time. Ground stations wait half a second to one and
+/// a half, and then repeat the previous item.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
-/// Requests for one item, the first one included, until the upload is given up.
+/// Requests for one item, including the first, before the upload is given up.
 const TRIES_MAX: u32 = 5;
-/// An item that is not the next one leads to a new request, but not more often than this: every copy of an
+/// An item out of order leads to a new request, but not more often than this: otherwise every copy of an
 /// item would lead to a copy of all that follow.
 const AGAIN: Duration = Duration::from_millis(200);
 
 /// An upload.
 #[derive(Debug)]
 pub struct Upload {
-    /// Who uploads.
+    /// Station that uploads.
     pub from: From,
-    /// What has come.
+    /// Items received.
     pub draft: Draft,
     requested_at: WallTime,
     tries: u32,
@@ -33,7 +33,7 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Nothing has come, and the first item was not requested.
+    /// No item has arrived, and the first was never requested.
     #[must_use]
     pub fn new(from: From, draft: Draft) -> Self {
         Self { from, draft, requested_at: WallTime::ZERO, tries: 0, as_int: true }
@@ -47,14 +47,14 @@ impl Upload {
         wire::request(self.draft.next(), self.as_int, self.from.sender)
     }
 
-    /// The request for the item after one that has come.
+    /// The request for the item after the one just received.
     #[must_use]
     pub fn request_next(&mut self, now: WallTime) -> Encoded {
         self.tries = 0;
         self.request(now)
     }
 
-    /// The request once more, since something else came; `None` if it has just been sent.
+    /// The request once more, after another item has arrived; `None` if it has just been sent.
     #[must_use]
     pub fn request_again(&mut self, now: WallTime) -> Option<Encoded> {
         (now.since(self.requested_at) >= AGAIN).then(|| {
@@ -63,20 +63,20 @@ impl Upload {
         })
     }
 
-    /// The ground station does not know the request: the other one of the two.
+    /// The ground station does not know the request: use the other one of the two.
     #[must_use]
     pub fn request_otherwise(&mut self, now: WallTime) -> Encoded {
         self.as_int = !self.as_int;
         self.request(now)
     }
 
-    /// When the request will be sent once more, or the upload given up.
+    /// When to repeat the request, or to give up the upload.
     #[must_use]
     pub fn deadline(&self) -> WallTime {
         self.requested_at + REQUEST_TIMEOUT
     }
 
-    /// The next item was requested often enough.
+    /// The next item was requested as often as allowed.
     #[must_use]
     pub fn is_hopeless(&self) -> bool {
         self.tries >= TRIES_MAX
@@ -85,7 +85,7 @@ impl Upload {
 
 /// Downloads at the same time; the one with the oldest request makes room.
 const DOWNLOADS_MAX: usize = 16;
-/// Without a request for this long a download is over.
+/// A download is over after this long without a request.
 const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
 
 #[derive(Debug)]
@@ -100,7 +100,7 @@ struct Download {
 pub struct Downloads(Vec<Download>);
 
 impl Downloads {
-    /// A station requests the list.
+    /// Records that a station requests the list.
     pub fn begin(&mut self, from: From, plan: &Arc<Stored>, now: WallTime) {
         self.end(from);
         if self.0.len() >= DOWNLOADS_MAX {
@@ -113,7 +113,7 @@ impl Downloads {
         self.0.push(Download { from, plan: Arc::clone(plan), requested_at: now });
     }
 
-    /// The plan that a station downloads; `None` if nothing is under way.
+    /// The plan that a station downloads; `None` if it has no download.
     pub fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
         self.0.retain(|download| now.since(download.requested_at) < DOWNLOAD_TIMEOUT);
         let download = self.0.iter_mut().find(|download| download.from == from)?;
@@ -129,17 +129,17 @@ impl Downloads {
 
 /// Commands that may be open at the same time.
 const WAITING_MAX: usize = 32;
-/// After this time the service answers that there was no outcome. It still takes one that comes later.
+/// After this time the service answers that there was no outcome. It still handles an outcome that arrives later.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// What was requested.
+/// Request of an open command.
 #[derive(Debug)]
 pub enum What {
     /// Another plan.
     Plan {
-        /// As it was sent.
+        /// The plan as uploaded.
         stored: Arc<Stored>,
-        /// What to report when it is in force.
+        /// What to report when it takes effect.
         notes: Notes,
     },
     /// Another current item.
@@ -153,11 +153,11 @@ pub enum What {
 pub struct Waiting {
     /// Number of the intent.
     pub number: u32,
-    /// Who requested it.
+    /// Station that requested it.
     pub from: From,
     /// List to acknowledge; `None`: no station waits for an acknowledgement.
     pub list: Option<ListKind>,
-    /// What.
+    /// Request.
     pub what: What,
     since: WallTime,
     overdue: bool,
@@ -168,13 +168,13 @@ pub struct Waiting {
 pub struct WaitingList(Vec<Waiting>);
 
 impl WaitingList {
-    /// One more command can be kept.
+    /// There is room for another command.
     #[must_use]
     pub fn has_room(&self) -> bool {
         self.0.iter().filter(|waiting| !waiting.overdue).count() < WAITING_MAX
     }
 
-    /// Keeps a command. One that never had an outcome makes room.
+    /// Adds a command. One that never had an outcome makes room.
     pub fn keep(
         &mut self,
         number: u32,
@@ -197,7 +197,7 @@ impl WaitingList {
         Some(self.0.remove(place))
     }
 
-    /// Somebody who waits for a plan to take force.
+    /// A station that waits for a plan to take effect.
     pub fn plan_of(&mut self, from: From) -> Option<&mut Waiting> {
         self.0.iter_mut().find(|waiting| {
             waiting.from == from
@@ -206,7 +206,7 @@ impl WaitingList {
         })
     }
 
-    /// The next command that has become overdue: who waits, and the list to acknowledge.
+    /// The next overdue command: the waiting station, and the list to acknowledge.
     pub fn next_overdue(&mut self, now: WallTime) -> Option<(From, Option<ListKind>)> {
         let waiting = self
             .0

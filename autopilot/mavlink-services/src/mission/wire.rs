@@ -1,4 +1,4 @@
-//! Messages of the mission protocol that the autopilot sends, and items as they are kept.
+//! Messages of the mission protocol that the autopilot sends, and items as stored.
 
 #![expect(deprecated, reason = "ground stations without integer items get MISSION_REQUEST")]
 
@@ -23,14 +23,14 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Keeps items; the id is the same for the same items, also after a new start of the autopilot.
+    /// Stores items; the same items have the same id, also after a restart of the autopilot.
     #[must_use]
     pub fn new(items: Vec<MissionItem<i32>>) -> Self {
         let id = if items.is_empty() { 0 } else { hash(&items).max(1) };
         Self { id, items }
     }
 
-    /// How many items there are.
+    /// Number of items.
     #[must_use]
     pub fn count(&self) -> u16 {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
@@ -45,7 +45,7 @@ fn hash(items: &[MissionItem<i32>]) -> u32 {
     hasher.finalize()
 }
 
-/// The old form with floats as the new form with integers.
+/// The older form with floats as the newer form with integers.
 #[must_use]
 pub fn with_integers(item: &MissionItem<f32>) -> MissionItem<i32> {
     let whole = |value: f32| {
@@ -78,7 +78,7 @@ pub fn request(seq: u16, as_int: bool, to: Identity) -> Encoded {
     }
 }
 
-/// MISSION_ACK; `id` is that of the new plan.
+/// MISSION_ACK; `id` identifies the new plan.
 #[must_use]
 pub fn ack(list: ListKind, result: MavMissionResult, id: u32, to: Identity) -> Encoded {
     let mut payload = vec![to.system, to.component, result as u8, list.0];

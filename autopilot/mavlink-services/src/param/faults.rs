@@ -5,8 +5,8 @@
 //!                 └refused───────────┴refused, silent──> PARAM_VALUE as it is, and a text with the reason
 //! ```
 //!
-//! The value is what is on the list, whoever injected it: what acts, else what acts next. So 0 always clears it. It
-//! is announced whenever it changes.
+//! The value is the fault on the list, whichever client injected it: the active one, else the next one. So 0 always clears it. The
+//! service publishes every change.
 
 use core::time::Duration;
 
@@ -36,11 +36,11 @@ struct Open {
     /// The value that was set.
     target: u8,
     since: WallTime,
-    /// The plant has done it, but its report is not there yet.
+    /// The plant has executed it, but its report has not arrived yet.
     is_done: bool,
 }
 
-/// What a fault parameter owes an answer.
+/// An answer due for a fault parameter.
 #[derive(Debug)]
 pub(super) struct Answer {
     pub(super) from: From,
@@ -49,19 +49,19 @@ pub(super) struct Answer {
     pub(super) refused: Option<String>,
 }
 
-/// The commands that wait for the plant, and the values as they were published.
+/// The commands that wait for the plant, and the values as published.
 #[derive(Debug, Default)]
 pub(super) struct FaultParameters {
     open: Vec<Open>,
     published: PerEffector<u8>,
 }
 
-/// FAILURE_TYPE of what acts on an effector, else of what does so next; 0 for nothing.
+/// FAILURE_TYPE of the active fault of an effector, else of the next one; 0 for none.
 pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
     faults.foremost(effector).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
 }
 
-/// The plant has accepted the command, but another fault is there, or none.
+/// The plant has accepted the command, but the list shows another fault, or none.
 fn not_as_set(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
     let name = effectors.name(effector);
     match faults.foremost(effector) {
@@ -74,10 +74,10 @@ fn not_as_set(effector: Effector, faults: &FaultList, effectors: &EffectorList) 
 }
 
 impl FaultParameters {
-    /// Requests the fault of a PARAM_SET from the plant; false if it is there already.
+    /// Requests the fault of a PARAM_SET from the plant; false if the plant has it already.
     ///
     /// # Errors
-    /// Why nothing is requested from the plant.
+    /// Why the command yields no request.
     pub(super) fn set(
         &mut self,
         from: From,
@@ -94,7 +94,7 @@ impl FaultParameters {
         };
         let target = failure_type.code();
         if target == 0 && !shared.aircraft.faults().names(effector) {
-            // Nothing to clear: a table of parameters that is sent back changes nothing.
+            // Nothing to clear: sending a whole parameter table back changes nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());
@@ -116,7 +116,7 @@ impl FaultParameters {
         Ok(true)
     }
 
-    /// Takes the outcome of an intent; what can be answered now.
+    /// Handles the outcome of an intent; returns an answer that is due.
     pub(super) fn handle_outcome(
         &mut self,
         number: u32,
@@ -141,7 +141,7 @@ impl FaultParameters {
         Some(Answer { from, effector, refused })
     }
 
-    /// What can be answered now: values that are on the list as they were set, and commands that wait for too long.
+    /// Answers that are due: values that are on the list as they were set, and commands that have waited for too long.
     pub(super) fn answers(
         &mut self,
         now: WallTime,
@@ -165,8 +165,8 @@ impl FaultParameters {
         .collect()
     }
 
-    /// Effectors whose value is another than the published one. One with an open command waits for its answer:
-    /// between the end of a fault and the one in its place no value is worth publishing.
+    /// Effectors whose value differs from the published one. One with an open command waits for its answer:
+    /// the value between the end of a fault and the onset of its replacement is not worth publishing.
     pub(super) fn changed(
         &mut self,
         faults: &FaultList,
@@ -181,7 +181,7 @@ impl FaultParameters {
         changed.collect()
     }
 
-    /// When the first command has waited for too long.
+    /// When the first command will have waited for too long.
     pub(super) fn next_deadline(&self) -> Option<WallTime> {
         self.open.iter().map(|open| open.since + ANSWER_TIMEOUT).min()
     }

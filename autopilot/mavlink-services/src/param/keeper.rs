@@ -1,5 +1,5 @@
-//! What is kept of the parameters for the next start. Which file, and writing it, is the business of
-//! `autopilot::io::store`.
+//! The parameters saved for the next start. `autopilot::io::store` knows which file, and
+//! writes it.
 
 use crate::peers::From;
 use flight_management::parameters::{ParameterError, Parameters, to_text};
@@ -7,30 +7,30 @@ use flight_management::parameters::{ParameterError, Parameters, to_text};
 /// Requests that may wait for their save.
 const WAITING_MAX: usize = 16;
 
-/// A text to be saved.
+/// A content to be saved.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Save {
-    /// Number that [`Saved`] repeats; later texts have larger ones.
+    /// Number that [`Saved`] repeats; later contents have larger ones.
     pub number: u64,
     /// The whole file.
     pub text: String,
-    /// Somebody waits for it.
+    /// A client waits for it.
     pub at_once: bool,
 }
 
-/// What became of a save.
+/// Result of a save.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Saved {
-    /// The latest save that it is about.
+    /// The latest save that it covers.
     pub number: u64,
-    /// Why not, as a text for the operator.
+    /// Reason of a failure, as a text for the operator.
     pub result: Result<(), String>,
 }
 
-/// What is kept, and who waits for it.
+/// The set to save, and the clients that wait for it.
 #[derive(Debug, Default)]
 pub(super) struct Keeper {
-    /// `None` where nothing is kept.
+    /// `None` where nothing is saved.
     kept: Option<Parameters>,
     last_number: u64,
     next: Option<Save>,
@@ -46,13 +46,13 @@ pub(super) enum Transition {
 }
 
 impl Keeper {
-    /// From now on changes are kept; `kept` is what is kept already.
+    /// Saves changes from now on; `kept` is the saved set.
     pub(super) fn begin(&mut self, kept: Parameters) {
         self.kept = Some(kept);
     }
 
-    /// Keeps a value that was set. What the command line set is not kept, so the kept set can be one that
-    /// does not fit together although the set that flies does.
+    /// Records a value that was set. Values from the command line are not saved, so the saved set can be
+    /// inconsistent although the active set is valid.
     pub(super) fn keep(
         &mut self,
         name: &str,
@@ -68,7 +68,7 @@ impl Keeper {
         Ok(())
     }
 
-    /// Keeps nothing but defaults.
+    /// Resets the saved set to the defaults.
     pub(super) fn reset(&mut self, defaults: &Parameters) {
         if let Some(kept) = self.kept.as_mut() {
             *kept = *defaults;
@@ -84,12 +84,12 @@ impl Keeper {
         self.next = Some(Save { number: self.last_number, text, at_once });
     }
 
-    /// So many wait for a save that nobody else can.
+    /// Whether the list of waiting clients is full.
     pub(super) fn is_crowded(&self) -> bool {
         self.waiting.len() >= WAITING_MAX
     }
 
-    /// A station waits until everything is saved. False where nothing is kept, or too many wait.
+    /// Adds a client that waits until everything is saved. False where nothing is saved, or too many wait.
     pub(super) fn wait(&mut self, from: From, defaults: &Parameters) -> bool {
         if self.kept.is_none() || self.is_crowded() {
             return false;
@@ -99,12 +99,12 @@ impl Keeper {
         true
     }
 
-    /// Next text to be saved.
+    /// Next content to be saved.
     pub(super) fn pop(&mut self) -> Option<Save> {
         self.next.take()
     }
 
-    /// Takes what became of a save; gives those who waited for it.
+    /// Handles the result of a save; returns the clients that waited for it.
     pub(super) fn handle(&mut self, saved: &Saved) -> (Vec<From>, Option<Transition>) {
         let done = self.waiting.extract_if(.., |(_, number)| *number <= saved.number);
         let answered = done.map(|(from, _)| from).collect();

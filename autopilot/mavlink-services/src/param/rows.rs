@@ -19,7 +19,7 @@ use super::faults;
 /// One row of the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Row {
-    /// Place in the list.
+    /// Index in the list.
     pub index: usize,
     pub name: ParameterName,
     pub kind: Kind,
@@ -27,14 +27,14 @@ pub(crate) struct Row {
     pub source: Source,
 }
 
-/// Which table a row comes from.
+/// Table that a row comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
-    /// It means something.
+    /// A tunable of the autopilot.
     Own,
-    /// It is there for ground stations.
+    /// Present for ground stations only, without effect.
     Compatibility,
-    /// It breaks this effector.
+    /// A fault of this effector.
     Fault(Effector),
 }
 
@@ -43,17 +43,17 @@ pub(super) fn count(effectors: &EffectorList) -> usize {
     table().len() + COMPATIBILITY.len() + effectors.len()
 }
 
-/// A name of a table; the tables have none that is longer.
+/// A name of a table; none of the tables has a longer one.
 fn name_of(name: &str) -> ParameterName {
     ParameterName::from(name).unwrap_or_default()
 }
 
-/// The row at `index`: first the tunables, then those for ground stations, then those that break something.
+/// The row at `index`: first the tunables, then those for ground stations, then the fault parameters.
 pub(super) fn row(index: usize, shared: &Shared) -> Option<Row> {
     row_with(index, &shared.parameters, shared)
 }
 
-/// The same row of other parameters.
+/// The same row with the values of other parameters.
 pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -> Option<Row> {
     let rows = table();
     if let Some(row) = rows.get(index) {
@@ -88,7 +88,7 @@ pub(super) fn find(id: &[u8; 16], shared: &Shared) -> Option<Row> {
     row(all.position(|candidate| candidate.as_bytes() == name)?, shared)
 }
 
-/// The row that breaks an effector.
+/// The fault parameter of the effector.
 pub(super) fn row_of(effector: Effector, shared: &Shared) -> Option<Row> {
     let effectors = shared.effectors();
     effectors.contains(effector).then_some(())?;

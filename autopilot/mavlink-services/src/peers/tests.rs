@@ -49,7 +49,7 @@ fn the_same_place_by_two_sockets_is_two_peers() {
 }
 
 #[test]
-fn each_link_has_a_number_of_its_own_for_as_long_as_its_peer_is_known() {
+fn each_link_has_its_own_number_for_as_long_as_its_peer_is_known() {
     let mut peers = Peers::new(&[address(14_550), address(14_540)]);
     let links = |peers: &Peers| peers.entries.iter().map(|e| e.link).collect::<Vec<_>>();
     peers.open(Connection(0), true, seconds(0)).unwrap();
@@ -91,7 +91,7 @@ fn a_connection_may_be_silent_and_is_gone_when_it_is_closed() {
     assert_eq!(peers.receive(Address::Tcp(Connection(0)), seconds(3_601)), None, "it is closed");
 }
 
-/// Who comes from `ports` and gets a place or has one, at `s`.
+/// The senders at `ports` that have a place after sending at `s`.
 fn served(peers: &mut Peers, ports: core::ops::Range<u16>, s: u64) -> Vec<u16> {
     ports.filter(|port| peers.receive(address(*port), seconds(s)).is_some()).collect()
 }
@@ -119,7 +119,7 @@ fn a_crowd_displaces_no_active_peer_that_came_before_it() {
     let operators: Vec<Peer> =
         (0..4).map(|port| peers.receive(address(port), seconds(port.into())).unwrap()).collect();
     for s in 4..100 {
-        // Operators send heartbeats, the crowd sends from ever new places.
+        // Operators send heartbeats, the crowd sends from ever new addresses.
         served(&mut peers, 0..4, s);
         let first = 1_000 + 200 * u16::try_from(s).unwrap();
         served(&mut peers, first..first + 200, s);

@@ -1,4 +1,4 @@
-//! The commands: one table; the longer ones have a file of their own.
+//! The commands: one table; the longer ones have their own file.
 
 use std::fmt::Write as _;
 
@@ -18,25 +18,25 @@ mod failure;
 mod param;
 mod status;
 
-/// What a command prints, or why nothing is done.
+/// Output of a command, or why it does nothing.
 pub(super) type Answer = Result<Output, String>;
 
-/// What a command prints, and what it passes on to the aircraft.
+/// Output of a command, and the commands that it sends to the aircraft.
 #[derive(Debug, Default)]
 pub(super) struct Output {
-    /// Printed when the aircraft has done every command; at once if there is none. Lines with their ends.
+    /// Printed when the aircraft has executed every command; at once if there is none. Lines with their ends.
     pub(super) text: String,
     /// Each with the target of its fault.
     pub(super) commands: Vec<(Command, Option<Target>)>,
 }
 
 impl Output {
-    /// Only a text.
+    /// A text without commands.
     fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), commands: Vec::new() }
     }
 
-    /// One command, and the text when it is done.
+    /// One command, and the text to print once it is executed.
     fn command(command: impl Into<Command>, text: impl Into<String>) -> Self {
         Self { text: text.into(), commands: vec![(command.into(), None)] }
     }
@@ -47,7 +47,7 @@ struct ShellCommand {
     name: &'static str,
     /// One line for each form, without the name.
     forms: &'static [&'static str],
-    /// What it does, in one line.
+    /// Purpose, in one line.
     about: &'static str,
     /// The rest of its help.
     details: fn(&EffectorList) -> String,
@@ -147,7 +147,7 @@ static TABLE: [ShellCommand; 12] = [
     },
 ];
 
-/// One line of help is enough.
+// One line of help is enough.
 fn no_details(_: &EffectorList) -> String {
     String::new()
 }
@@ -187,7 +187,7 @@ fn help(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     Ok(Output::text(text))
 }
 
-/// How a command is used, as the reason why it was not run.
+/// The usage of a command, as the reason why it did not run.
 fn usage(name: &str) -> String {
     let forms = find(name).map_or(&[][..], |command| command.forms);
     let forms: Vec<String> =
@@ -338,7 +338,7 @@ fn start_script(which: &str, shared: &mut Shared) -> Answer {
     Ok(Output::command(ScriptCommand::Run(script), text))
 }
 
-/// One line for each file, then the scenario's script. The one that runs is marked.
+/// One line for each file, then the scenario's script. The running one is marked.
 fn scripts_text(scripts: &Scripts) -> String {
     let running = scripts.running().map(Script::name);
     let mark = |name: &str| if running == Some(name) { '*' } else { ' ' };
@@ -357,7 +357,7 @@ fn scripts_text(scripts: &Scripts) -> String {
     text
 }
 
-/// The script that runs, and for each of its sequences the line that is next.
+/// The running script, and for each of its sequences the next line.
 fn script_status(scripts: &Scripts) -> String {
     let Some(script) = scripts.running() else { return "No script runs\n".into() };
     let mut text = format!("Script runs: {}\n", script.name());

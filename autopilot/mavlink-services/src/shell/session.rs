@@ -1,4 +1,4 @@
-//! One console: the lines that wait, the command that runs, the output that is not sent yet.
+//! One console: the waiting lines, the running command, and the output not sent yet.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -16,32 +16,32 @@ use flight_management::vehicle::Mode;
 
 /// Lines that may wait behind a command. More are refused with a text.
 const LINES_MAX: usize = 32;
-/// Output that may wait before no further line is run, bytes.
+/// Output that may wait before no further line runs, bytes.
 const OUTPUT_FULL: usize = 8 * 1024;
-/// After this the answer is that there was none.
+/// A command without an answer is given up after this.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 const NO_ANSWER: &str = "the aircraft does not answer";
-/// What is printed when a line is done.
+/// Text to print when a line is done.
 pub(super) const PROMPT: &str = "two-step> ";
 
-/// One intent of the command that runs.
+/// One intent of the running command.
 #[derive(Debug)]
 struct Part {
     number: u32,
     target: Option<Target>,
 }
 
-/// The command that waits for the aircraft.
+/// The running command, which waits for the aircraft.
 #[derive(Debug)]
 struct Running {
     since: WallTime,
     parts: Vec<Part>,
-    /// The text when every part is done.
+    /// The text to print when every part is done.
     done: String,
     has_failed: bool,
-    /// A fault was taken off the list.
+    /// A fault was removed from the list.
     has_mended: bool,
-    /// There was none to take off, of one part at least.
+    /// At least one part had no fault to remove.
     nothing_to_mend: bool,
     steers: bool,
     mode: Option<Mode>,
@@ -52,9 +52,9 @@ struct Running {
 pub(super) struct Session {
     pub(super) from: From,
     pub(super) received: WallTime,
-    /// The other side listens.
+    /// The client expects output.
     expects_answers: bool,
-    /// The other side has got its first prompt.
+    /// The client has received its first prompt.
     is_prompted: bool,
     buffer: LineBuffer,
     lines: VecDeque<String>,
@@ -78,8 +78,8 @@ impl Session {
         }
     }
 
-    /// Whether the other side listens. The first time that it does, it gets a prompt: its page has just opened, or
-    /// this is the first that it sends.
+    /// Records whether the client expects output. The first time that it does, it gets a prompt: its page has just opened, or
+    /// this is its first message.
     pub(super) fn listens(&mut self, expects_answers: bool) {
         self.expects_answers = expects_answers;
         if expects_answers && !self.is_prompted {
@@ -88,7 +88,7 @@ impl Session {
         }
     }
 
-    /// Takes what was typed.
+    /// Handles typed bytes.
     pub(super) fn take(&mut self, typed: &[u8]) {
         for byte in typed {
             match self.buffer.push(*byte) {
@@ -101,18 +101,18 @@ impl Session {
         }
     }
 
-    /// The next line can be run.
+    /// Whether the next line can run.
     pub(super) fn is_ready(&self) -> bool {
         let has_line = !self.lines.is_empty();
         has_line && self.running.is_none() && self.output.len() < OUTPUT_FULL
     }
 
-    /// The next line to run, after its echo: a line that waited stands behind the prompt of the line before it. One
+    /// The next line to run, after its echo: the echo of a line that waited follows the prompt of the line before it. A line
     /// that is an error already is answered here.
     pub(super) fn next_line(&mut self) -> Option<String> {
         let line = self.lines.pop_front()?;
         let error = line.strip_prefix(ERROR_LINE);
-        // Consoles clear the line that was typed when they send it, and expect it back.
+        // Consoles clear the typed line when they send it, and expect its echo.
         self.print(if error.is_some() { "" } else { &line });
         self.print("\n");
         if let Some(error) = error {
@@ -122,7 +122,7 @@ impl Session {
         Some(line)
     }
 
-    /// Takes the answer of a command: prints it, or passes its commands on to the aircraft.
+    /// Handles the result of a command: prints it, or sends its commands to the aircraft.
     pub(super) fn answer(&mut self, answer: Answer, now: WallTime, shared: &mut Shared) {
         match answer {
             Ok(Output { text, commands }) if commands.is_empty() => self.finish(&text),
@@ -155,12 +155,12 @@ impl Session {
         });
     }
 
-    /// It waits for this mode.
+    /// Whether the running command waits for this mode.
     pub(super) fn waits_for(&self, mode: Mode) -> bool {
         self.running.as_ref().is_some_and(|running| running.mode == Some(mode))
     }
 
-    /// Takes the outcome of an intent; prints it if it is one of the command that runs.
+    /// Handles the outcome of an intent; prints it if it belongs to the running command.
     pub(super) fn handle_outcome(&mut self, number: u32, outcome: &Outcome, shared: &mut Shared) {
         let Some(running) = self.running.as_mut() else { return };
         let Some(place) = running.parts.iter().position(|part| part.number == number) else {
@@ -168,7 +168,7 @@ impl Session {
         };
         let part = running.parts.remove(place);
         if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
-            // What was on the list goes off it behind this answer.
+            // A fault on the list leaves it after this answer.
             let faults = shared.aircraft.faults();
             let is_news = match part.target {
                 Some(target) => faults.names(target),
@@ -183,7 +183,7 @@ impl Session {
         let (line, has_failed) = line_of(part.target, outcome, shared.effectors());
         running.has_failed |= has_failed;
         if has_failed {
-            // Who typed it reads it here; the others find it in the flight log.
+            // This client reads it here; the others find it in the flight log.
             shared
                 .texts
                 .log(MavSeverity::MAV_SEVERITY_WARNING, format!("Shell: {}", line.trim_end()));
@@ -192,7 +192,7 @@ impl Session {
         self.close_if_done(shared);
     }
 
-    /// Gives up a command that has had no answer for too long.
+    /// Gives up a command that has waited too long for an answer.
     pub(super) fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         let is_over = |running: &&mut Running| now.since(running.since) >= ANSWER_TIMEOUT;
         let Some(running) = self.running.as_mut().filter(is_over) else { return };
@@ -221,12 +221,12 @@ impl Session {
         self.finish(&running.done);
     }
 
-    /// When the command that runs is given up.
+    /// When the running command is given up.
     pub(super) fn answer_deadline(&self) -> Option<WallTime> {
         self.running.as_ref().map(|running| running.since + ANSWER_TIMEOUT)
     }
 
-    /// The end of the output of a line, and the prompt.
+    /// Ends the output of a line, and prints the prompt.
     fn finish(&mut self, text: &str) {
         self.print(text);
         if self.refused_lines > 0 && self.lines.is_empty() {
@@ -238,11 +238,11 @@ impl Session {
         self.print(PROMPT);
     }
 
-    /// A command prints no more than the tables are long, and none is run while [`OUTPUT_FULL`] wait: so this is
+    /// The tables bound the output of a command, and no line runs while [`OUTPUT_FULL`] bytes wait: so the output is
     /// bounded without dropping anything.
     fn print(&mut self, text: &str) {
         if self.expects_answers {
-            // One byte a character, so that no character is cut in two.
+            // One byte per character, so that no character is cut in two.
             self.output.extend(text.chars().map(|c| if c.is_ascii() { c as u8 } else { b'?' }));
         }
     }
@@ -258,10 +258,10 @@ impl Session {
     }
 }
 
-/// Mark of a line that is an error already; no typed line begins with it, since it is no text.
+/// Marks a line that is an error already; no typed line begins with it, since it is not text.
 const ERROR_LINE: &str = "\u{1}";
 
-/// What became of a part, and whether it failed.
+/// Text of the outcome of a part, and whether the part failed.
 fn line_of(target: Option<Target>, outcome: &Outcome, effectors: &EffectorList) -> (String, bool) {
     let whose = target.map_or(String::new(), |target| format!("{}: ", target.name(effectors)));
     let failed = |reason: &dyn core::fmt::Display| (format!("ERROR: {whose}{reason}\n"), true);
@@ -288,16 +288,16 @@ pub(super) const LINE_MAX: usize = 240;
 
 const BACKSPACE: u8 = 0x08;
 const DELETE: u8 = 0x7F;
-/// Ctrl-C: the line is not meant.
+/// Ctrl-C: discards the line.
 const INTERRUPT: u8 = 0x03;
 
-/// Why a line is not run.
+/// Why a line does not run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(super) enum LineError {
     /// Longer than [`LINE_MAX`].
     #[error("the line has {length} bytes, at most {LINE_MAX} are allowed: nothing was done")]
     TooLong {
-        /// How long it is.
+        /// Its length.
         length: usize,
     },
     /// Not ASCII.
@@ -305,7 +305,7 @@ pub(super) enum LineError {
     NotText,
 }
 
-/// A line under way.
+/// A line being typed.
 #[derive(Debug, Default)]
 pub(super) struct LineBuffer {
     bytes: Vec<u8>,
@@ -315,7 +315,7 @@ pub(super) struct LineBuffer {
 }
 
 impl LineBuffer {
-    /// Takes one byte; a line when it was the last one of it. `\r` counts for nothing, so that `\r\n` ends a line
+    /// Adds one byte; returns the line at its last byte. `\r` is ignored, so that `\r\n` ends a line
     /// as `\n` does.
     pub(super) fn push(&mut self, byte: u8) -> Option<Result<String, LineError>> {
         match byte {

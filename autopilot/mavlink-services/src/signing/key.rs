@@ -1,4 +1,4 @@
-//! The secret that both ends share, the time of a signature, and the key file. The key is shown nowhere but in that file.
+//! The shared secret, the time of a signature, and the key file. Only that file shows the key.
 
 use core::fmt;
 use core::time::Duration;
@@ -21,20 +21,20 @@ const HASH: usize = 6;
 pub struct Key([u8; KEY]);
 
 impl fmt::Debug for Key {
-    /// Without the key.
+    /// `Debug` without the key.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Key(not shown)")
     }
 }
 
 impl Key {
-    /// `None` for zeros only.
+    /// `None` if it is all zeros.
     #[must_use]
     pub fn new(bytes: [u8; KEY]) -> Option<Self> {
         (bytes != [0; KEY]).then_some(Self(bytes))
     }
 
-    /// From 64 hexadecimal digits; `None` for anything else, and for zeros only.
+    /// From 64 hexadecimal digits; `None` for anything else, and for all zeros.
     #[must_use]
     pub fn from_hex(text: &str) -> Option<Self> {
         let digits: Vec<u8> =
@@ -64,7 +64,7 @@ impl Key {
         trailer
     }
 
-    /// Whether this trailer belongs to this frame. Takes the same time wherever they differ.
+    /// Whether this trailer belongs to this frame. Runs in constant time.
     #[must_use]
     pub fn is_right(&self, frame: &[u8], trailer: Trailer) -> bool {
         let right = self.sign(frame, trailer.link(), trailer.at());
@@ -78,13 +78,13 @@ impl Key {
 pub struct Trailer(pub [u8; TRAILER]);
 
 impl Trailer {
-    /// Link of the sender; it means something to the sender only.
+    /// Link id of the sender, which only the sender can interpret.
     #[must_use]
     pub fn link(self) -> u8 {
         self.0[0]
     }
 
-    /// When it was signed.
+    /// Time of signing.
     #[must_use]
     pub fn at(self) -> Timestamp {
         let [_, t0, t1, t2, t3, t4, t5, ..] = self.0;
@@ -106,8 +106,8 @@ pub struct Timestamp(u64);
 impl Timestamp {
     /// The beginning of 2015.
     pub const ZERO: Self = Self(0);
-    /// Nothing later is taken from anybody. A year before 48 bits end (in 2104), so that whoever holds the
-    /// key cannot push the own time to the end, where it could not grow any more.
+    /// Upper limit of accepted timestamps. A year before 48 bits end (in 2104), so that a holder of the
+    /// key cannot push the local time to the end, where it could not grow any more.
     pub const LATEST: Self = Self(LAST_UNIT - 366 * 24 * 3600 * 100_000);
 
     /// What 48 bits hold.
@@ -119,21 +119,21 @@ impl Timestamp {
         (units <= LAST_UNIT).then_some(Self(units))
     }
 
-    /// As it stands in a frame.
+    /// From the bytes in a frame.
     #[must_use]
     pub fn from_bytes([a, b, c, d, e, f]: [u8; 6]) -> Self {
         Self(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
     }
 
-    /// For a frame.
+    /// The bytes in a frame.
     #[must_use]
     pub fn to_bytes(self) -> [u8; 6] {
         let [a, b, c, d, e, f, _, _] = self.0.to_le_bytes();
         [a, b, c, d, e, f]
     }
 
-    /// The computer's calendar at `now`. Zero where it does not know a time after 2015: then what was seen
-    /// and saved leads.
+    /// The computer's calendar at `now`. Zero where it knows no time after 2015: then the received
+    /// and saved timestamps count.
     #[must_use]
     pub fn of_calendar(unix_start_us: Option<u64>, now: WallTime) -> Self {
         let unix = unix_start_us.unwrap_or(0).saturating_add(now.as_micros());
@@ -152,7 +152,7 @@ impl Timestamp {
         self.0
     }
 
-    /// The next one; saturates at the end of 48 bits.
+    /// The next timestamp; saturates at the end of 48 bits.
     #[must_use]
     pub const fn next(self) -> Self {
         if self.0 < LAST_UNIT { Self(self.0 + 1) } else { self }
@@ -175,34 +175,34 @@ fn units(duration: Duration) -> u64 {
     u64::try_from(duration.as_micros()).unwrap_or(u64::MAX) / UNIT_US
 }
 
-/// Own and accepted time are saved when one of them has come this far since the last save.
+/// Local and accepted time are saved when one of them has advanced by this since the last save.
 pub(super) const SAVE_EVERY: Duration = Duration::from_secs(5);
 /// Added to a saved timestamp that may not be the last one: twice the time between two saves, so that a disk may
 /// take five seconds.
 const SLACK: Duration = Duration::from_secs(10);
 
-/// A key and how far its time has come.
+/// A key and its timestamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyRecord {
     /// The key.
     pub key: Key,
-    /// Own time when it was saved.
+    /// Local time at the save.
     pub timestamp: Timestamp,
-    /// Newest time that was taken from anybody.
+    /// Newest accepted timestamp.
     pub accepted: Timestamp,
-    /// Nothing later was used or taken: the autopilot has ended in order.
+    /// No later timestamp was used or accepted: the autopilot has ended in order.
     pub is_final: bool,
 }
 
-/// What is wrong with the text of a key file. Never shows the key.
+/// Error in the text of a key file. Never shows the key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
-    /// Not the four keys.
+    /// Other keys than the four expected.
     #[error(
         "not a signing key file; it has key = \"64 hexadecimal digits\", timestamp, accepted, final"
     )]
     Form,
-    /// Not 64 hexadecimal digits, or zeros only.
+    /// Not 64 hexadecimal digits, or all zeros.
     #[error("key is not 64 hexadecimal digits that are not all zero")]
     Key,
     /// Outside the range.
@@ -225,14 +225,14 @@ impl KeyRecord {
     /// Reads the text of a key file.
     ///
     /// # Errors
-    /// [`RecordError`] names what is wrong, without the key.
+    /// [`RecordError`] names the error, without the key.
     pub fn from_text(text: &str) -> Result<Self, RecordError> {
-        // The error of the reader would quote the line, and with it the key.
+        // The parser's error would quote the line, and with it the key.
         let table: Table = toml::from_str(text).map_err(|_| RecordError::Form)?;
         let key = Key::from_hex(&table.key).ok_or(RecordError::Key)?;
         let time = |name, units| Timestamp::new(units).ok_or(RecordError::Timestamp(name, units));
         let timestamp = time("timestamp", table.timestamp)?;
-        // Nothing is taken that is later than the own time is then.
+        // No timestamp later than the restored local time is accepted.
         let accepted = table.accepted.map_or(Ok(timestamp), |units| time("accepted", units))?;
         Ok(Self { key, timestamp, accepted, is_final: table.is_final })
     }
@@ -250,19 +250,19 @@ impl KeyRecord {
         )
     }
 
-    /// The earliest time to go on with: later than all that was used.
+    /// First timestamp to use: later than every one used before.
     #[must_use]
     pub fn resume_at(&self) -> Timestamp {
         self.at_most(self.timestamp)
     }
 
-    /// Up to here everything may have been taken before.
+    /// Every timestamp up to here may have been accepted before.
     #[must_use]
     pub fn floor(&self) -> Timestamp {
         self.at_most(self.accepted)
     }
 
-    /// What a saved time may have become before the end.
+    /// Upper bound of a saved time at the end of the process.
     fn at_most(&self, saved: Timestamp) -> Timestamp {
         if self.is_final { saved } else { saved.plus(SLACK) }
     }

@@ -11,7 +11,7 @@ pub const STREAMS_MAX: usize = 128;
 /// How far a new stream may be behind the local time (the standard).
 const BEHIND_MAX: Duration = Duration::from_secs(60);
 
-/// Who signs: link of the sender, system and component.
+/// Identity of a stream: link of the sender, system and component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stream {
     /// Link of the sender.
@@ -20,37 +20,37 @@ pub struct Stream {
     pub sender: Identity,
 }
 
-/// The streams that have sent something.
+/// The streams received so far.
 #[derive(Debug, Default)]
 pub struct Streams {
     known: Vec<(Stream, Timestamp)>,
-    /// Up to here everything may have been taken before the start of the process.
+    /// Every timestamp up to here may have been accepted before the start of the process.
     floor: Timestamp,
-    /// The newest that was taken.
+    /// The newest accepted timestamp.
     newest: Timestamp,
 }
 
 impl Streams {
-    /// No streams yet, and nothing up to `floor` is taken any more. `newest` is the newest timestamp known to
-    /// have been taken before, at most `floor`.
+    /// No streams yet; refuses every timestamp up to `floor`. `newest` is the newest timestamp known to
+    /// have been accepted before, at most `floor`.
     #[must_use]
     pub fn above(floor: Timestamp, newest: Timestamp) -> Self {
         Self { known: Vec::new(), floor, newest }
     }
 
-    /// The newest timestamp that was taken, also before the start of the process.
+    /// The newest accepted timestamp, including those before the start of the process.
     #[must_use]
     pub fn newest(&self) -> Timestamp {
         self.newest
     }
 
-    /// The newest timestamp that may have been taken, also before the start of the process.
+    /// The newest timestamp that may have been accepted, including those before the start of the process.
     #[must_use]
     pub fn newest_possible(&self) -> Timestamp {
         self.newest.max(self.floor)
     }
 
-    /// Takes the timestamp of a rightly signed frame, or returns what is wrong with it. `local` is the own
+    /// Accepts the timestamp of a frame with a valid signature, or returns why it is refused. `local` is the local
     /// time.
     pub(super) fn take(
         &mut self,
@@ -77,7 +77,7 @@ impl Streams {
             return Err(Refusal::NewStreamTooOld);
         }
         if self.known.len() >= STREAMS_MAX {
-            // As a new stream, what came over such an old one would be refused as well: forgetting it opens
+            // A frame of such an old stream would be refused as that of a new one, too: forgetting the stream admits
             // nothing.
             self.known.retain(|(_, latest)| *latest >= local.minus(BEHIND_MAX));
         }
@@ -90,7 +90,7 @@ impl Streams {
     }
 }
 
-/// A kind is reported again after this, if there is more of it.
+/// A kind is reported again after this, if there are new refusals.
 const REPORT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Why a frame is refused while signing is on.
@@ -104,13 +104,13 @@ pub enum Refusal {
     WrongSignature,
     /// Not newer than the last of its stream: doubled, reordered or replayed.
     NotNewer,
-    /// First of its stream, and not newer than what may have been taken before the start of the process.
+    /// First of its stream, and not newer than a timestamp that may have been accepted before the start of the process.
     BeforeStart,
     /// First of its stream, and more than a minute behind.
     NewStreamTooOld,
     /// First of its stream, and there are too many already.
     TooManyStreams,
-    /// More than a day ahead of the own time, where the computer knows the date.
+    /// More than a day ahead of the local time, where the computer knows the date.
     DayAhead,
     /// In the last year of 48 bits.
     TooFarAhead,
@@ -130,7 +130,7 @@ impl Refusal {
         Self::TooFarAhead,
     ];
 
-    /// What is refused, as a text.
+    /// Description of the refusal.
     #[must_use]
     pub const fn described(self) -> &'static str {
         match self {
@@ -147,7 +147,7 @@ impl Refusal {
     }
 }
 
-/// One kind: how many, how many of them were reported, and when.
+/// One kind: the number of refusals, how many of them were reported, and when.
 #[derive(Debug, Clone, Copy, Default)]
 struct Count {
     refused: u64,
@@ -155,23 +155,23 @@ struct Count {
     reported_at: WallTime,
 }
 
-/// How many of each kind were refused.
+/// Counts of refusals by kind.
 #[derive(Debug, Default)]
 pub struct Refusals([Count; Refusal::ALL.len()]);
 
 impl Refusals {
-    /// Counts one.
+    /// Counts one refusal.
     pub(super) fn add(&mut self, refusal: Refusal) {
         self.0[refusal as usize].refused += 1;
     }
 
-    /// How many of this kind were refused since start.
+    /// Refusals of this kind since start.
     #[must_use]
     pub fn count(&self, refusal: Refusal) -> u64 {
         self.0[refusal as usize].refused
     }
 
-    /// One line for a kind of which there are new ones, at most every ten seconds.
+    /// One line for a kind with new refusals, at most every ten seconds.
     pub(super) fn next_line(&mut self, now: WallTime) -> Option<String> {
         let is_due = |count: &Count| {
             count.refused > count.reported
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_year_of_48_bits_is_taken_from_nobody() {
+    fn timestamps_in_the_last_year_of_48_bits_are_refused() {
         let late = Timestamp::from_bytes([0xFF; 6]);
         let refused = Streams::default().take(stream(0, 1), late, seconds(1));
         assert_eq!(refused, Err(Refusal::TooFarAhead));

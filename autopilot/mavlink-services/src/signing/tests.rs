@@ -113,7 +113,7 @@ fn unsigned_and_mavlink_1_frames_are_refused_but_radio_status_may_come_unsigned(
     };
     assert_eq!(admit(&mut signing, &unsigned(0, 0, 50)), Admission::Refused);
     assert_eq!(admit(&mut signing, &unsigned(0, 109, 185)), Admission::Exempt);
-    // With a signature it is judged by it.
+    // A signed one is judged by its signature.
     let wrong = [unsigned(1, 109, 185), vec![0; 13]].concat();
     assert_eq!(admit(&mut signing, &wrong), Admission::Refused);
     let mut old = vec![0xFE, 9, 0, 51, 68, 109];
@@ -245,7 +245,7 @@ fn without_a_file_nothing_is_to_be_written() {
     assert_eq!((signing.pop_change(), signing.last_change()), (None, None));
 }
 
-/// What the key file has now, at `units`.
+/// Content of the key file at `units`.
 fn saved(signing: &mut Signing) -> KeyRecord {
     match signing.pop_change() {
         Some(KeyChange::Keep(record)) => record,
@@ -265,7 +265,7 @@ fn after_a_clean_end_no_frame_is_accepted_twice_and_newer_ones_are_at_once() {
     let frame = bytes(HEARTBEAT_HEX);
     assert_eq!(admit(&mut signing, &frame), Admission::Accepted);
     let Some(KeyChange::Keep(mut record)) = signing.last_change() else { panic!("no key") };
-    // Also without a frame between several starts.
+    // Also without any frame between several starts.
     for _ in 0..3 {
         let mut signing = started(record);
         assert_eq!(admit(&mut signing, &frame), Admission::Refused);
@@ -283,7 +283,7 @@ fn after_a_kill_no_frame_is_accepted_twice_and_after_ten_seconds_all_stations_ar
     let at = |s: u64| 0x01_0203_0405 + s * 100_000;
     let mut signing = signing().with_file(None);
     assert_eq!(admit(&mut signing, &signed_at(0, at(0))), Admission::Accepted);
-    // Whatever is taken goes to the file within five seconds of its time, also where the own time is ahead.
+    // Every accepted timestamp reaches the file within five seconds, also where the local time is ahead.
     signing.follow_calendar(WallTime::from_micros(40_000_000));
     let mut record = saved(&mut signing);
     for units in (at(0)..at(30)).step_by(10_000).skip(1) {
@@ -312,7 +312,7 @@ fn repeated_kills_before_the_first_message_do_not_lengthen_the_wait() {
         record = saved(&mut started(record));
     }
     assert_eq!(record.floor().units(), 0x01_0203_0405 + 1_000_000);
-    // An end in order in between makes nothing possible again.
+    // An orderly end in between makes no replay possible.
     let Some(KeyChange::Keep(last)) = started(record).last_change() else { panic!("no key") };
     assert_eq!((last.is_final, last.floor()), (true, record.floor()));
 }
@@ -331,7 +331,7 @@ fn a_clock_more_than_a_day_ahead_moves_nothing_where_the_date_is_known() {
     assert_eq!(admit(&mut signing, &signed_at(0, before.units() + DAY + 1)), Admission::Refused);
     assert_eq!((signing.refusals().count(Refusal::DayAhead), signing.local), (2, before));
     assert_eq!(admit(&mut signing, &bytes(HEARTBEAT_HEX)), Admission::Accepted);
-    // A computer that does not know the date follows whoever does.
+    // A computer that does not know the date follows the timestamps of its peers.
     let mut signing = Signing::new(Some(5));
     let first = SetupSigning { key: Some(key()), initial_timestamp: ahead };
     assert_eq!(signing.set_up(&first, now()), SetupOutcome::On);

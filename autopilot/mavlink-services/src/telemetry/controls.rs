@@ -27,7 +27,7 @@ pub(super) fn fraction_of_range(
     if !list.is_angle(effector) {
         return thrust_fraction(command, model);
     }
-    // Where the travel is the same either way this is command over travel.
+    // With symmetric travel this is command over travel.
     if command < 0.0 { -command / min } else { command / max }
 }
 
@@ -43,7 +43,7 @@ pub(super) fn throttle(state: &Snapshot, model: &AircraftModel) -> f64 {
     engine.map_or(0.0, |engine| fraction_of_range(state, engine, model))
 }
 
-/// SERVO_OUTPUT_RAW: the outputs are the effectors in their order; those beyond are 0.
+/// SERVO_OUTPUT_RAW: the outputs are the effectors in order; unused ones are 0.
 pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
     let list = &view.shared.model.effectors.list;
     let pulse = |place: usize| {
@@ -93,7 +93,7 @@ pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
     })
 }
 
-/// NAMED_VALUE_FLOAT: what the compensator sees, does and has left, SI units and radians, and the two air angles.
+/// NAMED_VALUE_FLOAT: estimate, action and remaining authority of the compensator, SI units and radians, and the two air angles.
 pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
     let (log, motion) = (&state.log, state.motion());
     [
@@ -131,10 +131,10 @@ const WHY_ID: u16 = 1;
 /// Effectors in `WHY`: the array has room for no more.
 const WHY_EFFECTORS: usize = 8;
 
-/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in their order, its command (0 to 7), where the
-/// model of the healthy actuators has it (8 to 15), and 1 where its demand is beyond its limit (16 to 23); then what
-/// the compensator sees, does and has left (24 to 41), what of each command is compensation (42 to 49), and
-/// what is left in either direction (50 to 55). docs/mavlink.md has the list.
+/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in order, its command (0 to 7), its position by the
+/// model of the healthy actuators (8 to 15), and 1 where its demand exceeds its limit (16 to 23); then estimate,
+/// action and remaining authority of the compensator (24 to 41), the compensation within each command (42 to 49), and
+/// the remaining authority in either direction (50 to 55). docs/mavlink.md has the list.
 pub fn why(state: &Snapshot) -> Encoded {
     let log = &state.log;
     let flag = |raised: bool| f64::from(u8::from(raised));
@@ -177,7 +177,7 @@ struct Signal {
 }
 
 /// Estimate, rad/s^2; level, in units of its threshold; authority, percent; compensation after limits, rad;
-/// what it gives by the design model, rad/s^2.
+/// its effect by the design model, rad/s^2.
 const SIGNALS: [Signal; 5] = [
     Signal { component: 25, name: "estimate", of: |log| [log.z2.x, log.z2.y, log.z2.z] },
     Signal { component: 26, name: "level", of: |log| [log.levels.x, log.levels.y, log.levels.z] },

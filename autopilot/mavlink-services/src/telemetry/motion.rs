@@ -1,4 +1,4 @@
-//! Messages about where the aircraft is and how it moves, and the navigation state as a ground station expects it of
+//! Messages about position and motion of the aircraft, and the navigation state in the form that a ground station expects from
 //! single instruments.
 //!
 //! The aircraft carries an ideal navigation unit and an air-data computer, not the instruments behind them. Pressures and
@@ -82,9 +82,9 @@ pub fn local_position_ned(state: &Snapshot) -> Encoded {
 }
 
 /// Satellites that GPS_RAW_INT reports. None is simulated: the navigation unit is ideal, and a station that shows a 3D fix
-/// with none, or with an unknown number (which QGroundControl shows as 0), would warn of it.
+/// with none, or with an unknown number (which QGroundControl shows as 0), would warn.
 const SATELLITES: u8 = 16;
-/// Dilution of precision that it reports, hundredths: a good one, since QGroundControl shows no number of satellites beside an
+/// Dilution of precision that it reports, hundredths: a good one, since QGroundControl shows no number of satellites besides an
 /// unknown one.
 const DILUTION: u16 = 100;
 
@@ -109,7 +109,7 @@ pub fn gps_raw_int(state: &Snapshot) -> Encoded {
         v_acc: 0,
         vel_acc: 0,
         hdg_acc: 0,
-        // The receiver gives no yaw; that comes from the navigation unit.
+        // The receiver gives no yaw; the navigation unit does.
         yaw: 0,
     })
 }
@@ -198,7 +198,7 @@ pub fn odometry(state: &Snapshot) -> Encoded {
 /// Ratio of the specific heats of air.
 const GAMMA: f64 = 1.4;
 
-/// What a pressure head would measure.
+/// Air data, as a pitot-static tube would measure them.
 struct AirData {
     /// Static pressure, Pa.
     static_pa: f64,
@@ -210,7 +210,7 @@ struct AirData {
 
 impl AirData {
     /// Isentropic flow up to Mach 1: `q_c = p ((1 + (γ - 1)/2 M²)^(γ/(γ - 1)) - 1)`. Beyond it a shock in front
-    /// of the head takes some of it away, which is not counted here.
+    /// of the tube reduces the pressure, which is neglected here.
     fn of(motion: &NavigationState) -> Self {
         let temperature_k = atmosphere::temperature(motion.altitude_m);
         let static_pa = atmosphere::pressure(motion.altitude_m);

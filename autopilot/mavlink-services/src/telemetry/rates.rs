@@ -1,5 +1,5 @@
-//! How often one peer gets each message: its own requests (SET_MESSAGE_INTERVAL, REQUEST_DATA_STREAM) over the defaults,
-//! and when each is due next. Answers to GET_MESSAGE_INTERVAL and REQUEST_MESSAGE, for the peer that sends them only.
+//! Message rates of each peer: its own requests (SET_MESSAGE_INTERVAL, REQUEST_DATA_STREAM) over the defaults,
+//! and when each is due next. Answers to GET_MESSAGE_INTERVAL and REQUEST_MESSAGE, for the requesting peer only.
 
 use core::time::Duration;
 
@@ -16,11 +16,11 @@ use flight_management::parameters::StreamParameters;
 
 /// Shortest interval: 200 messages a second are more than any display shows.
 pub const SHORTEST: Duration = Duration::from_millis(5);
-/// Messages that come at least this often by default are what REQUEST_DATA_STREAM makes faster or slower;
-/// the state reports of the rest keep their rhythm.
+/// REQUEST_DATA_STREAM changes the rate of messages that have at most this interval by default;
+/// the slower state reports keep their rate.
 const FAST: Duration = Duration::from_millis(200);
 
-/// What a peer has requested of one message.
+/// Request of a peer for one message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Requested {
     /// None.
@@ -43,7 +43,7 @@ impl Requested {
 /// One message of one peer.
 #[derive(Debug, Clone, Copy, Default)]
 struct Stream {
-    /// By SET_MESSAGE_INTERVAL; goes before `grouped`.
+    /// By SET_MESSAGE_INTERVAL; takes precedence over `grouped`.
     requested: Option<Requested>,
     /// By REQUEST_DATA_STREAM.
     grouped: Option<Requested>,
@@ -80,7 +80,7 @@ impl PeerRates {
         self.of(peer).request_group(request, SHORTEST, &defaults);
     }
 
-    /// Follows the peers as they come and go, and the parameters.
+    /// Follows the list of peers and the parameters.
     pub fn follow(&mut self, now: WallTime, defaults: StreamParameters, peers: &Peers) {
         if self.defaults != defaults {
             self.defaults = defaults;
@@ -94,7 +94,7 @@ impl PeerRates {
         }
     }
 
-    /// A new flight has its first state: every message that is streamed is due now.
+    /// A new flight has its first state: every streamed message is due now.
     pub fn everything_is_due(&mut self) {
         for rates in &mut self.peers {
             rates.everything_is_due(&self.defaults);
@@ -130,7 +130,7 @@ impl PeerRates {
 pub struct Rates {
     peer: Peer,
     streams: [Stream; ROWS],
-    /// Earliest of all that is due.
+    /// Earliest time at which any message is due.
     next: Option<WallTime>,
 }
 
@@ -143,13 +143,13 @@ impl Rates {
         rates
     }
 
-    /// Whose.
+    /// Messages of this peer.
     #[must_use]
     pub const fn peer(&self) -> Peer {
         self.peer
     }
 
-    /// Time between two messages of this row; `None`: it does not come.
+    /// Interval of this row; `None`: not streamed.
     #[must_use]
     pub fn interval(
         &self,
@@ -164,7 +164,7 @@ impl Rates {
         }
     }
 
-    /// Sets how often the peer gets this row; `None`: the default. The next one comes at once, unless nothing
+    /// Sets the interval of this row for the peer; `None`: the default. The next message is due at once, unless nothing
     /// changed.
     pub fn request_row(
         &mut self,
@@ -180,8 +180,8 @@ impl Rates {
         self.reschedule(index, row, before, defaults);
     }
 
-    /// REQUEST_DATA_STREAM. It moves the fast messages of a group, and of these only those for which no
-    /// interval was requested. Zero, or `start` not set, stops the whole group.
+    /// REQUEST_DATA_STREAM. It changes the fast messages of a group, except those with a requested
+    /// interval. Zero, or `start` not set, stops the whole group.
     pub fn request_group(
         &mut self,
         request: StreamRequest,
@@ -209,7 +209,7 @@ impl Rates {
         }
     }
 
-    /// The defaults have changed: what is far off comes nearer, what has begun or stopped does so.
+    /// The defaults have changed: brings distant due times closer, starts and stops streams.
     pub fn defaults_changed(&mut self, now: WallTime, defaults: &StreamParameters) {
         for (index, row) in TABLE.iter().enumerate() {
             let interval = self.interval(index, row, defaults);
@@ -222,7 +222,7 @@ impl Rates {
         self.find_next();
     }
 
-    /// There is something new: every message that is streamed at all is due now.
+    /// There is a new state: every streamed message is due now.
     pub fn everything_is_due(&mut self, defaults: &StreamParameters) {
         for (index, row) in TABLE.iter().enumerate() {
             let comes = self.interval(index, row, defaults).is_some();
@@ -245,7 +245,7 @@ impl Rates {
         let Some(stream) = self.streams.get_mut(index) else { return false };
         let Some(due) = stream.due.filter(|due| *due <= now) else { return false };
         stream.due = interval.map(|interval| {
-            // Keeps the rhythm, but never catches up: what is late is gone.
+            // Keeps the rhythm, but never catches up: missed messages are skipped.
             if now.since(due) < interval { due + interval } else { now + interval }
         });
         true
@@ -279,7 +279,7 @@ const LONGEST_US: f32 = 2.0e9;
 
 /// The interval that stops a stream.
 const STOP: f32 = -1.0;
-/// The interval that stands for the default.
+/// The interval that selects the default.
 const DEFAULT: f32 = 0.0;
 
 impl PeerRates {
@@ -287,7 +287,7 @@ impl PeerRates {
     /// default, else microseconds.
     ///
     /// # Errors
-    /// No such message, or an interval that is none, too short or too long.
+    /// No such message, or an invalid, too short or too long interval.
     pub fn set_interval(
         &mut self,
         peer: Peer,
@@ -305,7 +305,7 @@ impl PeerRates {
     /// stream that is stopped, and 0 for a message that does not exist here.
     ///
     /// # Errors
-    /// `message_id` is no message number.
+    /// `message_id` is not a valid message number.
     pub fn interval(&self, peer: Peer, message_id: f32) -> Result<Encoded, CommandError> {
         let id = whole(message_id)?;
         let interval_us = match registry::find(id) {
@@ -372,7 +372,7 @@ fn requested(interval_us: f32) -> Result<Option<Requested>, CommandError> {
     Ok(Some(Requested::Every(interval)))
 }
 
-/// A message number that came as a float.
+/// A message number received as a float.
 pub(super) fn whole(message_id: f32) -> Result<u32, CommandError> {
     // Message numbers have 24 bits, and so have floats.
     let max = 16_777_215.0;
@@ -387,8 +387,8 @@ pub(super) fn whole(message_id: f32) -> Result<u32, CommandError> {
     Err(CommandError::denied(format!("Refused: {message_id} is no message number")))
 }
 
-/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; what answers it. param2 picks one of a
-/// list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message whose MESSAGE_INTERVAL is requested.
+/// REQUEST_MESSAGE of one peer: param1 and param2 of the command; returns the answer. param2 selects an entry
+/// of a list of modes by its number, of the arrays `WHY` or `FAULTS` by its id, and the message whose MESSAGE_INTERVAL is requested.
 ///
 /// # Errors
 /// No such message, nothing to send yet, or nothing with this number.
@@ -426,7 +426,7 @@ pub fn request(
     Ok(answer)
 }
 
-/// A number in a list. NaN means "not given", that is all.
+/// A number in a list; NaN means "not given".
 fn index(param2: f32) -> Result<u8, CommandError> {
     if param2.is_nan() {
         return Ok(0);

@@ -1,6 +1,6 @@
-//! The table of messages: id, default rate, and how each is made.
+//! The table of messages: id, default rate, and the function that builds each.
 //!
-//! Streams and REQUEST_MESSAGE come from here; docs/mavlink.md has the same table, with what is in each.
+//! Streams and REQUEST_MESSAGE use it; docs/mavlink.md has the same table, with the content of each.
 
 use core::time::Duration;
 
@@ -20,14 +20,14 @@ pub struct Row {
     pub id: u32,
     /// Message name.
     pub name: &'static str,
-    /// How often it comes by itself.
+    /// Default rate.
     pub rate: Rate,
     /// Group of REQUEST_DATA_STREAM.
     pub group: Group,
     build: Build,
 }
 
-/// How often a message comes to a peer that has not requested another rate. Wall time.
+/// Default rate of a message. Wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rate {
     /// Time between two of them, ms.
@@ -40,9 +40,9 @@ pub enum Rate {
     Actuators,
     /// Parameter of the compensator's messages.
     Compensator,
-    /// Not by itself; it can be given an interval.
+    /// Not streamed by default; a peer can request an interval.
     OnRequest,
-    /// Not by itself, and it takes no interval: only an answer to REQUEST_MESSAGE.
+    /// Never streamed: only an answer to REQUEST_MESSAGE.
     Answer,
 }
 
@@ -73,15 +73,15 @@ pub const ALL_GROUPS: u8 = 0;
 
 #[derive(Debug)]
 enum Build {
-    /// Made of the state of the flight.
+    /// Built from the state of the flight.
     State(fn(&Snapshot) -> Encoded),
-    /// Made of the state of the flight and of what else is known.
+    /// Built from the state of the flight and other data.
     Flight(fn(&View, &Snapshot) -> Encoded),
-    /// Several of the same id, made of the state of the flight.
+    /// Several of the same id, built from the state of the flight.
     Group(fn(&Snapshot) -> Vec<Encoded>),
-    /// Made of what is known, also without a flight.
+    /// Built from data that are known also without a flight.
     Known(fn(&View) -> Option<Encoded>),
-    /// A list, made item by item, from 1.
+    /// A list, built item by item, from 1.
     Listed(fn(u8) -> Option<Encoded>),
 }
 
@@ -95,7 +95,7 @@ pub enum Nothing {
 }
 
 impl Row {
-    /// The messages of this moment; none without a flight where it takes one.
+    /// The messages at this moment; none without a flight where the message needs one.
     #[must_use]
     pub fn build(&self, view: &View) -> Vec<Encoded> {
         let state = view.shared.aircraft.snapshot();
@@ -108,7 +108,7 @@ impl Row {
         }
     }
 
-    /// The messages that answer a request; `index` picks one of a list, 0 all of it.
+    /// The messages that answer a request; `index` selects an item of a list, 0 all of it.
     ///
     /// # Errors
     /// [`Nothing`] to send.
@@ -122,7 +122,7 @@ impl Row {
         if messages.is_empty() { Err(Nothing::Yet) } else { Ok(messages) }
     }
 
-    /// Time between two of them by default; `None`: it does not come by itself.
+    /// Default interval; `None`: not streamed.
     #[must_use]
     pub fn default_interval(&self, streams: &StreamParameters) -> Option<Duration> {
         let hz = match self.rate {

@@ -20,8 +20,8 @@ use flight_management::event::Snapshot;
 use flight_management::vehicle::Mode;
 use flight_management::vehicle::plan::Progress;
 
-/// What the aircraft reports: an ideal inertial navigation unit, air data, position. There is no
-/// magnetometer; the unit gives the heading that one would, and its bit stands for that heading, since
+/// Sensors that the aircraft reports: an ideal inertial navigation unit, air data, position. There is no
+/// magnetometer; the unit gives the heading that one would, and the magnetometer's bit marks that heading as available, since
 /// MAVSDK calls no aircraft healthy without it.
 const SENSORS: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO
     .union(Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL)
@@ -30,22 +30,22 @@ const SENSORS: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO
     .union(Sensor::MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_GPS)
     .union(Sensor::MAV_SYS_STATUS_AHRS);
-/// What the laws and the guidance control.
+/// Quantities that the laws and the guidance control.
 const CONTROL: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
     .union(Sensor::MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS);
 
-/// Which parts of the navigation state are valid; none while no packets come.
+/// Which parts of the navigation state are valid; none while no packets arrive.
 fn validity(aircraft: &Aircraft) -> Validity {
     let state = aircraft.snapshot();
     let state = state.filter(|_| matches!(aircraft.phase(), Phase::Flying | Phase::OnGround));
     state.map_or(Validity::default(), |state| state.motion().valid)
 }
 
-/// SYS_STATUS. A sensor is healthy while what it measures is valid; control while the aircraft flies
-/// and has not been terminated. The same makes it ready.
+/// SYS_STATUS. A sensor is healthy while its measurement is valid; control while the aircraft flies
+/// and has not been terminated. The same condition makes it ready.
 pub fn sys_status(view: &View) -> Option<Encoded> {
     let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = &view.shared.aircraft;
@@ -102,11 +102,11 @@ pub fn extended_sys_state(aircraft: &Aircraft) -> Encoded {
 
 /// Voltage of the supply, mV: seven cells of 4.05 V, as BAT1_N_CELLS and BAT1_V_CHARGED have it.
 pub(crate) const SUPPLY_MV: u16 = 28_350;
-/// What is left of the supply, percent.
+/// Remaining charge of the supply, percent.
 const SUPPLY_LEFT_PCT: i8 = 100;
 
 /// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
-/// full, so that a ground station has a number to show. What is drawn from it is "unknown".
+/// full, so that a ground station has a number to show. Its current is "unknown".
 pub fn battery_status(_: &View) -> Option<Encoded> {
     Some(Encoded::new(&BATTERY_STATUS_DATA {
         id: 0,
@@ -196,8 +196,8 @@ pub fn mission_current(state: &Snapshot) -> Encoded {
     })
 }
 
-/// flight_sw_version: PX4 1.17.0, a development version (type byte 0), since ground stations judge what a
-/// PX4 can do by it.
+/// flight_sw_version: PX4 1.17.0, a development version (type byte 0), since ground stations derive a PX4's
+/// features from it.
 const FLIGHT_SW_VERSION: u32 = u32::from_be_bytes([1, 17, 0, 0]);
 
 /// middleware_sw_version: the version of this program, in the same layout.
@@ -216,7 +216,7 @@ const fn number(text: &str) -> u8 {
     }
 }
 
-/// What the services can do. No geofence and no rally points: they do not exist.
+/// Capabilities of the services. No geofence and no rally points.
 const CAPABILITIES: Capability = Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
     .union(Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE)
@@ -245,7 +245,7 @@ pub fn autopilot_version(_: &View) -> Option<Encoded> {
     }))
 }
 
-/// PROTOCOL_VERSION: MAVLink 1 is understood, MAVLink 2 is sent.
+/// PROTOCOL_VERSION: the autopilot reads MAVLink 1 and 2, and sends MAVLink 2.
 pub fn protocol_version(_: &View) -> Option<Encoded> {
     Some(Encoded::new(&PROTOCOL_VERSION_DATA {
         version: 200,
@@ -269,7 +269,7 @@ pub fn system_time(view: &View) -> Option<Encoded> {
     }))
 }
 
-/// COMPONENT_METADATA: where the descriptions of parameters, effectors and events begin.
+/// COMPONENT_METADATA: location of the descriptions of parameters, effectors and events.
 pub fn component_metadata(view: &View) -> Option<Encoded> {
     let time = view.shared.aircraft.snapshot().map(|state| state.time);
     Some(view.shared.metadata.message(time.map_or(0, convert::boot_ms)))

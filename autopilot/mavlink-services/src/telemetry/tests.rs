@@ -34,7 +34,7 @@ fn last<D: MessageData>(world: &World) -> D {
     world.got.iter().rev().find_map(Got::read).expect("the message is streamed")
 }
 
-/// How many messages of one row come together.
+/// How many messages of one row are sent together.
 fn group_size(id: u32) -> usize {
     match id {
         NAMED_VALUE_FLOAT_DATA::ID => 17,
@@ -178,7 +178,7 @@ fn the_compensators_values_have_names() {
 }
 
 #[test]
-fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
+fn each_signal_comes_from_its_own_component_with_its_own_sequence() {
     let mut world = World::flying();
     world.run_ms(10_000);
     let at = address(14_550);
@@ -187,7 +187,7 @@ fn each_signal_comes_from_a_component_of_its_own_with_its_own_sequence() {
         // The component is the seventh byte of a frame of MAVLink 2.
         let of_component = |got: &&Got| got.to == at && got.bytes[6] == component;
         let got: Vec<&Got> = world.got.iter().filter(of_component).collect();
-        // 4 Hz, and the one of the flight's beginning.
+        // 4 Hz, and the one at the flight's beginning.
         assert!((39..=42).contains(&got.len()), "{} of component {component}", got.len());
         let vectors: Vec<DEBUG_VECT_DATA> =
             got.iter().map(|got| got.read().expect("no HEARTBEAT, nothing else")).collect();

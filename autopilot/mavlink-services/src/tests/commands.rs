@@ -55,7 +55,7 @@ fn several_commands_in_one_datagram_are_each_acknowledged() {
 }
 
 #[test]
-fn commands_for_somebody_else_are_ignored() {
+fn commands_for_another_system_are_ignored() {
     let mut world = World::flying();
     for (system, component) in [(2, 1), (1, 2), (255, 190), (2, 0), (0, 190)] {
         let bytes = command_long(54_321, [0.0; 7], Identity { system, component });

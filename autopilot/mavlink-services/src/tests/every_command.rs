@@ -1,5 +1,5 @@
-//! What holds for every command: one final acknowledgement for each copy, and no value that is not finite
-//! goes on to the aircraft.
+//! Rules for every command: one final acknowledgement for each copy, and only finite values
+//! reach the aircraft.
 
 use super::world::*;
 use crate::codec::OWN;
@@ -50,7 +50,7 @@ const PLAUSIBLE: [(u16, [f32; 7]); 35] = [
     (43_002, [0.0, 90.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
 ];
 
-/// Every number of a command that goes on to the laws or the plant.
+/// Every number of a command that reaches the laws or the plant.
 fn is_finite(command: &Command) -> bool {
     let text = format!("{command:?}");
     !text.contains("NaN") && !text.contains("inf")
@@ -109,7 +109,7 @@ fn every_command_gets_one_final_acknowledgement_in_both_forms_and_for_each_copy(
 
 #[test]
 fn a_copy_that_comes_after_the_answer_is_answered_again_and_requests_the_same() {
-    // A fault is named by the plant as unchanged; a step is a step.
+    // The plant reports a repeated fault as unchanged; a step is always executed.
     for (command, params) in PLAUSIBLE {
         let mut world = World::flying();
         let mut answers = Vec::new();

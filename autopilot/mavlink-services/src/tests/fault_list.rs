@@ -1,4 +1,4 @@
-//! The list of faults as DEBUG_FLOAT_ARRAY, and where it comes from.
+//! The list of faults as DEBUG_FLOAT_ARRAY, and its source.
 
 use super::world::*;
 use ::mavlink::dialects::common::{DEBUG_FLOAT_ARRAY_DATA, MavResult};
@@ -71,7 +71,7 @@ fn the_list_comes_each_second_and_soon_after_a_change() {
     world.send_command(420, [102.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     world.run_ms(110);
     assert!(lists(&world).iter().any(|list| list[0] == 1.0), "{:?}", lists(&world));
-    // Many changes are no flood.
+    // Many changes do not cause a flood.
     world.got.clear();
     for _ in 0..50 {
         for failure_type in [2.0, 0.0] {
@@ -99,7 +99,7 @@ fn joining_a_flight_requests_the_faults_of_the_plant_and_a_new_flight_does_not()
     assert_eq!(list_requests(&mut world), 1);
     assert_eq!(requested(&mut world, 2.0).first().map(|list| list[2]), Some(4.0));
     world.got.clear();
-    // After a silence the list is requested again; known faults are no events.
+    // After a silence the autopilot requests the list again; known faults are no events.
     world.autopilot.plant_lost();
     world.run_ms(10);
     world.autopilot.plant_back();
@@ -136,7 +136,7 @@ fn lost_events_are_reported_and_the_faults_requested_again() {
     world.settle();
     world.take_commands();
     world.got.clear();
-    // Nobody fetches for a while. Number 4 has ended and 5 goes on.
+    // The client fetches nothing for a while. Number 4 has ended and 5 continues.
     world.listed = vec![rudder(5, FaultState::Active { since })];
     let at = SimTime::ZERO;
     for _ in 0..400 {

@@ -1,4 +1,4 @@
-//! The parameters that break an effector.
+//! The fault parameters of the effectors.
 
 use super::params::{set_int, set_real};
 use super::world::*;
@@ -197,7 +197,7 @@ fn a_resting_and_a_scheduled_fault_have_their_value_and_0_mends_them() {
         report(&mut world, 1, FaultKind::StuckHere, state);
         assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
         let at = world.sim;
-        // The same again is there already.
+        // The plant has the same fault already.
         world.plant = PlantManner::Answers(FaultReply::Unchanged { at });
         world.send(&set_int("FLT_SERVO1", 2));
         assert_eq!(values(&mut world), one("FLT_SERVO1", 2), "{state:?}");
@@ -238,7 +238,7 @@ fn a_value_that_is_another_than_the_one_that_was_set_comes_with_the_reason() {
     world.send(&set_int("FLT_SERVO1", 2));
     report(&mut world, 1, FaultKind::StuckHere, FaultState::Active { since: at });
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
-    // It is over before its parameter is published.
+    // It ends before its parameter is published.
     world.send(&set_int("FLT_SERVO1", 3));
     world.run_ms(800);
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));

@@ -1,4 +1,4 @@
-//! MAVLink FTP as QGroundControl, MAVSDK and MAVProxy speak it.
+//! MAVLink FTP as QGroundControl, MAVSDK and MAVProxy use it.
 
 use super::world::*;
 use crate::component_metadata::Metadata;
@@ -15,7 +15,7 @@ const ACK: u8 = 128;
 const NAK: u8 = 129;
 const DATA_MAX: usize = 239;
 
-/// One answer, as a client sees it.
+/// One answer, as a client receives it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Answer {
     pub(super) sequence: u16,
@@ -205,7 +205,7 @@ fn a_burst_is_paced_ends_with_the_end_of_the_file_and_counts_its_messages() {
     let mut world = World::flying();
     let (session, length) = open(&mut world, 1, "parameter.json");
     assert_eq!(length, content("parameter.json").len());
-    // So near to the end that one burst is enough.
+    // So close to the end that one burst is enough.
     let first = 100 * DATA_MAX;
     world.send(&request(3, session, 15, 239, u32::try_from(first).unwrap(), &[]));
     let times: Vec<u64> = {
@@ -285,7 +285,7 @@ fn sessions_are_bounded_and_each_station_has_its_own() {
         assert_eq!(answer_to(&mut world, &with_path(sequence, 0, 4, "/general.json")).opcode, ACK);
     }
     assert_eq!(problem(&answer_to(&mut world, &with_path(9, 0, 4, "/general.json"))), 5);
-    // Another station behind another peer is not touched, and cannot close them.
+    // Another station behind another peer is unaffected, and cannot close them.
     let other = world.encode(STATION, &request(1, 0, 2, 0, 0, &[]));
     world.send_bytes(address(14_540), &other);
     assert_eq!(answers(&mut world, address(14_540)).len(), 1);
@@ -357,7 +357,7 @@ fn whatever_would_change_a_file_is_refused_and_so_is_the_unknown() {
 }
 
 #[test]
-fn an_answer_of_somebody_else_is_not_answered() {
+fn an_answer_of_another_system_is_not_answered() {
     let mut world = World::flying();
     for opcode in [ACK, NAK, 255] {
         world.send(&request(1, 0, opcode, 1, 0, &[1]));

@@ -87,7 +87,7 @@ fn a_terminated_flight_is_shown_as_one_and_is_not_armed() {
 #[test]
 fn every_mode_has_its_custom_mode_and_the_custom_flag() {
     let mut world = World::flying();
-    // A flight begins in the first of them, so begin with the second: only changes are sent at once.
+    // A flight begins in the first one, so begin with the second: only changes are sent at once.
     let [first, rest @ ..] = Mode::ALL;
     for mode in rest.into_iter().chain([first]) {
         let heartbeat = heartbeat_after(&mut world, EventKind::Vehicle(VehicleEvent::Mode(mode)));

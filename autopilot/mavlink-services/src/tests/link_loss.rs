@@ -106,7 +106,7 @@ fn another_active_station_takes_over_and_its_silence_is_the_loss() {
 }
 
 #[test]
-fn a_simulation_that_stands_still_loses_nobody_and_does_not_hide_a_loss() {
+fn a_paused_simulation_loses_no_link_and_does_not_hide_a_loss() {
     let mut world = watched();
     for _ in 0..60 {
         // Wall time only.
@@ -173,7 +173,7 @@ fn an_accepted_command_of_another_station_ends_the_loss_and_stands() {
         beat(&mut world, OTHER);
     }
     assert_eq!(link_changes(&mut world), [LinkChange::Lost(LinkLossAction::Return)]);
-    // Return, which the loss has chosen already: now it is commanded.
+    // The loss has chosen Return already: now a command requests it.
     let mode = [1.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0];
     let bytes = command_long(176, mode, crate::codec::OWN);
     world.send_bytes(address(14_550), &sent_by(OTHER, bytes, 152));

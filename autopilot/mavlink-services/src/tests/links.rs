@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 const TCP: Address = Address::Tcp(Connection(0));
 
-/// Commands that nobody knows are numbered from here.
+/// Commands with unknown numbers start here.
 const UNKNOWN: u16 = 50_000;
 
 fn flying_with_tcp() -> World {
@@ -54,7 +54,7 @@ fn each_link_counts_its_own_frames_also_to_the_same_place() {
     world.send_bytes(TCP, &ping(1));
     world.run_ms(3_000);
     for to in [server, TCP] {
-        // Those of the autopilot: other components count for themselves. The seventh byte is the component.
+        // Those of the autopilot: other components have their own count. The seventh byte is the component.
         let of_link = world.got.iter().filter(|got| got.to == to && got.bytes[6] == 1);
         let sequences: Vec<u8> = of_link.map(|got| got.sequence).collect();
         assert!(sequences.len() > 30, "{} frames to {to:?}", sequences.len());

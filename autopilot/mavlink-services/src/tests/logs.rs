@@ -383,7 +383,7 @@ fn a_request_for_a_whole_log_by_datagram_gets_a_quarter_of_the_rate() {
 }
 
 #[test]
-fn a_ground_station_that_takes_nothing_holds_up_nobody_and_gets_its_answers_first() {
+fn a_ground_station_that_takes_nothing_delays_no_other_and_gets_its_answers_first() {
     let mut flight = Flight::with(&[90_000]);
     flight.world.stuck.push(address(STATION_PORT));
     flight.send_from(STATION_PORT, &data(0, 0, ALL));
@@ -425,12 +425,12 @@ fn a_slow_disk_holds_up_nothing_else() {
 }
 
 #[test]
-fn a_download_reads_in_blocks_and_ends_when_nobody_listens_any_more() {
+fn a_download_reads_in_blocks_and_ends_when_the_client_is_silent() {
     let mut flight = Flight::with(&[20_000_000]);
     flight.request(0, 0, ALL);
     flight.run_ms(500);
     assert!((1..10).contains(&flight.reads), "{}", flight.reads);
-    // The configured address is known for ever, so only its silence ends it.
+    // The configured address is always known, so only its silence ends it.
     flight.run_ms(65_000);
     flight.world.got.clear();
     flight.run_ms(100);
@@ -477,7 +477,7 @@ fn listing_the_logs_takes_no_place_of_a_download() {
         let bytes = flight.world.encode(visitor, message);
         flight.world.send_bytes(address(port), &bytes);
     };
-    // The download is the oldest of the clients, and more come than there are places.
+    // The download is the oldest of the clients, and more arrive than there are places.
     request(&mut flight, 20_000, &data(0, 0, ALL));
     flight.run_ms(20);
     for port in 20_001..20_030 {

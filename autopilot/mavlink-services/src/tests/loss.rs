@@ -1,4 +1,4 @@
-//! Each datagram lost in turn: a client that repeats its requests ends where it would have without the loss.
+//! Each datagram lost in turn: a client that repeats its requests reaches the same end as without the loss.
 
 use super::world::*;
 use ::mavlink::dialects::common::{MavMessage, PARAM_VALUE_DATA};
@@ -45,7 +45,7 @@ fn is_ack(command: u16) -> impl Fn(&Got) -> bool {
     move |got| got.id == 77 && got.payload[..2] == command.to_le_bytes()
 }
 
-/// Where a conversation ends.
+/// End of a conversation.
 #[derive(Debug, PartialEq)]
 struct End {
     parameters: Parameters,

@@ -72,7 +72,7 @@ fn sticks(world: &mut World) -> Vec<Sticks> {
         .collect()
 }
 
-/// What becomes of one message.
+/// Outcome of one message.
 fn becomes(message: &MavMessage) -> Vec<Sticks> {
     let mut world = by_joystick();
     world.send(message);
@@ -341,7 +341,7 @@ fn a_new_flight_in_position_does_not_wait_for_what_altitude_waited_for() {
 }
 
 #[test]
-fn sticks_take_control_only_where_nobody_has_it() {
+fn sticks_take_control_only_where_no_station_has_it() {
     let mut world = World::flying();
     send_as(&mut world, OTHER, &joystick([0, 500, 500, 0]));
     world.run_ms(20);

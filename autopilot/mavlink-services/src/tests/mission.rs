@@ -1,4 +1,4 @@
-//! The mission protocol: plans in and out, item by item.
+//! The mission protocol: uploads and downloads of plans, item by item.
 
 pub(super) mod client;
 mod conversations;

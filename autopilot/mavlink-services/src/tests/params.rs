@@ -151,7 +151,7 @@ fn a_change_is_broadcast_and_reaches_the_laws() {
     };
     assert_eq!(limits.altitude_max_m, 9_000.0);
     world.send(&set_real("FLT_LOE_PCT", 30.0));
-    assert!(world.take_commands().is_empty(), "nobody but us needs it");
+    assert!(world.take_commands().is_empty(), "the control side does not need it");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Commands with a place to go to: reposition, orbit, loiter, pause, home.
+//! Commands with a target point: reposition, orbit, loiter, pause, home.
 
 use super::world::*;
 use crate::convert;

@@ -1,4 +1,4 @@
-//! Commands about a plan that is loaded: begin, go on, another item.
+//! Commands about a loaded plan: begin, continue, another item.
 
 use flight_management::command::VehicleCommand;
 use std::sync::Arc;

@@ -69,7 +69,7 @@ fn setpoints(world: &mut World) -> Vec<Setpoint> {
         .collect()
 }
 
-/// What becomes of one message, and the texts about it.
+/// Outcome of one message, and the texts about it.
 fn becomes(bytes: &[u8]) -> (Vec<Setpoint>, Vec<String>) {
     let mut world = in_offboard();
     world.send_bytes(address(14_550), bytes);

@@ -1,4 +1,4 @@
-//! The files for QGroundControl: their form by its own rules, and what they send.
+//! The files for QGroundControl: their form by its own rules, and the commands that they send.
 
 use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
@@ -48,7 +48,7 @@ fn actions(text: &str, file_type: &str, required: &[&str]) -> Vec<(String, u16, 
 fn every_action_is_accepted_and_both_files_have_the_same() {
     let newer = actions(MAVLINK_ACTIONS, "MavlinkActions", &["label", "description", "mavCmd"]);
     assert_eq!(newer, actions(CUSTOM_ACTIONS, "CustomActions", &["label", "mavCmd"]));
-    // A station shows them three at a time, without a request: what is used most comes first, and they are few.
+    // A station shows them three at a time, without a request: the most used come first, and they are few.
     assert!(newer.len() <= 6, "{} actions", newer.len());
     let first: Vec<&str> = newer.iter().take(3).map(|(label, ..)| label.as_str()).collect();
     assert_eq!(first, ["Left elevator at 30 deg", "Rudder at 7 deg", "Everything OK"]);

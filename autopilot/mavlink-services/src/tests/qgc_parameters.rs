@@ -67,7 +67,7 @@ fn every_parameter_that_a_version_requests_exists_with_the_type_of_px4() {
     }
 }
 
-/// What a running 4.4 missed in its popup before the list was taken from its source text.
+/// Parameters that a running 4.4 listed as missing in its popup, before the list was taken from its source text.
 const MISSED_BY_4_4: [&str; 20] = [
     "FW_ARSP_MODE",
     "CBRK_AIRSPD_CHK",

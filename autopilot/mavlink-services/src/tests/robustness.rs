@@ -31,7 +31,7 @@ fn a_visitor_gets_telemetry_until_it_falls_silent() {
 }
 
 #[test]
-fn noise_makes_nobody_a_peer() {
+fn noise_makes_no_sender_a_peer() {
     let mut world = World::flying();
     world.send_bytes(address(9_999), &[0xFD; 300]);
     world.run_ms(2_000);
@@ -65,7 +65,7 @@ fn a_flood_that_changes_nothing_becomes_no_intent_and_bounded_output() {
         world.got.clear();
     }
     assert!(world.take_commands().is_empty());
-    // 14 visitors at most are let in; two acknowledgements a datagram, texts limited, half a second of
+    // At most 14 visitors get in; two acknowledgements a datagram, texts limited, half a second of
     // telemetry for 16 peers.
     assert!(sent < 12_000, "{sent} frames");
 }

@@ -45,7 +45,7 @@ pub(super) fn upload(world: &mut World, path: &str, text: &str) {
     for message in requests {
         assert_eq!(answer_to(world, &message).opcode, ACK);
     }
-    // Texts at the end are for the tests.
+    // The texts at the end are for the tests.
     world.send(&last);
 }
 
@@ -128,7 +128,7 @@ fn of_two_clients_that_write_the_same_file_the_later_one_goes_on() {
     let late = request(2, 0, WRITE, 3, 0, b"end");
     assert_eq!(problem(&answer_to(&mut world, &late)), 4, "no session any more");
     assert_eq!(other(&mut world, &request(2, 0, WRITE, 3, 0, b"say")), ACK);
-    // Another file is not touched by that.
+    // Another file is not affected.
     assert_eq!(answer_to(&mut world, &with_path(3, 7, CREATE, "/scripts/b")).opcode, ACK);
     assert_eq!(answer_to(&mut world, &request(4, 7, WRITE, 3, 0, b"end")).opcode, ACK);
     assert_eq!(fetch(&mut world, "/scripts/a"), b"say");
@@ -169,7 +169,7 @@ fn files_and_their_sizes_are_limited() {
     }
     let one_more = answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/one_more"));
     assert_eq!((one_more.opcode, one_more.data), (129, vec![2, 28]), "no space left");
-    // One that is there already can be written again.
+    // A file that exists already can be written again.
     let session = answer_to(&mut world, &with_path(2, 0, CREATE, "/scripts/f00")).session;
     let end = u32::try_from(FILE_MAX).unwrap();
     assert_eq!(answer_to(&mut world, &request(3, session, WRITE, 1, end - 1, b"#")).opcode, ACK);
@@ -213,7 +213,7 @@ fn a_script_is_started_by_command_and_every_line_is_reported() {
     ] {
         assert!(world.has_text(words), "{words}: {:?}", world.texts());
     }
-    assert_eq!(world.take_acks(), [], "its requests are nobody's commands");
+    assert_eq!(world.take_acks(), [], "its requests are not the commands of a station");
 }
 
 #[test]
@@ -371,7 +371,7 @@ fn a_script_does_not_start_before_its_upload_has_ended() {
     assert_eq!(answer_to(&mut world, &last).opcode, ACK);
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, ACCEPTED)]);
-    // Who falls silent has not ended it.
+    // A client that falls silent has not ended its upload.
     assert_eq!(answer_to(&mut world, &with_path(50, 0, 11, "/scripts/a")).opcode, ACK);
     world.now = world.now + core::time::Duration::from_secs(61);
     world.settle();
@@ -380,7 +380,7 @@ fn a_script_does_not_start_before_its_upload_has_ended() {
 }
 
 #[test]
-fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew() {
+fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_again() {
     let mut world = World::flying();
     let end = u32::try_from(FILE_MAX).unwrap();
     assert_eq!(answer_to(&mut world, &with_path(1, 0, CREATE, "/scripts/a")).opcode, ACK);
@@ -390,7 +390,7 @@ fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew
     assert!(world.has_text("Script a: a part is missing"), "{:?}", world.texts());
     world.send_command(USER_3, START);
     assert_eq!(world.take_acks(), [ack(USER_3, DENIED)]);
-    // Writing on does not bring it back.
+    // Further writing does not restore it.
     let session = answer_to(&mut world, &with_path(5, 0, 11, "/scripts/a")).session;
     assert_eq!(answer_to(&mut world, &request(6, session, 1, 0, 0, &[])).opcode, ACK);
     world.send_command(USER_3, START);
@@ -401,7 +401,7 @@ fn a_script_of_which_a_part_was_refused_does_not_start_until_it_is_uploaded_anew
 }
 
 #[test]
-fn listings_are_answered_anew_and_a_repeated_removal_is_acknowledged_for_two_seconds() {
+fn listings_are_computed_again_and_a_repeated_removal_is_acknowledged_for_two_seconds() {
     let mut world = World::flying();
     upload(&mut world, "/scripts/a", "say a");
     let listing = with_path(1, 0, 3, "/scripts");

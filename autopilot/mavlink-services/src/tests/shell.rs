@@ -41,7 +41,7 @@ fn type_at(world: &mut World, from: Address, sender: Identity, text: &str, flags
     }
 }
 
-/// What the console of `sender` at `to` has got since the last call.
+/// Output that the console of `sender` at `to` has received since the last call.
 fn take(world: &mut World, to: Address, sender: Identity) -> String {
     let mut text = Vec::new();
     for got in world.got.iter().filter(|got| got.to == to) {
@@ -59,8 +59,8 @@ fn take(world: &mut World, to: Address, sender: Identity) -> String {
     String::from_utf8(text).unwrap()
 }
 
-/// Types a line at the station at 14550 and gives what it got within 200 ms, without the prompt of a new session
-/// and without the echo. A line that is no line (too long) has an empty echo.
+/// Types a line at the station at 14550 and returns its output within 200 ms, without the prompt of a new session
+/// and without the echo. Input that is not a line (too long) has an empty echo.
 fn run_line(world: &mut World, line: &str) -> String {
     type_at(world, address(14_550), STATION, &format!("{line}\n"), QGC);
     world.run_ms(200);

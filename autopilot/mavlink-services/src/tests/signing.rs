@@ -1,4 +1,4 @@
-//! Signing in a conversation: whose frames count, who may set it up, which texts report it.
+//! Signing in a conversation: which frames are accepted, which station may set it up, which texts report it.
 
 use super::world::*;
 use crate::codec::{OWN, SIGNATURE};
@@ -91,7 +91,7 @@ fn everything_sent_is_signed_and_what_is_not_signed_rightly_is_not_answered() {
 }
 
 #[test]
-fn each_link_signs_with_a_number_of_its_own() {
+fn each_link_signs_with_its_own_number() {
     let mut world = signing();
     world.run_ms(1_500);
     let link = |to: Address| {
@@ -213,7 +213,7 @@ fn ping(number: u8) -> Vec<u8> {
     frame(4, 237, &[0, 0, 0, 0, 0, 0, 0, 0, number, 0, 0, 0, 0, 0])
 }
 
-/// What a hostile ground station may do to a signed frame, or send instead of one.
+/// Attacks of a hostile ground station: changes of a signed frame, or other frames in its place.
 fn hostile() -> impl Strategy<Value = Vec<u8>> {
     let pieces = prop_oneof![
         Just(vec![0xFD]),

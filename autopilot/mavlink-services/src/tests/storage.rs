@@ -1,4 +1,4 @@
-//! Parameters that are kept: what is handed to the file, and PREFLIGHT_STORAGE.
+//! Saved parameters: the content of the file, and PREFLIGHT_STORAGE.
 
 use super::params::{set_int, set_real};
 use super::world::*;
@@ -14,7 +14,7 @@ fn keeping() -> World {
     world
 }
 
-/// What the file would be now, if it were written again.
+/// Content of the file, if it were written again.
 fn saved(world: &mut World) -> Option<Parameters> {
     let save = world.ground.pop_save()?;
     Some(from_text("file", &save.text, &Parameters::default()).unwrap())
@@ -24,7 +24,7 @@ fn storage(world: &mut World, action: f32) {
     world.send_command(PREFLIGHT_STORAGE, [action, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }
 
-/// The disk has done its job, or has not.
+/// The result of the disk: done, or failed.
 fn finish(world: &mut World, number: u64, result: Result<(), &str>) {
     let result = result.map_err(str::to_owned);
     world.ground.handle_saved(&Saved { number, result });
@@ -70,7 +70,7 @@ fn parameters_set_on_the_command_line_are_not_saved() {
     assert_eq!(world.ground.parameters().limits.airspeed_min_m_s, 350.0);
     assert!(world.has_text("FW_AIRSPD_MIN set, but not saved"), "{:?}", world.texts());
     assert_eq!(saved(&mut world), None);
-    // Set on purpose, it is saved after all.
+    // A client has set it, so it is saved after all.
     world.send(&set_real("FW_AIRSPD_MAX", 400.0));
     assert_eq!(saved(&mut world).unwrap().limits.airspeed_max_m_s, 400.0);
 }
@@ -102,9 +102,9 @@ fn a_full_disk_and_its_end_are_reported_once_each() {
     assert_eq!(world.take_acks(), [failed]);
     finish(&mut world, number + 1, Err("no space left"));
     world.run_ms(2_000);
-    let complaints =
+    let warnings =
         world.texts().iter().filter(|text| text.contains("not saved: no space left")).count();
-    assert_eq!(complaints, 1, "{:?}", world.texts());
+    assert_eq!(warnings, 1, "{:?}", world.texts());
     finish(&mut world, number + 2, Ok(()));
     world.run_ms(2_000);
     assert!(world.has_text("saved again"), "{:?}", world.texts());

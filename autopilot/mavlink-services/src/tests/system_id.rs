@@ -1,4 +1,4 @@
-//! MAV_SYS_ID: the vehicle speaks and listens under the id that it had at the start.
+//! MAV_SYS_ID: the vehicle sends and receives under the id that it had at the start.
 
 use super::params::set_int;
 use super::world::*;

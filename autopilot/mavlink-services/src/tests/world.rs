@@ -22,10 +22,10 @@ use flight_management::configuration::{self, DEFAULT_MODEL};
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::schedule::ReferenceSchedule;
 
-/// What the plant of the test does with a fault request.
+/// Reaction of the test's plant to a fault request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlantManner {
-    /// Does what is requested.
+    /// Executes the request.
     Willing,
     /// Answers with this.
     Answers(FaultReply),
@@ -33,7 +33,7 @@ pub enum PlantManner {
     Silent,
 }
 
-/// A frame that the ground station got.
+/// A frame that the ground station received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Got {
     pub to: Address,
@@ -71,14 +71,14 @@ pub struct World {
     pub plant: PlantManner,
     pub now: WallTime,
     pub sim: SimTime,
-    /// Everything sent to anybody.
+    /// Every message sent to any peer.
     pub got: Vec<Got>,
     /// Every intent that reached the control side.
     pub intents: Vec<Intent>,
     pub sensors: Sensors,
-    /// Peers to whom nothing can be sent for now.
+    /// Peers that cannot receive for now.
     pub stuck: Vec<Address>,
-    /// What the plant answers to a request for its faults.
+    /// The plant's answer to a request for its faults.
     pub listed: Vec<PlantReport>,
     sequence: u8,
 }
@@ -86,7 +86,7 @@ pub struct World {
 /// Time of one step of the world; simulation and wall time run together.
 pub const STEP: Duration = Duration::from_millis(2);
 
-/// A place on this machine, by the socket that calls ground stations.
+/// An address on this machine, by the socket that calls ground stations.
 pub fn address(port: u16) -> Address {
     Address::UdpClient(SocketAddr::from(([127, 0, 0, 1], port)))
 }
@@ -137,7 +137,7 @@ impl World {
         }
     }
 
-    /// In level flight for a while, messages so far forgotten.
+    /// In level flight for a while, earlier messages forgotten.
     pub fn flying() -> Self {
         Self::flying_with(&Parameters::default())
     }
@@ -151,7 +151,7 @@ impl World {
         world
     }
 
-    /// Everything but the plant's clock: what is due, requests, events.
+    /// Everything but the plant's clock: due messages, requests, events.
     pub fn settle(&mut self) {
         self.ground.poll(self.now);
         while let Some(intent) = self.ground.pop_intent() {
@@ -351,7 +351,7 @@ impl World {
     }
 }
 
-/// A COMMAND_LONG frame by hand, since the crate can only write the commands that it knows.
+/// A COMMAND_LONG frame assembled byte by byte, since the crate can only write the commands that it knows.
 pub fn command_long(command: u16, params: [f32; 7], target: Identity) -> Vec<u8> {
     let mut payload: Vec<u8> = params.iter().flat_map(|value| value.to_le_bytes()).collect();
     payload.extend_from_slice(&command.to_le_bytes());
@@ -359,7 +359,7 @@ pub fn command_long(command: u16, params: [f32; 7], target: Identity) -> Vec<u8>
     frame(76, 152, &payload)
 }
 
-/// A COMMAND_INT frame by hand.
+/// A COMMAND_INT frame assembled byte by byte.
 pub fn command_int(
     command: u16,
     frame_type: u8,
@@ -376,7 +376,7 @@ pub fn command_int(
     frame(75, 158, &payload)
 }
 
-/// A MAVLink 2 frame of the ground station, trailing zeros cut off by the protocol.
+/// A MAVLink 2 frame of the ground station, trailing zeros cut off as the protocol requires.
 pub fn frame(id: u8, extra_crc: u8, payload: &[u8]) -> Vec<u8> {
     let end = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
     let length = u8::try_from(end).unwrap();

@@ -43,8 +43,8 @@ fn fault(step: u64, id: u32) -> Entry {
     Entry::Fault { time: at(step), entry }
 }
 
-/// Flies `steps` steps, `change` changes each of them and says what comes before it. Gives the numbers of the steps
-/// with rows, and the number of entries that waited at most.
+/// Flies `steps` steps; `change` modifies each of them and returns the entries before it. Returns the numbers of the steps
+/// with rows, and the largest number of waiting entries.
 fn fly(
     rate: LogRate,
     steps: u64,

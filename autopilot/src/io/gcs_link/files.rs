@@ -1,4 +1,4 @@
-//! Files beside the link: what is kept for the next start, the log folder, the log of traffic.
+//! Files next to the link: those saved for the next start, the log folder, the log of traffic.
 
 use std::io;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub struct Logs {
 }
 
 impl Logs {
-    /// Begins the log of traffic; without it the flight goes on.
+    /// Begins the log of traffic; if it cannot, the flight continues without.
     pub(super) fn open_tlog(&self, unix_start_us: Option<u64>) -> Option<Tlog> {
         let Self { folder, limit_bytes } = self;
         make_room(folder, *limit_bytes);
@@ -37,7 +37,7 @@ impl Logs {
     }
 }
 
-/// The writers of what is kept for the next start. Dropping one waits until everything is written.
+/// The writers of the files saved for the next start. Dropping one waits until everything is written.
 #[derive(Debug)]
 pub(super) struct Stores {
     parameters: Option<Store>,
@@ -60,7 +60,7 @@ impl Stores {
         })
     }
 
-    /// Hands over what has changed, and takes the outcomes.
+    /// Passes changed contents to the writers, and reports their results.
     pub(super) fn poll(&self, ground: &mut Ground, now: WallTime) {
         if let Some(store) = &self.parameters {
             if let Some(save) = ground.pop_save() {
@@ -94,7 +94,7 @@ impl Stores {
         }
     }
 
-    /// Nothing more is sent or taken: the time in the key file is the last one.
+    /// Writes the final key file: no more frames are sent or accepted, so its time is the last one.
     pub(super) fn finish(&self, ground: &mut Ground) {
         if let (Some(store), Some(change)) = (&self.key, ground.last_key_change()) {
             store.change(change);
@@ -103,7 +103,7 @@ impl Stores {
 }
 
 impl GcsLink {
-    /// Hands the log folder its next job.
+    /// Passes the next job to the log folder.
     pub(super) fn begin_log_job(&mut self) {
         let Some(logs) = &mut self.logs else { return };
         if !logs.is_busy()
@@ -124,7 +124,7 @@ impl GcsLink {
     }
 }
 
-/// What became of the job of the log folder; never, where there is none.
+/// Outcome of the job of the log folder; never completes without a folder.
 pub(super) async fn next_done(logs: &mut Option<LogFolder>) -> LogDone {
     match logs {
         Some(logs) => logs.outcome().await,

@@ -1,5 +1,5 @@
 //! The sockets of the ground-station side: UDP to configured stations, a UDP and a TCP port for stations that call.
-//! None can hold up another.
+//! No socket can block another.
 
 use core::time::Duration;
 use std::io;
@@ -14,7 +14,7 @@ use crate::clock::WallTime;
 use crate::io::status::Listening;
 use mavlink_services::peers::{Address, Connection};
 
-/// Longest piece that is read at once; the largest frame has 293 bytes, and a path 1500.
+/// Longest single read; the largest frame has 293 bytes, and a packet on the network about 1500.
 pub(super) const READ_MAX: usize = 2048;
 /// Kinds of sockets that take turns.
 const KINDS: usize = 3;
@@ -22,23 +22,23 @@ const KINDS: usize = 3;
 const ERRORS_IN_A_ROW: usize = 16;
 /// TCP connections that may wait to be accepted.
 const BACKLOG: u32 = 16;
-/// What the system keeps for a TCP peer that does not read, bytes: a few seconds of telemetry. Beyond that telemetry
-/// is dropped here, so that a slow peer does not see the past.
+/// Send buffer for a TCP peer that does not read, bytes: a few seconds of telemetry. Beyond that the autopilot drops
+/// telemetry, so that a slow peer does not receive old data.
 const SYSTEM_BUFFER: u32 = 32 * 1024;
-/// A TCP connection whose peer takes nothing for this long is closed, so that its place is free again.
+/// A TCP connection whose peer accepts nothing for this long is closed, which frees its place.
 const STALL_MAX: Duration = Duration::from_secs(60);
 
-/// The sockets that were asked for.
+/// The open sockets.
 #[derive(Debug)]
 pub(super) struct Sockets {
     client: Option<Udp>,
     server: Option<Udp>,
     tcp: Option<TcpServer>,
-    /// Which kind is looked at first.
+    /// The kind to poll first.
     turn: usize,
 }
 
-/// Something new at a socket.
+/// An event of a socket.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Arrival {
     /// A datagram of this length was read.
@@ -47,9 +47,9 @@ pub(super) enum Arrival {
     Opened { connection: Connection, from: SocketAddr },
     /// Bytes of a connection were read.
     Bytes { connection: Connection, length: usize },
-    /// A connection is over.
+    /// A connection has ended.
     Closed(Connection),
-    /// A socket takes more again.
+    /// A socket can send again.
     Writable,
 }
 
@@ -67,12 +67,12 @@ impl Sockets {
         Ok(Self { client, server, tcp, turn: 0 })
     }
 
-    /// Where ground stations can connect, with the ports that the system chose.
+    /// Addresses of the open sockets, with the ports that the system chose.
     pub(super) fn listening(&self, links: &Links) -> Result<Listening, GcsError> {
-        let failed = |link, asked: Option<SocketAddr>| {
+        let failed = |link, requested: Option<SocketAddr>| {
             move |source: io::Error| GcsError::Bind {
                 link,
-                address: asked.unwrap_or(links.client_bind),
+                address: requested.unwrap_or(links.client_bind),
                 source,
             }
         };
@@ -85,7 +85,7 @@ impl Sockets {
         })
     }
 
-    /// Whether a frame to `address` can be handed to the system now.
+    /// Whether the system can accept a frame to `address` now.
     pub(super) fn can_send(&self, address: Address) -> bool {
         match address {
             Address::UdpClient(_) => self.client.as_ref().is_some_and(Udp::can_send),
@@ -102,22 +102,22 @@ impl Sockets {
             (Address::UdpClient(to), Some(client), _, _) => client.send(to, frame),
             (Address::UdpServer(to), _, Some(server), _) => server.send(to, frame),
             (Address::Tcp(connection), _, _, Some(tcp)) => tcp.send(connection, frame, now),
-            // Nobody can have come by a socket that does not exist.
+            // No peer can have come by a socket that does not exist.
             _ => {}
         }
     }
 
-    /// Closes a connection. Returns who was at its other end.
+    /// Closes a connection. Returns the address of its peer.
     pub(super) fn close(&mut self, connection: Connection) -> Option<SocketAddr> {
         self.tcp.as_mut().and_then(|tcp| tcp.close(connection))
     }
 
-    /// A connection whose peer has stopped taking what it is sent.
+    /// A connection whose peer no longer accepts data.
     pub(super) fn stalled(&self, now: WallTime) -> Option<Connection> {
         self.tcp.as_ref().and_then(|tcp| tcp.stalled(now))
     }
 
-    /// What happens next. The sockets take turns, so that a flood at one leaves room for the others.
+    /// The next event. The sockets take turns, so that a flood at one leaves room for the others.
     pub(super) fn poll(
         &mut self,
         cx: &mut Context<'_>,
@@ -142,7 +142,7 @@ impl Sockets {
     }
 }
 
-/// A UDP socket, and the datagram that the system did not take yet.
+/// A UDP socket, and the datagram that the system has not accepted yet.
 #[derive(Debug)]
 struct Udp {
     socket: UdpSocket,
@@ -167,7 +167,7 @@ impl Udp {
         self.unsent.is_none()
     }
 
-    /// Sends a datagram, or keeps it until the system takes it.
+    /// Sends a datagram, or keeps it until the system accepts it.
     fn send(&mut self, to: SocketAddr, datagram: Vec<u8>) {
         match self.socket.try_send_to(&datagram, to) {
             Ok(_) => {}
@@ -176,7 +176,7 @@ impl Udp {
             }
             Err(error) => {
                 self.send_errors += 1;
-                // The first of each doubling: a ground station that is not there is normal.
+                // Logs the first of each doubling: an absent ground station is normal.
                 if self.send_errors.is_power_of_two() {
                     warn!(%to, %error, errors = self.send_errors, "a datagram was not sent");
                 }
@@ -209,22 +209,22 @@ impl Udp {
                     return Poll::Ready(Arrival::Datagram { from: address(from), length });
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                // It concerns an earlier send to somebody who is not there.
+                // The error concerns an earlier datagram to an absent peer.
                 Err(error) => debug!(%error, "ground-station socket"),
             }
         }
-        // After too many errors: the other inputs and the deadline go on, and the next call reads again.
+        // After too many errors the other inputs and the deadline continue, and the next call reads again.
         Poll::Pending
     }
 }
 
-/// Listens, and holds the connections that were opened.
+/// The listening socket, and the open connections.
 #[derive(Debug)]
 pub(super) struct TcpServer {
     listener: TcpListener,
     clients: Vec<Client>,
     next: u32,
-    /// Whose turn it is to be looked at first.
+    /// The connection to poll first.
     turn: usize,
     accept_errors: u64,
 }
@@ -234,9 +234,9 @@ struct Client {
     connection: Connection,
     remote: SocketAddr,
     stream: TcpStream,
-    /// The part of a frame that the system did not take yet.
+    /// The part of a frame that the system has not accepted yet.
     unsent: Vec<u8>,
-    /// When the system refused to take more.
+    /// When the system stopped accepting data.
     stalled_since: WallTime,
     broken: bool,
 }
@@ -257,23 +257,23 @@ impl TcpServer {
         client.is_some_and(|client| client.unsent.is_empty() && !client.broken)
     }
 
-    /// Sends a frame, or keeps what the system does not take.
+    /// Sends a frame, or keeps what the system does not accept.
     pub(super) fn send(&mut self, connection: Connection, frame: Vec<u8>, now: WallTime) {
         let mut clients = self.clients.iter_mut();
-        // A connection that was closed just now.
+        // The connection was closed just now.
         let Some(client) = clients.find(|client| client.connection == connection) else { return };
         client.unsent = frame;
         client.stalled_since = now;
         client.write();
     }
 
-    /// Closes a connection. Returns who was at its other end.
+    /// Closes a connection. Returns the address of its peer.
     pub(super) fn close(&mut self, connection: Connection) -> Option<SocketAddr> {
         let at = self.clients.iter().position(|client| client.connection == connection)?;
         Some(self.clients.swap_remove(at).remote)
     }
 
-    /// A connection whose peer has stopped taking what it is sent.
+    /// A connection whose peer no longer accepts data.
     pub(super) fn stalled(&self, now: WallTime) -> Option<Connection> {
         let stalled = |client: &&Client| {
             !client.unsent.is_empty() && now.since(client.stalled_since) > STALL_MAX
@@ -281,7 +281,7 @@ impl TcpServer {
         self.clients.iter().find(stalled).map(|client| client.connection)
     }
 
-    /// Connections are looked at in turns, and each is read once in its turn.
+    /// Polls the connections in turn, each once per round.
     pub(super) fn poll(
         &mut self,
         cx: &mut Context<'_>,
@@ -318,7 +318,7 @@ impl TcpServer {
                 }
             };
             if let Err(error) = stream.set_nodelay(true) {
-                // It has been closed already, as reading will show; else it is served with some delay.
+                // The peer has closed it already, as reading will show; otherwise it is served with some delay.
                 debug!(%remote, %error, "TCP_NODELAY");
             }
             let connection = Connection(self.next);
@@ -335,17 +335,17 @@ impl TcpServer {
 
 fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
-    // A server that has just ended leaves connections behind that would keep the port; one that still
+    // Connections of a server that has just ended would keep the port; one that still
     // listens keeps it all the same.
     socket.set_reuseaddr(true)?;
-    // Accepted connections inherit it.
+    // Accepted connections inherit the option.
     socket.set_send_buffer_size(SYSTEM_BUFFER)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)
 }
 
 impl Client {
-    /// Writes what waits, as far as the system takes it. True if it took anything.
+    /// Writes waiting data, as far as the system accepts them. True if it accepted any.
     fn write(&mut self) -> bool {
         match self.stream.try_write(&self.unsent) {
             Ok(taken) => {

@@ -42,7 +42,7 @@ fn runtime() -> Runtime {
     Builder::new_current_thread().enable_all().build().unwrap()
 }
 
-/// A link that serves on a thread of its own, and what keeps it alive.
+/// A link that serves on its own thread, and the channels that keep it alive.
 struct Served {
     listening: Listening,
     thread: JoinHandle<Result<(), GcsError>>,
@@ -75,7 +75,7 @@ fn station() -> UdpSocket {
     station
 }
 
-/// PING that asks everybody; `number` comes back.
+/// PING to all systems; the answers repeat `number`.
 fn ping(number: u32) -> Vec<u8> {
     let mut frame = vec![0xFD, 14, 0, 0, 0, 255, 190, 4, 0, 0];
     frame.extend_from_slice(&[0; 8]);
@@ -188,10 +188,10 @@ fn one_connection_too_many_is_closed_and_a_closed_one_frees_its_place() {
     let mut refused = served.connect();
     assert_eq!(refused.read(&mut [0; 1]).unwrap_or(0), 0, "closed at once");
     drop(stations.pop());
-    // The place is free as soon as the link has seen the end.
+    // The place is free as soon as the link has seen the end of the connection.
     let got_in = (0..1_000).any(|_| {
         let mut station = served.connect();
-        // It may have been closed already.
+        // The peer may have closed it already.
         let _ = station.write_all(&ping(99));
         station.read(&mut [0; 10]).is_ok_and(|length| length > 0)
     });
@@ -199,11 +199,11 @@ fn one_connection_too_many_is_closed_and_a_closed_one_frees_its_place() {
 }
 
 #[test]
-fn a_connection_that_reads_nothing_is_read_no_further_and_delays_nobody() {
+fn a_connection_that_reads_nothing_is_read_no_further_and_delays_no_other() {
     let served = serve(&[]);
     let mut slow = served.connect();
     slow.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
-    // Until neither the system nor the link takes more.
+    // Until neither the system nor the link accepts more.
     let mut sent = 0;
     let error = loop {
         match slow.write(&ping(sent)) {
@@ -216,7 +216,7 @@ fn a_connection_that_reads_nothing_is_read_no_further_and_delays_nobody() {
     let mut other = served.connect();
     other.write_all(&ping(5)).unwrap();
     assert_eq!(answers(&mut other, 1), [5], "the others are served meanwhile");
-    // Nothing that was taken is lost: the last whole frame is answered as well.
+    // No accepted byte is lost: the last whole frame is answered as well.
     let taken: Vec<u32> = answers(&mut slow, 10_000);
     assert_eq!(taken, (0..10_000).collect::<Vec<u32>>());
 }
@@ -229,7 +229,7 @@ fn a_connection_that_takes_nothing_for_a_minute_is_given_up_and_one_that_takes_a
         station.set_read_timeout(Some(TIMEOUT)).unwrap();
         let connection = Connection(0);
         let mut now = WallTime::ZERO;
-        // Fills what the system keeps; true if it took anything.
+        // Fills the system's buffer; true if it accepted any.
         let fill = async |server: &mut TcpServer, now: WallTime| {
             let mut took = false;
             let poll = |cx: &mut Context<'_>, server: &mut TcpServer| {
@@ -248,7 +248,7 @@ fn a_connection_that_takes_nothing_for_a_minute_is_given_up_and_one_that_takes_a
         assert!(!server.can_send(connection), "the system takes no more");
         assert_eq!(server.stalled(now + Duration::from_secs(60)), None);
         assert_eq!(server.stalled(now + Duration::from_secs(61)), Some(connection));
-        // Whatever it takes starts the time again.
+        // Whatever the peer accepts restarts the time limit.
         now = now + Duration::from_secs(50);
         let mut buffer = vec![0; 1 << 20];
         station.read_exact(&mut buffer[..30_000]).unwrap();

@@ -68,7 +68,7 @@ fn erasing_leaves_logs_that_are_written_and_other_files() {
     assert_eq!(left, [FIRST, "20261121-090000-000000bb.ulg", "20261121-100000.tlog", "notes.txt"]);
     assert!(outer.path().join(SECOND).exists());
     drop(open);
-    assert_eq!(erase(&folder).unwrap().removed, 1, "once nobody writes it any more");
+    assert_eq!(erase(&folder).unwrap().removed, 1, "once its writer has closed it");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The folder of the logs: names, when they were begun, and room for new ones.
+//! The folder of the logs: names, times of beginning, and room for new ones.
 
 use std::fs::{self, File};
 use std::io;
@@ -7,13 +7,13 @@ use std::process;
 
 use tracing::{info, warn};
 
-/// Endings of the files that count and that may be removed.
+/// Extensions of the files that count towards the limit and may be removed.
 const ENDINGS: [&str; 2] = ["ulg", "tlog"];
 /// Characters of `yyyymmdd-hhmmss`.
 const STAMP: usize = 15;
 const DAY_S: u64 = 86_400;
 
-/// Creates the folder if need be, and writes to it once.
+/// Creates the folder if needed, and writes to it once.
 pub fn prepare(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     let probe = folder.join(format!(".two-step-{}", process::id()));
@@ -21,7 +21,7 @@ pub fn prepare(folder: &Path) -> io::Result<()> {
     fs::remove_file(probe)
 }
 
-/// Name of a log: UTC time of its beginning and what people see of the flight's number.
+/// Name of a log: UTC time of its beginning and the short form of the flight's session.
 pub fn name(utc_s: u64, session: &str) -> String {
     format!("{}-{session}.ulg", stamp(utc_s))
 }
@@ -43,7 +43,7 @@ pub fn stamp(utc_s: u64) -> String {
     format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{:02}", second % 60)
 }
 
-/// When a log with this name was begun, seconds since 1970, UTC; `None` if it is not the name of a flight
+/// Time at which a log with this name was begun, seconds since 1970, UTC; `None` if it is not the name of a flight
 /// log: `yyyymmdd-hhmmss-<hash of the session, 8 hex digits>.ulg`.
 #[must_use]
 pub fn flight_log_begun(name: &str) -> Option<u64> {
@@ -92,8 +92,8 @@ fn days_of_month(year: u64, month: u64) -> u64 {
     }
 }
 
-/// Removes the oldest logs until they have at most `limit` bytes together. A log that is being written stays, and so
-/// do files whose names are not those of logs.
+/// Removes the oldest logs until they have at most `limit` bytes together. It keeps logs that are being written, and
+/// files whose names are not those of logs.
 pub fn make_room(folder: &Path, limit: u64) {
     let mut logs = match logs(folder) {
         Ok(logs) => logs,
@@ -136,7 +136,7 @@ fn logs(folder: &Path) -> io::Result<Vec<(String, PathBuf, u64)>> {
     Ok(logs)
 }
 
-/// `yyyymmdd-hhmmss`, then anything, then one of the endings.
+/// `yyyymmdd-hhmmss`, then anything, then one of the extensions.
 fn is_log(name: &str) -> bool {
     let Some((stem, ending)) = name.rsplit_once('.') else { return false };
     let stamp = stem.as_bytes().get(..STAMP).unwrap_or_default();
@@ -171,7 +171,7 @@ mod tests {
         for name in names.iter().copied().chain(flights.iter().map(String::as_str)) {
             fs::write(folder.path().join(name), [0; 100]).unwrap();
         }
-        // Somebody writes the second one.
+        // The second one is being written.
         let open = File::open(folder.path().join(&flights[1])).unwrap();
         open.lock().unwrap();
         make_room(folder.path(), 250);

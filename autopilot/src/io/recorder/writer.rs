@@ -19,10 +19,10 @@ use flight_management::parameters::Parameters;
 
 /// One piece of a file, bytes.
 const BUFFER_BYTES: usize = 256 * 1024;
-/// Old logs are removed each time a log has grown by this part of the limit.
+/// Old logs are removed each time a log has grown by this fraction of the limit.
 const LOOKS: u64 = 16;
 
-/// What the log thread owns.
+/// State of the log thread.
 pub struct LogThread {
     config: RecorderConfig,
     changes: Receiver<Parameters>,
@@ -30,14 +30,14 @@ pub struct LogThread {
     flushed: Instant,
     /// Set for the control thread when a log was removed.
     removed: Arc<AtomicBool>,
-    /// When the last control step came.
+    /// Time of the last control step.
     stepped: Instant,
 }
 
 struct OpenLog {
     encoder: Encoder<LogFile>,
     path: PathBuf,
-    /// Size at which old logs are removed again, bytes.
+    /// Size at which old logs are removed next, bytes.
     look_at: u64,
 }
 
@@ -62,7 +62,7 @@ impl LogThread {
                     for entry in batch.drain(..) {
                         self.take(entry);
                     }
-                    // Where nobody wants it back, it goes.
+                    // The control thread has ended and does not need it back.
                     let _ = recycle.try_send(batch);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
@@ -95,7 +95,7 @@ impl LogThread {
     fn begin(&mut self, begin: Begin) {
         let RecorderConfig { folder, limit_bytes, rate, parameters, .. } = &self.config;
         if let Err(problem) = std::fs::create_dir_all(folder) {
-            // The file cannot be made either, which says the same.
+            // If the file cannot be created either, the result is the same.
             debug!(%problem, "the folder of the logs cannot be made again");
         }
         folder::make_room(folder, *limit_bytes);
@@ -117,7 +117,7 @@ impl LogThread {
         }
     }
 
-    /// Does something to the log; where that fails, the log is over.
+    /// Applies an operation to the log; if it fails, the log ends.
     fn write(&mut self, what: impl FnOnce(&mut Encoder<LogFile>) -> io::Result<()>) {
         let Some(log) = self.log.as_mut() else { return };
         if let Err(problem) = what(&mut log.encoder) {
@@ -142,7 +142,7 @@ impl LogThread {
         let limit = self.config.limit_bytes;
         let Some(log) = self.log.as_mut() else { return };
         let written = log.encoder.written();
-        // The log of traffic has its share beside it.
+        // The log of traffic has its share besides it.
         if written >= limit - tlog::share(limit) {
             let path = log.path.display();
             warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
@@ -153,7 +153,7 @@ impl LogThread {
         }
     }
 
-    /// What is written to a file that has lost its name is lost with the end of the process.
+    /// Data written to a file that has lost its name are lost at the end of the process.
     fn look_for_the_file(&mut self) {
         let is_gone = |log: &OpenLog| std::fs::symlink_metadata(&log.path).is_err();
         if let Some(log) = self.log.take_if(|log| is_gone(log)) {
@@ -172,8 +172,8 @@ impl LogThread {
     }
 }
 
-/// A log file. Each call of [`Write::write`] is one message; a piece ends between two of them, so that a piece that
-/// finds no room can be taken back.
+/// A log file. Each call of [`Write::write`] is one message; a piece ends between two messages, so that a piece without
+/// room can be removed again.
 #[derive(Debug)]
 struct LogFile {
     file: File,
@@ -183,7 +183,7 @@ struct LogFile {
 }
 
 impl LogFile {
-    /// Creates a file that is not there yet, and locks it: a locked log is not removed.
+    /// Creates a new file and locks it: a locked log is not removed.
     fn create(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;
         // A file system without locks only loses the protection from being removed.
@@ -196,7 +196,7 @@ impl LogFile {
         match result {
             Ok(()) => self.whole += self.buffer.len() as u64,
             Err(_) => {
-                // As far as the system lets us: the file ends with a whole message.
+                // As far as the system allows: the file ends with a whole message.
                 let _ = self.file.set_len(self.whole);
                 let _ = self.file.seek(SeekFrom::Start(self.whole));
             }

@@ -21,7 +21,7 @@ fn bandwidth(path: &Path) -> f64 {
     kept(path).parameters.gains.neso.bandwidth
 }
 
-/// The parameter file, whatever is in it.
+/// The parameter file, with any content.
 fn own_file(path: &Path) -> OwnFile {
     let (parameters, defaults) = (Parameters::default(), Parameters::default());
     KeptParameters { path: path.to_path_buf(), parameters, defaults }.own_file()
@@ -63,7 +63,7 @@ fn a_save_that_a_client_waits_for_is_reported_by_its_number() {
         thread::yield_now();
         let outcome = store.outcome();
         if outcome.is_none() {
-            // Sleeping is for io only, and waiting for the disk is what this is about.
+            // Sleeping is for io only, and waiting for the disk is the subject of this test.
             let (lock, wake) = (Mutex::new(()), Condvar::new());
             drop(wake.wait_timeout(lock.lock().unwrap(), Duration::from_millis(1)));
         }
@@ -79,7 +79,7 @@ fn a_write_that_fails_leaves_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("parameters.toml");
     replace(&path, &text(40.0)).unwrap();
-    // A folder has the name that the new file would take.
+    // A folder has the name that the new file needs.
     let taken = folder.path().join(format!("parameters.toml.{}.new", process::id()));
     fs::create_dir(taken).unwrap();
     assert!(replace(&path, &text(50.0)).is_err());
@@ -164,7 +164,7 @@ fn files_are_in_the_data_folder_of_the_user_unless_an_option_names_another_place
     assert_eq!(PathOption::path(Some(&PathOption::None), "name"), None);
 }
 
-/// Not a test of its own: the process that is killed below.
+/// Not a test by itself: the process that the test below kills.
 #[test]
 #[ignore = "runs until it is killed"]
 fn writes_without_end() {
@@ -228,7 +228,7 @@ fn open_key(path: &Path) -> Store {
     Store::open(kept.own_file(), "signing key").unwrap()
 }
 
-/// Writes a file of its owner alone, whatever is there.
+/// Writes a file of its owner alone, over any existing one.
 fn put(path: &Path, text: &str) {
     let mut options = fs::OpenOptions::new();
     let file = options.write(true).create(true).truncate(true).mode(KEY_MODE).open(path);

@@ -1,4 +1,4 @@
-//! What the kinds of fault do to effectors that move: flights over the flat Earth.
+//! Effects of the kinds of fault on moving effectors: flights over the flat Earth.
 
 use super::*;
 use crate::{EarthModel, Plant, PlantSetup, Scenario, Truth, scenario};
@@ -134,7 +134,7 @@ fn every_kind_moves_its_own_effector_away_from_the_healthy_one_and_no_other() {
 
 #[test]
 fn a_hard_over_goes_to_its_side_whatever_the_sign_of_the_command() {
-    // The mistake of others: the side follows the sign of the command.
+    // A common mistake: the side follows the sign of the command.
     for (side, sign) in [(Side::Positive, 1.0), (Side::Negative, -1.0)] {
         for command in [-0.4, 0.0, 0.4] {
             let mut flight = Flight::new();
@@ -153,7 +153,7 @@ fn a_hard_over_goes_to_its_side_whatever_the_sign_of_the_command() {
 
 #[test]
 fn stuck_keeps_the_last_value_and_is_not_zero() {
-    // The mistake of others: a stuck output is zero.
+    // A common mistake: a stuck output is zero.
     for effector in tvc_jet::ALL {
         let mut flight = Flight::new();
         flight.commands[effector] += sized(effector, 0.5);
@@ -168,7 +168,7 @@ fn stuck_keeps_the_last_value_and_is_not_zero() {
 
 #[test]
 fn a_repeated_command_does_not_restart_the_clock_of_the_fault() {
-    // The mistake of others: each copy of the command begins the ramp anew.
+    // A common mistake: each copy of the command restarts the ramp.
     let timing = Timing { ramp_s: 1.0, duration_s: Some(3.0), ..Timing::NOW };
     let (effector, kind) = (tvc_jet::RUDDER, FaultKind::PartialLoss { remaining: 0.0 });
     let mut flight = Flight::new();
@@ -317,7 +317,7 @@ fn a_flame_out_runs_down_with_the_lag_of_the_engine_and_spools_up_after_the_repa
 fn a_ramp_brings_each_size_evenly() {
     let timing = Timing { ramp_s: 2.0, ..Timing::NOW };
     let effector = tvc_jet::RUDDER;
-    // After half of the ramp: what acts where 0.2 rad is commanded.
+    // After half of the ramp: the effect of a command of 0.2 rad.
     for (kind, halfway) in [
         (FaultKind::PartialLoss { remaining: 0.5 }, 0.2 * 0.75),
         (FaultKind::Biased { bias: 0.1 }, 0.25),
@@ -357,12 +357,12 @@ fn a_fault_of_the_scenario_and_the_same_on_request_fly_the_same_bits() {
             let timing = Timing { duration_s: Some(0.06), ..Timing::at(at) };
             let mut written =
                 Flight::with(vec![ScheduledFault { target: effector.into(), kind, timing }]);
-            let mut asked = Flight::new();
-            asked.inject(effector, kind, timing);
+            let mut requested = Flight::new();
+            requested.inject(effector, kind, timing);
             for tick in 0..120 {
                 wave(&mut written, tick);
-                wave(&mut asked, tick);
-                assert_eq!(written.fly(1), asked.fly(1), "{effector:?} {kind:?}");
+                wave(&mut requested, tick);
+                assert_eq!(written.fly(1), requested.fly(1), "{effector:?} {kind:?}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! When faults act, what is reported of it, and which requests are refused.
+//! Times at which faults act, the reports of them, and refused requests.
 
 use super::*;
 use icd::tvc_jet;
@@ -62,7 +62,7 @@ fn a_fault_without_a_number_of_repetitions_goes_on_until_it_is_cleared() {
     let repeat = Some(Repeat { every_s: 0.3, times: None });
     inject(&mut bench, T0, LOSS, Timing { duration_s: Some(0.1), repeat, ..Timing::NOW });
     run(&mut bench, at(301_050));
-    // The thousandth repetition begins exactly after 300 s: nothing adds up.
+    // The thousandth repetition begins exactly after 300 s: no error accumulates.
     assert_eq!(bench.faults.active(tvc_jet::RUDDER), Some((LOSS, at(301_000))));
     bench.request(at(301_050), FaultRequest::ClearAll);
     assert_eq!(bench.states().last(), Some(&FaultState::Ended { at: at(301_050) }));

@@ -23,7 +23,7 @@ impl World {
         self.pacer.due(time, time + ControlPeriod::DEFAULT, || now)
     }
 
-    /// Lets wall time pass, and flies what is due in it.
+    /// Lets wall time pass, and flies the ticks that are due.
     fn pass_ms(&mut self, ms: u64) {
         let end = self.wall + Duration::from_millis(ms);
         loop {
@@ -169,7 +169,7 @@ fn a_small_delay_is_caught_up_and_a_long_one_is_not() {
     world.wall += Duration::from_millis(100);
     world.pass_ms(0);
     assert_eq!(world.time, ms(108));
-    // 1 s late: simulation time goes on from here.
+    // 1 s late: simulation time continues from here.
     world.wall += Duration::from_millis(1_000);
     world.pass_ms(0);
     assert_eq!(world.time, ms(110));

@@ -1,5 +1,5 @@
-//! Aircraft that are not the paper's: without a nozzle, with a surface that stands alone, with twelve effectors, without
-//! an engine's worth of controls. Each is the paper's jet with other effectors.
+//! Aircraft other than the paper's: without a nozzle, with a single surface without partner, with twelve effectors, without
+//! an engine. Each is the paper's jet with other effectors.
 
 use icd::fault::{FaultKind, FaultReply, FaultRequest, Refusal, Timing};
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind, LateralSide, PerEffector};
@@ -8,7 +8,7 @@ use crate::airframe::DEFAULT_AIRFRAME;
 use crate::scenario::{NOMINAL, Scenario};
 use crate::{Airframe, EarthModel, Plant, PlantSetup};
 
-/// The text before the first effector, that of each effector, and that behind the last one.
+/// The text before the first effector, that of each effector, and that after the last one.
 fn parts() -> (String, Vec<String>, String) {
     let (before, rest) = DEFAULT_AIRFRAME.split_once("[[effector]]").unwrap();
     let (effectors, behind) = rest.split_once("[nozzle]").unwrap();
@@ -32,7 +32,7 @@ fn setup(airframe: Airframe) -> PlantSetup {
     PlantSetup { earth: EarthModel::Flat, ..setup }
 }
 
-/// It is trimmed, flies its trim for a second, and follows each effector.
+/// Checks that it is trimmed, flies its trim for a second, and follows each effector.
 fn flies(airframe: &Airframe) {
     let setup = setup(airframe.clone());
     let mut plant = Plant::new(&setup).unwrap_or_else(|error| panic!("{error}"));

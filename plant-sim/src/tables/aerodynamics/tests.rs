@@ -208,7 +208,7 @@ proptest! {
         let [p, q, r]: [f64; 3] = rates;
         let air = AirState { airspeed_m_s: 150.0, alpha_rad, beta_rad, rates: Body::new(p, q, r) };
         let other = AirState { beta_rad: -beta_rad, rates: Body::new(-p, q, -r), ..air };
-        // Aileron and rudder stay: the source lists their effects for both sides, and not always with the same number.
+        // Aileron and rudder stay: the source lists their effects for both sides, not always with the same number.
         let [left, right] = elevators;
         let c = f16().coefficients(&air, 0.4, &[0.0, 0.0, left, right, 0.0]);
         let m = f16().coefficients(&other, 0.4, &[0.0, 0.0, right, left, 0.0]);

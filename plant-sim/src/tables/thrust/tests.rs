@@ -78,7 +78,7 @@ fn propeller_and_motor_balance() {
     let at = slow(25.0, 1.2682);
     for throttle in [0.4, 0.7, 1.0] {
         let speed = PROPELLER.speed_at_throttle(throttle, &at);
-        // The balance as the source writes it, with the advance ratio.
+        // The balance as in the source, with the advance ratio.
         let turns = speed / core::f64::consts::TAU;
         let j = 25.0 / (turns * 0.508);
         let torque = 1.2682
@@ -124,7 +124,7 @@ proptest! {
     ) {
         let (engine, at) = (Engine::Propeller(PROPELLER), slow(airspeed, density));
         let (less, more) = (engine.thrust_at(throttle, &at), engine.thrust_at(throttle + 0.01, &at));
-        // One that the air turns brakes most at some speed, not at the lowest.
+        // A windmilling propeller brakes most at some speed, not at the lowest.
         prop_assert!(less.is_finite() && (more >= less || less < 0.0), "{less} and {more} N");
         let push = engine.push(thrust, &at);
         prop_assert!(push.thrust_n.is_finite() && push.roll_n_m.is_finite(), "{push:?}");

@@ -59,7 +59,7 @@ fn stationary_variances_are_the_integrals_of_the_spectra() {
     }
 }
 
-/// Gusts of many ticks of `period_s`, from where they are stationary on: v, w, p, q, r for unit intensity.
+/// Gusts of many ticks of `period_s`, once they are stationary: v, w, p, q, r for unit intensity.
 fn flown(period_s: f64, ticks: usize) -> Vec<[f64; 5]> {
     let mut turbulence = Turbulence::new(1.0, SPAN_M, period_s, 3, 0);
     let mut gusts = Vec::with_capacity(ticks);

@@ -12,7 +12,7 @@ fn with_script(text: &str) -> Autopilot {
     Autopilot::new(&settings)
 }
 
-/// What was published of scripts since the last call.
+/// Script events published since the last call.
 fn script_events(autopilot: &mut Autopilot) -> Vec<ScriptEvent> {
     std::iter::from_fn(|| autopilot.pop_event())
         .filter_map(|event| match event.kind {
@@ -51,7 +51,7 @@ fn a_script_does_not_move_while_time_stands_still() {
 }
 
 #[test]
-fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names_the_line() {
+fn faults_of_a_script_are_requests_with_their_own_numbers_and_a_refusal_names_the_line() {
     let mut autopilot = with_script("fail rudder stuck at 90 deg\nfail engine stuck");
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     autopilot.step(SimTime::ZERO, &sensors());
@@ -76,7 +76,7 @@ fn faults_of_a_script_are_requests_with_numbers_of_their_own_and_a_refusal_names
 }
 
 #[test]
-fn a_request_of_a_script_that_the_plant_leaves_without_an_answer_is_told() {
+fn a_request_of_a_script_that_the_plant_leaves_without_an_answer_is_reported() {
     let mut autopilot = with_script("fail rudder stuck");
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
     autopilot.step(SimTime::ZERO, &sensors());
@@ -92,20 +92,20 @@ fn a_script_leaves_the_plant_room_for_others_and_goes_on_when_it_has_answered() 
     let text = "fail rudder stuck\n".repeat(20);
     let mut autopilot = with_script(&text);
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
-    let (mut time, mut asked) = (SimTime::ZERO, Vec::new());
+    let (mut time, mut requests) = (SimTime::ZERO, Vec::new());
     for _ in 0..3 {
         autopilot.step(time, &sensors());
-        asked.extend(std::iter::from_fn(|| autopilot.next_request()));
+        requests.extend(std::iter::from_fn(|| autopilot.next_request()));
         time = time + ControlPeriod::DEFAULT;
     }
-    assert_eq!(asked.len(), 8, "unanswered at most");
+    assert_eq!(requests.len(), 8, "unanswered at most");
     for _ in 0..20 {
-        for PlantRequest { number: request, .. } in core::mem::take(&mut asked) {
+        for PlantRequest { number: request, .. } in core::mem::take(&mut requests) {
             let reply = FaultReply::Applied { at: time };
             autopilot.handle_report(&PlantReport::FaultReply { request, reply });
         }
         autopilot.step(time, &sensors());
-        asked.extend(std::iter::from_fn(|| autopilot.next_request()));
+        requests.extend(std::iter::from_fn(|| autopilot.next_request()));
         time = time + ControlPeriod::DEFAULT;
     }
     let published = script_events(&mut autopilot);
@@ -182,7 +182,7 @@ fn a_script_executes_a_limited_number_of_lines_in_a_tick_and_the_rest_in_the_nex
 #[test]
 fn a_crossing_during_the_turn_of_other_lines_is_not_missed() {
     let lines = "say x\n".repeat(100);
-    // The crossing there and back is over before the first sequence is.
+    // The crossing there and back ends before the first sequence.
     let mut autopilot =
         with_script(&format!("{lines}sequence b\nwhen altitude rises above 5500 m: say high\n"));
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);
@@ -197,7 +197,7 @@ fn a_crossing_during_the_turn_of_other_lines_is_not_missed() {
 }
 
 #[test]
-fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_told_last() {
+fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_reported_last() {
     use icd::fault::{FaultEntry, FaultState, Timing};
     let mut autopilot = with_script(&"say x\n".repeat(256));
     autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);

@@ -107,7 +107,7 @@ fn a_line_that_asks_the_plant_waits_for_room_and_its_sequence_with_it() {
         ..rolled(roll_deg)
     };
     assert_eq!(run.next(&at(0, 0.0), false), None);
-    // The crossing comes while there is no room, and is not forgotten.
+    // The crossing comes while there is no room, and is not lost.
     let due = run.next(&at(2_000, 20.0), false).map(|due| due.line);
     assert_eq!(due, Some(4));
     assert_eq!(run.next(&at(4_000, 20.0), false), None);

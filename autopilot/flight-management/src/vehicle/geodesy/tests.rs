@@ -71,7 +71,7 @@ proptest! {
         let horizon = Horizon::at(place(latitude, longitude));
         let wanted = Horizontal::new(north, east);
         let found = horizon.offset(&Site::at(horizon.place_at(&wanted)));
-        // Half a per cent is what the guidance is promised.
+        // The guidance relies on half a per cent.
         prop_assert!((found - wanted).norm() <= 0.005 * wanted.norm(), "{found} for {wanted}");
     }
 

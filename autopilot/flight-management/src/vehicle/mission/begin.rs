@@ -1,4 +1,4 @@
-//! How an item begins: from the item to what is flown.
+//! Beginning of an item: from the item to a task.
 
 use flight_control::Demand;
 
@@ -10,20 +10,20 @@ use crate::vehicle::circle::Orbit;
 use crate::vehicle::geodesy::Site;
 use crate::vehicle::plan::{Action, Circle, Item, Point};
 
-/// An item that is not flown itself.
+/// An item without a task.
 pub enum Otherwise {
     /// Done already.
     AtOnce,
-    /// Another item is.
+    /// Replaced by another item.
     Jump(u16),
     /// Not yet begun.
     Later,
-    /// The way home is.
+    /// A return home.
     Home,
 }
 
 impl Mission {
-    /// Begins an item; what it changes at once is changed.
+    /// Begins an item; changes that it makes at once are made.
     pub(super) fn begin(
         &mut self,
         item: &Item,
@@ -88,7 +88,7 @@ impl Mission {
         let altitude_m = circle.centre.altitude_m;
         let mut loiter = Loiter::new(orbit, until, self.next_point(tick.home), altitude_m);
         match altitude_m {
-            // Climbing is what the item is for: it begins at once.
+            // The purpose of the item is the climb: it begins at once.
             Some(end) if until == Until::Altitude => {
                 demand.altitude_m = rules.nearest_altitude_m(end);
             }
@@ -97,7 +97,7 @@ impl Mission {
         loiter
     }
 
-    /// Where a jump leads now, and counts it. A jump back may have to wait.
+    /// Target of a jump, which it counts. A jump back may have to wait.
     fn jump(&mut self, to: u16, times: Option<u16>) -> Otherwise {
         let onwards = Otherwise::Jump(self.current.saturating_add(1));
         let Some(jumped) = self.jumped.get_mut(usize::from(self.current)) else {

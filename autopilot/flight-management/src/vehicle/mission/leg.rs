@@ -10,36 +10,36 @@ use flight_control::Demand;
 use flight_control::guidance::approach::planned_radius_m;
 use flight_control::guidance::{Horizontal, follow_line, hold_course};
 
-/// Turns are begun early as if they were no more than a right angle: the rest of a sharper one is flown
+/// Turns begin early as if they were no more than a right angle: the rest of a sharper one is flown
 /// beyond the point.
 const ANTICIPATED_MAX_RAD: f64 = core::f64::consts::FRAC_PI_2;
-/// A turn is begun within this share of the shorter of its two legs.
+/// A turn begins within this fraction of the shorter of its two legs.
 const LEG_SHARE: f64 = 0.5;
-/// The bisector of an almost reversed course has no direction; below this length it does not count.
+/// The bisector of an almost reversed course has no direction; below this length it is ignored.
 const BISECTOR_MIN: f64 = 0.2;
 
-/// To come back to a point the aircraft flies so many turn radii away from it: it must turn around and find
+/// To return to a point the aircraft flies this many turn radii away from it: it must turn around and find
 /// the line to the point again.
 const AWAY_RADII: f64 = 4.0;
 
 /// A leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
-    /// Where it begins.
+    /// Start point.
     pub from: Site,
     /// The waypoint.
     pub to: Site,
     /// Acceptance radius of the item, m.
     pub acceptance_m: Option<f64>,
-    /// Where the path goes on after it.
+    /// Continuation of the path.
     pub next: Option<Site>,
     /// Altitude along it.
     pub ramp: Option<Ramp>,
-    /// Which part of it is flown.
+    /// Part of the leg being flown.
     pub phase: LegPhase,
 }
 
-/// Which part of a leg is flown.
+/// Part of a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LegPhase {
     /// To the waypoint.
@@ -56,18 +56,18 @@ pub struct Ramp {
     from_m: f64,
     to_m: f64,
     length_m: f64,
-    /// The largest share of the way so far: the reference never goes back.
+    /// The largest fraction of the way so far: the reference never goes back.
     share: f64,
 }
 
 impl Ramp {
-    /// From one altitude to another on a way of this length, m.
+    /// From one altitude to another over this length, m.
     #[must_use]
     pub fn new(from_m: f64, to_m: f64, length_m: f64) -> Self {
         Self { from_m, to_m, length_m, share: 0.0 }
     }
 
-    /// Altitude with this much of the way left, m; it is complete when `early_m` is left.
+    /// Altitude with this distance left, m; it is complete when `early_m` is left.
     pub fn altitude_m(&mut self, left_m: f64, early_m: f64) -> f64 {
         let length_m = self.length_m - early_m;
         let share = if length_m > 1.0 { 1.0 - (left_m - early_m) / length_m } else { 1.0 };
@@ -75,7 +75,7 @@ impl Ramp {
         self.from_m + self.share * (self.to_m - self.from_m)
     }
 
-    /// Where it ends, m.
+    /// Final altitude, m.
     #[must_use]
     pub fn end_m(&self) -> f64 {
         self.to_m
@@ -129,7 +129,7 @@ impl View {
 }
 
 impl Leg {
-    /// One tick: what to fly, or `None` when the waypoint is reached.
+    /// One tick: the command, or `None` when the waypoint is reached.
     pub fn fly(
         &mut self,
         situation: &Situation,
@@ -173,11 +173,11 @@ impl Leg {
     }
 }
 
-/// Items without a place that are looked past.
+/// Items without a place that are skipped in the search.
 const STEPS_MAX: usize = 32;
 
 impl Mission {
-    /// The point that is flown to after the current item, if there is one and the item goes on by itself.
+    /// The point that the aircraft flies to after the current item, if there is one and the item continues by itself.
     pub(super) fn next_point(&self, home: Option<Site>) -> Option<Site> {
         let current = self.plan.items.get(usize::from(self.current))?;
         if !current.autocontinue {

@@ -1,4 +1,4 @@
-//! A circle of a plan, and when it is left.
+//! A circle of a plan, and the condition for leaving it.
 
 use core::f64::consts::TAU;
 
@@ -11,16 +11,16 @@ use crate::vehicle::geodesy::Site;
 use crate::vehicle::rules::Rules;
 use crate::vehicle::situation::Situation;
 
-/// The aircraft is on the circle within this share of its radius, or the acceptance radius.
+/// The aircraft is on the circle within this fraction of its radius, or the acceptance radius.
 const ON_CIRCLE_SHARE: f64 = 0.05;
 /// And when its track is within this cosine (30 deg) of the circle's direction.
 const ON_CIRCLE_COS: f64 = 0.866;
-/// A circle is left when the next point is ahead within this sine (4 deg).
+/// The aircraft leaves a circle when the next point is ahead within this sine (4 deg).
 const LEAVE_SIN: f64 = 0.07;
-/// A point this much outside of the circle can be reached by leaving along a tangent.
+/// A point this far outside the circle can be reached by leaving along a tangent.
 const OUTSIDE: f64 = 1.05;
 
-/// When a circle is done.
+/// Condition that completes a circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Until {
     /// Never.
@@ -38,13 +38,13 @@ pub enum Until {
 pub struct Loiter {
     /// The circle.
     pub orbit: Orbit,
-    /// When it is done.
+    /// Condition that completes it.
     pub until: Until,
-    /// Where the path goes on after it.
+    /// Continuation of the path.
     pub next: Option<Site>,
     /// Altitude on the way to the circle.
     pub ramp: Option<Ramp>,
-    /// Altitude of the circle, m, to be commanded again after a pause.
+    /// Altitude of the circle, m, commanded again after a pause.
     altitude_m: Option<f64>,
     resumed: bool,
     /// The aircraft is or was on the circle since the item began or was resumed.
@@ -58,12 +58,12 @@ pub struct Loiter {
     leaving_rad: Option<f64>,
 }
 
-/// What became of one tick.
+/// Result of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Circled {
-    /// Go on.
+    /// Continue.
     On(Flown),
-    /// The circle has been reached just now; go on.
+    /// The circle has just been reached; continue.
     Reached(Flown),
     /// Done, and the next point is ahead.
     Done,
@@ -95,7 +95,7 @@ impl Loiter {
         self.reached
     }
 
-    /// The aircraft comes back to it from elsewhere; turns and time already flown count.
+    /// The aircraft returns to it from elsewhere; turns and time already flown count.
     pub fn resume(&mut self) {
         self.on_circle = false;
         self.bearing = None;
@@ -170,7 +170,7 @@ impl Loiter {
         }
     }
 
-    /// Leaves where the tangent leads to the next point, or at once if none does, and after one more turn
+    /// Leaves where the tangent leads to the next point, or at once if no tangent does, and after one more turn
     /// in any case.
     fn is_left(
         &mut self,

@@ -58,7 +58,7 @@ fn a_new_position_needs_hold_or_the_flag() {
     assert!((plane.distance_m(at(20.0, 20.0)) - 12_000.0).abs() < 10.0);
     assert!((plane.altitude_m - 6_000.0).abs() < 10.0);
     assert!(plane.roll < 0.0, "to the left");
-    // What is not named stays.
+    // Values not named stay.
     reposition(&mut plane, &Reposition { altitude_m: Some(5_000.0), ..Reposition::default() })
         .unwrap();
     plane.fly(200.0);
@@ -262,7 +262,7 @@ fn a_mode_chosen_while_the_link_was_lost_stays() {
 }
 
 #[test]
-fn a_terminated_flight_obeys_nobody_until_the_next_one() {
+fn a_terminated_flight_obeys_no_command_until_the_next_one() {
     let mut plane = Plane::flying();
     plane.change(Mode::Hold).unwrap();
     for _ in 0..2 {

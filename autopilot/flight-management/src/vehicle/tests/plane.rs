@@ -1,4 +1,4 @@
-//! A point that flies what the vehicle demands: enough of an aircraft for modes and plans.
+//! A point mass that flies what the vehicle demands: enough of an aircraft for modes and plans.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ pub fn start() -> Place {
     Place { latitude_rad: 0.6, longitude_rad: -2.0 }
 }
 
-/// A place so many km north and east of the start.
+/// A place this many km north and east of the start.
 pub fn at(north_km: f64, east_km: f64) -> Place {
     Horizon::at(start()).place_at(&(Horizontal::new(north_km, east_km) * 1.0e3))
 }
@@ -126,7 +126,7 @@ impl Plane {
         }
     }
 
-    /// Until something happens, or the time is over.
+    /// Flies until an event, or until the time is over.
     pub fn fly_until(&mut self, seconds: f64, kind: VehicleEvent) {
         let end = self.now.as_seconds() + seconds;
         while !self.events.contains(&kind) {

@@ -55,7 +55,7 @@ fn a_turn_begins_before_the_point_and_ends_on_the_next_leg() {
 }
 
 #[test]
-fn an_acceptance_radius_of_its_own_is_flown_into() {
+fn the_acceptance_radius_of_an_item_is_flown_into() {
     let acceptance_m = Some(100.0);
     let through = Action::Waypoint { point: point(30.0, 0.0, 5_000.0), acceptance_m };
     let mut plane = Plane::begin(vec![item(through), waypoint(30.0, 60.0, 5_000.0)]);
@@ -64,12 +64,12 @@ fn an_acceptance_radius_of_its_own_is_flown_into() {
 }
 
 #[test]
-fn a_jump_is_done_as_often_as_it_says() {
+fn a_jump_is_done_as_often_as_its_count() {
     let items = vec![waypoint(20.0, 0.0, 5_000.0), waypoint(20.0, 40.0, 5_000.0), jump(0, Some(2))];
     let mut plane = Plane::begin(items);
     plane.fly_until(3_000.0, COMPLETE);
     assert_eq!(plane.begun(), [0, 1, 0, 1, 0, 1]);
-    // Started again after the end: all over.
+    // Started again after the end: everything from the beginning.
     plane.events.clear();
     plane.change(Mode::Mission).unwrap();
     plane.fly_until(3_000.0, COMPLETE);
@@ -282,7 +282,7 @@ fn points_at_the_same_place_and_items_without_a_place_do_not_hold_the_plan_up() 
 }
 
 #[test]
-fn a_new_flight_keeps_the_plan_and_begins_it_anew() {
+fn a_new_flight_keeps_the_plan_and_restarts_it() {
     let mut plane = Plane::begin(vec![waypoint(5.0, 0.0, 5_000.0), waypoint(60.0, 0.0, 5_000.0)]);
     plane.fly_until(100.0, VehicleEvent::PlanItem(1));
     plane.vehicle.begin_flight();

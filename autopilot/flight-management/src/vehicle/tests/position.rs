@@ -37,8 +37,8 @@ fn a_roll_reference_of_zero_replaces_the_course_and_the_laws_get_what_was_given(
     plane.fly(10.0);
     assert_eq!((plane.heading, course_rad(&plane)), (0.4, None), "nothing turns it back");
     let state = plane.state();
-    let asked = plane.vehicle.track(&state, &plane.rules, &mut |_| {});
-    assert_eq!(asked, plane.demand(), "the altitude too");
+    let demand = plane.vehicle.track(&state, &plane.rules, &mut |_| {});
+    assert_eq!(demand, plane.demand(), "the altitude too");
     plane.vehicle.refer(Reference::Course(0.0), &rules()).unwrap();
     plane.fly(60.0);
     assert!(plane.heading.abs() < 1.0e-3, "{} rad", plane.heading);
@@ -84,7 +84,7 @@ fn out_of_a_turn_it_levels_the_wings_first_and_takes_the_course_then() {
 fn wings_that_a_fault_keeps_from_being_level_do_not_keep_the_course_from_being_held() {
     let mut plane = Plane::flying();
     plane.change(Mode::Position).unwrap();
-    // The aircraft stays banked by 20 deg, whatever is asked for.
+    // The aircraft stays banked by 20 deg, whatever the reference.
     let tick = |plane: &mut Plane| {
         plane.roll = 0.35;
         plane.heading += 0.001;
@@ -110,7 +110,7 @@ fn the_roll_stick_banks_and_centred_holds_the_course_that_it_has_led_to() {
     assert!((plane.demand().roll_rad - 22.5_f64.to_radians()).abs() < 1.0e-12);
     let left_at = plane.heading;
     assert!(left_at > 0.3, "it turns: {left_at} rad");
-    // A joystick is never quite in its centre.
+    // A joystick is never exactly centred.
     take(&mut plane, 0.02, -0.03, None);
     plane.fly(5.0);
     let taken = course_rad(&plane).unwrap();

@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{
 use super::{Fields, Message};
 use crate::codec::Identity;
 
-/// What a ground station requests of the logs.
+/// A request of a ground station to the log service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogRequest {
     /// The entries with these numbers.
@@ -18,7 +18,7 @@ pub enum LogRequest {
         /// The last; may be beyond the end.
         last: u16,
     },
-    /// A part of one log.
+    /// Part of one log.
     Data {
         /// Its number.
         id: u16,
@@ -27,13 +27,13 @@ pub enum LogRequest {
         /// Bytes; may be beyond the end.
         count: u32,
     },
-    /// Nothing any more.
+    /// End of all requests.
     End,
-    /// All logs removed.
+    /// Removal of all logs.
     Erase,
 }
 
-/// The request in a payload and its target; `None` if it is another message.
+/// The request in a payload and its target; `None` for another message.
 pub(super) fn decode(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
     let f = Fields::<12>::new(payload);
     let (target, request) = match id {

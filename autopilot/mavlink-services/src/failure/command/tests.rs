@@ -19,7 +19,7 @@ fn command(unit: Unit, failure: &str) -> FaultCommand {
     FaultCommand::new(unit, Failure::parse(failure).unwrap(), Instances::One(1))
 }
 
-/// A size as in the shell.
+/// A size as written in the shell.
 fn value(failure: &str, text: &str) -> Option<Value> {
     Some(Value::parse(Failure::parse(failure).unwrap(), text).unwrap())
 }
@@ -109,7 +109,7 @@ fn the_engines_sizes_are_percent_of_its_largest_thrust() {
     }
     let bias = FaultCommand { value: value("bias", "-30%"), ..command(Unit::MOTOR, "bias") };
     assert_eq!(fault(&bias, &[]).unwrap().0, FaultKind::Biased { bias: -0.3 * largest });
-    // With an angle in the parameters the engine is stuck where it is.
+    // With an angle in the parameters the engine sticks at its present thrust.
     assert_eq!(kind_of(Unit::MOTOR, "stuck", &[("FLT_STUCK_MODE", 1.0)]), FaultKind::StuckHere);
 }
 

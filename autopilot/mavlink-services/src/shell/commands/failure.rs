@@ -1,5 +1,5 @@
 //! `failure`: inject and clear faults of effectors, with the names of PX4's command of the same name and some more.
-//! It makes the same [`FaultCommand`] as the commands of the MAVLink protocol.
+//! It builds the same [`FaultCommand`] as the commands of the MAVLink protocol.
 
 use std::fmt::Write as _;
 
@@ -56,7 +56,7 @@ const TIMES: &str = "\
 list shows the faults, clear mends everything and forgets what is scheduled.
 ";
 
-/// Options for numbers beside the size of a fault.
+/// Options for numbers besides the size of a fault.
 fn options() -> impl Iterator<Item = (&'static str, &'static KindInfo, &'static NumberInfo)> {
     let numbers = |kind: &'static KindInfo| kind.numbers.iter().map(move |number| (kind, number));
     let all = CATALOGUE.iter().flat_map(numbers);
@@ -130,7 +130,7 @@ fn parse(component: &str, failure: &str, words: &[&str]) -> Result<FaultCommand,
             }
         }
     }
-    // As with PX4 and the commands, instance 0 is all of them.
+    // As with PX4 and the MAVLink commands, instance 0 means all of them.
     if command.instances == Instances::One(0) {
         command.instances = Instances::All;
     }

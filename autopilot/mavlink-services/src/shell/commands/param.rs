@@ -1,4 +1,4 @@
-//! `param`: the parameters as the parameter protocol has them. A value is set by the same way as PARAM_SET.
+//! `param`: the parameters of the parameter protocol, set in the same way as by PARAM_SET.
 
 use std::fmt::Write as _;
 
@@ -90,7 +90,7 @@ fn matches(pattern: &str, name: &str) -> bool {
     let mut parts: Vec<&str> = tail.split('*').collect();
     let last = parts.pop().unwrap_or_default();
     for part in parts {
-        // The first place is the best: it leaves the most for what follows.
+        // The first match is the best: it leaves the most for the rest.
         let Some(at) = rest.find(part) else { return false };
         rest = &rest[at + part.len()..];
     }

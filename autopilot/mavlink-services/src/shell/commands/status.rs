@@ -117,7 +117,7 @@ fn effectors(text: &mut String, state: &Snapshot, list: &EffectorList) {
     }
 }
 
-/// With so many digits behind the point; what is zero then has no sign.
+/// With this many decimal places; zero has no sign.
 fn fixed(digits: usize, value: f64) -> String {
     let text = format!("{value:.digits$}");
     let is_zero = |digits: &&str| digits.bytes().all(|byte| matches!(byte, b'0' | b'.'));

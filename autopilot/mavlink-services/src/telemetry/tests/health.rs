@@ -14,7 +14,7 @@ const GPS: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_GPS;
 const PREARM: Sensor = Sensor::MAV_SYS_STATUS_PREARM_CHECK;
 const GEOFENCE: Sensor = Sensor::MAV_SYS_STATUS_GEOFENCE;
 
-/// `health_all_ok` as MAVSDK computes it from what it has received.
+/// `health_all_ok` as MAVSDK computes it from the received messages.
 fn mavsdk_health_all_ok(world: &World) -> bool {
     let Some(status) = world.got.iter().rev().find_map(Got::read::<SYS_STATUS_DATA>) else {
         return false;

@@ -1,4 +1,4 @@
-//! A ground station that speaks the mission protocol, over a link that may lose datagrams.
+//! A ground station that follows the mission protocol, over a link that may lose datagrams.
 
 use ::mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA,
@@ -13,11 +13,11 @@ use crate::tests::world::*;
 /// The result of success.
 pub const ACCEPTED: MavMissionResult = MavMissionResult::MAV_MISSION_ACCEPTED;
 
-/// How a ground station waits.
+/// Timing of a ground station.
 #[derive(Debug, Clone, Copy)]
 pub struct Manner {
-    /// It sends its last message again after this, ms.
-    pub patience_ms: u32,
+    /// It repeats its last message after this, ms.
+    pub timeout_ms: u32,
     /// How often it sends one message.
     pub tries: u32,
     /// It ends a download with an acknowledgement.
@@ -25,11 +25,11 @@ pub struct Manner {
 }
 
 /// MAVSDK: half a second, five times.
-pub const MAVSDK: Manner = Manner { patience_ms: 500, tries: 5, acknowledges: true };
+pub const MAVSDK: Manner = Manner { timeout_ms: 500, tries: 5, acknowledges: true };
 /// QGroundControl: one and a half seconds, five times.
-pub const QGC: Manner = Manner { patience_ms: 1_500, tries: 5, acknowledges: true };
+pub const QGC: Manner = Manner { timeout_ms: 1_500, tries: 5, acknowledges: true };
 /// MAVProxy: a second; it does not end a download.
-pub const MAVPROXY: Manner = Manner { patience_ms: 1_000, tries: 10, acknowledges: false };
+pub const MAVPROXY: Manner = Manner { timeout_ms: 1_000, tries: 10, acknowledges: false };
 
 /// A link that loses the datagram of one number, both directions counted, and a ground station behind it.
 pub struct Client {
@@ -66,7 +66,7 @@ impl Client {
         }
     }
 
-    /// What has come for this station and was not lost, of the mission protocol.
+    /// Messages of the mission protocol that arrived for this station.
     pub fn receive(&mut self) -> Vec<Got> {
         let got = core::mem::take(&mut self.world.got);
         let (mine, others): (Vec<Got>, Vec<Got>) =
@@ -75,7 +75,7 @@ impl Client {
         mine.into_iter().filter(|_| self.passes()).collect()
     }
 
-    /// Sends until `answer` is content with something that comes, and returns what it makes of it.
+    /// Sends until `answer` accepts a received message, and returns its result.
     pub fn exchange<T>(
         &mut self,
         message: &MavMessage,
@@ -83,7 +83,7 @@ impl Client {
     ) -> Option<T> {
         for _ in 0..self.manner.tries {
             self.send(message);
-            for _ in 0..self.manner.patience_ms / 2 {
+            for _ in 0..self.manner.timeout_ms / 2 {
                 if let Some(answer) = self.receive().iter().find_map(&answer) {
                     return Some(answer);
                 }
@@ -100,7 +100,7 @@ impl Client {
         'again: while tries < self.manner.tries {
             tries += 1;
             self.send(&last);
-            for _ in 0..self.manner.patience_ms / 2 {
+            for _ in 0..self.manner.timeout_ms / 2 {
                 let received = self.receive();
                 for got in &received {
                     if let Some(ack) = got.read::<MISSION_ACK_DATA>() {

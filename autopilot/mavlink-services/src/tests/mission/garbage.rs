@@ -19,7 +19,7 @@ const MESSAGES: [(u8, u8); 11] = [
     (37, 212),
 ];
 
-/// For the autopilot: where the target stands in the payload of each.
+/// For the autopilot: offset of the target in the payload of each.
 const TARGETS: [usize; 11] = [4, 32, 2, 2, 0, 2, 0, 0, 2, 32, 4];
 
 proptest! {

@@ -1,4 +1,4 @@
-//! Items that are no part of a plan.
+//! Items that do not belong to a plan.
 
 use super::client::*;
 use crate::tests::world::*;

@@ -1,4 +1,4 @@
-//! What becomes of the items of a plan.
+//! Conversion of the items of a plan.
 
 use super::client::*;
 use crate::tests::world::*;
@@ -8,7 +8,7 @@ use flight_management::command::VehicleCommand;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use proptest::prelude::*;
 
-/// The action of an item that stands behind a waypoint, and the texts about it.
+/// The action of an item after a waypoint, and the texts about it.
 fn taken(item: MISSION_ITEM_INT_DATA) -> (Action, World) {
     let mut client = Client::new(MAVSDK);
     let plan = [waypoint(0), MISSION_ITEM_INT_DATA { seq: 1, current: 0, ..item }];

@@ -1,4 +1,4 @@
-//! Plans that are refused: the result, the text, and the old plan that stays.
+//! Refused plans: the result, the text, and the old plan that stays.
 
 use super::client::*;
 use crate::tests::world::*;

@@ -11,7 +11,7 @@ fn mode(world: &World) -> Mode {
     world.autopilot.snapshot().unwrap().mode
 }
 
-/// A client whose vehicle keeps plans, and begins with this one.
+/// A client whose vehicle saves plans, and begins with this one.
 fn keeping(saved: SavedPlan) -> Client {
     let mut client = Client::new(QGC);
     client.world = World::waiting();
@@ -21,7 +21,7 @@ fn keeping(saved: SavedPlan) -> Client {
     client
 }
 
-/// What the file would have.
+/// Content that the file would have.
 fn file(client: &mut Client) -> SavedPlan {
     let save = client.world.ground.pop_plan_save().expect("a changed plan is handed out");
     assert!(save.at_once, "whoever uploads may pull the plug");

@@ -1,4 +1,4 @@
-//! A control side that is slow, and its own reports.
+//! A slow control side, and its own reports.
 
 use core::time::Duration;
 use flight_management::command::VehicleCommand;
@@ -90,7 +90,7 @@ impl Slow {
 fn a_plan_is_acknowledged_when_it_is_in_force_and_not_before() {
     let mut slow = Slow(World::flying());
     slow.upload(&waypoints(2));
-    // The last item again, while the control side thinks.
+    // The last item again, before the control side answers.
     slow.send(&MavMessage::MISSION_ITEM_INT(waypoint(1)));
     assert!(slow.results().is_empty());
     assert_eq!(slow.items(), 0, "the old plan");

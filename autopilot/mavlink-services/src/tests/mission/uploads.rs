@@ -1,4 +1,4 @@
-//! Uploads that do not go straight on.
+//! Uploads with repetitions, gaps and interruptions.
 
 use super::client::*;
 use crate::codec::Identity;
@@ -121,7 +121,7 @@ fn another_program_on_the_same_link_is_another_ground_station() {
 }
 
 #[test]
-fn a_ground_station_may_begin_anew_in_the_middle() {
+fn a_ground_station_may_restart_an_upload_in_the_middle() {
     let mut world = World::flying();
     world.send(&count(5));
     for item in waypoints(3) {
@@ -147,7 +147,7 @@ fn a_repeated_last_item_is_acknowledged_again_and_changes_nothing() {
     world.run_ms(500);
     world.send(&message(waypoint(1)));
     assert_eq!((results(&mut world), plans(&mut world)), (vec![ACCEPTED], 0));
-    // A late copy of an item before it means nothing.
+    // A late copy of an earlier item has no effect.
     world.send(&message(waypoint(0)));
     assert_eq!((results(&mut world), plans(&mut world)), (vec![], 0));
 }
@@ -159,7 +159,7 @@ fn copies_and_items_out_of_order_are_dropped_and_do_not_multiply() {
     for seq in [2, 0, 0, 3, 0, 1, 0, 1] {
         world.send(&message(waypoint(seq)));
     }
-    // One request for each item, since all of this came at once.
+    // One request for each item, since all of them arrived at once.
     assert_eq!(requests(&mut world), [0, 1, 2]);
     world.run_ms(300);
     // The copy shows that the request for item 2 was lost.
@@ -180,7 +180,7 @@ fn a_repeated_count_repeats_the_first_request_and_a_copy_of_it_does_not() {
     world.send(&count(2));
     assert_eq!(requests(&mut world), [0]);
     world.send(&count(3));
-    assert_eq!(requests(&mut world), [0], "another plan begins anew");
+    assert_eq!(requests(&mut world), [0], "another plan restarts the upload");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What each command prints and does.
+//! Output and effect of each command.
 
 use super::*;
 use flight_management::command::Command;

@@ -1,4 +1,4 @@
-//! `script`: the files, the one that runs, and the list of faults where the flight was joined.
+//! `script`: the files, the running one, and the list of faults where the autopilot joined the flight.
 
 use super::super::scripts::{CHAIN, upload};
 use super::*;
@@ -81,7 +81,7 @@ fn the_script_that_runs_is_known_however_many_others_were_refused() {
     upload(&mut world, "/scripts/b", "say b");
     assert_eq!(output(&mut world, "script run a"), "Script began: a\n");
     for _ in 0..8 {
-        // No request is taken.
+        // The autopilot takes no request.
         let parameters = *world.ground.parameters();
         world.ground.shared.scripts.start_by_name("b", &parameters).unwrap();
     }

@@ -142,7 +142,7 @@ fn a_long_output_waits_for_a_slow_peer_and_nothing_of_it_is_lost() {
     assert!(quick.lines().count() > 70, "{} lines", quick.lines().count());
     world.stuck.push(address(14_550));
     type_at(&mut world, address(14_550), STATION, &"param show\n".repeat(10), QGC);
-    // For 2 s nothing gets through, then a little now and then.
+    // For 2 s no message can be sent, then a few now and then.
     world.run_ms(2_000);
     assert_eq!(take(&mut world, address(14_550), STATION), "");
     let mut text = String::new();
