@@ -87,6 +87,9 @@ enum Command {
     Jams(Box<JamsArgs>),
     /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
     Trimmable(Box<TrimmableArgs>),
+    /// Fly many flights drawn from a specification with several laws, and compare what they survive
+    #[command(subcommand)]
+    Campaign(flight_campaign::Command),
     /// Design the gains of a law from the controller's model
     #[command(subcommand)]
     Design(Design),
@@ -141,6 +144,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
         Some(Command::Linearize(args)) => linearize::run(args)?,
+        Some(Command::Campaign(command)) => flight_campaign::run(command)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
         Some(Command::Actions(args)) => actions::run(args)?,
         Some(Command::Margins(args)) => margins::run(args)?,
@@ -189,6 +193,9 @@ mod tests {
             "envelope --out x",
             "false-alarms --out x",
             "trimmable --pairs-deg 10 --out x",
+            "campaign run jams --shard 1/2 --out x",
+            "campaign merge jams --out x y z",
+            "campaign replay jams --run 3 --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

@@ -207,6 +207,33 @@ impl AircraftArgs {
         })
     }
 
+    /// The airframe file with what is set in it.
+    ///
+    /// # Errors
+    /// As [`AircraftArgs::airframe`].
+    pub fn airframe_table(&self) -> Result<Table, ConfigurationError> {
+        self.table(&Named::of(self.airframe.as_ref(), DEFAULT_AIRFRAME)?, Target::Airframe)
+    }
+
+    /// The file of the controller's model with what is set in it.
+    ///
+    /// # Errors
+    /// As [`AircraftArgs::model`].
+    pub fn model_table(&self) -> Result<Table, ConfigurationError> {
+        self.table(&Named::of(self.model.as_ref(), DEFAULT_MODEL)?, Target::Model)
+    }
+
+    fn table(&self, file: &Named, target: Target) -> Result<Table, ConfigurationError> {
+        let root = if target == Target::Airframe { "airframe." } else { "model." };
+        match self.changed(file, target, root)? {
+            Some((_, table)) => Ok(table),
+            None => toml::from_str(&file.text).map_err(|source| ConfigurationError::Syntax {
+                file: file.name.clone(),
+                source: Box::new(source),
+            }),
+        }
+    }
+
     /// A scenario with what is set in it, for an aircraft with these effectors.
     ///
     /// # Errors

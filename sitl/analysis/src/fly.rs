@@ -7,7 +7,7 @@
 //! ```
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use autopilot::config::ConfigError;
@@ -195,6 +195,99 @@ struct Many<'a> {
     lost: usize,
 }
 
+/// One flight, to its end, with what is kept of it.
+#[derive(Debug, Clone, Copy)]
+pub struct OneFlight<'a> {
+    /// Name of what is flown, for the flight log and for `outcome.json`.
+    pub scenario: &'a str,
+    /// Files and settings that the setup was made of, for `outcome.json`.
+    pub aircraft: &'a AircraftArgs,
+    /// What is flown.
+    pub setup: &'a FlightSetup,
+    /// The flight ends with the loss of the aircraft.
+    pub stops_at_loss: bool,
+    /// Folder for `outcome.json` and `flight.csv`, and for what else is wanted.
+    pub folder: Option<&'a Path>,
+    /// The flight log too.
+    pub ulog: bool,
+    /// A page of figures too.
+    pub figures: bool,
+    /// A law that the program brings.
+    pub own_law: Option<OwnLaw>,
+}
+
+impl OneFlight<'_> {
+    /// Flies it and writes its files, `outcome.json` last.
+    ///
+    /// # Errors
+    /// [`FlyError`]; a folder that cannot be written is found before the flight.
+    pub fn fly(&self) -> Result<Outcome, FlyError> {
+        let folder = self.folder.map(Folder::create).transpose()?;
+        let begin =
+            |folder: &Folder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
+        let mut rows = folder.as_ref().map(begin).transpose()?;
+        let wants_log = self.ulog || self.figures;
+        let seconds = self.setup.duration.as_seconds();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked seconds of a flight"
+        )]
+        let progress = Progress::new("fly", "s", seconds as usize + 1).quiet_at_first();
+        let keep = Keep {
+            table: rows.as_mut(),
+            log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
+            progress: Some(&progress),
+            own_law: self.own_law,
+        };
+        let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
+        progress.finish();
+        if let Some(rows) = rows {
+            rows.finish()?;
+        }
+        if let (Some(folder), Some(log)) = (&folder, log) {
+            self.write_log(folder, log.end()?)?;
+        }
+        if let Some(folder) = &folder {
+            // Last: where it is, everything is.
+            folder.write_json(OUTCOME, &written(self.scenario, self.aircraft, &outcome))?;
+        }
+        Ok(outcome)
+    }
+
+    fn write_log(&self, folder: &Folder, bytes: Vec<u8>) -> Result<(), FlyError> {
+        if self.ulog {
+            folder.write(LOG, &ulog::format::MAGIC, &bytes)?;
+        }
+        if self.figures {
+            let page = plot::page(self.scenario, Log::from_bytes(bytes)?)?;
+            folder.write(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
+///
+/// # Errors
+/// [`FlyError::Start`] if the plant cannot start.
+pub fn outcome(setup: &FlightSetup) -> Result<Outcome, FlyError> {
+    judge::fly(setup, true, Keep::default()).map(|(outcome, _)| outcome)
+}
+
+fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Written<'a, T> {
+    let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    Written {
+        program: PROGRAM,
+        version: env!("CARGO_PKG_VERSION"),
+        scenario,
+        airframe: name(&aircraft.airframe),
+        model: name(&aircraft.model),
+        set: aircraft.settings.iter().map(ToString::to_string).collect(),
+        flown,
+    }
+}
+
 impl FlyArgs {
     /// Takes a law that the program brings; it flies unless `--law` names another one.
     pub fn bring(&mut self, own_law: Option<OwnLaw>) {
@@ -210,38 +303,17 @@ impl FlyArgs {
         if let Some(Seeds::Range { from, to }) = self.seed {
             return self.fly_seeds(&setup, from, to);
         }
-        // First, so that a folder that cannot be written is found before the flight.
-        let folder = self.out.as_deref().map(Folder::create).transpose()?;
-        let begin =
-            |folder: &Folder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
-        let mut rows = folder.as_ref().map(begin).transpose()?;
-        let wants_log = self.ulog || self.figures;
-        let seconds = setup.duration.as_seconds();
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked seconds of a flight"
-        )]
-        let progress = Progress::new("fly", "s", seconds as usize + 1).quiet_at_first();
-        let keep = Keep {
-            table: rows.as_mut(),
-            log: wants_log.then(|| FlightLog::begin(&self.scenario, &setup)).transpose()?,
-            progress: Some(&progress),
+        let one = OneFlight {
+            scenario: &self.scenario,
+            aircraft: &self.aircraft,
+            setup: &setup,
+            stops_at_loss: !self.no_stop_at_loss,
+            folder: self.out.as_deref(),
+            ulog: self.ulog,
+            figures: self.figures,
             own_law: self.own_law,
         };
-        let (outcome, log) = judge::fly(&setup, !self.no_stop_at_loss, keep)
-            .map_err(|error| self.of_scenario(error))?;
-        progress.finish();
-        if let Some(rows) = rows {
-            rows.finish()?;
-        }
-        if let (Some(folder), Some(log)) = (&folder, log) {
-            self.write_log(folder, log.end()?)?;
-        }
-        if let Some(folder) = &folder {
-            // Last: where it is, everything is.
-            folder.write_json(OUTCOME, &self.written(&outcome))?;
-        }
+        let outcome = one.fly().map_err(|error| self.of_scenario(error))?;
         print(&format!("{}, {outcome}\n", self.scenario))?;
         Ok(outcome.is_kept())
     }
@@ -258,34 +330,11 @@ impl FlyArgs {
         if let Some(folder) = &folder {
             folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
-            folder.write_json(OUTCOME, &self.written(Many { flights: &flights, lost }))?;
+            let flown = Many { flights: &flights, lost };
+            folder.write_json(OUTCOME, &written(&self.scenario, &self.aircraft, flown))?;
         }
         print(&seeds::shown(&flights))?;
         Ok(flights.iter().all(Outcome::is_kept))
-    }
-
-    fn write_log(&self, folder: &Folder, bytes: Vec<u8>) -> Result<(), FlyError> {
-        if self.ulog {
-            folder.write(LOG, &ulog::format::MAGIC, &bytes)?;
-        }
-        if self.figures {
-            let page = plot::page(&self.scenario, Log::from_bytes(bytes)?)?;
-            folder.write(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
-        }
-        Ok(())
-    }
-
-    fn written<T>(&self, flown: T) -> Written<'_, T> {
-        let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
-        Written {
-            program: PROGRAM,
-            version: env!("CARGO_PKG_VERSION"),
-            scenario: &self.scenario,
-            airframe: name(&self.aircraft.airframe),
-            model: name(&self.aircraft.model),
-            set: self.aircraft.settings.iter().map(ToString::to_string).collect(),
-            flown,
-        }
     }
 
     fn of_scenario(&self, error: FlyError) -> FlyError {

@@ -48,8 +48,9 @@ fn map_with<T: Sync, R: Send>(
     results
 }
 
-/// Tells how far something long is.
-pub(crate) struct Progress {
+/// Reports how far something long is, with its rate and the time left.
+#[derive(Debug)]
+pub struct Progress {
     label: String,
     /// What is counted, in the plural.
     what: &'static str,
@@ -58,25 +59,29 @@ pub(crate) struct Progress {
     bar: Option<ProgressBar>,
     /// Nothing is shown before.
     from: Option<Instant>,
+    begun: Instant,
 }
 
 impl Progress {
     /// Nothing is done yet; `what` is counted.
-    pub(crate) fn new(label: &str, what: &'static str, total: usize) -> Self {
+    #[must_use]
+    pub fn new(label: &str, what: &'static str, total: usize) -> Self {
         let bar = stderr().is_terminal().then(|| {
             let length = u64::try_from(total).unwrap_or(u64::MAX);
             let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-            let template = "{msg:32} [{bar:40}] {pos}/{len}, {eta} left";
+            let template = "{msg:32} [{bar:40}] {pos}/{len} {prefix}, {per_sec}, {eta} left";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style.progress_chars("=> "));
             }
-            bar.with_message(label.to_owned())
+            bar.with_message(label.to_owned()).with_prefix(what)
         });
-        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar, from: None }
+        let begun = clock::now();
+        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar, from: None, begun }
     }
 
     /// Nothing is shown of what is over within [`PROGRESS_DELAY`].
-    pub(crate) fn quiet_at_first(mut self) -> Self {
+    #[must_use]
+    pub fn quiet_at_first(mut self) -> Self {
         self.from = Some(clock::now() + PROGRESS_DELAY);
         if let Some(bar) = &self.bar {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -96,7 +101,7 @@ impl Progress {
     }
 
     /// One more is done.
-    pub(crate) fn one_done(&self) {
+    pub fn one_done(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let is_shown = self.is_shown();
         match &self.bar {
@@ -106,14 +111,20 @@ impl Progress {
                 if let Some(percent) = line_due(done, self.total) {
                     // Progress is a courtesy: a closed standard error must not end the campaign.
                     let Self { label, what, total, .. } = self;
-                    let _ = writeln!(stderr(), "{label}: {percent} % of {total} {what}");
+                    let elapsed_s = self.begun.elapsed().as_secs_f64();
+                    let rate = done as f64 / elapsed_s;
+                    let left_s = (total.saturating_sub(done)) as f64 / rate;
+                    let _ = writeln!(
+                        stderr(),
+                        "{label}: {percent} % of {total} {what}, {rate:.1}/s, {left_s:.0} s left"
+                    );
                 }
             }
         }
     }
 
     /// No more will be done.
-    pub(crate) fn finish(&self) {
+    pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish();
         }

@@ -1,0 +1,89 @@
+//! Flies the runs of a campaign on all cores, part by part.
+
+use std::num::NonZero;
+use std::str::FromStr;
+
+use flight_analysis::fly;
+use flight_analysis::runner::Progress;
+use rayon::prelude::*;
+
+use crate::plan::Plan;
+use crate::store::{Row, Store, StoreError};
+
+/// One of several processes that share a campaign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 1.
+    pub number: u64,
+    /// Of how many.
+    pub of: NonZero<u64>,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| {
+            Some((number.parse::<u64>().ok()?, of.parse::<NonZero<u64>>().ok()?))
+        });
+        match numbers {
+            Some((number, of)) if (1..=of.get()).contains(&number) => Ok(Self { number, of }),
+            _ => Err(format!("{text}: expected K/N with K from 1 to N, such as 2/8")),
+        }
+    }
+}
+
+impl Shard {
+    fn has(self, part: u64) -> bool {
+        part % self.of.get() == self.number - 1
+    }
+}
+
+/// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
+///
+/// # Errors
+/// [`StoreError`] of the first part that cannot be written; the finished ones stay.
+pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, StoreError> {
+    let wanted = (0..store.count()).filter(|part| shard.is_none_or(|shard| shard.has(*part)));
+    let mut missing = Vec::new();
+    let mut all = 0;
+    for part in wanted {
+        let range = store.range(part);
+        all += range.end - range.start;
+        if !store.has(part)? {
+            missing.push(part);
+        }
+    }
+    let runs: u64 = missing.iter().map(|part| store.range(*part)).map(|r| r.end - r.start).sum();
+    if runs < all {
+        eprintln!("{} of {all} runs are there already", all - runs);
+    }
+    let total = usize::try_from(runs).unwrap_or(usize::MAX);
+    let progress = Progress::new(&plan.file.spec.name, "runs", total).quiet_at_first();
+    // The parts begin in their order, so that what is there after a kill is what came first.
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let one = |_| -> Result<(), StoreError> {
+        let place = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let Some(part) = missing.get(place) else { return Ok(()) };
+        let fly = |number| {
+            let row = run(plan, number);
+            progress.one_done();
+            row
+        };
+        let rows: Vec<Row> = store.range(*part).map(fly).collect();
+        store.write(*part, &rows)
+    };
+    (0..missing.len()).into_par_iter().with_max_len(1).try_for_each(one)?;
+    progress.finish();
+    Ok(runs)
+}
+
+/// Flies a run; what keeps it from being flown stands in its row.
+#[must_use]
+pub fn run(plan: &Plan, number: u64) -> Row {
+    let flown = plan.run(number).and_then(|run| Ok(fly::outcome(&plan.setup(&run)?)?));
+    match flown {
+        Ok(outcome) => Row::of(number, &outcome),
+        Err(error) => Row::failed(number, error.to_string()),
+    }
+}

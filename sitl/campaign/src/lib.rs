@@ -1,0 +1,188 @@
+//! Campaigns: many flights drawn from one specification, the same to the byte alone, in parts and on many machines.
+//!
+//! ```text
+//! spec ─> plan (run N) ─> fly ─> store (parts) ─> table (runs.parquet) ─> results ─> summary, limit, map
+//! ```
+//!
+//! Every run is a function of the specification and its number: seeds and draws come from named streams
+//! ([`draw::stream`]), so a run is the same alone and among a million.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use flight_analysis::fly::OneFlight;
+use host_io::file;
+
+use crate::fly::Shard;
+use crate::limit::{Jams, Limits};
+use crate::plan::Plan;
+use crate::results::Results;
+use crate::spec::SpecFile;
+use crate::store::{Store, write_new};
+
+pub mod draw;
+pub mod fly;
+pub mod limit;
+pub mod map;
+pub mod plan;
+pub mod results;
+pub mod spec;
+pub mod store;
+pub mod summary;
+pub mod table;
+
+/// What is done with a campaign.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fly every run that is not there yet, and write tables and map
+    Run(RunArgs),
+    /// Take the finished runs of other folders, then as `run`
+    Merge(MergeArgs),
+    /// Fly one run again, with its log and figures
+    Replay(ReplayArgs),
+}
+
+/// Options of `sitl campaign run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// What is flown: jams, smoke, or a file
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Folder for the results; a campaign that was interrupted goes on in its folder
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Fly only part K of N of the runs and write no tables, so that several machines share a campaign
+    #[arg(long, value_name = "K/N")]
+    shard: Option<Shard>,
+}
+
+/// Options of `sitl campaign merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// What was flown: jams, smoke, or a file
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Folders of shards
+    #[arg(value_name = "FROM", required = true)]
+    from: Vec<PathBuf>,
+}
+
+/// Options of `sitl campaign replay`.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// What was flown: jams, smoke, or a file
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Number of the run
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    run: u64,
+    /// Folder for outcome.json, flight.csv, flight.ulg and flight.html
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Carries out a command.
+///
+/// # Errors
+/// What is wrong with the specification, the folder or an option, as a text for the operator.
+pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
+    match command {
+        Command::Run(args) => {
+            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            let store = Store::open(&plan, &args.out)?;
+            let _ = fly::fly(&plan, &store, args.shard)?;
+            match args.shard {
+                Some(Shard { number, of }) => {
+                    println!("shard {number}/{of} of {} is flown", plan.file.spec.name);
+                    Ok(())
+                }
+                None => write(&plan, &store),
+            }
+        }
+        Command::Merge(args) => {
+            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            let store = Store::open(&plan, &args.out)?;
+            for folder in &args.from {
+                let taken = store.take(folder)?;
+                println!("{}: {taken} parts taken", folder.display());
+            }
+            store.check_complete()?;
+            write(&plan, &store)
+        }
+        Command::Replay(args) => replay(args),
+    }
+}
+
+/// Writes tables, scores and maps.
+fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
+    let mut results = Results::new(plan);
+    table::write(plan, store, &mut |row| results.add(row))?;
+    let groups = summary::groups(plan, &results);
+    let in_folder = |name: &str, bytes: &[u8], beginning: &[u8]| {
+        write_new(&store.folder().join(name), bytes, beginning)
+    };
+    let csv = summary::csv(plan, &groups);
+    in_folder(summary::SUMMARY, csv.as_bytes(), summary::BEGINNING.as_bytes())?;
+    print!("{}", summary::shown(plan, &groups));
+    if let Some(jams) = Jams::of(plan) {
+        let mut scores = Vec::new();
+        let mut sets = Vec::new();
+        for airframe in 0..plan.aircraft.len() {
+            let limits = Limits::of(plan, airframe);
+            if let Err(error) = &limits {
+                eprintln!("{}: no limit of physics: {error}", plan.aircraft[airframe].name);
+            }
+            let limits = limits.ok();
+            let of_it = limits.as_ref().map_or_else(Vec::new, |limits| {
+                limit::scores(plan, &results, jams, limits, airframe)
+            });
+            let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &of_it);
+            for (name, bytes) in figure.files()? {
+                let is_svg = name.ends_with("svg");
+                let beginning = file::beginning(if is_svg { b"<svg " } else { b"\x89PNG" });
+                let several = plan.aircraft.len() > 1;
+                let prefix = &plan.aircraft[airframe].name;
+                let name = if several { format!("{prefix}-{name}") } else { name };
+                in_folder(&name, &bytes, beginning)?;
+            }
+            scores.extend(of_it);
+            sets = limits.map_or(sets, |limits| limits.sets);
+        }
+        let csv = limit::csv(plan, &scores, &sets);
+        in_folder(limit::SCORES, csv.as_bytes(), limit::BEGINNING.as_bytes())?;
+    }
+    println!("wrote {}", store.folder().display());
+    Ok(())
+}
+
+fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
+    let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+    let run = plan.run(args.run)?;
+    let setup = plan.setup(&run)?;
+    let name = format!("{}, run {}", plan.file.spec.name, run.number);
+    let one = OneFlight {
+        scenario: &name,
+        aircraft: &plan.args(&run),
+        setup: &setup,
+        stops_at_loss: true,
+        folder: args.out.as_deref(),
+        ulog: args.out.is_some(),
+        figures: args.out.is_some(),
+        own_law: None,
+    };
+    let law = plan.laws()[run.law];
+    println!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);
+    for (variable, value) in plan.variables().iter().zip(&run.values) {
+        println!("  {} = {}", variable.key, value.shown());
+    }
+    let outcome = one.fly()?;
+    println!("{outcome}");
+    if let Some(out) = &args.out {
+        println!("wrote {}", out.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,179 @@
+//! The jams of a campaign against the physical limit: which of them leave a steady flight, and what share of these each law
+//! survives.
+
+use std::error::Error;
+use std::fmt::Write as _;
+
+use flight_analysis::metrics::wilson_95;
+use flight_analysis::trimmable::sets::{self, Set};
+use flight_analysis::trimmable::{Study, Sweep};
+
+use crate::plan::{Plan, Value};
+use crate::results::Results;
+use crate::store::RunEnd;
+
+/// Name of the file of scores.
+pub const SCORES: &str = "scores.csv";
+/// How the file begins.
+pub const BEGINNING: &str = "airframe,law,set,margin,trimmable_flights,kept,kept_percent";
+/// Step of the search for the limits, deg.
+const STEP_DEG: f64 = 2.0;
+
+/// Keys that name the jammed effector and its angle.
+const EFFECTOR: &str = "plant.fault.1.effector";
+const ANGLE: &str = "plant.fault.1.angle_deg";
+const KIND: &str = "plant.fault.1.kind";
+
+/// A campaign whose flights each have one effector jammed at an angle.
+#[derive(Debug, Clone, Copy)]
+pub struct Jams {
+    effector: usize,
+    angle: usize,
+}
+
+impl Jams {
+    /// `None` if the campaign is of another kind.
+    #[must_use]
+    pub fn of(plan: &Plan) -> Option<Self> {
+        let place = |key| plan.variables().iter().position(|variable| variable.key == key);
+        let has = |setting: &flight_analysis::settings::Setting, key: &str, value: &str| {
+            setting.key == key && setting.value == value
+        };
+        let is_jam = plan.aircraft.iter().all(|aircraft| {
+            aircraft.args.settings.iter().any(|setting| has(setting, KIND, "stuck_at"))
+        });
+        let is_single = !plan.variables().iter().any(|v| v.key.starts_with("plant.fault.2"));
+        let (effector, angle) = (place(EFFECTOR)?, place(ANGLE)?);
+        (is_jam && is_single && place(KIND).is_none()).then_some(Self { effector, angle })
+    }
+
+    /// Key of the jammed effector of a flight, and its angle, deg.
+    #[must_use]
+    pub fn jam(self, plan: &Plan, flight: usize) -> Option<(String, f64)> {
+        let run = plan.run(flight as u64 * plan.laws().len() as u64).ok()?;
+        let Value::Text(effector) = run.values.get(self.effector)? else { return None };
+        Some((effector.clone(), run.values.get(self.angle)?.number()?))
+    }
+
+    /// Whether a variable is neither the effector nor the angle.
+    #[must_use]
+    pub fn is_other(self, place: usize) -> bool {
+        place != self.effector && place != self.angle
+    }
+}
+
+/// The limits of an aircraft.
+#[derive(Debug)]
+pub struct Limits {
+    /// The sets of steady flights.
+    pub sets: Vec<Set>,
+    /// The limits.
+    pub sweeps: Vec<Sweep>,
+    keys: Vec<String>,
+}
+
+impl Limits {
+    /// Computes the limits of the aircraft of a campaign, without what is varied.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn of(plan: &Plan, airframe: usize) -> Result<Self, Box<dyn Error>> {
+        let airframe = plan.aircraft[airframe].airframe.clone();
+        let sets = sets::read("sets.toml", sets::SHIPPED)?;
+        let list = airframe.effectors;
+        let keys = list.all().map(|effector| list.key(effector).to_owned()).collect();
+        let sweeps = Study::new(airframe, sets.clone())?.singles(STEP_DEG);
+        Ok(Self { sets, sweeps, keys })
+    }
+
+    /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
+    #[must_use]
+    pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
+        let effector = self.keys.iter().position(|key| key == effector)?;
+        let is_it = |s: &&Sweep| s.set == set && s.margin == margin && s.effector == effector;
+        Some(self.sweeps.iter().find(is_it)?.limits?.map(f64::to_degrees))
+    }
+}
+
+/// Share of the trimmable jams that a law survives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// Place of the aircraft.
+    pub airframe: usize,
+    /// Place of the law.
+    pub law: usize,
+    /// Place of the set.
+    pub set: usize,
+    /// With a tenth of the authority left.
+    pub margin: bool,
+    /// Flights whose jam leaves a steady flight of the set.
+    pub flights: u32,
+    /// Of these, kept ones.
+    pub kept: u32,
+}
+
+impl Score {
+    /// The share, percent.
+    #[must_use]
+    pub fn percent(&self) -> f64 {
+        100.0 * f64::from(self.kept) / f64::from(self.flights)
+    }
+}
+
+/// The scores of every law of an aircraft.
+#[must_use]
+pub fn scores(
+    plan: &Plan,
+    results: &Results,
+    jams: Jams,
+    limits: &Limits,
+    airframe: usize,
+) -> Vec<Score> {
+    let mut scores = Vec::new();
+    // Angles of files are rounded: what is at the limit is within it.
+    const ROUNDING_DEG: f64 = 1.0e-6;
+    let flights: Vec<_> = plan
+        .flights_of(airframe)
+        .filter_map(|flight| Some((flight, jams.jam(plan, flight)?)))
+        .collect();
+    for set in 0..limits.sets.len() {
+        for margin in [false, true] {
+            let is_trimmable = |(effector, deg): &(String, f64)| {
+                limits.range_deg(set, margin, effector).is_some_and(|[low, high]| {
+                    (low - ROUNDING_DEG..=high + ROUNDING_DEG).contains(deg)
+                })
+            };
+            let counted: Vec<usize> =
+                flights.iter().filter(|(_, jam)| is_trimmable(jam)).map(|(f, _)| *f).collect();
+            for law in 0..plan.laws().len() {
+                let kept = counted.iter().filter(|f| results.end(**f, law) == RunEnd::Kept).count();
+                let [flights, kept] =
+                    [counted.len(), kept].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+                scores.push(Score { airframe, law, set, margin, flights, kept });
+            }
+        }
+    }
+    scores
+}
+
+/// The file of scores.
+#[must_use]
+pub fn csv(plan: &Plan, scores: &[Score], sets: &[Set]) -> String {
+    let mut text = format!("{BEGINNING},kept_percent_low,kept_percent_high\n");
+    for score in scores {
+        let Score { airframe, law, set, margin, flights, kept } = score;
+        let (low, high) = wilson_95(*kept, *flights);
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{flights},{kept},{:.2},{:.2},{:.2}",
+            plan.aircraft[*airframe].name,
+            plan.laws()[*law],
+            sets[*set].key,
+            u8::from(*margin),
+            score.percent(),
+            100.0 * low,
+            100.0 * high
+        );
+    }
+    text
+}

@@ -1,0 +1,231 @@
+//! The survivability map: for each effector a row of each law over the angle of the jam, with the physical limit over it.
+
+use std::collections::BTreeMap;
+
+use flight_analysis::chart::drawing::Drawing;
+use flight_analysis::chart::{Figure, Ink, Pattern, WIDTH, axis};
+
+use crate::limit::{Jams, Limits, Score};
+use crate::plan::Plan;
+use crate::results::Results;
+use crate::store::RunEnd;
+
+/// Space left of the cells, for names.
+const LEFT: f64 = 190.0;
+/// Space right of them.
+const RIGHT: f64 = 24.0;
+/// Height of the row of a law.
+const ROW: f64 = 15.0;
+/// Height of the bar of a limit.
+const BAR: f64 = 7.0;
+/// Space for the numbers of an axis, and between effectors.
+const AXIS: f64 = 20.0;
+const GAP: f64 = 16.0;
+/// Colours of lost and kept: told apart by everyone, and in grey.
+const LOST: [f64; 3] = [178.0, 58.0, 30.0];
+const KEPT: [f64; 3] = [168.0, 205.0, 232.0];
+/// Sets that are drawn, by key, with the pattern of their lines: the headline, and the flight that was asked for.
+const DRAWN: [(&str, Pattern); 2] =
+    [("any", Pattern::Solid), ("straight_level", Pattern::Fine)];
+
+/// Jams of one effector: for each angle the flights.
+type Angles = Vec<(f64, Vec<usize>)>;
+
+/// Draws the map of an aircraft.
+#[must_use]
+pub fn figure(
+    plan: &Plan,
+    results: &Results,
+    jams: Jams,
+    (airframe, limits): (usize, Option<&Limits>),
+    scores: &[Score],
+) -> Figure {
+    let aircraft = &plan.aircraft[airframe];
+    let mut drawing = Drawing::default();
+    let title = format!("Which law survives which jam: {}", aircraft.name);
+    drawing.text((14.0, 25.0), "start", r#" font-size="20""#, &title);
+    drawing.text((14.0, 46.0), "start", "", &about(plan, jams));
+    legend(&mut drawing, limits);
+    let mut y = 104.0;
+    let laws = plan.laws();
+    for (effector, angles) in grouped(plan, jams, airframe) {
+        let name = shown_name(plan, airframe, &effector);
+        let (Some(first), Some(last)) = (angles.first(), angles.last()) else { continue };
+        let half = if angles.len() > 1 { 0.5 * (angles[1].0 - first.0) } else { 0.5 };
+        let range = (first.0 - half, last.0 + half);
+        let x_of = |deg: f64| {
+            LEFT + (deg - range.0) / (range.1 - range.0) * (WIDTH - LEFT - RIGHT)
+        };
+        let style = r#" font-weight="bold""#;
+        drawing.text((14.0, y + 11.0), "start", style, &format!("{name} jammed at"));
+        y += 16.0;
+        let top = y;
+        for (law, law_name) in laws.iter().enumerate() {
+            drawing.text((LEFT - 8.0, y + ROW - 4.0), "end", r#" font-size="12""#, law_name);
+            for (place, (deg, flights)) in angles.iter().enumerate() {
+                let edge = |from: f64, to: f64| x_of(0.5 * (from + to));
+                let left = match place {
+                    0 => x_of(range.0),
+                    place => edge(angles[place - 1].0, *deg),
+                };
+                let right = match angles.get(place + 1) {
+                    None => x_of(range.1),
+                    Some((next, _)) => edge(*deg, *next),
+                };
+                let kept =
+                    flights.iter().filter(|f| results.end(**f, law) == RunEnd::Kept).count();
+                let part = kept as f64 / flights.len() as f64;
+                let tip = format!(
+                    "{law_name}, {name} at {deg:+.1} deg: {kept} of {} kept; run {}",
+                    flights.len(),
+                    flights[0] * laws.len() + law
+                );
+                let style = format!(r#"fill="{}""#, colour(part));
+                drawing.rectangle((left, y), (right, y + ROW - 2.0), &style, &tip);
+            }
+            y += ROW;
+        }
+        if let Some(limits) = limits {
+            y = draw_limits(&mut drawing, limits, &effector, (range, &x_of), (top, y));
+        }
+        let (ticks, decimals) = axis::ticks(range);
+        for tick in ticks {
+            let x = x_of(tick);
+            drawing.line((x, y), (x, y + 4.0), r##"stroke="#222""##, "");
+            let number = axis::number(tick, decimals);
+            drawing.text((x, y + 16.0), "middle", r#" font-size="11""#, &number);
+        }
+        drawing.text((WIDTH - RIGHT, y + 16.0), "end", r#" font-size="11""#, "deg");
+        y += AXIS + GAP;
+    }
+    if let Some(limits) = limits {
+        y = draw_scores(&mut drawing, plan, limits, scores, y);
+    }
+    let caption = "Share of the flights that each law survives, over the angle of the jam".to_owned();
+    Figure { name: "map", caption, svg: drawing.finish((WIDTH, y)) }
+}
+
+/// What the flights have in common, and over what a cell counts.
+fn about(plan: &Plan, jams: Jams) -> String {
+    let spec = &plan.file.spec;
+    let others = plan.variables().iter().enumerate().filter(|(place, _)| jams.is_other(*place));
+    let others: Vec<&str> = others.map(|(_, variable)| variable.key.as_str()).collect();
+    let over = match (others.is_empty(), spec.samples) {
+        (true, 1) => String::new(),
+        (true, samples) => format!("; a cell counts {samples} draws"),
+        (false, _) => format!("; a cell counts flights over {}", others.join(", ")),
+    };
+    format!(
+        "{}, flights of {} s in scenario {}, {} flights of each law{over}.",
+        spec.name,
+        spec.duration_s,
+        spec.scenario,
+        plan.flights()
+    )
+}
+
+fn legend(drawing: &mut Drawing, limits: Option<&Limits>) {
+    let mut x = 14.0;
+    for (part, name) in [(1.0, "all kept"), (0.5, "half lost"), (0.0, "all lost")] {
+        let style = format!(r#"fill="{}""#, colour(part));
+        drawing.rectangle((x, 60.0), (x + 22.0, 73.0), &style, "");
+        drawing.text((x + 28.0, 71.5), "start", "", name);
+        x += 110.0;
+    }
+    let Some(limits) = limits else { return };
+    for (key, pattern) in DRAWN {
+        let Some(set) = limits.sets.iter().find(|set| set.key == key) else { continue };
+        drawing.path([(x, 67.0), (x + 26.0, 67.0)], &ink(pattern));
+        let text = format!("limit of physics: {}", set.name);
+        drawing.text((x + 32.0, 71.5), "start", "", &text);
+        x += 44.0 + 6.6 * text.chars().count() as f64;
+    }
+}
+
+fn ink(pattern: Pattern) -> Ink {
+    Ink::new("#111111", pattern).wide(2.0)
+}
+
+/// A line from the lower to the upper limit of each drawn set, and down both ends through the rows of the laws.
+fn draw_limits(
+    drawing: &mut Drawing,
+    limits: &Limits,
+    effector: &str,
+    (range, x_of): ((f64, f64), &dyn Fn(f64) -> f64),
+    (top, mut y): (f64, f64),
+) -> f64 {
+    for (key, pattern) in DRAWN {
+        let Some(set) = limits.sets.iter().position(|set| set.key == key) else { continue };
+        if let Some([low, high]) = limits.range_deg(set, false, effector) {
+            let ends = [low, high].map(|deg| deg.clamp(range.0, range.1));
+            let [left, right] = ends.map(x_of);
+            let at = y + 0.5 * BAR;
+            drawing.path([(left, top), (left, at), (right, at), (right, top)], &ink(pattern));
+        }
+        y += BAR;
+    }
+    y + 2.0
+}
+
+/// For each law the share of the trimmable jams that it survives, one number for each set.
+fn draw_scores(
+    drawing: &mut Drawing,
+    plan: &Plan,
+    limits: &Limits,
+    scores: &[Score],
+    mut y: f64,
+) -> f64 {
+    let style = r#" font-weight="bold""#;
+    let title = "Share of the flights that survive, among the jams that leave a steady flight at all, %";
+    drawing.text((14.0, y + 12.0), "start", style, title);
+    y += 32.0;
+    let width = (WIDTH - LEFT - RIGHT) / limits.sets.len().max(1) as f64;
+    let x_of = |set: usize| LEFT + width * (set as f64 + 1.0) - 8.0;
+    for (place, set) in limits.sets.iter().enumerate() {
+        drawing.text((x_of(place), y), "end", r#" font-size="11""#, &set.name);
+    }
+    y += 18.0;
+    for (law, name) in plan.laws().iter().enumerate() {
+        drawing.text((LEFT - 8.0, y), "end", r#" font-size="12""#, name);
+        for score in scores.iter().filter(|score| score.law == law && !score.margin) {
+            let text = format!("{:.1}", score.percent());
+            let is_headline = limits.sets[score.set].key == DRAWN[0].0;
+            let style = if is_headline { r#" font-weight="bold""# } else { "" };
+            drawing.text((x_of(score.set), y), "end", style, &text);
+        }
+        y += 18.0;
+    }
+    y + 6.0
+}
+
+/// The flights of each effector, in the order in which they are flown, by angle.
+fn grouped(plan: &Plan, jams: Jams, airframe: usize) -> Vec<(String, Angles)> {
+    let mut names: Vec<String> = Vec::new();
+    // Angles are those of files, so equal ones have equal bits.
+    let mut by_effector: BTreeMap<usize, Angles> = BTreeMap::new();
+    for flight in plan.flights_of(airframe) {
+        let Some((effector, deg)) = jams.jam(plan, flight) else { continue };
+        let place = names.iter().position(|name| *name == effector).unwrap_or_else(|| {
+            names.push(effector);
+            names.len() - 1
+        });
+        let angles = by_effector.entry(place).or_default();
+        match angles.binary_search_by(|(known, _)| known.total_cmp(&deg)) {
+            Ok(at) => angles[at].1.push(flight),
+            Err(at) => angles.insert(at, (deg, vec![flight])),
+        }
+    }
+    names.into_iter().zip(by_effector.into_values()).collect()
+}
+
+fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
+    let list = &plan.aircraft[airframe].airframe.effectors;
+    let found = list.all().find(|effector| list.key(*effector) == key);
+    found.map_or_else(|| key.to_owned(), |effector| list.name(effector).to_owned())
+}
+
+/// Colour of a share of kept flights.
+fn colour(kept: f64) -> String {
+    let mix = |place: usize| (LOST[place] + kept * (KEPT[place] - LOST[place])).round();
+    format!("rgb({},{},{})", mix(0), mix(1), mix(2))
+}

@@ -1,0 +1,594 @@
+//! The runs of a campaign: which flight number N is, alone or among a million.
+//!
+//! ```text
+//! run N = flight · laws + law        every law flies the same flights
+//! flight = airframe, combination of the listed values, sample of the drawn ones
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use autopilot::config::Model;
+use autopilot::run::{LawArgs, RunError};
+use flight_analysis::closed_loop::FlightSetup;
+use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
+use flight_analysis::fly::FlyError;
+use flight_analysis::fly::measures::Measures;
+use flight_analysis::settings::{Setting, Target};
+use icd::{ControlPeriod, Effector, EffectorKind, SimTime};
+use plant_sim::setup::default_step_us;
+use plant_sim::{Airframe, SetupError};
+use rand_chacha::rand_core::Rng;
+use sha2::{Digest, Sha256};
+
+use crate::draw;
+use crate::spec::{
+    AirframeSpec, Each, LawSpec, Meaning, RUNS_MAX, SpecError, SpecFile, Variable, settings_of,
+    text_of,
+};
+
+/// What keeps a campaign, or one of its runs, from being flown.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The specification.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// A file, a key or a value that it leads to.
+    #[error(transparent)]
+    Configuration(#[from] ConfigurationError),
+    /// A law's file of gains, or its choice of laws.
+    #[error("law {law}: {source}")]
+    Law {
+        /// The law.
+        law: String,
+        /// What is wrong with it.
+        source: Box<RunError>,
+    },
+    /// A variable that this campaign cannot have.
+    #[error("{file}: {key}: {problem}")]
+    Variable {
+        /// The file.
+        file: String,
+        /// The key.
+        key: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// More runs than there can be.
+    #[error("{file}: more than {RUNS_MAX} runs")]
+    TooMany {
+        /// The file.
+        file: String,
+    },
+    /// There is no such run.
+    #[error("--run {run}: {file} has the runs 0 to {last}")]
+    NoRun {
+        /// The file.
+        file: String,
+        /// The requested one.
+        run: u64,
+        /// The last one.
+        last: u64,
+    },
+    /// The parameters of a law do not fit.
+    #[error("law {law}: {problem}")]
+    Parameters {
+        /// The law.
+        law: String,
+        /// What is wrong with them.
+        problem: String,
+    },
+    /// This aircraft cannot fly this scenario.
+    #[error("{0}")]
+    Setup(#[from] SetupError),
+    /// The flight cannot be flown.
+    #[error("{0}")]
+    Flight(#[from] FlyError),
+}
+
+/// A value of a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(String),
+}
+
+impl Value {
+    /// As `--set` takes it.
+    #[must_use]
+    pub fn setting(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:?}"),
+            Self::Text(text) => text.clone(),
+        }
+    }
+
+    /// The number; `None` of a text.
+    #[must_use]
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(_) => None,
+        }
+    }
+}
+
+/// An aircraft of the campaign, read and checked.
+#[derive(Debug)]
+pub struct Aircraft {
+    /// Name in tables.
+    pub name: String,
+    /// Its files, and what every flight of it has.
+    pub args: AircraftArgs,
+    /// The aircraft, without what is varied.
+    pub airframe: Airframe,
+    /// Names and units of the measures of its flights.
+    pub measures: Vec<(String, &'static str)>,
+    model: Model,
+    airframe_file: toml::Table,
+    model_file: toml::Table,
+    /// The values of every listed variable, `None` of a drawn one.
+    lists: Vec<Option<Vec<Value>>>,
+    /// Combinations of the listed values.
+    combinations: u64,
+    /// Its first flight.
+    first: u64,
+}
+
+/// A run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its number.
+    pub number: u64,
+    /// Number of its flight: every law flies it.
+    pub flight: u64,
+    /// Place of the aircraft in the specification.
+    pub airframe: usize,
+    /// Place of the law in the specification.
+    pub law: usize,
+    /// Seed of the random streams of the flight.
+    pub seed: u64,
+    /// Values of the variables, in the order of the specification, as `--set` takes them.
+    pub values: Vec<Value>,
+}
+
+/// A specification with everything that it leads to.
+#[derive(Debug)]
+pub struct Plan {
+    /// The specification.
+    pub file: SpecFile,
+    /// Its aircraft.
+    pub aircraft: Vec<Aircraft>,
+    /// SHA-256 of everything that decides the results but the program, as hexadecimal digits.
+    pub fingerprint: String,
+    laws: Vec<Law>,
+    scenario: Named,
+    period: ControlPeriod,
+    step_us: u32,
+    flights: u64,
+}
+
+#[derive(Debug)]
+struct Law {
+    name: String,
+    args: LawArgs,
+    settings: Vec<Setting>,
+}
+
+impl Plan {
+    /// Reads everything that a specification leads to.
+    ///
+    /// # Errors
+    /// [`PlanError`] names file, key, value and range.
+    pub fn new(file: SpecFile) -> Result<Self, PlanError> {
+        let spec = &file.spec;
+        let scenario = file.scenario()?;
+        let mut hash = Sha256::new();
+        for text in [file.text.as_str(), &scenario.text] {
+            hash.update(text.as_bytes());
+            hash.update([0]);
+        }
+        let only = AirframeSpec {
+            name: String::new(),
+            file: None,
+            model: None,
+            set: toml::Table::new(),
+        };
+        let shipped = [only];
+        let specs = if spec.airframe.is_empty() { &shipped[..] } else { &spec.airframe };
+        let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
+        for spec in specs {
+            let one = Aircraft::read(spec, &file, flights)?;
+            for table in [&one.airframe_file, &one.model_file] {
+                hash.update(table.to_string().as_bytes());
+            }
+            let too_many = || PlanError::TooMany { file: file.name.clone() };
+            let of_it = one.combinations.checked_mul(u64::from(file.spec.samples));
+            flights = of_it.and_then(|of_it| of_it.checked_add(flights)).ok_or_else(too_many)?;
+            if flights.checked_mul(file.spec.law.len() as u64).is_none_or(|runs| runs > RUNS_MAX) {
+                return Err(too_many());
+            }
+            aircraft.push(one);
+        }
+        let laws: Vec<Law> =
+            spec.law.iter().map(|law| Law::read(law, &file)).collect::<Result<_, _>>()?;
+        for law in &laws {
+            if let Some(path) = &law.args.gains {
+                hash.update(Named::read(path)?.text.as_bytes());
+            }
+        }
+        let fingerprint = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let period = spec.period().unwrap_or_default();
+        let step_us = spec.step_us.unwrap_or_else(|| default_step_us(period));
+        let plan = Self { aircraft, fingerprint, laws, scenario, period, step_us, flights, file };
+        plan.check()?;
+        Ok(plan)
+    }
+
+    /// Number of runs.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        self.flights * self.laws.len() as u64
+    }
+
+    /// Number of flights that every law flies.
+    #[must_use]
+    pub fn flights(&self) -> u64 {
+        self.flights
+    }
+
+    /// Names of the laws.
+    #[must_use]
+    pub fn laws(&self) -> Vec<&str> {
+        self.laws.iter().map(|law| law.name.as_str()).collect()
+    }
+
+    /// The variables.
+    #[must_use]
+    pub fn variables(&self) -> &[Variable] {
+        &self.file.spec.vary
+    }
+
+    /// Flights of an aircraft.
+    #[must_use]
+    pub fn flights_of(&self, airframe: usize) -> std::ops::Range<usize> {
+        let end = self.aircraft.get(airframe + 1).map_or(self.flights, |next| next.first);
+        place(self.aircraft[airframe].first)..place(end)
+    }
+
+    /// Unit of a measure; empty if no aircraft has it.
+    #[must_use]
+    pub fn unit_of(&self, measure: &str) -> &'static str {
+        let all = self.aircraft.iter().flat_map(|aircraft| &aircraft.measures);
+        all.clone().find(|(name, _)| name == measure).map_or("", |(_, unit)| unit)
+    }
+
+    /// Run `number`.
+    ///
+    /// # Errors
+    /// [`PlanError::NoRun`] names the last one; a value for which the file has no place.
+    pub fn run(&self, number: u64) -> Result<Run, PlanError> {
+        if number >= self.runs() {
+            let (file, last) = (self.file.name.clone(), self.runs() - 1);
+            return Err(PlanError::NoRun { file, run: number, last });
+        }
+        let laws = self.laws.len() as u64;
+        let (flight, law) = (number / laws, place(number % laws));
+        let airframe = self.aircraft.partition_point(|aircraft| aircraft.first <= flight) - 1;
+        let aircraft = &self.aircraft[airframe];
+        let spec = &self.file.spec;
+        let of_it = flight - aircraft.first;
+        let samples = u64::from(spec.samples);
+        let (mut combination, sample) = (of_it / samples, of_it % samples);
+        let sample = u32::try_from(sample).unwrap_or(u32::MAX);
+        let mut values = vec![Value::Number(f64::NAN); spec.vary.len()];
+        // The last variable of the specification changes fastest.
+        for (value, list) in values.iter_mut().zip(&aircraft.lists).rev() {
+            if let Some(list) = list {
+                let length = list.len() as u64;
+                *value = list[place(combination % length)].clone();
+                combination /= length;
+            }
+        }
+        let mut dimension = 0;
+        for (value, variable) in values.iter_mut().zip(&spec.vary) {
+            if variable.is_drawn() {
+                let source = (variable.key.as_str(), dimension);
+                let p = draw::probability(spec.design, spec.seed, source, (sample, spec.samples));
+                *value = Value::Number(variable.quantile(p));
+                dimension += 1;
+            }
+        }
+        let values = aircraft.translate(self, &values)?;
+        let seed = draw::stream(spec.seed, "flight", flight).next_u64();
+        Ok(Run { number, flight, airframe, law, seed, values })
+    }
+
+    /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.
+    #[must_use]
+    pub fn settings(&self, run: &Run) -> Vec<Setting> {
+        let mut settings = self.aircraft[run.airframe].args.settings.clone();
+        settings.extend(self.laws[run.law].settings.iter().cloned());
+        let varied = self.variables().iter().zip(&run.values);
+        settings.extend(
+            varied.map(|(variable, value)| Setting {
+                key: variable.key.clone(),
+                value: value.setting(),
+            }),
+        );
+        settings
+    }
+
+    /// Files and settings of a run.
+    #[must_use]
+    pub fn args(&self, run: &Run) -> AircraftArgs {
+        let args = &self.aircraft[run.airframe].args;
+        AircraftArgs { settings: self.settings(run), ..args.clone() }
+    }
+
+    /// The flight of a run.
+    ///
+    /// # Errors
+    /// [`PlanError`] names file, key, value and range.
+    pub fn setup(&self, run: &Run) -> Result<FlightSetup, PlanError> {
+        let aircraft = &self.aircraft[run.airframe];
+        let law = &self.laws[run.law];
+        let args = self.args(run);
+        let beyond = aircraft.args.settings.len();
+        let changes = |target| {
+            args.settings[beyond..].iter().any(|setting| setting.target() == Ok(target))
+        };
+        // Read anew only where this run has another one.
+        let airframe = match changes(Target::Airframe) {
+            true => args.airframe()?,
+            false => aircraft.airframe.clone(),
+        };
+        let model = if changes(Target::Model) { args.model()? } else { aircraft.model };
+        let flight = args.scenario(&self.scenario, &airframe.effectors)?;
+        let mut plant = flight.plant.setup(airframe, 0, self.period, self.step_us);
+        plant.seed = run.seed;
+        plant.check()?;
+        plant.check_faults()?;
+        let of_law = |problem: String| PlanError::Parameters { law: law.name.clone(), problem };
+        let mut parameters = model.defaults;
+        law.args.apply(&mut parameters).map_err(|error| PlanError::Law {
+            law: law.name.clone(),
+            source: Box::new(error),
+        })?;
+        let parameters =
+            args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
+        parameters.check_law().map_err(|error| of_law(error.to_string()))?;
+        let script = flight.script.map(std::sync::Arc::new);
+        Ok(FlightSetup {
+            plant,
+            model: model.aircraft,
+            parameters,
+            references: flight.references,
+            script,
+            duration: SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO),
+        })
+    }
+
+    /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.
+    fn check(&self) -> Result<(), PlanError> {
+        for name in &self.file.spec.measures {
+            if self.unit_of(name).is_empty() {
+                return Err(PlanError::Variable {
+                    file: self.file.name.clone(),
+                    key: "measures".to_owned(),
+                    problem: format!("there is no measure {name}; docs/fly.md has the list"),
+                });
+            }
+        }
+        let laws = self.laws.len() as u64;
+        for (place, aircraft) in self.aircraft.iter().enumerate() {
+            let end = self.aircraft.get(place + 1).map_or(self.flights, |next| next.first);
+            for flight in [aircraft.first, end - 1] {
+                for law in 0..laws {
+                    let _ = self.setup(&self.run(flight * laws + law)?)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Variable {
+    /// The value of a drawn variable at a probability.
+    fn quantile(&self, probability: f64) -> f64 {
+        match (self.uniform, &self.normal) {
+            (Some([low, high]), _) => low + probability * (high - low),
+            (None, Some(normal)) => normal.quantile(probability),
+            (None, None) => f64::NAN,
+        }
+    }
+
+    /// The values of a listed variable for an aircraft; `None` of a drawn one.
+    fn list(&self, airframe: &Airframe) -> Option<Vec<Value>> {
+        if let Some(values) = &self.values {
+            let of = |value: &toml::Value| match value {
+                toml::Value::Float(number) => Some(Value::Number(*number)),
+                #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+                toml::Value::Integer(number) => Some(Value::Number(*number as f64)),
+                other => text_of(other).map(Value::Text),
+            };
+            return Some(values.iter().filter_map(of).collect());
+        }
+        if let Some(grid) = self.grid {
+            let last = f64::from(grid.count.max(2) - 1);
+            let at = |place: u32| {
+                let part = f64::from(place) / last;
+                // Both ends, and zero in the middle of a grid that is even about it, are exact.
+                Value::Number(grid.from * (1.0 - part) + grid.to * part)
+            };
+            return Some((0..grid.count).map(at).collect());
+        }
+        let each = self.each?;
+        let list = &airframe.effectors;
+        let is_meant = |effector: &Effector| match each {
+            Each::Surface => list.kind(*effector).is_some_and(EffectorKind::is_surface),
+            Each::Angle => list.is_angle(*effector),
+            Each::Effector => true,
+        };
+        let keys = list.all().filter(is_meant).map(|effector| list.key(effector).to_owned());
+        Some(keys.map(Value::Text).collect())
+    }
+}
+
+impl Law {
+    fn read(law: &LawSpec, file: &SpecFile) -> Result<Self, PlanError> {
+        let gains = law.gains.as_deref().map(|path| file.beside(path));
+        let args = LawArgs { gains, ..LawArgs::default() };
+        let settings = settings_of(&law.set, &file.name)?;
+        Ok(Self { name: law.name.clone(), args, settings })
+    }
+}
+
+impl Aircraft {
+    /// Number of its first flight.
+    #[must_use]
+    pub fn first_flight(&self) -> u64 {
+        self.first
+    }
+
+    fn read(spec: &AirframeSpec, file: &SpecFile, first: u64) -> Result<Self, PlanError> {
+        let beside = |path: &Option<PathBuf>| path.as_deref().map(|path: &Path| file.beside(path));
+        let mut settings = settings_of(&file.spec.set, &file.name)?;
+        settings.extend(settings_of(&spec.set, &file.name)?);
+        let args = AircraftArgs {
+            airframe: beside(&spec.file),
+            model: beside(&spec.model),
+            settings,
+        };
+        let (airframe, model) = (args.airframe()?, args.model()?);
+        let lists: Vec<_> =
+            file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
+        let mut combinations = 1_u64;
+        for (list, variable) in lists.iter().zip(&file.spec.vary) {
+            let Some(list) = list else { continue };
+            if list.is_empty() {
+                return Err(PlanError::Variable {
+                    file: file.name.clone(),
+                    key: variable.key.clone(),
+                    problem: format!("{} has no such effector", airframe.name),
+                });
+            }
+            combinations = combinations
+                .checked_mul(list.len() as u64)
+                .ok_or_else(|| PlanError::TooMany { file: file.name.clone() })?;
+        }
+        let period_s = file.spec.period().unwrap_or_default().as_seconds();
+        let measures = Measures::new(&airframe, period_s).metrics(None);
+        let measures = measures.into_iter().map(|metric| (metric.name, metric.unit)).collect();
+        let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
+        let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);
+        Ok(Self {
+            name,
+            args,
+            airframe,
+            measures,
+            model,
+            airframe_file,
+            model_file,
+            lists,
+            combinations,
+            first,
+        })
+    }
+
+    /// Turns factors and parts of a travel into values of their keys.
+    fn translate(&self, plan: &Plan, values: &[Value]) -> Result<Vec<Value>, PlanError> {
+        let of = |(variable, value): (&Variable, &Value)| {
+            let Value::Number(number) = value else { return Ok(value.clone()) };
+            match variable.meaning {
+                Meaning::Value => Ok(value.clone()),
+                Meaning::Factor => Ok(Value::Number(number * self.base(plan, variable)?)),
+                Meaning::Travel => {
+                    let deg = self.travel_deg(plan, variable, values, *number)?;
+                    Ok(Value::Number(deg))
+                }
+            }
+        };
+        plan.variables().iter().zip(values).map(of).collect()
+    }
+
+    /// The number that the file of a key has.
+    fn base(&self, plan: &Plan, variable: &Variable) -> Result<f64, PlanError> {
+        let key = variable.key.as_str();
+        let of = |table: &toml::Table, path: &str| number_at(table, path);
+        let found = match key.split_once('.') {
+            Some(("airframe", path)) => of(&self.airframe_file, path),
+            Some(("model", path)) => of(&self.model_file, path),
+            Some(_) => toml::from_str(&plan.scenario.text).ok().and_then(|table| of(&table, key)),
+            None => autopilot::parameters::table()
+                .iter()
+                .find(|row| row.name == key)
+                .map(|row| row.value(&self.model.defaults)),
+        };
+        found.ok_or_else(|| PlanError::Variable {
+            file: plan.file.name.clone(),
+            key: key.to_owned(),
+            problem: "as = \"factor\" needs a number in the file, and there is none".to_owned(),
+        })
+    }
+
+    /// Angle at a part of the travel of the effector of the same fault, deg.
+    fn travel_deg(
+        &self,
+        plan: &Plan,
+        variable: &Variable,
+        values: &[Value],
+        part: f64,
+    ) -> Result<f64, PlanError> {
+        let fail = |problem: String| {
+            let (file, key) = (plan.file.name.clone(), variable.key.clone());
+            Err(PlanError::Variable { file, key, problem })
+        };
+        if !(-1.0..=1.0).contains(&part) {
+            return fail(format!("{part} of the travel: expected -1 to 1"));
+        }
+        let Some(fault) = variable.key.strip_suffix(".angle_deg") else {
+            return fail("as = \"travel\" is for the angle_deg of a fault".to_owned());
+        };
+        let wanted = format!("{fault}.effector");
+        let mut varied = plan.variables().iter().zip(values);
+        let varied = varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
+        let set = self.args.settings.iter().rfind(|setting| setting.key == wanted);
+        let Some(name) = varied.or(set.map(|setting| setting.value.clone())) else {
+            return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
+        };
+        let list = &self.airframe.effectors;
+        let Some(effector) = list.all().find(|effector| list.key(*effector) == name) else {
+            return fail(format!("{} has no effector {name}", self.airframe.name));
+        };
+        if !list.is_angle(effector) {
+            return fail(format!("{name} has no angle"));
+        }
+        let servo = &self.airframe.servos[effector];
+        let middle = 0.0_f64.clamp(servo.min, servo.max);
+        let end = if part < 0.0 { servo.min } else { servo.max };
+        let angle_deg = (middle + part.abs() * (end - middle)).to_degrees();
+        // Degrees of a file stand there as people write them: without the noise of two conversions.
+        Ok((angle_deg * 1.0e9).round() / 1.0e9)
+    }
+}
+
+/// The number at a path of a file; entries of lists are counted from 1.
+fn number_at(table: &toml::Table, path: &str) -> Option<f64> {
+    let mut words = path.split('.');
+    let mut value = table.get(words.next()?)?;
+    for word in words {
+        value = match value {
+            toml::Value::Array(list) => list.get(word.parse::<usize>().ok()?.checked_sub(1)?)?,
+            other => other.get(word)?,
+        };
+    }
+    #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+}
+
+/// A number below the length of a list.
+fn place(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}

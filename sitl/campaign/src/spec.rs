@@ -1,0 +1,453 @@
+//! The specification of a campaign: what its file says, checked key by key.
+
+use std::path::{Path, PathBuf};
+
+use flight_analysis::configuration::Named;
+use flight_analysis::settings::{self, Setting, SettingError};
+use host_io::file::{self, FileProblem, TEXT_MAX};
+use icd::ControlPeriod;
+use serde::Deserialize;
+use toml::Value as Toml;
+
+/// The campaigns that come with the program.
+pub const SHIPPED: [(&str, &str); 2] = [
+    ("jams", include_str!("../campaigns/jams.toml")),
+    ("smoke", include_str!("../campaigns/smoke.toml")),
+];
+
+/// Most flights of a campaign; numbers of runs stay exact in every table.
+pub const RUNS_MAX: u64 = 1 << 40;
+/// Most samples of each cell: the Sobol sequence has so many points.
+pub const SAMPLES_MAX: u32 = 1 << 16;
+/// Most values of one variable.
+const VALUES_MAX: u32 = 100_000;
+/// Longest flight, s.
+const DURATION_MAX_S: f64 = 86_400.0;
+
+/// A campaign, as its file has it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spec {
+    /// Its name, for titles.
+    pub name: String,
+    /// What it is for, a sentence.
+    #[serde(default)]
+    pub about: String,
+    /// Seed of all draws and flights.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// Duration of each flight, s.
+    pub duration_s: f64,
+    /// A scenario that comes with the program, or a file beside this one.
+    pub scenario: String,
+    /// Draws of the distributed variables for each combination of the others.
+    #[serde(default = "one_sample")]
+    pub samples: u32,
+    /// How the distributed variables are drawn.
+    #[serde(default)]
+    pub design: Design,
+    /// Control period, ms.
+    #[serde(default = "period_ms")]
+    pub period_ms: u32,
+    /// Step of the plant, us; the program's default without it.
+    pub step_us: Option<u32>,
+    /// What every flight has: keys and values of `--set`.
+    #[serde(default)]
+    pub set: toml::Table,
+    /// The aircraft; without one, the one that comes with the program.
+    #[serde(default)]
+    pub airframe: Vec<AirframeSpec>,
+    /// The laws that are compared, each on the same flights; the first one is the reference.
+    pub law: Vec<LawSpec>,
+    /// What is varied.
+    #[serde(default)]
+    pub vary: Vec<Variable>,
+    /// Measures whose medians stand in the summary.
+    #[serde(default)]
+    pub measures: Vec<String>,
+}
+
+/// How distributed variables are drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Design {
+    /// Independent draws.
+    #[default]
+    Random,
+    /// Each variable has one draw in each of as many strata of equal probability as there are samples.
+    LatinHypercube,
+    /// The Owen-scrambled Sobol sequence.
+    Sobol,
+}
+
+/// An aircraft of a campaign.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AirframeSpec {
+    /// Name in tables.
+    pub name: String,
+    /// Airframe file; without one, that of the program.
+    pub file: Option<PathBuf>,
+    /// File of the controller's model; without one, that of the program.
+    pub model: Option<PathBuf>,
+    /// What its flights have.
+    #[serde(default)]
+    pub set: toml::Table,
+}
+
+/// A law of a campaign.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawSpec {
+    /// Name in tables.
+    pub name: String,
+    /// Parameters from a file, as `--gains`.
+    pub gains: Option<PathBuf>,
+    /// Parameters and other keys of `--set`.
+    #[serde(default)]
+    pub set: toml::Table,
+}
+
+/// A key that is varied. One of `values`, `grid`, `each`, `uniform` and `normal` says how.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Variable {
+    /// A key of `--set`.
+    pub key: String,
+    /// These values, one after the other.
+    pub values: Option<Vec<Toml>>,
+    /// Equally spaced numbers.
+    pub grid: Option<Grid>,
+    /// Keys of these effectors of the aircraft.
+    pub each: Option<Each>,
+    /// Uniformly distributed between two numbers.
+    pub uniform: Option<[f64; 2]>,
+    /// Normally distributed.
+    pub normal: Option<Normal>,
+    /// What the number means.
+    #[serde(default, rename = "as")]
+    pub meaning: Meaning,
+}
+
+/// Equally spaced numbers, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// First one.
+    pub from: f64,
+    /// Last one.
+    pub to: f64,
+    /// How many.
+    pub count: u32,
+}
+
+/// A normal distribution, cut off where `min` and `max` say.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normal {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// Smallest value.
+    pub min: Option<f64>,
+    /// Largest value.
+    pub max: Option<f64>,
+}
+
+/// Groups of effectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Each {
+    /// Surfaces.
+    Surface,
+    /// Surfaces and nozzle angles.
+    Angle,
+    /// All effectors.
+    Effector,
+}
+
+/// What a number of a variable means.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Meaning {
+    /// The value of the key.
+    #[default]
+    Value,
+    /// A factor on the number that the file has.
+    Factor,
+    /// Part of the travel of the fault's effector: -1 is its lower end, 1 its upper end, deg.
+    Travel,
+}
+
+/// Why a specification is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SpecError {
+    /// The file cannot be read.
+    #[error("{}: {source}; the campaigns that come with the program are {}", path.display(), SHIPPED.map(|(name, _)| name).join(", "))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileProblem,
+    },
+    /// Not TOML of the right form; the message has line and column.
+    #[error("{file}: {source}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The error of the parser.
+        source: Box<toml::de::Error>,
+    },
+    /// A value outside its range.
+    #[error("{file}: {key} = {value}: expected {expected}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The key.
+        key: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        expected: String,
+    },
+    /// A variable that is no key of `--set`.
+    #[error("{file}: {source}")]
+    Key {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: SettingError,
+    },
+}
+
+/// A specification with the text that it was read from.
+#[derive(Debug, Clone)]
+pub struct SpecFile {
+    /// Name for messages.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// Folder that its file names are relative to.
+    pub folder: PathBuf,
+    /// What it says.
+    pub spec: Spec,
+}
+
+impl SpecFile {
+    /// Reads a campaign that comes with the program, or a file.
+    ///
+    /// # Errors
+    /// [`SpecError`] names the file, the key, the value and what is allowed.
+    pub fn read(name: &str) -> Result<Self, SpecError> {
+        if let Some((_, text)) = SHIPPED.iter().find(|(known, _)| *known == name) {
+            return Self::parse(name, (*text).to_owned(), PathBuf::new());
+        }
+        let path = Path::new(name);
+        let text = file::read_text(path, TEXT_MAX)
+            .map_err(|source| SpecError::Read { path: path.to_path_buf(), source })?;
+        Self::parse(name, text, path.parent().unwrap_or(Path::new("")).to_path_buf())
+    }
+
+    /// Parses a text.
+    ///
+    /// # Errors
+    /// As [`SpecFile::read`].
+    pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, SpecError> {
+        let spec: Spec = toml::from_str(&text).map_err(|source| SpecError::Syntax {
+            file: name.to_owned(),
+            source: Box::new(source),
+        })?;
+        spec.check(name)?;
+        Ok(Self { name: name.to_owned(), text, folder, spec })
+    }
+
+    /// A file that the specification names.
+    #[must_use]
+    pub fn beside(&self, path: &Path) -> PathBuf {
+        self.folder.join(path)
+    }
+
+    /// The scenario: a file beside the specification, or one that comes with the program.
+    ///
+    /// # Errors
+    /// As [`Named::scenario`].
+    pub fn scenario(&self) -> Result<Named, flight_analysis::configuration::ConfigurationError> {
+        let beside = self.beside(Path::new(&self.spec.scenario));
+        match beside.is_file() {
+            true => Named::read(&beside),
+            false => Named::scenario(&self.spec.scenario),
+        }
+    }
+}
+
+impl Spec {
+    /// The control period.
+    #[must_use]
+    pub fn period(&self) -> Option<ControlPeriod> {
+        ControlPeriod::from_micros(self.period_ms.checked_mul(1_000)?).ok()
+    }
+
+    fn check(&self, file: &str) -> Result<(), SpecError> {
+        let refuse = |key: &str, value: String, expected: &str| {
+            Err(SpecError::Value {
+                file: file.to_owned(),
+                key: key.to_owned(),
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        if !(self.duration_s > 0.0 && self.duration_s <= DURATION_MAX_S) {
+            let expected = format!("more than 0 and at most {DURATION_MAX_S} s");
+            return refuse("duration_s", self.duration_s.to_string(), &expected);
+        }
+        if !(1..=SAMPLES_MAX).contains(&self.samples) {
+            return refuse("samples", self.samples.to_string(), &format!("1 to {SAMPLES_MAX}"));
+        }
+        if self.period().is_none() {
+            return refuse("period_ms", self.period_ms.to_string(), "1 to 4 ms");
+        }
+        if self.law.is_empty() {
+            return refuse("law", "[]".to_owned(), "at least one [[law]]");
+        }
+        for names in [
+            self.law.iter().map(|law| &law.name).collect::<Vec<_>>(),
+            self.airframe.iter().map(|airframe| &airframe.name).collect(),
+        ] {
+            for (place, name) in names.iter().enumerate() {
+                if name.is_empty() || names[..place].contains(name) {
+                    return refuse("name", format!("{name:?}"), "each name once, and not empty");
+                }
+            }
+        }
+        let of_airframes = self.airframe.iter().map(|airframe| &airframe.set);
+        let of_laws = self.law.iter().map(|law| &law.set);
+        for table in [&self.set].into_iter().chain(of_airframes).chain(of_laws) {
+            let _ = settings_of(table, file)?;
+        }
+        for (place, variable) in self.vary.iter().enumerate() {
+            if self.vary[..place].iter().any(|other| other.key == variable.key) {
+                return refuse("vary.key", variable.key.clone(), "each key once");
+            }
+            variable.check(file)?;
+        }
+        Ok(())
+    }
+}
+
+impl Variable {
+    /// Whether its values are drawn, not listed.
+    #[must_use]
+    pub fn is_drawn(&self) -> bool {
+        self.uniform.is_some() || self.normal.is_some()
+    }
+
+    fn check(&self, file: &str) -> Result<(), SpecError> {
+        let refuse = |part: &str, value: String, expected: &str| {
+            Err(SpecError::Value {
+                file: file.to_owned(),
+                key: format!("{}, {part}", self.key),
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        check_key(&self.key, file)?;
+        let ways = [
+            self.values.is_some(),
+            self.grid.is_some(),
+            self.each.is_some(),
+            self.uniform.is_some(),
+            self.normal.is_some(),
+        ];
+        let count = ways.iter().filter(|is_given| **is_given).count();
+        if count != 1 {
+            let expected = "exactly one of values, grid, each, uniform, normal";
+            return refuse("ways of variation", count.to_string(), expected);
+        }
+        if let Some(values) = &self.values {
+            let is_fit = |value: &Toml| match value {
+                Toml::Float(number) => number.is_finite(),
+                Toml::Integer(_) | Toml::Boolean(_) => true,
+                Toml::String(_) => self.meaning == Meaning::Value,
+                _ => false,
+            };
+            if values.is_empty() || values.len() > VALUES_MAX as usize {
+                let expected = format!("1 to {VALUES_MAX} values");
+                return refuse("values", format!("{} of them", values.len()), &expected);
+            }
+            if let Some(value) = values.iter().find(|value| !is_fit(value)) {
+                return refuse("values", value.to_string(), "finite numbers, or texts");
+            }
+        }
+        if let Some(Grid { from, to, count }) = self.grid
+            && !(from.is_finite() && to.is_finite() && (1..=VALUES_MAX).contains(&count))
+        {
+            let expected = format!("finite ends, and a count of 1 to {VALUES_MAX}");
+            return refuse("grid", format!("{from} to {to}, {count} values"), &expected);
+        }
+        if let Some([low, high]) = self.uniform
+            && !(low.is_finite() && high.is_finite() && low < high)
+        {
+            return refuse("uniform", format!("[{low}, {high}]"), "two numbers in rising order");
+        }
+        if let Some(Normal { mean, deviation, min, max }) = self.normal {
+            let [low, high] =
+                [min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY)];
+            let has_middle = low < high && high >= mean - 5.0 * deviation && low <= mean + 5.0 * deviation;
+            if !(mean.is_finite() && deviation > 0.0 && deviation.is_finite() && has_middle) {
+                let expected = "a finite mean, a deviation above 0, and limits that leave a range within 5 deviations";
+                return refuse("normal", format!("{:?}", self.normal), expected);
+            }
+        }
+        if self.meaning != Meaning::Value && self.each.is_some() {
+            return refuse("as", format!("{:?}", self.meaning), "no `as` beside `each`");
+        }
+        Ok(())
+    }
+}
+
+fn check_key(key: &str, file: &str) -> Result<(), SpecError> {
+    let setting = Setting { key: key.to_owned(), value: String::new() };
+    settings::check_keys(std::slice::from_ref(&setting))
+        .map_err(|source| SpecError::Key { file: file.to_owned(), source })
+}
+
+/// A value as `--set` takes it; `None` of a list or table.
+#[must_use]
+pub fn text_of(value: &Toml) -> Option<String> {
+    match value {
+        Toml::String(text) => Some(text.clone()),
+        Toml::Integer(_) | Toml::Float(_) | Toml::Boolean(_) => Some(value.to_string()),
+        _ => None,
+    }
+}
+
+/// Settings of a table of keys and values.
+///
+/// # Errors
+/// [`SpecError`] for an unknown key, or a value that is a list or table.
+pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, SpecError> {
+    let of = |(key, value): (&String, &Toml)| {
+        check_key(key, file)?;
+        let value = text_of(value).ok_or_else(|| SpecError::Value {
+            file: file.to_owned(),
+            key: key.clone(),
+            value: value.to_string(),
+            expected: "a number, a text, true or false (keys with dots stand in quotes)".to_owned(),
+        })?;
+        Ok(Setting { key: key.clone(), value })
+    };
+    table.iter().map(of).collect()
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn one_sample() -> u32 {
+    1
+}
+
+fn period_ms() -> u32 {
+    2
+}

@@ -1,0 +1,356 @@
+//! Finished runs on the disk: parts that are complete or not there, so that a campaign can be killed at any moment and go on.
+//!
+//! A folder of a campaign has `campaign.toml`, which says what it is of, and `parts/`; the tables are written when every
+//! part is there. A part has a line of text, the length and CRC-32 of its content, and the content: its runs, as postcard.
+
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use flight_analysis::fly::outcome::{Fate, LossBy, Outcome};
+use host_io::file::{self, FileProblem, NewFile, TEXT_MAX};
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Plan;
+
+/// Simulation time in a part, s: what is lost at most of each thread when the program is killed.
+const PART_S: f64 = 1_000.0;
+/// Most runs of a part.
+const PART_RUNS_MAX: f64 = 1_000.0;
+/// First line of a part.
+const MARK: &[u8] = b"Two-Step campaign part 1\n";
+/// First line of the file that names the campaign.
+const HEAD: &str = "# Written by `sitl campaign`; do not edit.";
+/// Longest part, bytes.
+const PART_BYTES_MAX: u64 = 1 << 30;
+
+/// What became of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Its number.
+    pub run: u64,
+    /// What became of it.
+    pub end: RunEnd,
+    /// When it was lost, s.
+    pub lost_at_s: Option<f64>,
+    /// By what it was lost, or why it could not be flown.
+    pub reason: String,
+    /// Simulation time at its end, s.
+    pub end_s: f64,
+    /// The measures, in the order of those of its aircraft.
+    pub measures: Vec<Option<f64>>,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RunEnd {
+    /// The aircraft was kept.
+    Kept,
+    /// It was lost.
+    Lost,
+    /// It could not be flown.
+    Failed,
+}
+
+impl RunEnd {
+    /// As in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Lost => "lost",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+impl Row {
+    /// The row of a flight.
+    #[must_use]
+    pub fn of(run: u64, outcome: &Outcome) -> Self {
+        let (end, lost_at_s, reason) = match &outcome.fate {
+            Fate::Kept => (RunEnd::Kept, None, String::new()),
+            Fate::Lost(loss) => (RunEnd::Lost, Some(loss.at_s), by(&loss.by)),
+        };
+        let measures = outcome.metrics.iter().map(|metric| metric.value).collect();
+        Self { run, end, lost_at_s, reason, end_s: outcome.end_s, measures }
+    }
+
+    /// The row of a run that could not be flown.
+    #[must_use]
+    pub fn failed(run: u64, reason: String) -> Self {
+        Self {
+            run,
+            end: RunEnd::Failed,
+            lost_at_s: None,
+            reason,
+            end_s: 0.0,
+            measures: Vec::new(),
+        }
+    }
+}
+
+fn by(by: &LossBy) -> String {
+    by.to_string()
+}
+
+/// Why a folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which one.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileProblem,
+    },
+    /// The folder belongs to another campaign.
+    #[error(
+        "{}: it has results of {key} {found}, and this campaign has {expected}; take another folder",
+        path.display()
+    )]
+    Other {
+        /// The folder.
+        path: PathBuf,
+        /// What differs.
+        key: &'static str,
+        /// What the folder has.
+        found: String,
+        /// What the campaign has.
+        expected: String,
+    },
+    /// The file that names the campaign is damaged.
+    #[error("{}: {problem}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Parts are missing.
+    #[error("{}: {missing} of {count} parts are missing, the first one is part {first}", path.display())]
+    Missing {
+        /// The folder.
+        path: PathBuf,
+        /// How many.
+        missing: u64,
+        /// Of how many.
+        count: u64,
+        /// The first one.
+        first: u64,
+    },
+}
+
+/// What a folder is of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    campaign: String,
+    program: String,
+    fingerprint: String,
+    runs: u64,
+    runs_of_a_part: u64,
+}
+
+/// The folder of a campaign.
+#[derive(Debug)]
+pub struct Store {
+    folder: PathBuf,
+    head: Head,
+}
+
+impl Store {
+    /// Opens the folder of a campaign, or makes it.
+    ///
+    /// # Errors
+    /// [`StoreError`]: it cannot be written, or belongs to another campaign or version.
+    pub fn open(plan: &Plan, folder: &Path) -> Result<Self, StoreError> {
+        let head = Head::of(plan);
+        let store = Self { folder: folder.to_path_buf(), head };
+        let parts = store.parts();
+        fs::create_dir_all(&parts)
+            .map_err(|error| StoreError::File { path: parts, source: error.into() })?;
+        let path = store.head_path();
+        match file::read_text(&path, TEXT_MAX) {
+            Ok(text) => store.compare(&text, &path)?,
+            Err(problem) if problem.is_not_found() => {
+                let text = toml::to_string(&store.head).unwrap_or_default();
+                write_new(&path, format!("{HEAD}\n\n{text}").as_bytes(), HEAD.as_bytes())?;
+            }
+            Err(source) => return Err(StoreError::File { path, source }),
+        }
+        Ok(store)
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Number of parts.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.head.runs.div_ceil(self.head.runs_of_a_part)
+    }
+
+    /// Runs of a part.
+    #[must_use]
+    pub fn range(&self, part: u64) -> std::ops::Range<u64> {
+        let from = part * self.head.runs_of_a_part;
+        from..(from + self.head.runs_of_a_part).min(self.head.runs)
+    }
+
+    /// The runs of a part; `None` if it is not there, or damaged: then it is flown again.
+    ///
+    /// # Errors
+    /// [`StoreError::File`] if it cannot be read.
+    pub fn read(&self, part: u64) -> Result<Option<Vec<Row>>, StoreError> {
+        let path = self.path(part);
+        match file::read(&path, PART_BYTES_MAX) {
+            Ok(bytes) => Ok(self.decode(part, &bytes)),
+            Err(problem) if problem.is_not_found() => Ok(None),
+            Err(source) => Err(StoreError::File { path, source }),
+        }
+    }
+
+    /// Whether a part is there and whole.
+    ///
+    /// # Errors
+    /// As [`Store::read`].
+    pub fn has(&self, part: u64) -> Result<bool, StoreError> {
+        Ok(self.read(part)?.is_some())
+    }
+
+    /// Writes a part: it is there whole, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError::File`], such as a full disk.
+    pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), StoreError> {
+        let path = self.path(part);
+        let failed = |problem: String| StoreError::Damaged { path: path.clone(), problem };
+        let content = postcard::to_stdvec(rows).map_err(|error| failed(error.to_string()))?;
+        let mut bytes = MARK.to_vec();
+        bytes.extend((content.len() as u64).to_le_bytes());
+        bytes.extend(crc32fast::hash(&content).to_le_bytes());
+        bytes.extend(content);
+        write_new(&path, &bytes, MARK)
+    }
+
+    /// Takes every whole part of another folder of the same campaign that is not here yet; gives how many.
+    ///
+    /// # Errors
+    /// [`StoreError`]: the other folder is of another campaign or cannot be read, or this one not be written.
+    pub fn take(&self, other: &Path) -> Result<u64, StoreError> {
+        let from = Self { folder: other.to_path_buf(), head: self.head.clone() };
+        let path = from.head_path();
+        let text = file::read_text(&path, TEXT_MAX)
+            .map_err(|source| StoreError::File { path: path.clone(), source })?;
+        from.compare(&text, &path)?;
+        let mut taken = 0;
+        for part in 0..self.count() {
+            if let Some(rows) = from.read(part)?
+                && !self.has(part)?
+            {
+                self.write(part, &rows)?;
+                taken += 1;
+            }
+        }
+        Ok(taken)
+    }
+
+    /// Checks that every part is there.
+    ///
+    /// # Errors
+    /// [`StoreError::Missing`] names the first one that is not.
+    pub fn check_complete(&self) -> Result<(), StoreError> {
+        let mut missing = Vec::new();
+        for part in 0..self.count() {
+            if !self.has(part)? {
+                missing.push(part);
+            }
+        }
+        match missing.first() {
+            None => Ok(()),
+            Some(first) => Err(StoreError::Missing {
+                path: self.folder.clone(),
+                missing: missing.len() as u64,
+                count: self.count(),
+                first: *first,
+            }),
+        }
+    }
+
+    fn decode(&self, part: u64, bytes: &[u8]) -> Option<Vec<Row>> {
+        let rest = bytes.strip_prefix(MARK)?;
+        let (length, rest) = rest.split_first_chunk::<8>()?;
+        let (crc, content) = rest.split_first_chunk::<4>()?;
+        let is_whole = u64::from_le_bytes(*length) == content.len() as u64
+            && u32::from_le_bytes(*crc) == crc32fast::hash(content);
+        let rows: Vec<Row> = is_whole.then(|| postcard::from_bytes(content).ok())??;
+        let is_its = rows.iter().map(|row| row.run).eq(self.range(part));
+        is_its.then_some(rows)
+    }
+
+    fn compare(&self, text: &str, path: &Path) -> Result<(), StoreError> {
+        let head: Head = toml::from_str(text).map_err(|error| StoreError::Damaged {
+            path: path.to_path_buf(),
+            problem: error.to_string(),
+        })?;
+        let (mine, its) = (&self.head, &head);
+        let differs = [
+            ("program version", &its.program, &mine.program),
+            ("campaign", &its.campaign, &mine.campaign),
+            ("fingerprint", &its.fingerprint, &mine.fingerprint),
+            ("runs", &its.runs.to_string(), &mine.runs.to_string()),
+        ];
+        for (key, found, expected) in differs {
+            if found != expected {
+                let (path, found, expected) =
+                    (self.folder.clone(), found.clone(), expected.clone());
+                return Err(StoreError::Other { path, key, found, expected });
+            }
+        }
+        Ok(())
+    }
+
+    fn parts(&self) -> PathBuf {
+        self.folder.join("parts")
+    }
+
+    fn path(&self, part: u64) -> PathBuf {
+        self.parts().join(format!("{part:08}.part"))
+    }
+
+    fn head_path(&self) -> PathBuf {
+        self.folder.join("campaign.toml")
+    }
+}
+
+impl Head {
+    fn of(plan: &Plan) -> Self {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 1 and a thousand"
+        )]
+        let runs_of_a_part =
+            (PART_S / plan.file.spec.duration_s).clamp(1.0, PART_RUNS_MAX).floor() as u64;
+        Self {
+            campaign: plan.file.spec.name.clone(),
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            fingerprint: plan.fingerprint.clone(),
+            runs: plan.runs(),
+            runs_of_a_part,
+        }
+    }
+}
+
+/// Writes a file that is whole or not there; it replaces only a file of the same kind.
+pub(crate) fn write_new(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), StoreError> {
+    let failed = |source| StoreError::File { path: path.to_path_buf(), source };
+    let mut file = NewFile::begin(path, |beginning| beginning.starts_with(mark)).map_err(failed)?;
+    file.write_all(bytes).map_err(|error: io::Error| failed(error.into()))?;
+    file.finish().map_err(failed)
+}
