@@ -76,7 +76,15 @@ impl Progress {
             bar.with_message(label.to_owned()).with_prefix(what)
         });
         let begun = clock::now();
-        Self { label: label.to_owned(), what, total, done: AtomicUsize::new(0), bar, from: None, begun }
+        Self {
+            label: label.to_owned(),
+            what,
+            total,
+            done: AtomicUsize::new(0),
+            bar,
+            from: None,
+            begun,
+        }
     }
 
     /// Nothing is shown of what is over within [`PROGRESS_DELAY`].

@@ -11,6 +11,7 @@ use flight_analysis::trimmable::{Study, Sweep};
 use crate::plan::{Plan, Value};
 use crate::results::Results;
 use crate::store::RunEnd;
+use crate::summary::field;
 
 /// Name of the file of scores.
 pub const SCORES: &str = "scores.csv";
@@ -166,8 +167,8 @@ pub fn csv(plan: &Plan, scores: &[Score], sets: &[Set]) -> String {
         let _ = writeln!(
             text,
             "{},{},{},{},{flights},{kept},{:.2},{:.2},{:.2}",
-            plan.aircraft[*airframe].name,
-            plan.laws()[*law],
+            field(&plan.aircraft[*airframe].name),
+            field(plan.laws()[*law]),
             sets[*set].key,
             u8::from(*margin),
             score.percent(),

@@ -25,8 +25,7 @@ const GAP: f64 = 16.0;
 const LOST: [f64; 3] = [178.0, 58.0, 30.0];
 const KEPT: [f64; 3] = [168.0, 205.0, 232.0];
 /// Sets that are drawn, by key, with the pattern of their lines: the headline, and the flight that was asked for.
-const DRAWN: [(&str, Pattern); 2] =
-    [("any", Pattern::Solid), ("straight_level", Pattern::Fine)];
+const DRAWN: [(&str, Pattern); 2] = [("any", Pattern::Solid), ("straight_level", Pattern::Fine)];
 
 /// Jams of one effector: for each angle the flights.
 type Angles = Vec<(f64, Vec<usize>)>;
@@ -53,11 +52,9 @@ pub fn figure(
         let (Some(first), Some(last)) = (angles.first(), angles.last()) else { continue };
         let half = if angles.len() > 1 { 0.5 * (angles[1].0 - first.0) } else { 0.5 };
         let range = (first.0 - half, last.0 + half);
-        let x_of = |deg: f64| {
-            LEFT + (deg - range.0) / (range.1 - range.0) * (WIDTH - LEFT - RIGHT)
-        };
+        let x_of = |deg: f64| LEFT + (deg - range.0) / (range.1 - range.0) * (WIDTH - LEFT - RIGHT);
         let style = r#" font-weight="bold""#;
-        drawing.text((14.0, y + 11.0), "start", style, &format!("{name} jammed at"));
+        drawing.text((14.0, y + 11.0), "start", style, &format!("{name} jammed at, deg"));
         y += 16.0;
         let top = y;
         for (law, law_name) in laws.iter().enumerate() {
@@ -72,8 +69,7 @@ pub fn figure(
                     None => x_of(range.1),
                     Some((next, _)) => edge(*deg, *next),
                 };
-                let kept =
-                    flights.iter().filter(|f| results.end(**f, law) == RunEnd::Kept).count();
+                let kept = flights.iter().filter(|f| results.end(**f, law) == RunEnd::Kept).count();
                 let part = kept as f64 / flights.len() as f64;
                 let tip = format!(
                     "{law_name}, {name} at {deg:+.1} deg: {kept} of {} kept; run {}",
@@ -95,13 +91,13 @@ pub fn figure(
             let number = axis::number(tick, decimals);
             drawing.text((x, y + 16.0), "middle", r#" font-size="11""#, &number);
         }
-        drawing.text((WIDTH - RIGHT, y + 16.0), "end", r#" font-size="11""#, "deg");
         y += AXIS + GAP;
     }
     if let Some(limits) = limits {
         y = draw_scores(&mut drawing, plan, limits, scores, y);
     }
-    let caption = "Share of the flights that each law survives, over the angle of the jam".to_owned();
+    let caption =
+        "Share of the flights that each law survives, over the angle of the jam".to_owned();
     Figure { name: "map", caption, svg: drawing.finish((WIDTH, y)) }
 }
 
@@ -176,7 +172,8 @@ fn draw_scores(
     mut y: f64,
 ) -> f64 {
     let style = r#" font-weight="bold""#;
-    let title = "Share of the flights that survive, among the jams that leave a steady flight at all, %";
+    let title =
+        "Share of the flights that survive, among the jams that leave a steady flight at all, %";
     drawing.text((14.0, y + 12.0), "start", style, title);
     y += 32.0;
     let width = (WIDTH - LEFT - RIGHT) / limits.sets.len().max(1) as f64;

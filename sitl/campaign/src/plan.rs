@@ -189,12 +189,8 @@ impl Plan {
             hash.update(text.as_bytes());
             hash.update([0]);
         }
-        let only = AirframeSpec {
-            name: String::new(),
-            file: None,
-            model: None,
-            set: toml::Table::new(),
-        };
+        let only =
+            AirframeSpec { name: String::new(), file: None, model: None, set: toml::Table::new() };
         let shipped = [only];
         let specs = if spec.airframe.is_empty() { &shipped[..] } else { &spec.airframe };
         let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
@@ -311,12 +307,10 @@ impl Plan {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
         settings.extend(self.laws[run.law].settings.iter().cloned());
         let varied = self.variables().iter().zip(&run.values);
-        settings.extend(
-            varied.map(|(variable, value)| Setting {
-                key: variable.key.clone(),
-                value: value.setting(),
-            }),
-        );
+        settings.extend(varied.map(|(variable, value)| Setting {
+            key: variable.key.clone(),
+            value: value.setting(),
+        }));
         settings
     }
 
@@ -336,9 +330,8 @@ impl Plan {
         let law = &self.laws[run.law];
         let args = self.args(run);
         let beyond = aircraft.args.settings.len();
-        let changes = |target| {
-            args.settings[beyond..].iter().any(|setting| setting.target() == Ok(target))
-        };
+        let changes =
+            |target| args.settings[beyond..].iter().any(|setting| setting.target() == Ok(target));
         // Read anew only where this run has another one.
         let airframe = match changes(Target::Airframe) {
             true => args.airframe()?,
@@ -352,12 +345,10 @@ impl Plan {
         plant.check_faults()?;
         let of_law = |problem: String| PlanError::Parameters { law: law.name.clone(), problem };
         let mut parameters = model.defaults;
-        law.args.apply(&mut parameters).map_err(|error| PlanError::Law {
-            law: law.name.clone(),
-            source: Box::new(error),
-        })?;
-        let parameters =
-            args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
+        law.args
+            .apply(&mut parameters)
+            .map_err(|error| PlanError::Law { law: law.name.clone(), source: Box::new(error) })?;
+        let parameters = args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
         parameters.check_law().map_err(|error| of_law(error.to_string()))?;
         let script = flight.script.map(std::sync::Arc::new);
         Ok(FlightSetup {
@@ -456,11 +447,8 @@ impl Aircraft {
         let beside = |path: &Option<PathBuf>| path.as_deref().map(|path: &Path| file.beside(path));
         let mut settings = settings_of(&file.spec.set, &file.name)?;
         settings.extend(settings_of(&spec.set, &file.name)?);
-        let args = AircraftArgs {
-            airframe: beside(&spec.file),
-            model: beside(&spec.model),
-            settings,
-        };
+        let args =
+            AircraftArgs { airframe: beside(&spec.file), model: beside(&spec.model), settings };
         let (airframe, model) = (args.airframe()?, args.model()?);
         let lists: Vec<_> =
             file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
@@ -553,7 +541,8 @@ impl Aircraft {
         };
         let wanted = format!("{fault}.effector");
         let mut varied = plan.variables().iter().zip(values);
-        let varied = varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
+        let varied =
+            varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
         let set = self.args.settings.iter().rfind(|setting| setting.key == wanted);
         let Some(name) = varied.or(set.map(|setting| setting.value.clone())) else {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));

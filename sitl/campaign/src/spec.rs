@@ -391,9 +391,9 @@ impl Variable {
             return refuse("uniform", format!("[{low}, {high}]"), "two numbers in rising order");
         }
         if let Some(Normal { mean, deviation, min, max }) = self.normal {
-            let [low, high] =
-                [min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY)];
-            let has_middle = low < high && high >= mean - 5.0 * deviation && low <= mean + 5.0 * deviation;
+            let [low, high] = [min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY)];
+            let has_middle =
+                low < high && high >= mean - 5.0 * deviation && low <= mean + 5.0 * deviation;
             if !(mean.is_finite() && deviation > 0.0 && deviation.is_finite() && has_middle) {
                 let expected = "a finite mean, a deviation above 0, and limits that leave a range within 5 deviations";
                 return refuse("normal", format!("{:?}", self.normal), expected);

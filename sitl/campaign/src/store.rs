@@ -79,14 +79,7 @@ impl Row {
     /// The row of a run that could not be flown.
     #[must_use]
     pub fn failed(run: u64, reason: String) -> Self {
-        Self {
-            run,
-            end: RunEnd::Failed,
-            lost_at_s: None,
-            reason,
-            end_s: 0.0,
-            measures: Vec::new(),
-        }
+        Self { run, end: RunEnd::Failed, lost_at_s: None, reason, end_s: 0.0, measures: Vec::new() }
     }
 }
 

@@ -64,7 +64,13 @@ pub fn groups(plan: &Plan, results: &Results) -> Vec<Group> {
     groups
 }
 
-fn group(plan: &Plan, results: &Results, airframe: usize, law: usize, flights: Range<usize>) -> Group {
+fn group(
+    plan: &Plan,
+    results: &Results,
+    airframe: usize,
+    law: usize,
+    flights: Range<usize>,
+) -> Group {
     let of = |end: RunEnd| {
         let count = flights.clone().filter(|flight| results.end(*flight, law) == end).count();
         u32::try_from(count).unwrap_or(u32::MAX)
@@ -164,7 +170,9 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
         let fraction = if *flown == 0 { f64::NAN } else { f64::from(*lost) / f64::from(*flown) };
         let _ = write!(
             text,
-            "{name},{law},{},{},{lost},{failed},{:.3},{:.3},{:.3}",
+            "{},{},{},{},{lost},{failed},{:.3},{:.3},{:.3}",
+            field(name),
+            field(law),
             flown + failed,
             flown - lost,
             100.0 * fraction,
@@ -182,6 +190,14 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
         text.push('\n');
     }
     text
+}
+
+/// A text as a field of a CSV file (RFC 4180).
+pub(crate) fn field(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
 }
 
 fn push_difference(text: &mut String, difference: Option<Difference>, scale: f64) {

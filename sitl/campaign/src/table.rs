@@ -71,11 +71,7 @@ enum Cells {
 ///
 /// # Errors
 /// [`TableError`]; then there is no table.
-pub fn write(
-    plan: &Plan,
-    store: &Store,
-    each: &mut dyn FnMut(&Row),
-) -> Result<(), TableError> {
+pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(), TableError> {
     store.check_complete()?;
     let columns = columns(plan);
     let path = store.folder().join(RUNS);
@@ -230,8 +226,7 @@ fn write_group<W: Write + Send>(
             }
             Cells::Numbers(list) => {
                 let (values, levels) = flat(list.iter().copied());
-                let _ =
-                    column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+                let _ = column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
             }
             Cells::Texts(list) => {
                 let texts = list.iter().map(|text| text.as_deref().map(ByteArray::from));

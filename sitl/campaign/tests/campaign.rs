@@ -1,0 +1,227 @@
+//! Campaigns as a user runs them: whole, in shards, interrupted, refused.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use flight_campaign::plan::{Plan, PlanError, Value};
+use flight_campaign::spec::{SHIPPED, SpecFile};
+use flight_campaign::store::{RunEnd, Store};
+use flight_campaign::{Command, fly, run};
+
+/// Files of a finished campaign that must be the same to the byte.
+const FILES: [&str; 4] = ["runs.parquet", "summary.csv", "columns.csv", "campaign.toml"];
+
+fn smoke() -> &'static str {
+    SHIPPED.iter().find(|(name, _)| *name == "smoke").expect("it is shipped").1
+}
+
+fn parse(text: &str) -> Result<Plan, String> {
+    let file = SpecFile::parse("test.toml", text.to_owned(), PathBuf::new())
+        .map_err(|error| error.to_string())?;
+    Plan::new(file).map_err(|error| error.to_string())
+}
+
+fn whole(folder: &Path) {
+    command(&["run", "smoke", "--out", &folder.display().to_string()]);
+}
+
+/// Carries out a command line.
+fn try_command(words: &[&str]) -> Result<(), String> {
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(subcommand)]
+        command: Command,
+    }
+    let words = std::iter::once("campaign").chain(words.iter().copied());
+    let line = <Line as clap::Parser>::try_parse_from(words).map_err(|error| error.to_string())?;
+    run(&line.command).map_err(|error| error.to_string())
+}
+
+fn command(words: &[&str]) {
+    assert_eq!(try_command(words), Ok(()), "{words:?}");
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    for name in FILES {
+        let read = |folder: &Path| fs::read(folder.join(name)).expect("a finished campaign");
+        assert!(read(one) == read(other), "{name} differs");
+    }
+}
+
+#[test]
+fn shards_in_folders_of_their_own_give_the_bytes_of_one_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    whole(&at("whole"));
+    // With parts of 125 runs the smoke test would be one part only.
+    let text = smoke()
+        .replace("samples = 8", "samples = 64")
+        .replace("duration_s = 8.0", "duration_s = 20.0");
+    let spec = at("spec.toml");
+    fs::write(&spec, text).expect("a file");
+    let spec = spec.display().to_string();
+    let out = |name: &str| at(name).display().to_string();
+    command(&["run", &spec, "--out", &out("one")]);
+    for shard in ["1/3", "2/3", "3/3"] {
+        let folder = out(&format!("shard {}", &shard[..1]));
+        command(&["run", &spec, "--out", &folder, "--shard", shard]);
+    }
+    let refused = try_command(&["merge", &spec, "--out", &out("some"), &out("shard 1")]);
+    assert!(refused.as_ref().is_err_and(|e| e.contains("parts are missing")), "{refused:?}");
+    command(&[
+        "merge",
+        &spec,
+        "--out",
+        &out("all"),
+        &out("shard 3"),
+        &out("shard 1"),
+        &out("shard 2"),
+    ]);
+    assert_same(&at("one"), &at("all"));
+    let other = try_command(&["merge", &spec, "--out", &out("x"), &out("whole")]);
+    assert!(other.as_ref().is_err_and(|e| e.contains("fingerprint")), "{other:?}");
+}
+
+#[test]
+fn what_an_interrupted_campaign_lost_or_damaged_is_flown_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
+    for folder in [&one, &other] {
+        whole(folder);
+    }
+    let part = other.join("parts/00000000.part");
+    let bytes = fs::read(&part).expect("a part");
+    for damaged in [&bytes[..0], &bytes[..bytes.len() / 2], b"Two-Step campaign part 1\n\xff"] {
+        fs::write(&part, damaged).expect("a file");
+        fs::remove_file(other.join("runs.parquet")).expect("a table");
+        whole(&other);
+        assert_same(&one, &other);
+        assert_eq!(fs::read(&part).expect("a part"), bytes);
+    }
+}
+
+#[test]
+fn a_run_alone_is_the_run_among_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plan = parse(smoke()).expect("the shipped campaign");
+    let store = Store::open(&plan, folder.path()).expect("a new folder");
+    let _ = fly::fly(&plan, &store, None).expect("it can be written");
+    let rows = store.read(0).expect("a file").expect("a whole part");
+    assert_eq!(rows.len() as u64, plan.runs());
+    for number in [31, 0, 17] {
+        let again = fly::run(&parse(smoke()).expect("the shipped campaign"), number);
+        assert_eq!(again, rows[usize::try_from(number).expect("small")]);
+    }
+    // Something happens in this campaign, and not the same to every flight.
+    assert!(rows.iter().any(|row| row.end == RunEnd::Lost));
+    assert!(rows.iter().any(|row| row.end == RunEnd::Kept));
+}
+
+#[test]
+fn every_law_flies_the_same_flights() {
+    let plan = parse(smoke()).expect("the shipped campaign");
+    for number in (0..plan.runs()).step_by(2) {
+        let [one, other] = [number, number + 1].map(|n| plan.run(n).expect("a run"));
+        assert_eq!((one.flight, one.seed, &one.values), (other.flight, other.seed, &other.values));
+        assert_eq!((one.law, other.law), (0, 1));
+    }
+}
+
+#[test]
+fn variables_mean_values_factors_and_parts_of_a_travel() {
+    let plan = parse(smoke()).expect("the shipped campaign");
+    let run = plan.run(5).expect("a run");
+    let setup = plan.setup(&run).expect("a flight");
+    let [turbulence, angle, onset, mass] =
+        [0, 1, 2, 3].map(|place: usize| match &run.values[place] {
+            Value::Number(number) => *number,
+            Value::Text(text) => panic!("{text}"),
+        });
+    assert_eq!(setup.plant.wind.turbulence_m_s.to_bits(), turbulence.to_bits());
+    assert!((-30.0..=30.0).contains(&angle) && (0.5..=2.0).contains(&onset));
+    let nominal_kg = plan.aircraft[0].airframe.mass.mass_kg;
+    assert_eq!(setup.plant.airframe.mass.mass_kg.to_bits(), mass.to_bits());
+    assert!((0.9..=1.1).contains(&(mass / nominal_kg)), "{mass} of {nominal_kg}");
+    // The controller's model is not that of the aircraft of this flight.
+    assert_eq!(setup.model, plan.setup(&plan.run(0).expect("a run")).expect("a flight").model);
+    let all: Vec<f64> = (0..plan.runs())
+        .filter_map(|number| plan.run(number).expect("a run").values[1].number())
+        .collect();
+    assert!(all.iter().any(|deg| *deg > 20.0) && all.iter().any(|deg| *deg < -20.0));
+}
+
+#[test]
+fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
+    let with = |from: &str, to: &str| {
+        assert!(smoke().contains(from), "{from}");
+        parse(&smoke().replacen(from, to, 1)).map(drop).expect_err(to)
+    };
+    for (from, to, expected) in [
+        ("samples = 8", "samples = 0", "samples = 0: expected 1 to 65536"),
+        ("duration_s = 8.0", "duration_s = nan", "duration_s = NaN: expected more than 0"),
+        ("duration_s = 8.0", "durations = 8.0", "unknown field `durations`"),
+        ("seed = 7", "seed = -7", "seed"),
+        ("FTC_MODE = 0", "FTC_MODES = 0", "nearest is FTC_MODE"),
+        ("FTC_MODE = 0", "FTC_MODE = 77", "FTC_MODE"),
+        (
+            "\"plant.wind.turbulence_m_s\"\n",
+            "\"plant.wind.turbulence\"\n",
+            "nearest is plant.wind.turbulence_m_s",
+        ),
+        ("values = [0.0, 3.0]", "values = []", "expected 1 to"),
+        ("values = [0.0, 3.0]", "values = [0.0, 300.0]", "turbulence_m_s"),
+        ("values = [0.0, 3.0]", "grid = { from = 0.0, to = inf, count = 3 }", "finite ends"),
+        ("values = [0.0, 3.0]", "values = [0.0]\nuniform = [0.0, 1.0]", "exactly one of"),
+        ("uniform = [0.5, 2.0]", "uniform = [2.0, 2.0]", "two numbers in rising order"),
+        ("deviation = 0.05", "deviation = 0.0", "a deviation above 0"),
+        ("name = \"paper (PID, NESO)\"", "name = \"PID alone\"", "each name once"),
+        ("\"rudder\"", "\"canard\"", "has no effector canard"),
+        ("scenario = \"nominal\"", "scenario = \"nominale\"", "no such scenario"),
+        ("\"peak_roll_rate\"", "\"peak_rolls\"", "no measure peak_rolls"),
+        ("as = \"factor\"", "as = \"travel\"", "is for the angle_deg of a fault"),
+        ("[[vary]]", "[[airframe]]\nname = \"a\"\nfile = \"none.toml\"\n\n[[vary]]", "none.toml"),
+    ] {
+        let message = with(from, to);
+        assert!(message.contains(expected), "{to}: {message}");
+        assert!(message.contains("test.toml") || !message.is_empty());
+    }
+    let plan = parse(smoke()).expect("the shipped campaign");
+    let error = plan.run(32).expect_err("a run that is not there");
+    assert!(matches!(error, PlanError::NoRun { run: 32, last: 31, .. }), "{error}");
+}
+
+#[test]
+fn results_of_another_campaign_or_version_are_left_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    whole(folder.path());
+    let out = folder.path().display().to_string();
+    let refused = try_command(&["run", "jams", "--out", &out]).expect_err("another campaign");
+    assert!(refused.contains("results of campaign smoke"), "{refused}");
+    let head = folder.path().join("campaign.toml");
+    let text = fs::read_to_string(&head).expect("a file");
+    let other = text.replace(env!("CARGO_PKG_VERSION"), "0.0.7");
+    fs::write(&head, other).expect("a file");
+    let refused = try_command(&["run", "smoke", "--out", &out]).expect_err("another version");
+    assert!(refused.contains("program version 0.0.7"), "{refused}");
+    fs::write(&head, "nonsense").expect("a file");
+    let refused = try_command(&["run", "smoke", "--out", &out]).expect_err("a damaged file");
+    assert!(refused.contains("campaign.toml"), "{refused}");
+    // A table that the program did not write stays.
+    fs::write(&head, text).expect("a file");
+    fs::write(folder.path().join("summary.csv"), "mine").expect("a file");
+    let refused = try_command(&["run", "smoke", "--out", &out]).expect_err("a foreign file");
+    assert!(refused.contains("summary.csv"), "{refused}");
+    assert_eq!(fs::read_to_string(folder.path().join("summary.csv")).expect("a file"), "mine");
+}
+
+#[test]
+fn a_shard_that_does_not_exist_is_refused() {
+    for bad in ["0/3", "4/3", "1/0", "1", "a/b", "-1/2"] {
+        let refused = try_command(&["run", "smoke", "--out", "x", "--shard", bad]);
+        assert!(
+            refused
+                .is_err_and(|error| error.contains("K from 1 to N") || error.contains("--shard")),
+            "{bad}"
+        );
+    }
+}
