@@ -84,6 +84,7 @@ fn control_step(c: &mut Criterion) {
     for (name, allocation) in [
         ("control step", AllocationMode::Paper),
         ("control step, compensation by wls", AllocationMode::Wls),
+        ("control step, compensation by relief", AllocationMode::Relief),
     ] {
         gains.selection.allocation = allocation;
         let mut flight = FlightControl::new(ControlPeriod::DEFAULT, &aircraft, &gains);

@@ -64,6 +64,36 @@ impl Columns {
         columns
     }
 
+    /// The same about zero, without less weight for what the main command moves; `change` has the last word on each.
+    #[must_use]
+    pub fn whole(
+        model: &DesignModel,
+        at: &FlightCondition,
+        change: impl Fn(Effector, &mut Column),
+    ) -> Self {
+        let effectors = &model.aircraft().effectors;
+        let mut columns = Self::default();
+        for effector in effectors.list.all().filter(|e| effectors.list.is_angle(*e)) {
+            let servo = &effectors.servos[effector];
+            let mut column = Column {
+                effect: model.effect(at, effector),
+                min: servo.min,
+                max: servo.max,
+                preferred: 0.0,
+                weight: 2.0 / (servo.max - servo.min),
+            };
+            change(effector, &mut column);
+            columns.effectors.push(effector);
+            columns.columns.push(column);
+        }
+        columns
+    }
+
+    /// The effectors with their columns.
+    pub fn iter(&self) -> impl Iterator<Item = (Effector, &Column)> {
+        self.effectors.iter().copied().zip(&self.columns)
+    }
+
     /// The columns of the allocation.
     #[must_use]
     pub fn as_slice(&self) -> &[Column] {

@@ -162,7 +162,8 @@ impl DesignModel {
     }
 
     /// An aerodynamic angle as it acts: itself up to the stall, then bending towards the ceiling.
-    fn effective_angle(&self, angle: f64) -> f64 {
+    #[must_use]
+    pub fn effective_angle(&self, angle: f64) -> f64 {
         let onset = self.aircraft.airframe.stall_onset_rad;
         let magnitude = angle.abs();
         if magnitude <= onset {
@@ -241,6 +242,12 @@ impl DesignModel {
             ),
             _ => return Vector3::zeros(),
         };
+        self.inverse_inertia * moment
+    }
+
+    /// M times a moment in N m: angular acceleration, rad/s².
+    #[must_use]
+    pub fn angular(&self, moment: &Vector3<f64>) -> Vector3<f64> {
         self.inverse_inertia * moment
     }
 

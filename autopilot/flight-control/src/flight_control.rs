@@ -17,6 +17,7 @@ use crate::log::{Health, StepLog};
 use crate::main_controller::{Demand, Law, MainController};
 use crate::mixer::{Mixed, Mixer};
 use crate::navigation::NavigationState;
+use crate::relief::{CompensationHealth, Relief, ReliefInput, ReliefLog, Relieved};
 use crate::signals::{Compensation, MainCommand, Saturation};
 
 /// The flight control: both steps and what they remember.
@@ -28,6 +29,7 @@ pub struct FlightControl {
     activation: Activation,
     main_controller: MainController,
     allocator: Allocator,
+    relief: Relief,
     mixer: Mixer,
     watch: AltitudeWatch,
     authority: AuthorityWatch,
@@ -53,6 +55,7 @@ impl FlightControl {
             main_controller: MainController::new(gains, &model, period),
             model,
             allocator: Allocator::default(),
+            relief: Relief::new(period),
             mixer: Mixer::new(&aircraft.effectors),
             watch: AltitudeWatch::new(period),
             authority: AuthorityWatch::new(period),
@@ -68,6 +71,7 @@ impl FlightControl {
         self.activation.reset();
         self.main_controller.reset(&self.model);
         self.allocator.reset();
+        self.relief.reset();
         self.watch.reset();
         self.authority.reset();
         self.applied.reset();
@@ -108,6 +112,9 @@ impl FlightControl {
         self.compensator.states(visit);
         self.main_controller.states(visit);
         self.applied.states(visit);
+        if self.gains.selection.allocation == AllocationMode::Relief {
+            self.relief.states(visit);
+        }
         if self.gains.selection.observer == ObserverMode::Literal {
             self.main_only.states(visit);
         }
@@ -148,7 +155,9 @@ impl FlightControl {
 
         let saturation = &self.saturation;
         let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
-        let (compensation, mixed) = self.allocate(&main, &z2, wake.fade, &at);
+        let (fade, airspeed_m_s) = (wake.fade, demand.airspeed_m_s);
+        let Relieved { compensation, mixed, log: relief, health: compensation_health } =
+            self.allocate(state, airspeed_m_s, &main, &z2, fade, &at);
         let attained = match wake.fade == 0.0 {
             true => Vector3::zeros(),
             false => self.model.effectors(&at, &mixed.increments),
@@ -186,10 +195,12 @@ impl FlightControl {
             authority,
             altitude_limit,
             modelled_acceleration,
+            relief,
             health: health(
                 !state.valid.is_complete(),
                 self.main_controller.implausible(),
                 &mixed.saturation,
+                compensation_health,
             ),
         }
     }
@@ -197,12 +208,14 @@ impl FlightControl {
     /// Step two b: the demanded compensation, and the commands of both steps together.
     fn allocate(
         &mut self,
+        state: &NavigationState,
+        airspeed_reference_m_s: f64,
         main: &MainCommand,
         z2: &Vector3<f64>,
         fade: f64,
         at: &FlightCondition,
-    ) -> (Compensation, Mixed) {
-        match self.gains.selection.allocation {
+    ) -> Relieved {
+        let (compensation, mixed) = match self.gains.selection.allocation {
             AllocationMode::Paper => {
                 let compensation = compensate(z2, fade, &self.model, at);
                 (compensation, self.mixer.mix(main, &compensation))
@@ -213,7 +226,16 @@ impl FlightControl {
                 let mixed = self.mixer.add(main, &increments);
                 (mixed.applied, mixed)
             }
-        }
+            AllocationMode::Relief => {
+                let (model, mixer) = (&self.model, &self.mixer);
+                self.relief.observe(z2, fade, &self.gains.activation, &self.gains.relief);
+                let input =
+                    ReliefInput { state, at, airspeed_reference_m_s, fade, main, model, mixer };
+                return self.relief.step(&input, &self.gains.relief);
+            }
+        };
+        let (log, health) = (ReliefLog::default(), CompensationHealth::default());
+        Relieved { compensation, mixed, log, health }
     }
 
     /// Sends the two backward signals on their way to the next step.
@@ -230,7 +252,12 @@ impl FlightControl {
     }
 }
 
-fn health(implausible_input: bool, implausible_command: bool, saturation: &Saturation) -> Health {
+fn health(
+    implausible_input: bool,
+    implausible_command: bool,
+    saturation: &Saturation,
+    compensation: CompensationHealth,
+) -> Health {
     Health {
         implausible_input,
         implausible_command,
@@ -240,6 +267,7 @@ fn health(implausible_input: bool, implausible_command: bool, saturation: &Satur
         nozzle_pitch_saturated: saturation.nozzle_pitch.is_saturated(),
         nozzle_yaw_saturated: saturation.nozzle_yaw.is_saturated(),
         thrust_saturated: saturation.thrust.is_saturated(),
+        compensation,
     }
 }
 

@@ -15,6 +15,7 @@ use crate::compensator::neso::{Lemma1Warning, NesoGains};
 use crate::main_controller::lqr::LqrGains;
 use crate::main_controller::ndi::NdiGains;
 use crate::main_controller::pid::PidGains;
+use crate::relief::gains::ReliefGains;
 
 /// All gains and selections of the flight control.
 ///
@@ -40,6 +41,8 @@ pub struct Gains {
     pub incremental: IncrementalGains,
     /// Step two b, when it wakes.
     pub activation: ActivationGains,
+    /// Step two b beyond the paper.
+    pub relief: ReliefGains,
     /// Which laws fly.
     pub selection: Selection,
 }
@@ -146,11 +149,14 @@ pub enum AllocationMode {
     Paper,
     /// Bounded weighted least squares over all surfaces and nozzle angles.
     Wls,
+    /// The same about the paper's command, with relief in yaw and protection of what it lives on; see [`crate::relief`].
+    Relief,
 }
 
 impl AllocationMode {
     /// All of them with their names on a command line.
-    pub const NAMES: [(&'static str, Self); 2] = [("paper", Self::Paper), ("wls", Self::Wls)];
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("paper", Self::Paper), ("wls", Self::Wls), ("relief", Self::Relief)];
 }
 
 impl Gains {
@@ -166,6 +172,7 @@ impl Gains {
         linear_eso: LinearEsoGains::REFERENCE,
         incremental: IncrementalGains::REFERENCE,
         activation: ActivationGains::REFERENCE,
+        relief: ReliefGains::REFERENCE,
         selection: Selection {
             compensator: CompensatorMode::Armed,
             observer: ObserverMode::Informed,

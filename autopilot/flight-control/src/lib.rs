@@ -31,6 +31,7 @@
 //! | actuators as they should move | [`healthy_actuators`] |
 //! | allocation to effectors, limits | [`mixer`] |
 //! | not in the paper: demand to any number of effectors | [`allocator`], solver [`allocation`] |
+//! | not in the paper: more than the paper's command can give | [`relief`], [`oscillation`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
 //! | not in the paper: trim of level flight and level turns | [`mod@design_model::level_turn`] |
 //! | not in the paper: why the altitude is not held | [`altitude_limit`] |
@@ -87,6 +88,8 @@ pub mod log;
 pub mod main_controller;
 pub mod mixer;
 pub mod navigation;
+pub mod oscillation;
+pub mod relief;
 pub mod signals;
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
 use crate::navigation::NavigationState;
+use crate::relief::{CompensationHealth, ReliefLog};
 use crate::signals::{Compensation, EffectorSet, MainCommand};
 
 /// The signals of one control step.
@@ -55,6 +56,8 @@ pub struct StepLog {
     pub altitude_limit: Option<AltitudeLimit>,
     /// f + g u + g_T u_T: angular acceleration that the design model expects, rad/s².
     pub modelled_acceleration: Vector3<f64>,
+    /// What the law beyond the paper reports; all zero where another allocation is chosen.
+    pub relief: ReliefLog,
     /// Flags.
     pub health: Health,
 }
@@ -84,6 +87,8 @@ pub struct Health {
     pub nozzle_pitch_saturated: bool,
     /// The nozzle yaw demand is beyond the travel.
     pub nozzle_yaw_saturated: bool,
-    /// The thrust demand is beyond the engine's range.
+    /// The thrust demand is beyond the engine's range, or below the thrust floor.
     pub thrust_saturated: bool,
+    /// What the allocation beyond the paper reports of itself.
+    pub compensation: CompensationHealth,
 }

@@ -137,6 +137,19 @@ impl Mixer {
         }
     }
 
+    /// What both steps ask of each effector, beyond its travel too, rad; engine N.
+    #[must_use]
+    pub fn demanded(&self, main: &MainCommand, compensation: &Compensation) -> PerEffector<f64> {
+        self.sums(&[
+            main.aileron_rad + compensation.aileron_rad,
+            main.elevator_rad,
+            main.rudder_rad,
+            main.thrust_n,
+            main.nozzle_pitch_rad + compensation.nozzle_pitch_rad,
+            main.nozzle_yaw_rad + compensation.nozzle_yaw_rad,
+        ])
+    }
+
     /// What each effector gets of a compensation, rad.
     fn by_effector(&self, compensation: &Compensation) -> PerEffector<f64> {
         if *compensation == Compensation::NONE {

@@ -67,6 +67,14 @@ pub enum EventKind {
     AltitudeNotHeld(AltitudeLimit),
     /// It is held again, or the aircraft climbs or descends to its reference.
     AltitudeHeld,
+    /// The law keeps more thrust than the speed asks for, because the compensation needs it.
+    ThrustFloorTaken,
+    /// It no longer does.
+    ThrustFloorReleased,
+    /// The compensation has oscillated; only what is steady is compensated.
+    CompensatorYields,
+    /// All of it is compensated again.
+    CompensatorResumes,
     /// A fault entered the plant's list or left it, by a report of the plant.
     Fault(FaultEntry),
     /// The aircraft touched the ground.

@@ -80,6 +80,14 @@ pub fn of_event(
             (S::Warning, text)
         }
         EventKind::AltitudeHeld => (S::Info, "Altitude held again".into()),
+        EventKind::ThrustFloorTaken => {
+            (S::Warning, "Thrust floor: the compensation needs the thrust".into())
+        }
+        EventKind::ThrustFloorReleased => (S::Info, "Thrust floor no longer needed".into()),
+        EventKind::CompensatorYields => {
+            (S::Warning, "Compensator yields: its action oscillates".into())
+        }
+        EventKind::CompensatorResumes => (S::Info, "Compensator acts in full again".into()),
         EventKind::Fault(ref entry) => return fault_text(entry, effectors),
         EventKind::GroundContact => (S::Emergency, "Ground contact: the flight is over".into()),
         EventKind::PlantLost => {

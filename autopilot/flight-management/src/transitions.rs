@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use flight_control::relief::CompensationHealth;
 use flight_control::{Health, StepLog};
 use icd::ControlPeriod;
 
@@ -32,6 +33,8 @@ pub struct Transitions {
     limits: [Debounced; REPORTED_LIMITS.len()],
     exhausted: [Debounced; Axis::ALL.len()],
     not_held: Debounced,
+    thrust_floor: Debounced,
+    yields: Debounced,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -108,6 +111,19 @@ impl Transitions {
         }
         if self.not_held.step(log.altitude_limit.is_some(), AT_LIMIT_AFTER_US, elapsed_us) {
             publish(log.altitude_limit.map_or(EventKind::AltitudeHeld, EventKind::AltitudeNotHeld));
+        }
+        let CompensationHealth { thrust_floor, yields } = log.health.compensation;
+        if self.thrust_floor.step(thrust_floor, AT_LIMIT_AFTER_US, elapsed_us) {
+            publish(match thrust_floor {
+                true => EventKind::ThrustFloorTaken,
+                false => EventKind::ThrustFloorReleased,
+            });
+        }
+        if self.yields.step(yields, 0, elapsed_us) {
+            publish(match yields {
+                true => EventKind::CompensatorYields,
+                false => EventKind::CompensatorResumes,
+            });
         }
         let after_us =
             if self.compensator.reported { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };

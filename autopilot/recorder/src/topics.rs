@@ -111,6 +111,17 @@ columns! { CONTROL_TAIL, control_tail(step):
     "nozzle_pitch_saturated" => flag(step.health.nozzle_pitch_saturated),
     "nozzle_yaw_saturated" => flag(step.health.nozzle_yaw_saturated),
     "thrust_saturated" => flag(step.health.thrust_saturated),
+    // The allocation beyond the paper; zeros where another one is chosen.
+    "yaw_shortage_rad_s2" => step.relief.yaw_shortage,
+    "yaw_relief" => step.relief.relief,
+    "thrust_boost_n" => step.relief.boost_n,
+    "thrust_floor_n" => step.relief.thrust_floor_n,
+    "yields_roll" => step.relief.quiet.axes.x,
+    "yields_pitch" => step.relief.quiet.axes.y,
+    "yields_yaw" => step.relief.quiet.axes.z,
+    "yields_main_roll" => step.relief.quiet.main_roll,
+    "thrust_floor" => flag(step.health.compensation.thrust_floor),
+    "yields" => flag(step.health.compensation.yields),
     // Further parts of the navigation state, and which parts are valid.
     "specific_force_x_m_s2" => step.state.specific_force.0.x,
     "specific_force_y_m_s2" => step.state.specific_force.0.y,
@@ -393,7 +404,7 @@ mod tests {
                 assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
             }
         }
-        assert_eq!(control.len(), 106);
+        assert_eq!(control.len(), 116);
     }
 
     /// Replaces each number by a different one, and each flag by true.

@@ -88,7 +88,7 @@ pub struct LawArgs {
     /// Estimator of the compensator, parameter FTC_LAW by name: neso, linear-eso, incremental
     #[arg(long, value_name = "LAW", value_parser = parse_compensator)]
     pub compensator: Option<CompensatorLaw>,
-    /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls
+    /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls, relief
     #[arg(long, value_name = "HOW", value_parser = parse_allocation)]
     pub allocation: Option<AllocationMode>,
     /// Parameters from a file, as `sitl design` writes them

@@ -39,8 +39,8 @@ macro_rules! rows {
 }
 
 /// The rows of each block, in the order of the parameters.
-const BLOCKS: [&[Tunable]; 8] =
-    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION];
+const BLOCKS: [&[Tunable]; 9] =
+    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION, RELIEF];
 
 const REFERENCES: &[Tunable] = rows! { references:
     "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
@@ -136,6 +136,26 @@ const ACTIVATION: &[Tunable] = rows! { activation:
     "ACT_HYST", "-", 0.01, 0.99, hysteresis, "Release below this fraction of the level";
     "ACT_T_OFF", "s", 0.001, 600.0, off_dwell_s, "Time below the release level before it sleeps again";
     "ACT_FADE", "s", 0.001, 10.0, fade_s, "Time in which the compensation fades in and out";
+};
+
+const RELIEF: &[Tunable] = rows! { relief:
+    "RLF_LAG", "s", 0.05, 20.0, shortage_lag_s, "Lag on the yaw acceleration that is missing";
+    "RLF_FULL", "rad/s^2", 0.001, 10.0, shortage_full, "Missing yaw acceleration at which the roll relief is full";
+    "RLF_T_UP", "s", 0.005, 10.0, rise_s, "Time constant with which the roll relief comes";
+    "RLF_T_DOWN", "s", 0.005, 60.0, fall_s, "Time constant with which the roll relief goes";
+    "RLF_LEAD", "s", 0.0, 5.0, lead_s, "Time by which the roll relief leads the sideslip";
+    "RLF_LEAD_B", "rad", 0.0, 1.0, lead_beta_rad, "Sideslip from which on the roll relief leads it";
+    "RLF_RESERVE", "rad", 0.0, 0.1, reserve_rad, "Nozzle yaw that is kept for what is quicker than RLF_LAG";
+    "RLF_BOOST", "-", 0.0, 20.0, boost, "Thrust for a growing yaw shortage, as a multiple of what gives it at 0.2 rad of nozzle";
+    "RLF_BOOST_T", "s", 0.05, 60.0, boost_s, "Time over which the growth counts";
+    "RLF_BOOST_V", "m/s", 0.1, 200.0, boost_over_m_s, "Airspeed above its reference from which on the boost fades, over the same again";
+    "RLF_FLOOR", "-", 0.1, 1.0, floor_use, "Part of the nozzle pitch travel that the thrust floor leaves to a steady demand";
+    "RLF_FLOOR_D", "-", 0.0, 2.0, floor_drag, "Largest thrust floor as a part of the drag";
+    "RLF_OSC_LVL", "-", 0.01, 100.0, oscillation_level, "Swing of an oscillating estimate that counts, in activation levels";
+    "RLF_OSC_N", "-", 2.0, 100.0, oscillation_count, "Half cycles in a row after which the compensator yields";
+    "RLF_OSC_LAG", "s", 0.05, 60.0, yield_lag_s, "Lag on the estimate that is still compensated then";
+    "RLF_OSC_MAIN", "-", 0.0, 1.0, yield_main, "Part of the aileron command of the main controller that is held back where it oscillates on";
+    "RLF_OSC_RETRY", "s", 1.0, 600.0, retry_s, "Time after which it tries again; doubles each time the oscillation is back";
 };
 
 /// All tunable gains.

@@ -52,6 +52,7 @@ fn law(name: &str) -> &'static str {
         Some("LES") => "Linear observer",
         Some("INC") => "Incremental compensator",
         Some("ACT") => "Activation",
+        Some("RLF") => "Relief beyond the paper",
         _ => "Other gains",
     }
 }
@@ -130,7 +131,8 @@ const LAWS: &[Parameter] = choices! { "Laws";
         2 CompensatorLaw::Incremental "filtered angular acceleration (incremental)";
     "FTC_ALLOC", gains.selection.allocation, "Allocation of the compensating demand":
         0 AllocationMode::Paper "ailerons and nozzle, by the inverse of the paper",
-        1 AllocationMode::Wls "all surfaces and nozzle angles, bounded weighted least squares";
+        1 AllocationMode::Wls "all surfaces and nozzle angles, bounded weighted least squares",
+        2 AllocationMode::Relief "the same about the command of the paper, with relief in yaw (beyond the paper)";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";
