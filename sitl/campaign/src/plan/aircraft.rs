@@ -1,0 +1,222 @@
+//! An aircraft of a campaign: its files, and what the values of the variables are for it.
+
+use std::path::{Path, PathBuf};
+
+use autopilot::config::Model;
+use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::fly::measures::Measures;
+use icd::{Effector, EffectorKind};
+use plant_sim::Airframe;
+
+use super::{Plan, PlanError, Value};
+use crate::spec::{AirframeSpec, Each, Meaning, SpecFile, Variable, settings_of, text_of};
+
+/// An aircraft of the campaign, read and checked.
+#[derive(Debug)]
+pub struct Aircraft {
+    /// Name in tables.
+    pub name: String,
+    /// Its files, and what every flight of it has.
+    pub args: AircraftArgs,
+    /// The aircraft, without what is varied.
+    pub airframe: Airframe,
+    /// Names and units of the measures of its flights.
+    pub measures: Vec<(String, &'static str)>,
+    pub(super) model: Model,
+    pub(super) airframe_file: toml::Table,
+    pub(super) model_file: toml::Table,
+    /// The values of every listed variable, `None` of a drawn one.
+    pub(super) lists: Vec<Option<Vec<Value>>>,
+    /// Combinations of the listed values.
+    pub(super) combinations: u64,
+    /// Its first flight.
+    pub(super) first: u64,
+}
+
+impl Aircraft {
+    /// Number of its first flight.
+    #[must_use]
+    pub fn first_flight(&self) -> u64 {
+        self.first
+    }
+
+    /// Reads its files and lists the values of the listed variables.
+    pub(super) fn read(
+        spec: &AirframeSpec,
+        file: &SpecFile,
+        first: u64,
+    ) -> Result<Self, PlanError> {
+        let beside = |path: &Option<PathBuf>| path.as_deref().map(|path: &Path| file.beside(path));
+        let mut settings = settings_of(&file.spec.set, &file.name)?;
+        settings.extend(settings_of(&spec.set, &file.name)?);
+        let args =
+            AircraftArgs { airframe: beside(&spec.file), model: beside(&spec.model), settings };
+        let (airframe, model) = (args.airframe()?, args.model()?);
+        let lists: Vec<_> =
+            file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
+        let mut combinations = 1_u64;
+        for (list, variable) in lists.iter().zip(&file.spec.vary) {
+            let Some(list) = list else { continue };
+            if list.is_empty() {
+                return Err(PlanError::Variable {
+                    file: file.name.clone(),
+                    key: variable.key.clone(),
+                    problem: format!("{} has no such effector", airframe.name),
+                });
+            }
+            combinations = combinations
+                .checked_mul(list.len() as u64)
+                .ok_or_else(|| PlanError::TooMany { file: file.name.clone() })?;
+        }
+        let period_s = file.spec.period().unwrap_or_default().as_seconds();
+        let measures = Measures::new(&airframe, period_s).metrics(None);
+        let measures = measures.into_iter().map(|metric| (metric.name, metric.unit)).collect();
+        let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
+        let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);
+        Ok(Self {
+            name,
+            args,
+            airframe,
+            measures,
+            model,
+            airframe_file,
+            model_file,
+            lists,
+            combinations,
+            first,
+        })
+    }
+
+    /// Turns factors and parts of a travel into values of their keys.
+    pub(super) fn translate(&self, plan: &Plan, values: &[Value]) -> Result<Vec<Value>, PlanError> {
+        let of = |(variable, value): (&Variable, &Value)| {
+            let Value::Number(number) = value else { return Ok(value.clone()) };
+            match variable.meaning {
+                Meaning::Value => Ok(value.clone()),
+                Meaning::Factor => Ok(Value::Number(number * self.base(plan, variable)?)),
+                Meaning::Travel => {
+                    let deg = self.travel_deg(plan, variable, values, *number)?;
+                    Ok(Value::Number(deg))
+                }
+            }
+        };
+        plan.variables().iter().zip(values).map(of).collect()
+    }
+
+    /// The number that the file of a key has.
+    fn base(&self, plan: &Plan, variable: &Variable) -> Result<f64, PlanError> {
+        let key = variable.key.as_str();
+        let of = |table: &toml::Table, path: &str| number_at(table, path);
+        let found = match key.split_once('.') {
+            Some(("airframe", path)) => of(&self.airframe_file, path),
+            Some(("model", path)) => of(&self.model_file, path),
+            Some(_) => toml::from_str(&plan.scenario.text).ok().and_then(|table| of(&table, key)),
+            None => autopilot::parameters::table()
+                .iter()
+                .find(|row| row.name == key)
+                .map(|row| row.value(&self.model.defaults)),
+        };
+        found.ok_or_else(|| PlanError::Variable {
+            file: plan.file.name.clone(),
+            key: key.to_owned(),
+            problem: "as = \"factor\" needs a number in the file, and there is none".to_owned(),
+        })
+    }
+
+    /// Angle at a part of the travel of the effector of the same fault, deg.
+    fn travel_deg(
+        &self,
+        plan: &Plan,
+        variable: &Variable,
+        values: &[Value],
+        part: f64,
+    ) -> Result<f64, PlanError> {
+        let fail = |problem: String| {
+            let (file, key) = (plan.file.name.clone(), variable.key.clone());
+            Err(PlanError::Variable { file, key, problem })
+        };
+        if !(-1.0..=1.0).contains(&part) {
+            return fail(format!("{part} of the travel: expected -1 to 1"));
+        }
+        let Some(fault) = variable.key.strip_suffix(".angle_deg") else {
+            return fail("as = \"travel\" is for the angle_deg of a fault".to_owned());
+        };
+        let wanted = format!("{fault}.effector");
+        let mut varied = plan.variables().iter().zip(values);
+        let varied =
+            varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
+        let set = self.args.settings.iter().rfind(|setting| setting.key == wanted);
+        let Some(name) = varied.or(set.map(|setting| setting.value.clone())) else {
+            return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
+        };
+        let list = &self.airframe.effectors;
+        let Some(effector) = list.all().find(|effector| list.key(*effector) == name) else {
+            return fail(format!("{} has no effector {name}", self.airframe.name));
+        };
+        if !list.is_angle(effector) {
+            return fail(format!("{name} has no angle"));
+        }
+        let servo = &self.airframe.servos[effector];
+        let middle = 0.0_f64.clamp(servo.min, servo.max);
+        let end = if part < 0.0 { servo.min } else { servo.max };
+        let angle_deg = (middle + part.abs() * (end - middle)).to_degrees();
+        // Degrees of a file stand there as people write them: without the noise of two conversions.
+        Ok((angle_deg * 1.0e9).round() / 1.0e9)
+    }
+}
+
+/// The number at a path of a file; entries of lists are counted from 1.
+fn number_at(table: &toml::Table, path: &str) -> Option<f64> {
+    let mut words = path.split('.');
+    let mut value = table.get(words.next()?)?;
+    for word in words {
+        value = match value {
+            toml::Value::Array(list) => list.get(word.parse::<usize>().ok()?.checked_sub(1)?)?,
+            other => other.get(word)?,
+        };
+    }
+    #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+}
+
+impl Variable {
+    /// The value of a drawn variable at a probability.
+    pub(super) fn quantile(&self, probability: f64) -> f64 {
+        match (self.uniform, &self.normal) {
+            (Some([low, high]), _) => low + probability * (high - low),
+            (None, Some(normal)) => normal.quantile(probability),
+            (None, None) => f64::NAN,
+        }
+    }
+
+    /// The values of a listed variable for an aircraft; `None` of a drawn one.
+    fn list(&self, airframe: &Airframe) -> Option<Vec<Value>> {
+        if let Some(values) = &self.values {
+            let of = |value: &toml::Value| match value {
+                toml::Value::Float(number) => Some(Value::Number(*number)),
+                #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+                toml::Value::Integer(number) => Some(Value::Number(*number as f64)),
+                other => text_of(other).map(Value::Text),
+            };
+            return Some(values.iter().filter_map(of).collect());
+        }
+        if let Some(grid) = self.grid {
+            let last = f64::from(grid.count.max(2) - 1);
+            let at = |place: u32| {
+                let part = f64::from(place) / last;
+                // Both ends, and zero in the middle of a grid that is even about it, are exact.
+                Value::Number(grid.from * (1.0 - part) + grid.to * part)
+            };
+            return Some((0..grid.count).map(at).collect());
+        }
+        let each = self.each?;
+        let list = &airframe.effectors;
+        let is_meant = |effector: &Effector| match each {
+            Each::Surface => list.kind(*effector).is_some_and(EffectorKind::is_surface),
+            Each::Angle => list.is_angle(*effector),
+            Each::Effector => true,
+        };
+        let keys = list.all().filter(is_meant).map(|effector| list.key(effector).to_owned());
+        Some(keys.map(Value::Text).collect())
+    }
+}
