@@ -62,7 +62,7 @@ impl Thrust {
             return 0.0;
         }
         let over_m_s = state.airspeed_m_s - input.airspeed_reference_m_s - gains.boost_over_m_s;
-        let room = (1.0 - over_m_s / gains.boost_over_m_s).max(0.0).min(1.0);
+        let room = (1.0 - over_m_s / gains.boost_over_m_s).clamp(0.0, 1.0);
         fade * room * gains.boost * state.thrust_n * growth / (BOOST_ANGLE_RAD * effect)
     }
 

@@ -173,3 +173,15 @@ fn an_altitude_that_is_not_held_is_reported_with_what_is_at_its_limit_and_so_is_
     assert_eq!(run(&mut transitions, 999, |_| calm()), []);
     assert_eq!(run(&mut transitions, 2, |_| calm()), [EventKind::AltitudeHeld]);
 }
+
+#[test]
+fn a_thrust_floor_and_a_compensator_that_yields_are_reported_with_their_ends() {
+    let mut transitions = Transitions::default();
+    let mut log = calm();
+    log.health.compensation = CompensationHealth { thrust_floor: true, yields: true };
+    let published = run(&mut transitions, 500, |_| log);
+    assert_eq!(published, [EventKind::CompensatorYields, EventKind::ThrustFloorTaken]);
+    // After 2 s without them.
+    let published = run(&mut transitions, 1_001, |_| calm());
+    assert_eq!(published, [EventKind::ThrustFloorReleased, EventKind::CompensatorResumes]);
+}
