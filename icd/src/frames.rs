@@ -104,18 +104,7 @@ impl Attitude {
     #[must_use]
     #[inline]
     pub fn matrix(&self) -> Matrix3<f64> {
-        let [w, x, y, z] = self.wxyz();
-        Matrix3::new(
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        )
+        rotation_matrix(self.wxyz())
     }
 
     /// Roll, pitch, yaw in rad.
@@ -141,6 +130,23 @@ impl Attitude {
     pub fn to_body(&self, v: Ned) -> Body {
         Body(self.matrix().tr_mul(&v.0))
     }
+}
+
+/// Matrix of the rotation by a unit quaternion (w, x, y, z).
+#[must_use]
+#[inline]
+pub fn rotation_matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
+    Matrix3::new(
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
 }
 
 #[cfg(test)]

@@ -149,12 +149,6 @@ impl Airframe {
         file::read(name, table, None)
     }
 
-    /// Text of the airframe file that comes with the crate.
-    #[must_use]
-    pub const fn default_text() -> &'static str {
-        DEFAULT_AIRFRAME
-    }
-
     /// The aircraft of the paper's cases: [`DEFAULT_AIRFRAME`].
     #[must_use]
     pub fn paper() -> Self {

@@ -3,6 +3,7 @@
 //! Independent of the aircraft: any vehicle with a mass, an inertia, a force and a moment can fly it.
 
 use icd::Body;
+use icd::frames::rotation_matrix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of values of the state.
@@ -116,18 +117,7 @@ impl RigidState {
     #[inline]
     #[must_use]
     pub fn e_from_body(&self) -> Matrix3<f64> {
-        let [w, x, y, z] = self.q_e_from_body;
-        Matrix3::new(
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        )
+        rotation_matrix(self.q_e_from_body)
     }
 }
 

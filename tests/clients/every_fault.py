@@ -63,7 +63,7 @@ class Truth:
         self.others = [self.truth[f"fault_{other}"] for other in EFFECTORS if other != effector]
 
     def healthy(self, rows, command=None):
-        """Where a healthy effector would be in these rows, from where it was before them."""
+        """Position of a healthy effector in these rows, from its position before them."""
         command = self.command if command is None else command
         lag, fastest = self.servo["lag_s"], self.servo["rate_limit"] or math.inf
         position = self.position[rows.start - 1]
@@ -79,7 +79,7 @@ class Truth:
         return np.array(positions)
 
     def while_acting(self, code):
-        """Where this fault acts: the one stretch of its code, or None."""
+        """Rows in which this fault is active: the one stretch of its code, or None."""
         rows = np.flatnonzero(self.code == code)
         if len(rows) == 0 or rows[-1] - rows[0] + 1 != len(rows):
             return None
@@ -87,7 +87,7 @@ class Truth:
 
 
 def does(name, truth, rows, size, thrust_max):
-    """Whether an effector does what the kind of its fault means, and what was seen instead."""
+    """Whether an effector behaves as the kind of its fault requires, and the observed behaviour."""
     engine = thrust_max is not None
     scale = thrust_max / 100.0 if engine else math.pi / 180.0
     t, p, e, u = truth.t[rows], truth.position[rows], truth.effect[rows], truth.command[rows]
@@ -108,7 +108,7 @@ def does(name, truth, rows, size, thrust_max):
         fastest = np.max(np.abs(step))
         return 0.0 < fastest <= size_si * (1 + 1e-6), fastest / scale
     if name == "delayed":
-        # No command is given twice: until the first command of the delay is due the one before it holds. The fault
+        # No command acts twice: until the first command of the delay is due the one before it applies. The fault
         # came with the answer to the tick before its first row.
         onset, ticks = rows.start - 1, round(size / (truth.t[1] - truth.t[0]))
         held = truth.command.copy()
@@ -151,7 +151,7 @@ def wait_s(s, seconds):
 
 
 def fly(c, s, effector):
-    """Breaks one effector in every way, one after the other, in a flight of its own."""
+    """Injects every fault into one effector, one after the other, in a separate flight."""
     c.expect(f"{effector}: a new flight", s.command(REBOOT, [1, 0, 0, 0, 0, 0, 0]) == ACCEPTED)
     s.wait(lambda: now(s) < 5.0, 10.0)
     wait_s(s, 1.0)
@@ -199,7 +199,7 @@ def main():
     s = Station(args.connect)
     if not c.expect("connects", s.connect()):
         c.end()
-    # Always on, so that the nozzle moves also where nothing is broken.
+    # Always on, so that the nozzle moves also without a fault.
     c.expect("the compensator is always on", s.set_parameter("FTC_MODE", 2, integer=True) == 2)
     c.expect("the period of the intermittent fault", s.set_parameter("FLT_PERIOD_S", PERIOD_S) is not None)
     logs = lambda: sorted(glob.glob(os.path.join(args.log_dir, "*.ulg")), key=os.path.getmtime)

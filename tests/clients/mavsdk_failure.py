@@ -1,4 +1,4 @@
-"""Stock MAVSDK breaks and mends the aircraft: success, unsupported, denied and disabled, each provoked."""
+"""Stock MAVSDK injects and clears faults: success, unsupported, denied and disabled, each provoked."""
 
 import argparse
 import time
@@ -13,12 +13,12 @@ from checks import Checks, wait_until
 SERVO, MOTOR = FailureUnit.SYSTEM_SERVO, FailureUnit.SYSTEM_MOTOR
 T, R = FailureType, FailureResult
 
-# Units of the aircraft that this vehicle cannot break.
+# Units of the aircraft that cannot fail in this vehicle.
 OTHER_UNITS = [unit for unit in FailureUnit if unit not in (SERVO, MOTOR)]
 
 
 def result_of(failure, unit, kind, instance):
-    """What MAVSDK makes of the acknowledgement."""
+    """MAVSDK's result for the acknowledgement."""
     try:
         failure.inject(unit, kind, instance)
         return R.SUCCESS
@@ -27,7 +27,7 @@ def result_of(failure, unit, kind, instance):
 
 
 def connected(c, connect):
-    """A fresh MAVSDK: it reads SYS_FAILURE_EN when it meets the vehicle."""
+    """A new MAVSDK: it reads SYS_FAILURE_EN when it discovers the vehicle."""
     mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
     mavsdk.add_any_connection(connect)
     system = mavsdk.first_autopilot(20.0)

@@ -38,7 +38,7 @@ CAPABILITIES = {
 }
 FENCE, RALLY = 16384, 32768
 
-# Parameters of 5.0's setup pages, and the values with which no page asks for a setup.
+# Parameters of 5.0's setup pages, and the values with which no page requires a setup.
 SETUP = {
     "SYS_AUTOSTART": lambda v: v != 0,
     "CAL_GYRO0_ID": lambda v: v != 0,
@@ -54,13 +54,13 @@ SETUP = {
     "FW_AIRSPD_MIN": lambda v: v > 0,
     "FW_AIRSPD_MAX": lambda v: v > 0,
 }
-# What each version asks for, from its source text.
+# Parameters that each version requests, from its source text.
 ASKED = Path(__file__).with_name("qgroundcontrol_parameters.csv")
 PX4_TYPES = {"INT32": 6, "FLOAT": 9}
 
 
 def asked_for():
-    """Name, PX4's type and versions of every parameter that a version asks for."""
+    """Name, PX4's type and versions of every parameter that a version requests."""
     lines = [line for line in ASKED.read_text().splitlines() if not line.startswith("#")]
     return [line.split(",")[:3] for line in lines]
 

@@ -1,4 +1,4 @@
-"""Reads a flight log with pyulog and checks it against what the test knows: path, control steps."""
+"""Reads a flight log with pyulog and checks it against the arguments of the test: path, control steps."""
 
 import json
 import sys
@@ -12,7 +12,7 @@ topics = {data.name: data.data for data in log.data_list}
 for name in ["sensors", "commands", "control", "truth", "vehicle"]:
     assert len(topics[name]["timestamp"]) == steps, (name, len(topics[name]["timestamp"]))
 assert (topics["truth"]["timestamp"] == topics["sensors"]["timestamp"]).all()
-# Without noise the altitude that is sensed is the true one.
+# Without noise the measured altitude is the true one.
 assert (topics["truth"]["altitude_m"] == topics["sensors"]["altitude_m"]).all()
 info = log.msg_info_dict
 assert info["sys_name"] == "Two-Step" and info["control_steps"] == steps, info

@@ -1,5 +1,5 @@
 """A flight with stock pymavlink attached, whose commands come at random moments of the wall clock, is recorded and
-flown again: the same run hash."""
+replayed: the same run hash."""
 
 import argparse
 import glob

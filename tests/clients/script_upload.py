@@ -30,7 +30,7 @@ LINES = [line for line in CHAIN.splitlines() if not line.startswith(("#", "say")
 
 
 def upload(c, connect, folder):
-    """With MAVSDK; the files stay when it has gone."""
+    """With MAVSDK; the files persist after its end."""
     library = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
     library.add_any_connection(connect.replace("udpin:", "udpin://"))
     system = library.first_autopilot(20.0)

@@ -22,7 +22,7 @@ class Console:
         self.station = station
 
     def run(self, line, timeout_s=5.0):
-        """Sends one line; what came back between its echo and the prompt. The first prompt stands before the echo."""
+        """Sends one line; returns the output between its echo and the prompt. The first prompt precedes the echo."""
         mark = len(self.station.messages)
         data = (line + "\n").encode()
         for start in range(0, len(data), 70):
@@ -38,7 +38,7 @@ class Console:
         return answer.removesuffix(PROMPT) if echo else None
 
     def text(self, mark):
-        """Everything that came since message number `mark`."""
+        """All output since message number `mark`."""
         parts = [m for m in self.station.messages[mark:] if m.get_type() == "SERIAL_CONTROL"]
         assert all(m.device == SHELL and m.flags == REPLY and m.count <= 70 for m in parts)
         return b"".join(bytes(m.data[:m.count]) for m in parts).decode()
@@ -90,7 +90,7 @@ def mavsdk(c, connect):
     shell = Shell(system)
     got = []
     shell.subscribe_receive(lambda received, _=None: got.append(received.data))
-    # MAVSDK subscribes in its own thread, and asks for no answer (flag RESPOND) before that is done.
+    # MAVSDK subscribes in its own thread, and requests no answer (flag RESPOND) before that is done.
     time.sleep(0.5)
     shell.send("param get FTC_MODE", Device.SHELL)
     shell.send("\n", Device.SHELL)

@@ -37,7 +37,7 @@ class Program:
         )
 
     def end(self, kill=False):
-        """Ends it and returns its exit status and what it has printed."""
+        """Ends it and returns its exit status and output."""
         self.process.kill() if kill else self.process.terminate()
         printed = self.process.communicate(timeout=20)[1]
         return self.process.returncode, printed
@@ -46,7 +46,7 @@ class Program:
 def call(port, component, key=None, link=0):
     """A station that calls the autopilot; it may sign."""
     s = Station(f"udpout:127.0.0.1:{port}", component=component)
-    # The one who calls speaks first.
+    # The client of a server link sends first.
     s.link.last_address = ("127.0.0.1", port)
     if key is not None:
         s.link.setup_signing(key, sign_outgoing=True, link_id=link)
@@ -79,7 +79,7 @@ def answers(s, frame, timeout_s=1.0):
 
 
 def times(s, since=0):
-    """Times of the signatures of what the autopilot has sent."""
+    """Times of the signatures of the autopilot's messages."""
     frames = [bytes(m.get_msgbuf()) for m in s.messages[since:] if m.get_type() != "BAD_DATA"]
     return [int.from_bytes(f[-12:-6], "little") for f in frames if f[0] == 0xFD and f[2] & 1]
 
@@ -105,12 +105,12 @@ def set_up(c, port, key_file):
 
 
 def refused(c, port, plain, s):
-    """Who is ignored while signing is on."""
+    """Senders that the autopilot ignores while signing is on."""
     c.expect("signed: answered", answered(s))
     mark = len(s.messages)
     s.run(2.0)
     frames = s.messages[mark:]
-    # pymavlink looks at no signature of a message that it has no definition of.
+    # pymavlink does not check the signature of a message without a definition.
     known = [m for m in frames if not m.get_type().startswith(("UNKNOWN", "BAD_DATA"))]
     c.expect("everything that is sent is signed, and pymavlink agrees",
              known and s.bad == 0 and len(times(s, mark)) == len(frames)
@@ -144,7 +144,7 @@ def refused(c, port, plain, s):
 
 
 def gets_in(port, component, link, within_s):
-    """A station with the key and a right clock that tries until it is answered, and the seconds that took."""
+    """A station with the key and a right clock that repeats its request until the autopilot answers, and the duration, s."""
     began = time.monotonic()
     s = call(port, component, KEY, link)
     while not (accepted := answered(s, 0.4)) and time.monotonic() - began < within_s:
@@ -154,10 +154,10 @@ def gets_in(port, component, link, within_s):
 
 
 def restarted(c, port, key_file, start, s):
-    """The key and its time outlive the autopilot, however it ends, and so does what was taken once."""
+    """The key and its times persist over the autopilot's end, however it ends, and so do the accepted timestamps."""
     for kill in (False, True):
         before = max(times(s))
-        # Long enough that something was taken since the last save.
+        # Long enough that a message was accepted since the last save.
         for _ in range(8):
             frame = signed_frame(s, KEY, now(), 8)
             c.expect("before a restart: answered", answers(s, frame))

@@ -1,4 +1,4 @@
-"""A ground station made of stock pymavlink: it sends, collects, and forgets nothing."""
+"""A ground station made of stock pymavlink: it sends, and keeps all received messages."""
 
 import os
 import struct
@@ -29,7 +29,7 @@ class Station:
         self.heartbeats = True
 
     def pump(self, wait_s=0.02):
-        """Takes what has come and sends a heartbeat when one is due."""
+        """Receives everything available and sends a heartbeat when one is due."""
         now = time.monotonic()
         if self.heartbeats and now >= self._next_heartbeat and self._can_send():
             self.mav.heartbeat_send(GCS, AUTOPILOT_INVALID, 0, 0, 0)
@@ -55,13 +55,13 @@ class Station:
         self.latest[kind] = message
 
     def run(self, seconds):
-        """Listens for a while."""
+        """Receives for a while."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.pump()
 
     def wait(self, condition, timeout_s):
-        """Listens until `condition()` is true; whether it became true in time."""
+        """Receives until `condition()` is true; returns whether it became true in time."""
         give_up = time.monotonic() + timeout_s
         while not condition():
             if time.monotonic() > give_up:
@@ -70,7 +70,7 @@ class Station:
         return True
 
     def wait_for(self, kind, timeout_s=3.0, where=lambda message: True):
-        """The next message of this kind that fits, or None."""
+        """The next matching message of this kind, or None."""
         mark = len(self.messages)
         found = []
 
@@ -163,7 +163,7 @@ class Station:
 
 
 class ByHand:
-    """A message that this pymavlink has no definition of, with the fields that are looked at."""
+    """A message without a definition in this pymavlink, with the fields that the tests use."""
 
     def __init__(self, message, kind, fields):
         self._message, self._kind = message, kind
@@ -184,7 +184,7 @@ class ByHand:
 
 
 def known(message):
-    """PROTOCOL_VERSION and COMPONENT_METADATA by hand, everything else as it is."""
+    """Decodes PROTOCOL_VERSION and COMPONENT_METADATA, and returns all other messages unchanged."""
     if not message.get_type().startswith("UNKNOWN_"):
         return message
     frame = bytes(message.get_msgbuf())
@@ -200,7 +200,7 @@ def known(message):
 
 
 def number(value):
-    """A PARAM_VALUE's number: integers travel byte-wise, as PX4's."""
+    """A PARAM_VALUE's number: integers are encoded byte-wise, as by PX4."""
     if value.param_type == 6:
         return struct.unpack("<i", struct.pack("<f", value.param_value))[0]
     return value.param_value

@@ -1,4 +1,4 @@
-"""Listens to a flight with stock pymavlink and prints what came: every message, how often, and what is odd.
+"""Receives from a flight with stock pymavlink and prints every message, its rate, and irregularities.
 
 Odd are bytes that are no message, messages that the dialect does not know, gaps in the sequence numbers,
 numbers that are not finite where the definitions do not say so, and times that run backwards.

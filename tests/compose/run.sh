@@ -1,6 +1,6 @@
 #!/bin/sh
-# docker-compose.yml on a real engine: case 1 flown by three hosts, a host cut off and brought back, hosts
-# started anew. Without an engine it says so and ends well. With `build` it only builds the images.
+# docker-compose.yml on a real engine: case 1 flown by three hosts, a host disconnected and reconnected, hosts
+# restarted. Without an engine it reports that and succeeds. With `build` it only builds the images.
 set -eu
 only=${1:-}
 cd "$(dirname "$0")/../.."
@@ -49,22 +49,22 @@ fly_case_1() {
     cat "$log" >&2
     trouble "case 1 with the compensator $1: exit status $code, not $2"
   fi
-  grep -q "the aircraft $3" "$log" || { cat "$log" >&2; trouble "the station does not say $3"; }
+  grep -q "the aircraft $3" "$log" || { cat "$log" >&2; trouble "the station does not report $3"; }
   echo "case 1 with the compensator $1: $3, exit status $code, as it should be"
   compose down --volumes >/dev/null 2>&1
 }
 fly_case_1 armed 0 SURVIVED
 fly_case_1 off 1 "was LOST"
 
-# What a container has said.
-said() { docker logs "$1" 2>&1; }
+# Output of a container.
+output() { docker logs "$1" 2>&1; }
 # Waits for a number of lines with a text.
 wait_for() {
   for _ in $(seq 150); do
-    if [ "$(said "$1" | grep -c "$2")" -ge "$3" ]; then return; fi
+    if [ "$(output "$1" | grep -c "$2")" -ge "$3" ]; then return; fi
     sleep 0.2
   done
-  trouble "$1 did not say '$2' $3 times"
+  trouble "$1 did not print '$2' $3 times"
 }
 wait_until() {
   for _ in $(seq 150); do
@@ -91,19 +91,19 @@ wait_until "$plant" unhealthy
 docker network connect --ip 172.29.66.3 "$network" "$plant"
 wait_for "$autopilot" "the plant is back" 1
 wait_until "$plant" healthy
-[ "$(said "$autopilot" | grep -c "a flight begins")" = 1 ] || trouble "being cut off began a new flight"
+[ "$(output "$autopilot" | grep -c "a flight begins")" = 1 ] || trouble "being cut off began a new flight"
 echo "the plant was cut off and came back: the same flight goes on"
 
 docker restart --time 5 "$plant" >/dev/null
 wait_for "$autopilot" "a flight begins" 2
 wait_until "$plant" healthy
-echo "the plant was started anew: a new flight"
+echo "the plant was restarted: a new flight"
 
 docker restart --time 5 "$autopilot" >/dev/null
 wait_for "$autopilot" "joined_in_flight=true" 1
 wait_until "$plant" healthy
-[ "$(said "$plant" | grep -c "the flight begins")" = 2 ] || trouble "the plant began a new flight"
-echo "the autopilot was started anew: it joined the flight that was under way"
+[ "$(output "$plant" | grep -c "the flight begins")" = 2 ] || trouble "the plant began a new flight"
+echo "the autopilot was restarted: it joined the flight in progress"
 
 docker network disconnect "$network" "$autopilot"
 wait_until "$plant" unhealthy

@@ -280,12 +280,6 @@ impl Autopilot {
         self.events.pop(self.time)
     }
 
-    /// Events dropped because they were not fetched in time.
-    #[must_use]
-    pub fn dropped_events(&self) -> u64 {
-        self.events.dropped()
-    }
-
     /// The latest tick, if any.
     #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {

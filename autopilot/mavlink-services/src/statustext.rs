@@ -231,7 +231,7 @@ fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
     chunks
 }
 
-/// Where a chunk of a text that goes on ends: behind the last blank that it has room for; in a word only if the
+/// End of a chunk that is not the last one: after the last blank that it has room for; in a word only if the
 /// word is longer than a chunk. At least one character is left.
 fn end_of_chunk(rest: &[u8]) -> usize {
     let room = CHUNK.min(rest.len() - 1);

@@ -14,14 +14,13 @@ pub(super) const EVENTS_MAX: usize = 256;
 #[derive(Debug)]
 pub(super) struct EventQueue {
     events: VecDeque<Event>,
-    dropped: u64,
-    /// Dropped events that an event has reported.
-    reported: u64,
+    /// Dropped events that no event has reported yet.
+    lost: u64,
 }
 
 impl EventQueue {
     pub(super) fn new() -> Self {
-        Self { events: VecDeque::with_capacity(EVENTS_MAX + 1), dropped: 0, reported: 0 }
+        Self { events: VecDeque::with_capacity(EVENTS_MAX + 1), lost: 0 }
     }
 
     /// When there is no room, the oldest event of the least important kind is dropped, the new one included.
@@ -31,22 +30,16 @@ impl EventQueue {
             let ranks = self.events.iter().map(|event| rank(&event.kind)).enumerate();
             let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
             self.events.remove(victim);
-            self.dropped += 1;
+            self.lost += 1;
         }
     }
 
     /// The oldest event. After the last one, the number of lost events, if any.
     pub(super) fn pop(&mut self, now: SimTime) -> Option<Event> {
         self.events.pop_front().or_else(|| {
-            let lost = self.dropped - self.reported;
-            self.reported = self.dropped;
+            let lost = std::mem::take(&mut self.lost);
             (lost > 0).then_some(Event { time: now, kind: EventKind::EventsLost(lost) })
         })
-    }
-
-    /// Events dropped because they were not fetched in time.
-    pub(super) fn dropped(&self) -> u64 {
-        self.dropped
     }
 }
 

@@ -96,7 +96,7 @@ impl Sticks {
 /// Reaction to the silence of the controlling ground station (parameter `NAV_DLL_ACT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkLossAction {
-    /// The flight goes on.
+    /// The flight continues.
     Continue,
     /// Circle at the present position.
     Hold,

@@ -151,7 +151,7 @@ const fn row<D: MessageData>(rate: Rate, group: Group, build: Build) -> Row {
 /// Rows of [`TABLE`].
 pub const ROWS: usize = 34;
 
-#[expect(deprecated, reason = "QGroundControl asks for it when it connects")]
+#[expect(deprecated, reason = "QGroundControl requests it when it connects")]
 const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
     Rate::OnRequest,
     Group::ExtendedStatus,

@@ -99,7 +99,7 @@ fn joining_a_flight_requests_the_faults_of_the_plant_and_a_new_flight_does_not()
     assert_eq!(list_requests(&mut world), 1);
     assert_eq!(requested(&mut world, 2.0).first().map(|list| list[2]), Some(4.0));
     world.got.clear();
-    // After a silence the autopilot requests the list again; known faults are no events.
+    // After a silence the autopilot requests the list again; known faults cause no events.
     world.autopilot.plant_lost();
     world.run_ms(10);
     world.autopilot.plant_back();

@@ -267,7 +267,7 @@ fn a_moved_home_is_known_with_its_acknowledgement_and_a_leftover_state_does_not_
         assert_eq!([home.latitude, home.longitude], DESERT);
         world.ground.handle_snapshot(&leftover, world.now);
     }
-    // Two in a row are no leftovers.
+    // Two in a row are not leftovers.
     world.ground.handle_snapshot(&leftover, world.now);
     world.got.clear();
     world.send_command(512, [242.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -221,7 +221,6 @@ fn lines_of_a_script_give_way_to_reports_of_faults_and_the_loss_is_reported_last
     };
     assert_eq!(count(began), 2);
     assert_eq!(published.len(), EVENTS_MAX + 1);
-    assert!(autopilot.dropped_events() > 0);
-    assert_eq!(published.last(), Some(&EventKind::EventsLost(autopilot.dropped_events())));
+    assert!(matches!(published.last(), Some(EventKind::EventsLost(1..))), "{:?}", published.last());
     assert_eq!(autopilot.pop_event(), None, "published once");
 }

@@ -100,7 +100,7 @@ fn a_plan_of_mavsdk_with_speeds_delays_and_return_is_taken() {
     }
     assert_eq!(client.upload(&items).unwrap().0, ACCEPTED, "{:?}", client.world.texts());
     let actions = plan_of(&mut client.world);
-    // A metre is no acceptance radius for a jet.
+    // A metre is too small an acceptance radius for a jet.
     let Action::Waypoint { point, acceptance_m: None } = actions[0] else {
         panic!("{:?}", actions[0])
     };
