@@ -173,14 +173,19 @@ fn a_wrong_configuration_stops_the_start_and_names_file_key_value_and_range() {
     }
 }
 
+/// `sitl` with both programs in flight, and its ground station.
+fn sitl_in_flight() -> (Program, Ground) {
+    let link = format!("127.0.0.1:{}", free_port());
+    let ground = Ground::new();
+    let gcs = ground.address().to_string();
+    let sitl = Program::start("sitl", &["--plant-link", link.as_str(), "--gcs", gcs.as_str()]);
+    sitl.wait_for("altitude");
+    (sitl, ground)
+}
+
 #[test]
 fn sitl_ends_both_on_terminate_and_informs_the_ground_stations() {
-    let link = format!("127.0.0.1:{}", free_port());
-    let mut ground = Ground::new();
-    let gcs = ground.address().to_string();
-    let arguments = ["--plant-link", link.as_str(), "--gcs", gcs.as_str()];
-    let mut sitl = Program::start("sitl", &arguments);
-    sitl.wait_for("altitude");
+    let (mut sitl, mut ground) = sitl_in_flight();
     ground.listen_until("a flying aircraft", |ground| ground.time_s > 0.1);
     sitl.signal(15);
     ground
@@ -190,12 +195,7 @@ fn sitl_ends_both_on_terminate_and_informs_the_ground_stations() {
 
 #[test]
 fn a_killed_plant_is_reported_to_the_ground_stations_before_sitl_ends() {
-    let link = format!("127.0.0.1:{}", free_port());
-    let mut ground = Ground::new();
-    let gcs = ground.address().to_string();
-    let arguments = ["--plant-link", link.as_str(), "--gcs", gcs.as_str()];
-    let mut sitl = Program::start("sitl", &arguments);
-    sitl.wait_for("altitude");
+    let (mut sitl, mut ground) = sitl_in_flight();
     let children = std::process::Command::new("pgrep")
         .args(["-P", &sitl.id().to_string(), "-f", "plant-sim"])
         .output();

@@ -2,7 +2,7 @@
 
 use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{
-    airspeed, byte, flag, location, location_or_here, number, place, signed_radius, word,
+    Location, airspeed, byte, flag, location, location_or_here, number, place, signed_radius, word,
 };
 use crate::command::{Caller, Decision};
 use crate::{Shared, telemetry};
@@ -35,19 +35,9 @@ pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decis
         Some(1.0) => Some(false),
         _ => None,
     };
-    let target = location(command, caller.shared)?;
+    let centre = location(command, caller.shared)?;
     let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
-    Ok(circle_at(
-        Reposition {
-            place: target.place,
-            altitude_m: target.altitude_m,
-            radius_m,
-            clockwise,
-            airspeed_m_s,
-            change_mode,
-        },
-        caller.shared,
-    ))
+    Ok(circle_at(centre, (radius_m, clockwise), airspeed_m_s, change_mode, caller.shared))
 }
 
 /// A speed; negative values and NaN leave it unchanged.
@@ -60,23 +50,13 @@ fn kept_or_airspeed(speed: f32, shared: &Shared) -> Result<Option<f64>, CommandE
 /// p4 angle to fly, p5 to p7 centre.
 pub fn orbit(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     let [radius, speed, _, arc, ..] = command.params;
-    let (radius_m, clockwise) = signed_radius("radius p1", radius)?;
+    let turn = signed_radius("radius p1", radius)?;
     if number("p4", arc)?.is_some_and(|arc| arc != 0.0) {
         return Err(CommandError::denied("Orbit refused: only without an end (p4 = 0)"));
     }
     let centre = location(command, caller.shared)?;
     let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
-    Ok(circle_at(
-        Reposition {
-            place: centre.place,
-            altitude_m: centre.altitude_m,
-            radius_m,
-            clockwise,
-            airspeed_m_s,
-            change_mode: true,
-        },
-        caller.shared,
-    ))
+    Ok(circle_at(centre, turn, airspeed_m_s, true, caller.shared))
 }
 
 /// NAV_LOITER_UNLIM: p3 radius, positive clockwise, p5 to p7 centre, zeros for "here".
@@ -99,23 +79,19 @@ fn circle(
     radius: f32,
     shared: &Shared,
 ) -> Result<Decision, CommandError> {
-    let (radius_m, clockwise) = signed_radius("radius", radius)?;
-    let centre = location_or_here(command, shared)?;
-    Ok(circle_at(
-        Reposition {
-            place: centre.place,
-            altitude_m: centre.altitude_m,
-            radius_m,
-            clockwise,
-            airspeed_m_s: None,
-            change_mode: true,
-        },
-        shared,
-    ))
+    let turn = signed_radius("radius", radius)?;
+    Ok(circle_at(location_or_here(command, shared)?, turn, None, true, shared))
 }
 
 /// Forwards the command; reports a circle that is too small for the airspeed. Wind widens it further.
-fn circle_at(target: Reposition, shared: &Shared) -> Decision {
+fn circle_at(
+    Location { place, altitude_m }: Location,
+    (radius_m, clockwise): (Option<f64>, Option<bool>),
+    airspeed_m_s: Option<f64>,
+    change_mode: bool,
+    shared: &Shared,
+) -> Decision {
+    let target = Reposition { place, altitude_m, radius_m, clockwise, airspeed_m_s, change_mode };
     let rules = Rules::new(
         shared.parameters.limits,
         shared.parameters.navigation,
