@@ -77,7 +77,7 @@ pub struct EffectorEntry {
     pub name: Name,
     /// Kind of effector.
     pub kind: EffectorKind,
-    /// Where it is.
+    /// Side of the aircraft.
     #[serde(default)]
     pub side: LateralSide,
     /// Name of the mirrored effector on the other side; `None` for an effector without one.
@@ -375,12 +375,12 @@ fn partner(entry: &EffectorEntry, all: &[EffectorEntry]) -> Result<Option<usize>
     Ok(Some(place))
 }
 
-/// What is wrong with a list of effectors.
+/// Error in a list of effectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectorListError {
     /// Name of the effector; empty for the list as a whole.
     pub effector: Name,
-    /// What is wrong with it.
+    /// Kind of the error.
     pub problem: ListProblem,
 }
 

@@ -121,7 +121,7 @@ pub enum NozzleShape {
     Axisymmetric,
 }
 
-/// Where the air data sensors are: from the centre of gravity, body axes (x forward, y right, z down).
+/// Positions of the air data sensors, from the centre of gravity, body axes (x forward, y right, z down).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirData {

@@ -1,4 +1,4 @@
-//! What is flown: a scenario file becomes a [`Scenario`].
+//! Scenarios: a file becomes a [`Scenario`].
 //!
 //! A file has two tables. `[plant]` is read here; `[autopilot]` belongs to the flight software and is
 //! ignored, so that neither side needs to know the other's keys.

@@ -1,4 +1,4 @@
-//! What the control thread publishes for the ground-station side: events and snapshots. Commands come the other way
+//! Events and snapshots that the control thread publishes for the ground-station side. Commands go in the other direction
 //! ([`crate::command`]).
 
 use core::time::Duration;
@@ -156,7 +156,7 @@ impl Limit {
 pub struct Limits([bool; Limit::ALL.len()]);
 
 impl Limits {
-    /// Those for which `contains` holds.
+    /// The limits for which `contains` is true.
     #[must_use]
     pub fn from_fn(contains: impl FnMut(Limit) -> bool) -> Self {
         Self(Limit::ALL.map(contains))

@@ -107,7 +107,7 @@ pub fn of_event(
     })
 }
 
-/// What the vehicle reports.
+/// Reports of the vehicle.
 fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
     use Severity as S;
     Some(match event {

@@ -39,7 +39,7 @@ pub use table::{changes, nearest, table};
 /// All parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// What the laws read.
+    /// Gains of the laws.
     pub gains: Gains,
     /// References that are accepted.
     pub limits: ReferenceLimits,
@@ -144,7 +144,7 @@ pub struct Parameter {
     pub max: f64,
     /// Meaning.
     pub meaning: &'static str,
-    /// What each value means; empty for a number.
+    /// Meaning of each value; empty for a number.
     pub choices: &'static [Choice],
     /// A change takes effect at the next start of the program, not at once.
     pub at_restart: bool,

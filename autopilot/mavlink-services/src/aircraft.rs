@@ -1,4 +1,4 @@
-//! What the ground-station side knows about the aircraft: events and snapshots, nothing else.
+//! The aircraft as the ground-station side knows it, from events and snapshots only.
 
 use flight_control::NavigationState;
 use icd::Ned;

@@ -96,7 +96,7 @@ impl CommandError {
     }
 }
 
-/// What the codec has skipped in the input, since start.
+/// Skipped input, since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Skipped {
     /// Bytes that do not begin a frame, including those after the marker of an abandoned frame.
@@ -169,7 +169,7 @@ pub fn next_frame_of_stream<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> O
     }
 }
 
-/// What is at the front, after skipping everything that cannot be a frame.
+/// The beginning of the input, after skipping everything that cannot be a frame.
 enum Cut<'a> {
     Frame(Frame<'a>),
     /// A marker, and bytes that may become a frame once more arrive.

@@ -30,7 +30,7 @@ struct Caller<'a> {
     shared: &'a mut Shared,
 }
 
-/// What a rule decides about a command.
+/// Decision of a rule about a command.
 #[derive(Debug, Default)]
 struct Decision {
     /// Accepted, with these messages as the answer.

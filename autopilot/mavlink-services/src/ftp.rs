@@ -47,7 +47,7 @@ struct Session {
     file: File,
 }
 
-/// What a session is for.
+/// Purpose of a session.
 #[derive(Debug, Clone)]
 enum File {
     Read(Content),

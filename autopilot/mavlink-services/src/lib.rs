@@ -85,7 +85,7 @@ pub mod telemetry;
 pub mod traffic;
 pub mod wall_time;
 
-/// What every service may read and write beside its own state.
+/// State that every service may read and write besides its own.
 #[derive(Debug)]
 pub struct Shared {
     /// The authoritative parameters.
@@ -96,7 +96,7 @@ pub struct Shared {
     pub store: ParameterStore,
     /// The design model of the autopilot: the effectors and their travel.
     pub model: AircraftModel,
-    /// What is known about the aircraft.
+    /// The known state of the aircraft.
     pub aircraft: Aircraft,
     /// Items of the plan that the aircraft has accepted.
     pub plan_items: u16,
@@ -112,7 +112,7 @@ pub struct Shared {
     pub streams: Streams,
     /// A message that a service has derived from the present one; dispatched next.
     pub derived: Option<Message>,
-    /// How often each peer gets each message.
+    /// Message rates of each peer.
     pub rates: PeerRates,
     /// Files that describe parameters and effectors.
     pub metadata: Metadata,

@@ -22,7 +22,7 @@ use flight_management::event::{Axis, EventKind};
 use flight_management::fault_list::FaultList;
 use flight_management::vehicle::{Mode, VehicleEvent};
 
-/// How many control steps get their rows.
+/// Selection of the control steps that get rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum LogRate {
     /// 50 each second, and all of them from half a second before to two seconds after each event

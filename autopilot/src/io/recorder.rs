@@ -67,11 +67,11 @@ pub struct RecorderConfig {
     pub folder: PathBuf,
     /// Size of all logs together, bytes.
     pub limit_bytes: u64,
-    /// How many control steps get their rows.
+    /// Selection of the control steps that get rows.
     pub rate: LogRate,
     /// Parameters at the start of the process.
     pub parameters: Parameters,
-    /// Who shows the operator the path of a log; without, the path is a line of the process.
+    /// Channel to the thread that shows the operator the path of a log; without it, the process prints a line.
     pub status: Option<StatusSource>,
 }
 

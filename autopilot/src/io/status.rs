@@ -78,7 +78,7 @@ pub struct FlightStatus {
     pub fade: f64,
     /// Largest estimated fault acceleration in units of its activation level.
     pub level: f64,
-    /// What the compensator adds to the commands, after limits.
+    /// Compensation within the commands, after limits.
     pub compensation: AppliedCompensation,
     /// Remaining authority of the compensator in roll, pitch and yaw, percent.
     pub authority_pct: [f64; 3],
@@ -101,7 +101,7 @@ pub struct References {
     pub roll_deg: f64,
 }
 
-/// What the compensator adds to the commands, after limits.
+/// Compensation within the commands, after limits.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AppliedCompensation {
     /// Aileron pair, deg.

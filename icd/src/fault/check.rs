@@ -92,7 +92,7 @@ pub enum Refusal {
     NoSensorFaults,
     /// The aircraft has no such effector.
     NoSuchEffector {
-        /// How many it has.
+        /// Number of its effectors.
         count: u8,
     },
     /// The onset lies in the past.
@@ -104,7 +104,7 @@ pub enum Refusal {
     },
     /// The list of scheduled faults is full.
     ScheduleFull {
-        /// How many it holds.
+        /// Its capacity.
         capacity: u32,
     },
     /// The flight is over.

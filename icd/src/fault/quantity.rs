@@ -91,7 +91,7 @@ pub enum Range {
     SpeedEitherWay,
 }
 
-/// What a number measures, from which its units follow.
+/// Physical dimension of a number, from which its units follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// An angle, of any target: rad.

@@ -110,7 +110,7 @@ pub enum PlantLine {
     Pace {
         /// It is paused.
         paused: bool,
-        /// Where it runs, so many times as fast as wall time; `None`: as fast as possible.
+        /// Speed while it runs, as a multiple of wall time; `None`: as fast as possible.
         speed: Option<f64>,
     },
 }

@@ -205,7 +205,7 @@ struct Loaded {
     item: u16,
 }
 
-/// What is known about the plan, if there is one. The upload knows it before the next state shows it: by the
+/// The known properties of the plan, if there is one. The upload knows it before the next state shows it: by the
 /// state alone the service would deny commands to a plan acknowledged a moment ago. The state counts only for a plan
 /// that no ground station has uploaded.
 fn plan(caller: &Caller) -> Result<Loaded, CommandError> {

@@ -42,7 +42,7 @@ impl Part {
     }
 }
 
-/// What follows once a command is accepted.
+/// Actions once a command is accepted.
 #[derive(Debug, Default)]
 pub struct OnAcceptance {
     /// Note to the operator.

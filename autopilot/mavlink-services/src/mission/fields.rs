@@ -20,7 +20,7 @@ const NOT_GIVEN: i32 = i32::MAX;
 pub enum Zeros {
     /// They mean the aircraft's place.
     AreHere,
-    /// They are a place in the Atlantic.
+    /// They mean that point, in the Atlantic.
     AreThere,
 }
 

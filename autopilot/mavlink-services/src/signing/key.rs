@@ -10,7 +10,7 @@ use crate::wall_time::WallTime;
 
 /// Length of a key, bytes.
 pub const KEY: usize = 32;
-/// What follows a signed frame: link, timestamp, signature.
+/// Length of the trailer of a signed frame: link, timestamp, signature.
 pub const TRAILER: usize = LINK + TIME + HASH;
 const LINK: usize = 1;
 const TIME: usize = 6;
@@ -73,7 +73,7 @@ impl Key {
     }
 }
 
-/// What follows a signed frame.
+/// Trailer of a signed frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trailer(pub [u8; TRAILER]);
 
@@ -96,7 +96,7 @@ impl Trailer {
 const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;
 /// One unit, us.
 const UNIT_US: u64 = 10;
-/// What 48 bits hold.
+/// Largest number of 48 bits.
 const LAST_UNIT: u64 = (1 << 48) - 1;
 
 /// Time of a signature, units of 10 us since 2015.

@@ -34,7 +34,7 @@ fn actions(text: &str, file_type: &str, required: &[&str]) -> Vec<(String, u16, 
             assert!(is_param || ["label", "description", "mavCmd", "compId"].contains(&&key[..]));
         }
         assert_eq!(action.get("compId").and_then(Value::as_u64), Some(1));
-        // What is not given is sent as zero.
+        // Parameters not given are sent as zero.
         let param = |index: usize| {
             action.get(&format!("param{}", index + 1)).and_then(Value::as_f64).unwrap_or(0.0) as f32
         };

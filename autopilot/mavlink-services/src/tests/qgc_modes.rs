@@ -36,7 +36,7 @@ const OFFERED: [Row; 9] = [
 ];
 const VERSIONS: [(&str, &[Row]); 3] = [("4.3", &OFFERED), ("4.4", &OFFERED), ("5.0", &OFFERED)];
 
-/// What a press on the mode does in a flight without joystick and plan: the mode, or the text.
+/// Effect of selecting the mode in a flight without joystick and plan: the mode, or the text.
 fn expected(name: &str) -> Result<Mode, String> {
     match name {
         "Position" => Ok(Mode::Position),

@@ -15,7 +15,7 @@ use mavlink_services::Ground;
 use mavlink_services::logs::LogDone;
 use mavlink_services::signing::LogLine;
 
-/// Where logs are written, and offered to ground stations.
+/// Folder in which the autopilot writes logs and offers them to ground stations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Logs {
     /// The folder.

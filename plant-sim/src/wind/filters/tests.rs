@@ -127,7 +127,7 @@ fn pitch_and_yaw_gust_are_the_lagged_slopes_of_the_field_that_is_flown_through()
                 count += 1.0;
             }
         }
-        // What is left is the half tick by which the difference is late: h/2τ of the noise, 4 %.
+        // The remaining error is the half tick by which the difference is late: h/2τ of the noise, 4 %.
         let relative = f64::sqrt(error / size);
         assert!(relative < 0.06 && count > 90_000.0, "field {field}: {relative} of the rms");
     }

@@ -18,7 +18,7 @@ const SWITCH: &[Parameter] = choices! { "Fault injection";
         1 true "allowed";
 };
 
-/// What the catalogue of faults needs.
+/// Parameters of the catalogue of faults.
 fn of_kinds() -> Vec<Parameter> {
     let rows = settings().iter().enumerate().map(|(place, setting)| Parameter {
         name: setting.name,

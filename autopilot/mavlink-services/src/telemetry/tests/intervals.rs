@@ -158,7 +158,7 @@ fn rates_are_forgotten_with_the_station() {
 #[test]
 fn a_data_stream_request_moves_the_fast_messages_of_one_station() {
     let mut world = World::flying();
-    // What MAVProxy sends every 15 s, and twice, since it repeats it.
+    // MAVProxy sends this every 15 s, and twice, since it repeats it.
     for _ in 0..2 {
         world.send(&stream_request(MavDataStream::MAV_DATA_STREAM_ALL, 4, 1));
     }
