@@ -87,7 +87,7 @@ impl Progress {
         }
     }
 
-    /// Nothing is shown of what is over within [`PROGRESS_DELAY`].
+    /// Nothing is shown of what is over within `PROGRESS_DELAY`.
     #[must_use]
     pub fn quiet_at_first(mut self) -> Self {
         self.from = Some(clock::now() + PROGRESS_DELAY);
