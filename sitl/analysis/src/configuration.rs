@@ -223,8 +223,20 @@ impl AircraftArgs {
         self.table(&Named::of(self.model.as_ref(), DEFAULT_MODEL)?, Target::Model)
     }
 
+    /// A scenario file with what is set in it.
+    ///
+    /// # Errors
+    /// As [`AircraftArgs::scenario`].
+    pub fn scenario_table(&self, file: &Named) -> Result<Table, ConfigurationError> {
+        self.table(file, Target::Scenario)
+    }
+
     fn table(&self, file: &Named, target: Target) -> Result<Table, ConfigurationError> {
-        let root = if target == Target::Airframe { "airframe." } else { "model." };
+        let root = match target {
+            Target::Airframe => "airframe.",
+            Target::Model => "model.",
+            Target::Scenario | Target::Parameter => "",
+        };
         match self.changed(file, target, root)? {
             Some((_, table)) => Ok(table),
             None => toml::from_str(&file.text).map_err(|source| ConfigurationError::Syntax {

@@ -21,6 +21,7 @@ use crate::results::Results;
 use crate::spec::SpecFile;
 use crate::store::{Store, write_new};
 
+pub mod compare;
 pub mod draw;
 pub mod fly;
 pub mod limit;
@@ -31,6 +32,7 @@ pub mod spec;
 pub mod store;
 pub mod summary;
 pub mod table;
+pub mod worst;
 
 /// What is done with a campaign.
 #[derive(Debug, Subcommand)]
@@ -41,6 +43,10 @@ pub enum Command {
     Merge(MergeArgs),
     /// Fly one run again, with its log and figures
     Replay(ReplayArgs),
+    /// Find the smallest fault, earliest time or weakest gust that each law does not survive, and write the scenarios
+    Worst(WorstArgs),
+    /// Compare the results of two folders of one specification, run by run
+    Compare(CompareArgs),
 }
 
 /// Options of `sitl campaign run`.
@@ -85,6 +91,34 @@ pub struct ReplayArgs {
     out: Option<PathBuf>,
 }
 
+/// Options of `sitl campaign worst`.
+#[derive(Debug, Args)]
+pub struct WorstArgs {
+    /// What is flown: jams, smoke, or a file
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
+    #[arg(long, value_name = "KEY")]
+    over: Option<String>,
+    /// Mildest value of that variable [default: the one nearest to zero]
+    #[arg(long, value_name = "VALUE", requires = "over", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Folder for worst.csv and the scenarios
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Options of `sitl campaign compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// Folder of a finished campaign
+    #[arg(value_name = "A")]
+    one: PathBuf,
+    /// Folder of another one, flown from the same or a similar specification
+    #[arg(value_name = "B")]
+    other: PathBuf,
+}
+
 /// Carries out a command.
 ///
 /// # Errors
@@ -114,6 +148,14 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             write(&plan, &store)
         }
         Command::Replay(args) => replay(args),
+        Command::Worst(args) => {
+            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            worst::run(&plan, args.over.as_deref(), args.from, &args.out)
+        }
+        Command::Compare(args) => {
+            print!("{}", compare::folders(&args.one, &args.other)?);
+            Ok(())
+        }
     }
 }
 

@@ -240,6 +240,15 @@ impl Plan {
     /// # Errors
     /// [`PlanError::NoRun`] names the last one; a value for which the file has no place.
     pub fn run(&self, number: u64) -> Result<Run, PlanError> {
+        let run = self.drawn(number)?;
+        self.translated(run)
+    }
+
+    /// A run whose values are as the specification has them, with its factors and parts of a travel.
+    ///
+    /// # Errors
+    /// As [`Plan::run`].
+    pub(crate) fn drawn(&self, number: u64) -> Result<Run, PlanError> {
         if number >= self.runs() {
             let (file, last) = (self.file.name.clone(), self.runs() - 1);
             return Err(PlanError::NoRun { file, run: number, last });
@@ -271,9 +280,48 @@ impl Plan {
                 dimension += 1;
             }
         }
-        let values = aircraft.translate(self, &values)?;
-        let seed = draw::stream(spec.seed, "flight", flight).next_u64();
+        // A file and a table in JSON have whole numbers to 53 bits.
+        let seed = draw::stream(spec.seed, "flight", flight).next_u64() >> 11;
         Ok(Run { number, flight, airframe, law, seed, values })
+    }
+
+    /// The same run with values as `--set` takes them.
+    ///
+    /// # Errors
+    /// A value for which the file has no place.
+    pub(crate) fn translated(&self, run: Run) -> Result<Run, PlanError> {
+        let values = self.aircraft[run.airframe].translate(self, &run.values)?;
+        Ok(Run { values, ..run })
+    }
+
+    /// The scenario of a run as a file that `sitl fly` flies, and the options that belong to it: files and settings that a
+    /// scenario does not have.
+    ///
+    /// # Errors
+    /// A place that the file does not have.
+    pub fn scenario_of(&self, run: &Run) -> Result<(toml::Table, Vec<String>), PlanError> {
+        let args = self.args(run);
+        let mut table = args.scenario_table(&self.scenario)?;
+        let plant = table.entry("plant").or_insert_with(|| toml::Table::new().into());
+        if let Some(plant) = plant.as_table_mut() {
+            let _ = plant.insert("seed".to_owned(), run.seed.cast_signed().into());
+            let _ = plant.insert("duration_s".to_owned(), self.file.spec.duration_s.into());
+        }
+        let law = &self.laws[run.law];
+        let paths = [
+            ("--airframe", &args.airframe),
+            ("--model", &args.model),
+            ("--gains", &law.args.gains),
+        ];
+        let paths = paths.into_iter().filter_map(|(option, path)| {
+            path.as_ref().map(|path| format!("{option} {}", path.display()))
+        });
+        let settings = args.settings.iter().filter(|s| s.target() != Ok(Target::Scenario));
+        let mut options: Vec<String> =
+            paths.chain(settings.map(|setting| format!("--set {setting}"))).collect();
+        options.push(format!("--period-ms {}", self.file.spec.period_ms));
+        options.push(format!("--step-us {}", self.step_us));
+        Ok((table, options))
     }
 
     /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.

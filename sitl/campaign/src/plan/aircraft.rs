@@ -181,7 +181,7 @@ fn number_at(table: &toml::Table, path: &str) -> Option<f64> {
 
 impl Variable {
     /// The value of a drawn variable at a probability.
-    pub(super) fn quantile(&self, probability: f64) -> f64 {
+    pub(crate) fn quantile(&self, probability: f64) -> f64 {
         match (self.uniform, &self.normal) {
             (Some([low, high]), _) => low + probability * (high - low),
             (None, Some(normal)) => normal.quantile(probability),

@@ -1,0 +1,386 @@
+//! `sitl campaign worst`: the smallest fault, the earliest time or the weakest gust that a law does not survive.
+//!
+//! Over one variable the search goes outwards from its mildest value, in steps and then by halving. Over all drawn variables
+//! together it is differential evolution, which minimises how unlikely the draw is that the law does not survive.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use flight_analysis::fly;
+use flight_analysis::fly::outcome::{Fate, Outcome};
+use flight_analysis::runner;
+use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
+use rand_chacha::rand_core::Rng;
+
+use crate::draw;
+use crate::plan::{Plan, PlanError, Run, Value};
+use crate::spec::Meaning;
+use crate::store::write_new;
+use crate::summary::field;
+
+/// Steps from the mildest value to an end of the range.
+const STEPS: u32 = 16;
+/// Halvings between the last value that was survived and the first that was not.
+const HALVINGS: u32 = 8;
+/// Individuals and generations of the evolution.
+const POPULATION: usize = 24;
+const GENERATIONS: u64 = 20;
+/// The evolution looks at draws within so many standard deviations of the medians.
+const FARTHEST: f64 = 3.0;
+/// Name of the table.
+const TABLE: &str = "worst.csv";
+/// How the table begins.
+const BEGINNING: &str = "airframe,law,";
+/// How every scenario begins.
+const MARK: &str = "# Written by `sitl campaign worst`; do not edit.";
+
+/// What is searched for one law in one combination of the other listed values.
+#[derive(Debug, Clone)]
+struct Case {
+    /// Values as the specification has them, drawn ones at their medians.
+    run: Run,
+    /// End of the range that is searched; `None` in the search over all drawn variables.
+    towards: Option<f64>,
+}
+
+/// What was found.
+#[derive(Debug)]
+struct Found {
+    run: Run,
+    outcome: Outcome,
+    /// The largest step outwards that was survived, in the unit of the variable; distance of the draw, standard deviations.
+    kept_to: f64,
+}
+
+/// Searches and writes the table and, for each case with a loss, the scenario.
+///
+/// # Errors
+/// What is wrong with the variable or the folder.
+pub fn run(
+    plan: &Plan,
+    over: Option<&str>,
+    from: Option<f64>,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("--out {}: {error}", folder.display()))?;
+    let place = over.map(|key| one_variable(plan, key)).transpose()?;
+    let cases = match place {
+        Some(place) => cases_over(plan, place, from)?,
+        None if plan.variables().iter().any(crate::spec::Variable::is_drawn) => cases(plan, None)?,
+        None => {
+            return Err(
+                "no variable of the campaign is drawn: name a listed one by --over KEY".into()
+            );
+        }
+    };
+    let search = |case: &Case| match (place, case.towards) {
+        (Some(place), Some(end)) => outwards(plan, case, place, mildest(plan, place, from), end),
+        _ => evolve(plan, case),
+    };
+    let found = runner::map_quietly("worst", &cases, search);
+    let mut table = heading(plan, place.is_some());
+    for (number, (case, found)) in cases.iter().zip(found).enumerate() {
+        let found = found?;
+        let scenario = found.as_ref().map(|_| format!("worst-{number:03}.toml"));
+        let mut kept_to = None;
+        if let Some(Found { run, outcome, kept_to: to }) = &found {
+            let name = scenario.clone().unwrap_or_default();
+            let text = scenario_text(plan, run, outcome, &folder.join(&name))?;
+            write_new(&folder.join(name), text.as_bytes(), MARK.as_bytes())?;
+            kept_to = Some(*to);
+        }
+        push_row(&mut table, plan, case, found.as_ref(), kept_to, scenario.as_deref());
+    }
+    write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
+    print!("{table}");
+    println!("wrote {}", folder.display());
+    Ok(())
+}
+
+/// The place of a variable with numbers.
+fn one_variable(plan: &Plan, key: &str) -> Result<usize, String> {
+    let place = plan.variables().iter().position(|variable| variable.key == key);
+    let known: Vec<&str> = plan.variables().iter().map(|variable| variable.key.as_str()).collect();
+    let refuse = |problem: &str| {
+        Err(format!("--over {key}: {problem}; the variables are {}", known.join(", ")))
+    };
+    match place {
+        None => refuse("the campaign has no such variable"),
+        Some(place) if plan.variables()[place].range().is_none() => {
+            refuse("it has no range of numbers")
+        }
+        Some(place) => Ok(place),
+    }
+}
+
+/// The value that the search begins with: the one nearest to zero, if nothing else is asked for.
+fn mildest(plan: &Plan, place: usize, from: Option<f64>) -> f64 {
+    let [low, high] = plan.variables()[place].range().unwrap_or_default();
+    from.unwrap_or(0.0_f64.clamp(low, high))
+}
+
+/// A case for each law, combination and end of the range.
+fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<Case>, Box<dyn Error>> {
+    let [low, high] = plan.variables()[place].range().unwrap_or_default();
+    let begin = mildest(plan, place, from);
+    if !(low..=high).contains(&begin) {
+        return Err(format!("--from {begin}: expected {low} to {high}").into());
+    }
+    let ends = [low, high].into_iter().filter(|end| (end - begin).abs() > 0.0);
+    let all = ends.map(|end| {
+        let mut all = cases(plan, Some(place))?;
+        all.iter_mut().for_each(|case| case.towards = Some(end));
+        Ok::<_, Box<dyn Error>>(all)
+    });
+    Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+/// A case for each law and combination of listed values, without those of `place`.
+fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Box<dyn Error>> {
+    let samples = u64::from(plan.file.spec.samples);
+    let laws = plan.laws().len() as u64;
+    let mut cases: Vec<Case> = Vec::new();
+    for flight in (0..plan.flights()).step_by(usize::try_from(samples)?) {
+        for law in 0..laws {
+            let mut run = plan.drawn(flight * laws + law)?;
+            for (number, (value, variable)) in
+                run.values.iter_mut().zip(plan.variables()).enumerate()
+            {
+                if variable.is_drawn() {
+                    *value = Value::Number(variable.quantile(0.5));
+                }
+                if Some(number) == place {
+                    *value = Value::Number(0.0);
+                }
+            }
+            let is_same = |other: &Case| {
+                let Run { airframe, law, values, .. } = &other.run;
+                (*airframe, *law) == (run.airframe, run.law) && *values == run.values
+            };
+            if !cases.iter().any(is_same) {
+                cases.push(Case { run, towards: None });
+            }
+        }
+    }
+    Ok(cases)
+}
+
+/// Flies the aircraft with these values.
+fn flown(plan: &Plan, case: &Run, values: Vec<Value>) -> Result<(Run, Outcome), PlanError> {
+    let run = plan.translated(Run { values, ..case.clone() })?;
+    let outcome = fly::outcome(&plan.setup(&run)?)?;
+    Ok((run, outcome))
+}
+
+/// Steps outwards to the first value that is not survived, and halves the last step.
+fn outwards(
+    plan: &Plan,
+    case: &Case,
+    place: usize,
+    begin: f64,
+    end: f64,
+) -> Result<Option<Found>, PlanError> {
+    let at = |value: f64| {
+        let mut values = case.run.values.clone();
+        values[place] = Value::Number(value);
+        flown(plan, &case.run, values)
+    };
+    let mut last = begin;
+    for step in 0..=STEPS {
+        let part = f64::from(step) / f64::from(STEPS);
+        let mut next = begin * (1.0 - part) + end * part;
+        let (mut run, mut outcome) = at(next)?;
+        if outcome.is_kept() {
+            last = next;
+            continue;
+        }
+        for _ in 0..if step == 0 { 0 } else { HALVINGS } {
+            let middle = 0.5 * (last + next);
+            match at(middle)? {
+                (_, kept) if kept.is_kept() => last = middle,
+                lost => ((run, outcome), next) = (lost, middle),
+            }
+        }
+        return Ok(Some(Found { run, outcome, kept_to: last }));
+    }
+    Ok(None)
+}
+
+/// The draw that the evolution minimises: its distance from the medians if the law does not survive it, and otherwise more the
+/// farther it is from a loss.
+struct Likelihood<'a> {
+    plan: &'a Plan,
+    case: &'a Run,
+    bounds: Vec<[f64; 2]>,
+}
+
+impl Likelihood<'_> {
+    /// Values of a draw, each variable so many standard deviations of a normal distribution from its median.
+    fn values(&self, draw: &[f64]) -> Vec<Value> {
+        let mut draw = draw.iter();
+        let variables = self.plan.variables().iter().zip(&self.case.values);
+        let of = |(variable, value): (&crate::spec::Variable, &Value)| match draw
+            .next_if_drawn(variable)
+        {
+            None => value.clone(),
+            Some(deviations) => {
+                let probability = 0.5 * libm::erfc(-deviations / 2.0_f64.sqrt());
+                Value::Number(variable.quantile(probability))
+            }
+        };
+        variables.map(of).collect()
+    }
+}
+
+/// Takes the next number for a drawn variable.
+trait NextDrawn {
+    fn next_if_drawn(&mut self, variable: &crate::spec::Variable) -> Option<f64>;
+}
+
+impl<'a, I: Iterator<Item = &'a f64>> NextDrawn for I {
+    fn next_if_drawn(&mut self, variable: &crate::spec::Variable) -> Option<f64> {
+        variable.is_drawn().then(|| self.next().copied().unwrap_or(0.0))
+    }
+}
+
+fn distance(draw: &[f64]) -> f64 {
+    draw.iter().map(|deviations| deviations * deviations).sum::<f64>().sqrt()
+}
+
+impl Bounded for Likelihood<'_> {
+    fn bound(&self) -> &[[f64; 2]] {
+        &self.bounds
+    }
+}
+
+impl ObjFunc for Likelihood<'_> {
+    type Ys = f64;
+
+    fn fitness(&self, draw: &[f64]) -> f64 {
+        // Beyond every distance: what is survived comes after what is not.
+        let beyond = FARTHEST * (self.bounds.len() as f64).sqrt() + 1.0;
+        match flown(self.plan, self.case, self.values(draw)) {
+            Ok((_, outcome)) if !outcome.is_kept() => distance(draw),
+            Ok((_, outcome)) => {
+                let limits = self.plan.aircraft[self.case.airframe].airframe.limits;
+                let part = |name: &str, limit: f64| outcome.metric(name).unwrap_or(0.0) / limit;
+                let near = part("peak_roll_error", limits.roll_rad)
+                    .max(part("peak_sideslip", limits.beta_rad))
+                    .max(part("peak_angle_of_attack", limits.alpha_rad));
+                beyond + 1.0 / (0.1 + near)
+            }
+            // A draw that cannot be flown is no answer.
+            Err(_) => 2.0 * beyond + 10.0,
+        }
+    }
+}
+
+fn evolve(plan: &Plan, case: &Case) -> Result<Option<Found>, PlanError> {
+    let drawn = plan.variables().iter().filter(|variable| variable.is_drawn()).count();
+    let likelihood =
+        Likelihood { plan, case: &case.run, bounds: vec![[-FARTHEST, FARTHEST]; drawn] };
+    let seed = draw::stream(plan.file.spec.seed, "worst", case.run.number).next_u64();
+    let solved = Solver::build(De::default(), likelihood)
+        .seed(seed)
+        .pop_num(POPULATION)
+        .task(|context| context.r#gen == GENERATIONS)
+        .solve();
+    let best = solved.as_best_xs();
+    let (run, outcome) = flown(plan, &case.run, solved.func().values(best))?;
+    let kept_to = distance(best);
+    Ok((!outcome.is_kept()).then_some(Found { run, outcome, kept_to }))
+}
+
+fn heading(plan: &Plan, is_over_one: bool) -> String {
+    let mut text = BEGINNING.to_owned();
+    if is_over_one {
+        text.push_str("towards,");
+    }
+    for variable in plan.variables() {
+        text.push_str(&variable.key);
+        text.push(',');
+    }
+    let kept = if is_over_one { "kept_to" } else { "distance_deviations" };
+    let _ = writeln!(text, "lost_at_s,{kept},scenario");
+    text
+}
+
+fn push_row(
+    table: &mut String,
+    plan: &Plan,
+    case: &Case,
+    found: Option<&Found>,
+    kept_to: Option<f64>,
+    scenario: Option<&str>,
+) {
+    let run = found.map_or(&case.run, |found| &found.run);
+    let name = &plan.aircraft[run.airframe].name;
+    let _ = write!(table, "{},{},", field(name), field(plan.laws()[run.law]));
+    if let Some(end) = case.towards {
+        let _ = write!(table, "{end},");
+    }
+    for (value, variable) in run.values.iter().zip(plan.variables()) {
+        let searched = case.towards.is_some() && variable.range().is_some();
+        // Where no loss was found there is no value of what was searched.
+        let shown = if found.is_none() && (searched || variable.is_drawn()) {
+            String::new()
+        } else {
+            field(&value.shown())
+        };
+        let _ = write!(table, "{shown},");
+    }
+    let lost = found.and_then(|found| match found.outcome.fate {
+        Fate::Lost(loss) => Some(loss.at_s),
+        Fate::Kept => None,
+    });
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
+    let _ = writeln!(table, "{},{},{}", number(lost), number(kept_to), scenario.unwrap_or(""));
+}
+
+fn scenario_text(
+    plan: &Plan,
+    run: &Run,
+    outcome: &Outcome,
+    path: &Path,
+) -> Result<String, Box<dyn Error>> {
+    let (table, options) = plan.scenario_of(run)?;
+    let law = plan.laws()[run.law];
+    Ok(format!(
+        "{MARK}\n# {}, {law}: {outcome}\n# sitl fly {} {}\n\n{}",
+        plan.file.spec.name,
+        path.display(),
+        options.join(" "),
+        toml::to_string(&table)?
+    ))
+}
+
+impl crate::spec::Variable {
+    /// Smallest and largest number that it takes; `None` of texts and of what is not bounded.
+    #[must_use]
+    pub fn range(&self) -> Option<[f64; 2]> {
+        if let Some(grid) = self.grid {
+            return Some([grid.from.min(grid.to), grid.from.max(grid.to)]);
+        }
+        if let Some(range) = self.uniform {
+            return Some(range);
+        }
+        if let Some(normal) = self.normal {
+            return Some([normal.min?, normal.max?]);
+        }
+        let number = |value: &toml::Value| {
+            value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+        };
+        let numbers: Vec<f64> = self.values.as_ref()?.iter().map(number).collect::<Option<_>>()?;
+        let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Some([low, high])
+    }
+
+    /// Whether its numbers are parts of a travel.
+    #[must_use]
+    pub fn is_travel(&self) -> bool {
+        self.meaning == Meaning::Travel
+    }
+}
