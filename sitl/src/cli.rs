@@ -196,6 +196,8 @@ mod tests {
             "campaign run jams --shard 1/2 --out x",
             "campaign merge jams --out x y z",
             "campaign replay jams --run 3 --out x",
+            "campaign worst smoke --over plant.fault.1.onset_s --from -1 --out x",
+            "campaign compare x y",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",
@@ -214,7 +216,7 @@ mod tests {
     }
 
     /// Options that take a number, by their names in the help.
-    const NUMBERS: [&str; 13] = [
+    const NUMBERS: [&str; 14] = [
         "MS",
         "US",
         "N",
@@ -228,6 +230,7 @@ mod tests {
         "HZ",
         "DEG",
         "H",
+        "VALUE",
     ];
 
     fn check_numbers(command: &clap::Command, words: &[&str], tried: &mut u32) {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use flight_campaign::plan::{Plan, PlanError, Value};
 use flight_campaign::spec::{SHIPPED, SpecFile};
 use flight_campaign::store::{RunEnd, Store};
-use flight_campaign::{Command, fly, run};
+use flight_campaign::{Command, compare, fly, run};
 
 /// Files of a finished campaign that must be the same to the byte.
 const FILES: [&str; 4] = ["runs.parquet", "summary.csv", "columns.csv", "campaign.toml"];
@@ -224,4 +224,100 @@ fn a_shard_that_does_not_exist_is_refused() {
             "{bad}"
         );
     }
+}
+
+/// A jammed rudder and its angle, for two laws.
+const RUDDER: &str = r#"
+name = "rudder"
+duration_s = 12.0
+scenario = "nominal"
+samples = 4
+design = "sobol"
+
+[set]
+"plant.fault.1.kind" = "stuck_at"
+"plant.fault.1.effector" = "rudder"
+
+[[vary]]
+key = "plant.fault.1.angle_deg"
+uniform = [0.0, 30.0]
+
+[[vary]]
+key = "plant.fault.1.onset_s"
+uniform = [1.0, 2.0]
+
+[[law]]
+name = "PID alone"
+set = { FTC_MODE = 0 }
+
+[[law]]
+name = "paper"
+set = { FTC_MODE = 1 }
+"#;
+
+#[test]
+fn the_smallest_fault_that_a_law_does_not_survive_is_found_and_written_as_a_scenario() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spec = folder.path().join("rudder.toml");
+    fs::write(&spec, RUDDER).expect("a file");
+    let spec = spec.display().to_string();
+    let out = |name: &str| folder.path().join(name).display().to_string();
+    command(&["worst", &spec, "--over", "plant.fault.1.angle_deg", "--out", &out("over")]);
+    let table = fs::read_to_string(folder.path().join("over/worst.csv")).expect("a table");
+    let cell = |line: &str, place: usize| {
+        line.split(',').nth(place).and_then(|cell| cell.parse::<f64>().ok()).expect("a number")
+    };
+    let rows: Vec<&str> = table.lines().skip(1).collect();
+    let lost_deg: Vec<f64> = rows.iter().map(|row| cell(row, 3)).collect();
+    // The compensator of the paper survives about twice the angle of the PID alone.
+    assert!((3.0..9.0).contains(&lost_deg[0]) && (11.0..16.0).contains(&lost_deg[1]), "{table}");
+    for (row, lost_deg) in rows.iter().zip(&lost_deg) {
+        let kept_deg = cell(row, 6);
+        assert!(kept_deg < *lost_deg && lost_deg - kept_deg < 0.02, "{table}");
+    }
+    let scenario = fs::read_to_string(folder.path().join("over/worst-001.toml")).expect("a file");
+    assert!(scenario.contains(&format!("angle_deg = {}", lost_deg[1])), "{scenario}");
+    // All variables together: the draw that is nearest to the medians, 15 deg here, which the paper's law does not survive.
+    command(&["worst", &spec, "--out", &out("all")]);
+    let table = fs::read_to_string(folder.path().join("all/worst.csv")).expect("a table");
+    let row = table.lines().nth(2).expect("the second law");
+    assert!(cell(row, 5) < 0.3, "{table}");
+    for (words, expected) in [
+        (vec!["--over", "plant.fault.1.effector"], "no such variable"),
+        (vec!["--over", "plant.fault.1.angle_deg", "--from", "31"], "expected 0 to 30"),
+        (vec!["--over", "plant.fault.1.angle_deg", "--from", "nan"], "expected 0 to 30"),
+    ] {
+        let mut line = vec!["worst", &spec, "--out", folder.path().to_str().expect("a path")];
+        line.extend(words);
+        let refused = try_command(&line).expect_err(expected);
+        assert!(refused.contains(expected), "{refused}");
+    }
+}
+
+#[test]
+fn two_campaigns_are_compared_run_by_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let spec = folder.path().join(format!("{name}.toml"));
+        fs::write(&spec, text).expect("a file");
+        let out = folder.path().join(name);
+        command(&["run", &spec.display().to_string(), "--out", &out.display().to_string()]);
+        out
+    };
+    let one = write("one", RUDDER);
+    let same = write("same", RUDDER);
+    let other = write("other", &RUDDER.replace("FTC_MODE = 1", "FTC_MODE = 0"));
+    let text = compare::folders(&one, &same).expect("two tables");
+    assert_eq!(text.matches("4 of 4 runs are the same to the bit").count(), 2, "{text}");
+    let text = compare::folders(&one, &other).expect("two tables");
+    assert!(text.contains("PID alone: 4 of 4 runs") && text.contains("lost in B only"), "{text}");
+    let longer = write("longer", &RUDDER.replace("samples = 4", "samples = 5"));
+    let refused = compare::folders(&one, &longer).expect_err("another number of runs").to_string();
+    assert!(refused.contains("10 runs, and the first folder has 8"), "{refused}");
+    let seeds = write("seeds", &RUDDER.replace("samples = 4", "samples = 4\nseed = 2"));
+    let refused = compare::folders(&one, &seeds).expect_err("other flights").to_string();
+    assert!(refused.contains("run 0 is another flight"), "{refused}");
+    fs::write(same.join("runs.parquet"), "PAR1 nonsense").expect("a file");
+    let refused = compare::folders(&one, &same).expect_err("a damaged table").to_string();
+    assert!(refused.contains("runs.parquet"), "{refused}");
 }
