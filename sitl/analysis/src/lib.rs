@@ -44,7 +44,7 @@ pub mod linearize;
 pub mod margins;
 pub mod metrics;
 pub mod mission;
-mod page;
+pub mod page;
 pub mod paper;
 pub mod plot;
 pub mod replay;

@@ -3,13 +3,14 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// By this a page is recognised as one of this program, which it may write over.
-pub(crate) const GENERATOR: &str = r#"<meta name="generator" content="Two-Step sitl">"#;
+pub const GENERATOR: &str = r#"<meta name="generator" content="Two-Step sitl">"#;
 
 /// Style of every page: dark on white, tables that line up, figures as wide as the text.
 const STYLE: &str = include_str!("page/style.css");
 
 /// A whole page; `style` stands behind the style of every page.
-pub(crate) fn page(title: &str, style: &str, body: &Markup) -> String {
+#[must_use]
+pub fn page(title: &str, style: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {

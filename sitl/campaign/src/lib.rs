@@ -1,7 +1,7 @@
 //! Campaigns: many flights drawn from one specification, the same to the byte alone, in parts and on many machines.
 //!
 //! ```text
-//! spec ─> plan (run N) ─> fly ─> store (parts) ─> table (runs.parquet) ─> results ─> summary, limit, map
+//! spec ─> plan (run N) ─> fly ─> store (parts) ─> table (runs.parquet) ─> results ─> summary, limit, map, report
 //! ```
 //!
 //! Every run is a function of the specification and its number: seeds and draws come from named streams
@@ -12,11 +12,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use flight_analysis::fly::OneFlight;
+use flight_analysis::page;
 use host_io::file;
 
 use crate::fly::Shard;
-use crate::limit::{Jams, Limits};
+use crate::limit::{Jams, Limits, Studied};
 use crate::plan::Plan;
+use crate::report::Sources;
 use crate::results::Results;
 use crate::spec::SpecFile;
 use crate::store::{Store, write_new};
@@ -27,6 +29,7 @@ pub mod fly;
 pub mod limit;
 pub mod map;
 pub mod plan;
+pub mod report;
 pub mod results;
 pub mod spec;
 pub mod store;
@@ -170,19 +173,20 @@ fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
     let csv = summary::csv(plan, &groups);
     in_folder(summary::SUMMARY, csv.as_bytes(), summary::BEGINNING.as_bytes())?;
     print!("{}", summary::shown(plan, &groups));
-    if let Some(jams) = Jams::of(plan) {
-        let mut scores = Vec::new();
-        let mut sets = Vec::new();
-        for airframe in 0..plan.aircraft.len() {
-            let limits = Limits::of(plan, airframe);
-            if let Err(error) = &limits {
-                eprintln!("{}: no limit of physics: {error}", plan.aircraft[airframe].name);
-            }
-            let limits = limits.ok();
-            let of_it = limits.as_ref().map_or_else(Vec::new, |limits| {
-                limit::scores(plan, &results, jams, limits, airframe)
-            });
-            let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &of_it);
+    let jams = Jams::of(plan);
+    let mut studied = Vec::new();
+    for airframe in 0..plan.aircraft.len() {
+        let limits = jams.map(|_| Limits::of(plan, airframe));
+        if let Some(Err(error)) = &limits {
+            eprintln!("{}: no limit of physics: {error}", plan.aircraft[airframe].name);
+        }
+        let limits = limits.and_then(Result::ok);
+        let scores = match (jams, &limits) {
+            (Some(jams), Some(limits)) => limit::scores(plan, &results, jams, limits, airframe),
+            _ => Vec::new(),
+        };
+        if let Some(jams) = jams {
+            let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &scores);
             for (name, bytes) in figure.files()? {
                 let is_svg = name.ends_with("svg");
                 let beginning = file::beginning(if is_svg { b"<svg " } else { b"\x89PNG" });
@@ -191,13 +195,20 @@ fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
                 let name = if several { format!("{prefix}-{name}") } else { name };
                 in_folder(&name, &bytes, beginning)?;
             }
-            scores.extend(of_it);
-            sets = limits.map_or(sets, |limits| limits.sets);
         }
-        let csv = limit::csv(plan, &scores, &sets);
+        studied.push(Studied { limits, scores });
+    }
+    if jams.is_some() {
+        let csv = limit::csv(plan, &studied);
         in_folder(limit::SCORES, csv.as_bytes(), limit::BEGINNING.as_bytes())?;
     }
-    println!("wrote {}", store.folder().display());
+    let sources = Sources { plan, results: &results, groups: &groups, jams, studied: &studied };
+    let page = report::page(&sources);
+    file::write(&store.folder().join(report::REPORT), page.as_bytes(), page::GENERATOR.as_bytes())
+        .map_err(|problem| {
+            format!("{}: {problem}", store.folder().join(report::REPORT).display())
+        })?;
+    println!("wrote {}", store.folder().join(report::REPORT).display());
     Ok(())
 }
 

@@ -121,6 +121,15 @@ impl Score {
     }
 }
 
+/// An aircraft of the campaign with what was found.
+#[derive(Debug)]
+pub struct Studied {
+    /// The physical limit, where the campaign is of jams and there is one.
+    pub limits: Option<Limits>,
+    /// Share of the trimmable jams that each law survives.
+    pub scores: Vec<Score>,
+}
+
 /// The scores of every law of an aircraft.
 #[must_use]
 pub fn scores(
@@ -159,9 +168,12 @@ pub fn scores(
 
 /// The file of scores.
 #[must_use]
-pub fn csv(plan: &Plan, scores: &[Score], sets: &[Set]) -> String {
+pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
     let mut text = format!("{BEGINNING},kept_percent_low,kept_percent_high\n");
-    for score in scores {
+    for (score, sets) in studied.iter().flat_map(|Studied { limits, scores }| {
+        let sets = limits.as_ref().map_or(&[][..], |limits| &limits.sets);
+        scores.iter().map(move |score| (score, sets))
+    }) {
         let Score { airframe, law, set, margin, flights, kept } = score;
         let (low, high) = wilson_95(*kept, *flights);
         let _ = writeln!(

@@ -28,7 +28,7 @@ const KEPT: [f64; 3] = [168.0, 205.0, 232.0];
 const DRAWN: [(&str, Pattern); 2] = [("any", Pattern::Solid), ("straight_level", Pattern::Fine)];
 
 /// Jams of one effector: for each angle the flights.
-type Angles = Vec<(f64, Vec<usize>)>;
+pub(crate) type Angles = Vec<(f64, Vec<usize>)>;
 
 /// Draws the map of an aircraft.
 #[must_use]
@@ -196,7 +196,7 @@ fn draw_scores(
 }
 
 /// The flights of each effector, in the order in which they are flown, by angle.
-fn grouped(plan: &Plan, jams: Jams, airframe: usize) -> Vec<(String, Angles)> {
+pub(crate) fn grouped(plan: &Plan, jams: Jams, airframe: usize) -> Vec<(String, Angles)> {
     let mut names: Vec<String> = Vec::new();
     // Angles are those of files, so equal ones have equal bits.
     let mut by_effector: BTreeMap<usize, Angles> = BTreeMap::new();
@@ -215,7 +215,8 @@ fn grouped(plan: &Plan, jams: Jams, airframe: usize) -> Vec<(String, Angles)> {
     names.into_iter().zip(by_effector.into_values()).collect()
 }
 
-fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
+/// Name of an effector for people.
+pub(crate) fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
     let list = &plan.aircraft[airframe].airframe.effectors;
     let found = list.all().find(|effector| list.key(*effector) == key);
     found.map_or_else(|| key.to_owned(), |effector| list.name(effector).to_owned())

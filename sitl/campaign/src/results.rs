@@ -1,9 +1,76 @@
 //! What a campaign needs of its runs for summary and map, without all of their measures.
 
-use crate::plan::Plan;
+use std::ops::Range;
+
+use crate::plan::{Aircraft, Plan};
 use crate::store::{Row, RunEnd};
 
-/// Ends of all runs, and the measures that the specification names.
+/// Places of the measures of an aircraft for each column of the scorecard.
+fn sources(aircraft: &Aircraft) -> Vec<Vec<usize>> {
+    let list = &aircraft.airframe.effectors;
+    let is_angle = |name: &str, prefix: &str| {
+        name.strip_prefix(prefix).is_some_and(|key| {
+            list.all().any(|effector| list.key(effector) == key && list.is_angle(effector))
+        })
+    };
+    let of = |column: &Column| {
+        let is_meant = |name: &str| match column.source {
+            Source::Median(measure) | Source::Mean(measure) => name == measure,
+            Source::Sum(prefix) => is_angle(name, prefix),
+            Source::Largest(prefix) => name.starts_with(prefix),
+        };
+        let all = aircraft.measures.iter().enumerate();
+        all.filter(|(_, (name, _))| is_meant(name)).map(|(place, _)| place).collect()
+    };
+    SCORECARD.iter().map(of).collect()
+}
+
+/// What a column of the scorecard is made of.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    /// The median of a measure over the flights that were kept.
+    Median(&'static str),
+    /// The mean of a measure over all flights.
+    Mean(&'static str),
+    /// The median of the sum over the effectors with angles.
+    Sum(&'static str),
+    /// The median of the largest one of all effectors.
+    Largest(&'static str),
+}
+
+/// A column of the scorecard.
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// Unit of its numbers.
+    pub unit: &'static str,
+    /// Unit of a measure over the unit of the column.
+    factor: f64,
+    source: Source,
+}
+
+const fn column(name: &'static str, unit: &'static str, factor: f64, source: Source) -> Column {
+    Column { name, unit, factor, source }
+}
+
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+/// What is compared in the report: detection, transient, steady flight, control.
+pub const SCORECARD: [Column; 10] = [
+    column("detection delay", "s", 1.0, Source::Median("detection_delay")),
+    column("missed faults", "%", 100.0, Source::Mean("fault_missed")),
+    column("false alarms before the fault", "1/h", 1.0, Source::Mean("false_alarms")),
+    column("largest roll error", "deg", DEG, Source::Median("peak_roll_error")),
+    column("recovery of roll", "s", 1.0, Source::Median("recovery_time_roll")),
+    column("steady roll error", "deg", DEG, Source::Median("steady_offset_roll")),
+    column("altitude lost", "m", 1.0, Source::Median("altitude_lost")),
+    column("travel", "deg", DEG, Source::Sum("travel_")),
+    column("reversals", "1/s", 1.0, Source::Sum("reversals_")),
+    column("longest at a limit", "%", 1.0, Source::Largest("at_limit_")),
+];
+
+/// Ends of all runs, the measures that the specification names, and those of the scorecard.
 #[derive(Debug)]
 pub struct Results {
     laws: usize,
@@ -12,6 +79,10 @@ pub struct Results {
     measures: Vec<Vec<f64>>,
     /// For each aircraft, the place of each named measure among its measures.
     places: Vec<Vec<Option<usize>>>,
+    /// One list for each column of the scorecard.
+    scores: Vec<Vec<f64>>,
+    /// For each aircraft and column the places of its measures.
+    sources: Vec<Vec<Vec<usize>>>,
     /// Number of the first run of each aircraft but the first.
     ends_of_aircraft: Vec<u64>,
 }
@@ -24,7 +95,7 @@ impl Results {
         let place = |measures: &[(String, &str)], name: &String| {
             measures.iter().position(|(known, _)| known == name)
         };
-        let of = |aircraft: &crate::plan::Aircraft| {
+        let of = |aircraft: &Aircraft| {
             named.iter().map(|name| place(&aircraft.measures, name)).collect()
         };
         let laws = plan.laws().len();
@@ -33,6 +104,8 @@ impl Results {
             laws,
             ends: Vec::new(),
             measures: vec![Vec::new(); named.len()],
+            scores: vec![Vec::new(); SCORECARD.len()],
+            sources: plan.aircraft.iter().map(sources).collect(),
             places: plan.aircraft.iter().map(of).collect(),
             ends_of_aircraft: ends_of_aircraft
                 .map(|aircraft| aircraft.first_flight() * laws as u64)
@@ -47,6 +120,33 @@ impl Results {
         for (list, place) in self.measures.iter_mut().zip(&self.places[airframe]) {
             let value = place.and_then(|place| row.measures.get(place).copied().flatten());
             list.push(value.unwrap_or(f64::NAN));
+        }
+        for ((list, places), column) in
+            self.scores.iter_mut().zip(&self.sources[airframe]).zip(&SCORECARD)
+        {
+            let values =
+                places.iter().filter_map(|place| row.measures.get(*place).copied().flatten());
+            let value = match column.source {
+                Source::Largest(_) => values.reduce(f64::max),
+                _ => values.reduce(|sum, value| sum + value),
+            };
+            list.push(value.map_or(f64::NAN, |value| value * column.factor));
+        }
+    }
+
+    /// A column of the scorecard for one law over flights; `None` where no flight has a value.
+    #[must_use]
+    pub fn score(&self, place: usize, flights: Range<usize>, law: usize) -> Option<f64> {
+        let is_mean = matches!(SCORECARD[place].source, Source::Mean(_));
+        let value = |flight| self.scores[place][flight * self.laws + law];
+        let counted = flights.filter(|flight| is_mean || self.end(*flight, law) == RunEnd::Kept);
+        let values = counted.map(value).filter(|value| value.is_finite());
+        match is_mean {
+            false => median(values),
+            true => {
+                let (sum, count) = values.fold((0.0, 0.0), |(s, n), value| (s + value, n + 1.0));
+                (count > 0.0).then_some(sum / count)
+            }
         }
     }
 
@@ -66,5 +166,17 @@ impl Results {
     #[must_use]
     pub fn flights(&self) -> usize {
         self.ends.len() / self.laws
+    }
+}
+
+/// Middle of the values that are numbers; `None` of none.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => None,
+        even if even % 2 == 0 => Some(0.5 * (values[middle - 1] + values[middle])),
+        _ => Some(values[middle]),
     }
 }

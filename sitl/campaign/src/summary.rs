@@ -9,7 +9,7 @@ use rand_chacha::rand_core::Rng;
 
 use crate::draw;
 use crate::plan::Plan;
-use crate::results::Results;
+use crate::results::{Results, median};
 use crate::store::RunEnd;
 
 /// Name of the file.
@@ -134,17 +134,6 @@ impl Difference {
         means.sort_by(f64::total_cmp);
         let interval = (means[RESAMPLES / 40], means[RESAMPLES - 1 - RESAMPLES / 40]);
         Some(Self { mean: mean(differences.iter().sum()), interval })
-    }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => None,
-        even if even % 2 == 0 => Some(0.5 * (values[middle - 1] + values[middle])),
-        _ => Some(values[middle]),
     }
 }
 

@@ -1,0 +1,294 @@
+//! `report.html`: a campaign for people, in one page that opens without a network.
+//!
+//! The charts are drawn in the browser by plotly.js, whose script the crate `plotly` carries.
+
+use flight_analysis::page;
+use maud::{Markup, PreEscaped, html};
+use serde_json::{Value as Json, json};
+
+use crate::limit::{Jams, Score, Studied};
+use crate::map;
+use crate::plan::{Plan, Run};
+use crate::results::{Results, SCORECARD};
+use crate::store::RunEnd;
+use crate::summary::{Difference, Group};
+
+mod charts;
+mod histories;
+
+use charts::Chart;
+
+/// Name of the file.
+pub const REPORT: &str = "report.html";
+/// Style of this page beside that of every page.
+const STYLE: &str = include_str!("report/style.css");
+/// Lost runs of a law that are listed at most.
+const LISTED: usize = 200;
+
+/// What a report is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Sources<'a> {
+    /// The campaign.
+    pub plan: &'a Plan,
+    /// What became of its runs.
+    pub results: &'a Results,
+    /// Losses and differences.
+    pub groups: &'a [Group],
+    /// Where a campaign of jams has effector and angle.
+    pub jams: Option<Jams>,
+    /// Each aircraft.
+    pub studied: &'a [Studied],
+}
+
+impl Sources<'_> {
+    fn of(&self, airframe: usize) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(move |group| group.airframe == airframe)
+    }
+
+    /// The share of the jams with any steady flight that a law survives, percent.
+    fn headline(&self, airframe: usize, law: usize) -> Option<f64> {
+        let Studied { limits, scores } = &self.studied[airframe];
+        let set = limits.as_ref()?.sets.iter().position(|set| set.key == "any")?;
+        let is_it = |s: &&Score| s.law == law && s.set == set && !s.margin && s.flights > 0;
+        scores.iter().find(is_it).map(Score::percent)
+    }
+
+    /// The command that flies a run again.
+    fn command(&self, run: usize) -> String {
+        format!("sitl campaign replay {} --run {run} --out run{run}", self.plan.file.name)
+    }
+}
+
+/// The page.
+#[must_use]
+pub fn page(sources: &Sources<'_>) -> String {
+    let Sources { plan, .. } = sources;
+    let spec = &plan.file.spec;
+    let title = format!("Campaign {}", spec.name);
+    let mut charts = Vec::new();
+    let body = html! {
+        h1 { (title) }
+        p { (spec.about) }
+        @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe, &mut charts)) }
+        h2 { "How it was flown" }
+        (header(sources))
+        script { (PreEscaped(script())) }
+        script { (PreEscaped(drawn(&charts))) }
+    };
+    page::page(&title, STYLE, &body)
+}
+
+/// The script that draws, without the one for formulas that comes with it.
+fn script() -> String {
+    let sources = plotly::Plot::offline_js_sources();
+    let begin = sources.find('>').map_or(0, |at| at + 1);
+    let end = sources.find("</script>").unwrap_or(sources.len());
+    sources[begin..end].to_owned()
+}
+
+/// The calls that draw every chart.
+fn drawn(charts: &[Chart]) -> String {
+    let mut text = String::new();
+    for (number, Chart { data, layout, .. }) in charts.iter().enumerate() {
+        let options = json!({"responsive": true, "displaylogo": false});
+        // A text of a campaign must not end the script.
+        let call = format!("Plotly.newPlot(\"chart{number}\", {data}, {layout}, {options});\n");
+        text.push_str(&call.replace("</", "<\\/"));
+    }
+    text
+}
+
+/// The place of a chart in the page.
+fn place(charts: &mut Vec<Chart>, chart: Chart) -> Markup {
+    let id = format!("chart{}", charts.len());
+    let style = format!("height:{}px", chart.height);
+    charts.push(chart);
+    html! { div.chart id=(id) style=(style) {} }
+}
+
+fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) -> Markup {
+    let Sources { plan, jams, .. } = sources;
+    let name = &plan.aircraft[airframe].name;
+    let reference = plan.laws()[0];
+    html! {
+        h2 { "What was survived: " (name) }
+        (in_short(sources, airframe))
+        (place(charts, charts::survived(sources, airframe)))
+        p.note {
+            "Bars: share of all flights that ended with the aircraft inside its limits; lines: 95 % interval (Wilson)."
+            @if sources.headline(airframe, 0).is_some() {
+                " Diamonds: the same among the flights whose jam leaves a steady turn, climb or descent at all, which no law can do without."
+            }
+        }
+        @if let Some(jams) = jams {
+            h2 { "Which law survives which jam" }
+            p.note {
+                "Each row is a law, each cell an angle at which the effector jammed: blue was survived, red was lost. Between the black lines a steady "
+                "flight exists (solid: any turn, climb or descent; dotted: straight and level at the speed of the design point); outside them no "
+                "controller could help. Point at a cell for its runs. The same map without a browser: map.svg, map.png."
+            }
+            (place(charts, charts::map(sources, *jams, airframe)))
+        }
+        @if plan.laws().len() > 1 {
+            h2 { "Against " (reference) ", on the same flights" }
+            p.note {
+                "Points of loss fraction more or less than " (reference) "; every law flew the same flights with the same seeds. Lines: 95 % interval of the "
+                "paired bootstrap. A line that crosses zero shows no difference."
+            }
+            (place(charts, charts::differences(sources, airframe)))
+        }
+        h2 { "Scorecard" }
+        (scorecard(sources, airframe))
+        h2 { "The nearest losses" }
+        (histories::section(sources, airframe, charts))
+        h2 { "Runs that were lost" }
+        (lost(sources, airframe))
+    }
+}
+
+/// Two or three sentences that a stranger understands.
+fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
+    let Sources { plan, results, .. } = sources;
+    let flights = plan.flights_of(airframe).len();
+    let laws = plan.laws();
+    let kept = |group: &Group| f64::from(group.flown - group.lost) / f64::from(group.flown.max(1));
+    let best =
+        sources.of(airframe).max_by(|a, b| kept(a).total_cmp(&kept(b)).then(b.law.cmp(&a.law)));
+    let failed = plan
+        .flights_of(airframe)
+        .flat_map(|flight| (0..laws.len()).map(move |law| (flight, law)))
+        .filter(|(flight, law)| results.end(*flight, *law) == RunEnd::Failed)
+        .count();
+    html! {
+        p.verdict {
+            (flights) " flights of " (plan.file.spec.duration_s) " s, each flown by " (laws.len()) " control laws on the same aircraft, faults and seeds. "
+            "A flight is survived if the aircraft stays inside the limits of its airframe file to the end. "
+            @if let Some(best) = best {
+                @let first = sources.of(airframe).next();
+                strong { (laws[best.law]) } " survives most: " (percent(kept(best)))
+                @if let Some(first) = first { @if first.law != best.law { "; " (laws[first.law]) " survives " (percent(kept(first))) } }
+                ". "
+            }
+            @if failed > 0 { (failed) " runs could not be flown; runs.parquet has the reasons." }
+        }
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn scorecard(sources: &Sources<'_>, airframe: usize) -> Markup {
+    let Sources { plan, results, .. } = sources;
+    let flights = plan.flights_of(airframe);
+    html! {
+        table {
+            tr {
+                th { "law" } th.number { "lost" } th.number { "lost, %" } th.number { "95 %" }
+                @for row in &SCORECARD { th.number { (row.name) @if !row.unit.is_empty() { ", " (row.unit) } } }
+            }
+            @for group in sources.of(airframe) {
+                @let (low, high) = group.interval;
+                tr {
+                    td { (plan.laws()[group.law]) }
+                    td.number { (group.lost) " of " (group.flown) }
+                    td.number { (format!("{:.1}", 100.0 * f64::from(group.lost) / f64::from(group.flown.max(1)))) }
+                    td.number { (format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high)) }
+                    @for place in 0..SCORECARD.len() {
+                        @let value = results.score(place, flights.clone(), group.law);
+                        td.number { (value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))) }
+                    }
+                }
+            }
+        }
+        p.note {
+            "Medians over the flights that were kept; missed faults and false alarms are means over all flights. Travel and reversals are sums over all surfaces and nozzle "
+            "angles, the time at a limit is that of the effector with most of it. docs/fly.md defines each measure; runs.parquet has all of them for every run."
+        }
+    }
+}
+
+/// For each law the runs that it lost.
+fn lost(sources: &Sources<'_>, airframe: usize) -> Markup {
+    let Sources { plan, results, .. } = sources;
+    let laws = plan.laws().len();
+    let of = |law: usize| -> Vec<usize> {
+        let lost = plan.flights_of(airframe);
+        let lost = lost.filter(move |flight| results.end(*flight, law) == RunEnd::Lost);
+        lost.map(|flight| flight * laws + law).collect()
+    };
+    html! {
+        p { "Every run flies again alone, with its table, log and figures, by " code { (sources.command(0)) } ", with its number in place of 0." }
+        @for (law, name) in plan.laws().iter().enumerate() {
+            @let runs = of(law);
+            details {
+                summary { (name) ": " (runs.len()) }
+                table {
+                    tr { th { "run" } @for variable in plan.variables() { th.number { (variable.key) } } }
+                    @for run in runs.iter().take(LISTED).filter_map(|run| plan.run(*run as u64).ok()) {
+                        (row(&run))
+                    }
+                }
+                @if runs.len() > LISTED { p.note { (runs.len() - LISTED) " more stand in runs.parquet." } }
+            }
+        }
+    }
+}
+
+fn row(run: &Run) -> Markup {
+    html! {
+        tr { td { (run.number) } @for value in &run.values { td.number { (value.shown()) } } }
+    }
+}
+
+fn header(sources: &Sources<'_>) -> Markup {
+    let Sources { plan, .. } = sources;
+    let spec = &plan.file.spec;
+    let rows = [
+        ("program", format!("Two-Step {}", env!("CARGO_PKG_VERSION"))),
+        ("specification", plan.file.name.clone()),
+        ("fingerprint (SHA-256)", plan.fingerprint.clone()),
+        ("scenario", spec.scenario.clone()),
+        (
+            "runs",
+            format!("{}, {} flights with {} laws", plan.runs(), plan.flights(), plan.laws().len()),
+        ),
+        (
+            "seed",
+            format!("{}; each flight has its own, in the column seed of runs.parquet", spec.seed),
+        ),
+    ];
+    html! {
+        table { @for (name, value) in rows { tr { td { (name) } td { (value) } } } }
+        details { summary { "The specification" } pre { (plan.file.text) } }
+        p.note {
+            "Intervals: Wilson for fractions, paired bootstrap with 1,000 resamples for differences, both 95 %. "
+            "docs/campaigns.md describes the specification and the files."
+        }
+    }
+}
+
+/// Angles, flights and names of the jammed effectors, as in the map.
+fn effectors(
+    sources: &Sources<'_>,
+    jams: Jams,
+    airframe: usize,
+) -> Vec<(String, String, map::Angles)> {
+    let grouped = map::grouped(sources.plan, jams, airframe);
+    let named = grouped.into_iter().map(|(key, angles)| {
+        let name = map::shown_name(sources.plan, airframe, &key);
+        (key, name, angles)
+    });
+    named.collect()
+}
+
+/// A difference as the numbers of a chart: middle, and the lengths to either side.
+fn bars(difference: Option<Difference>, scale: f64) -> Option<[f64; 3]> {
+    let Difference { mean, interval: (low, high) } = difference?;
+    Some([scale * mean, scale * (high - mean), scale * (mean - low)])
+}
+
+/// A list as JSON.
+fn list(values: impl Iterator<Item = f64>) -> Json {
+    values.map(|value| if value.is_finite() { json!(value) } else { Json::Null }).collect()
+}
