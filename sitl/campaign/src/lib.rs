@@ -162,8 +162,11 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Writes tables, scores and maps.
-fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
+/// Writes tables, scores, maps and the page of a campaign whose runs are all there.
+///
+/// # Errors
+/// A part that is missing, or a file that cannot be written.
+pub fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
     let mut results = Results::new(plan);
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);

@@ -120,6 +120,11 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
                 " Diamonds: the same among the flights whose jam leaves a steady turn, climb or descent at all, which no law can do without."
             }
         }
+        @if plan.file.spec.law.iter().any(|law| !law.about.is_empty()) {
+            table {
+                @for law in &plan.file.spec.law { tr { td { strong { (law.name) } } td { (law.about) } } }
+            }
+        }
         @if let Some(jams) = jams {
             h2 { "Which law survives which jam" }
             p.note {

@@ -101,6 +101,9 @@ pub struct AirframeSpec {
 pub struct LawSpec {
     /// Name in tables.
     pub name: String,
+    /// What it is, for readers of the report.
+    #[serde(default)]
+    pub about: String,
     /// Parameters from a file, as `--gains`.
     pub gains: Option<PathBuf>,
     /// Parameters and other keys of `--set`.

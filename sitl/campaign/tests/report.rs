@@ -1,0 +1,88 @@
+//! The page of a campaign in a real browser: everything is drawn, nothing is requested, no error is logged.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+
+use flight_campaign::fly;
+use flight_campaign::plan::Plan;
+use flight_campaign::spec::SpecFile;
+use flight_campaign::store::Store;
+
+/// Jams of one effector, with what a text must not break: a tag that ends a script.
+const SPEC: &str = r#"
+name = "small </script><b>jams</b>"
+duration_s = 3.0
+scenario = "nominal"
+
+[set]
+"plant.fault.1.kind" = "stuck_at"
+"plant.fault.1.onset_s" = 0.5
+
+[[vary]]
+key = "plant.fault.1.effector"
+values = ["rudder"]
+
+[[vary]]
+key = "plant.fault.1.angle_deg"
+grid = { from = -1.0, to = 1.0, count = 5 }
+as = "travel"
+
+[[law]]
+name = "PID alone"
+about = "for the test"
+set = { FTC_MODE = 0 }
+
+[[law]]
+name = "paper </script>"
+set = { FTC_MODE = 1 }
+"#;
+
+fn page(folder: &Path) -> PathBuf {
+    let file = SpecFile::parse("small.toml", SPEC.to_owned(), PathBuf::new()).expect("a campaign");
+    let plan = Plan::new(file).expect("a plan");
+    let store = Store::open(&plan, folder).expect("a new folder");
+    let _ = fly::fly(&plan, &store, None).expect("it can be written");
+    flight_campaign::write(&plan, &store).expect("it can be written");
+    folder.join("report.html")
+}
+
+#[test]
+fn the_page_is_drawn_in_a_browser_without_a_request_or_an_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let page = page(folder.path());
+    let html = fs::read_to_string(&page).expect("a page");
+    assert_eq!(
+        html.matches("Plotly.newPlot(").count(),
+        html.matches("class=\"chart\"").count() + 1
+    );
+    let requests = folder.path().join("requests.json");
+    let browser = Process::new("chromium")
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000"])
+        .args(["--disable-background-networking", "--disable-component-update", "--no-first-run"])
+        .args(["--enable-logging=stderr", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("--log-net-log={}", requests.display()))
+        .arg(format!("file://{}", page.display()))
+        .output();
+    let Ok(browser) = browser else {
+        println!("SKIPPED: there is no chromium, so the page was not opened");
+        return;
+    };
+    let log = String::from_utf8_lossy(&browser.stderr);
+    let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
+    assert!(console.is_empty(), "{console:?}");
+    let dom = String::from_utf8_lossy(&browser.stdout);
+    // Survived, map, differences, nearest losses.
+    assert_eq!(dom.matches("class=\"plot-container").count(), 4, "charts drawn");
+    assert!(dom.contains("small &lt;/script&gt;"), "the title is text");
+    assert!(dom.contains("rudder jammed at"), "the map is drawn");
+    let requests = fs::read_to_string(&requests).expect("the browser's record of its network");
+    for request in requests.split("\"url\":\"").skip(1) {
+        let url = request.split('"').next().unwrap_or_default();
+        let is_page = ["file://", "data:", "blob:", "chrome://", "about:"]
+            .iter()
+            .any(|own| url.starts_with(own));
+        assert!(is_page, "requested: {url}");
+    }
+}
