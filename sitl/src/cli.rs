@@ -198,6 +198,7 @@ mod tests {
             "campaign replay jams --run 3 --out x",
             "campaign worst smoke --over plant.fault.1.onset_s --from -1 --out x",
             "campaign compare x y",
+            "campaign suite --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

@@ -22,6 +22,7 @@ use crate::report::Sources;
 use crate::results::Results;
 use crate::spec::SpecFile;
 use crate::store::{Store, write_new};
+use crate::summary::Group;
 
 pub mod compare;
 pub mod draw;
@@ -33,6 +34,7 @@ pub mod report;
 pub mod results;
 pub mod spec;
 pub mod store;
+pub mod suite;
 pub mod summary;
 pub mod table;
 pub mod worst;
@@ -48,6 +50,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Find the smallest fault, earliest time or weakest gust that each law does not survive, and write the scenarios
     Worst(WorstArgs),
+    /// Fly the suite FTC-1 to FTC-12 with every law, and write the table of what each law lost
+    Suite(SuiteArgs),
     /// Compare the results of two folders of one specification, run by run
     Compare(CompareArgs),
 }
@@ -55,7 +59,7 @@ pub enum Command {
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// What is flown: jams, smoke, or a file
+    /// What is flown: jams, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
@@ -69,7 +73,7 @@ pub struct RunArgs {
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What was flown: jams, smoke, or a file
+    /// What was flown: jams, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results
@@ -83,7 +87,7 @@ pub struct MergeArgs {
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    /// What was flown: jams, smoke, or a file
+    /// What was flown: jams, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Number of the run
@@ -97,7 +101,7 @@ pub struct ReplayArgs {
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    /// What is flown: jams, smoke, or a file
+    /// What is flown: jams, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
@@ -107,6 +111,14 @@ pub struct WorstArgs {
     #[arg(long, value_name = "VALUE", requires = "over", allow_negative_numbers = true)]
     from: Option<f64>,
     /// Folder for worst.csv and the scenarios
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Options of `sitl campaign suite`.
+#[derive(Debug, Args)]
+pub struct SuiteArgs {
+    /// Folder for suite.md and a folder of each campaign
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -137,7 +149,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
                     println!("shard {number}/{of} of {} is flown", plan.file.spec.name);
                     Ok(())
                 }
-                None => write(&plan, &store),
+                None => write(&plan, &store).map(drop),
             }
         }
         Command::Merge(args) => {
@@ -148,13 +160,14 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
                 println!("{}: {taken} parts taken", folder.display());
             }
             store.check_complete()?;
-            write(&plan, &store)
+            write(&plan, &store).map(drop)
         }
         Command::Replay(args) => replay(args),
         Command::Worst(args) => {
             let plan = Plan::new(SpecFile::read(&args.spec)?)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
+        Command::Suite(args) => suite::run(&args.out),
         Command::Compare(args) => {
             print!("{}", compare::folders(&args.one, &args.other)?);
             Ok(())
@@ -162,11 +175,11 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Writes tables, scores, maps and the page of a campaign whose runs are all there.
+/// Writes tables, scores, maps and the page of a campaign whose runs are all there; gives the losses of each law.
 ///
 /// # Errors
 /// A part that is missing, or a file that cannot be written.
-pub fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
+pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
     let mut results = Results::new(plan);
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);
@@ -212,7 +225,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<(), Box<dyn Error>> {
             format!("{}: {problem}", store.folder().join(report::REPORT).display())
         })?;
     println!("wrote {}", store.folder().join(report::REPORT).display());
-    Ok(())
+    Ok(groups)
 }
 
 fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {

@@ -15,6 +15,29 @@ pub const SHIPPED: [(&str, &str); 2] = [
     ("smoke", include_str!("../campaigns/smoke.toml")),
 ];
 
+/// The text of a scenario of the suite, with the laws of all of them.
+macro_rules! suite {
+    ($($number:literal),*) => {
+        [$((
+            concat!("ftc-", $number),
+            concat!(
+                include_str!(concat!("../suite/ftc-", $number, ".toml")),
+                include_str!("../suite/laws.toml")
+            ),
+        )),*]
+    };
+}
+
+/// The suite: campaigns that stay as they are, so that laws can be compared across versions and papers.
+pub const SUITE: [(&str, &str); 12] =
+    suite!["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12"];
+
+/// Names of all campaigns that come with the program.
+fn names() -> String {
+    let names: Vec<&str> = SHIPPED.iter().chain(&SUITE).map(|(name, _)| *name).collect();
+    names.join(", ")
+}
+
 /// Most flights of a campaign; numbers of runs stay exact in every table.
 pub const RUNS_MAX: u64 = 1 << 40;
 /// Most samples of each cell: the Sobol sequence has so many points.
@@ -187,7 +210,7 @@ pub enum Meaning {
 #[derive(Debug, thiserror::Error)]
 pub enum SpecError {
     /// The file cannot be read.
-    #[error("{}: {source}; the campaigns that come with the program are {}", path.display(), SHIPPED.map(|(name, _)| name).join(", "))]
+    #[error("{}: {source}; the campaigns that come with the program are {}", path.display(), names())]
     Read {
         /// The file.
         path: PathBuf,
@@ -243,7 +266,7 @@ impl SpecFile {
     /// # Errors
     /// [`SpecError`] names the file, the key, the value and what is allowed.
     pub fn read(name: &str) -> Result<Self, SpecError> {
-        if let Some((_, text)) = SHIPPED.iter().find(|(known, _)| *known == name) {
+        if let Some((_, text)) = SHIPPED.iter().chain(&SUITE).find(|(known, _)| *known == name) {
             return Self::parse(name, (*text).to_owned(), PathBuf::new());
         }
         let path = Path::new(name);

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use flight_campaign::plan::{Plan, PlanError, Value};
-use flight_campaign::spec::{SHIPPED, SpecFile};
+use flight_campaign::spec::{SHIPPED, SUITE, SpecFile};
 use flight_campaign::store::{RunEnd, Store};
 use flight_campaign::{Command, compare, fly, run};
+use sha2::{Digest, Sha256};
 
 /// Files of a finished campaign that must be the same to the byte.
 const FILES: [&str; 4] = ["runs.parquet", "summary.csv", "columns.csv", "campaign.toml"];
@@ -117,6 +118,24 @@ fn a_run_alone_is_the_run_among_all() {
     assert!(rows.iter().any(|row| row.end == RunEnd::Kept));
 }
 
+/// Needs a Python with tests/clients/requirements.txt, named by TWO_STEP_PYTHON; prints a note and passes without.
+#[test]
+fn pandas_and_polars_read_the_table_of_runs() {
+    let Some(python) = std::env::var_os("TWO_STEP_PYTHON") else {
+        eprintln!("skipped: TWO_STEP_PYTHON does not name a Python with pandas and polars");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    whole(folder.path());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/clients/read_runs.py");
+    let done = std::process::Command::new(python)
+        .args([script.as_os_str(), folder.path().as_os_str(), "32".as_ref()])
+        .output()
+        .expect("TWO_STEP_PYTHON runs");
+    let errors = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{errors}");
+}
+
 #[test]
 fn every_law_flies_the_same_flights() {
     let plan = parse(smoke()).expect("the shipped campaign");
@@ -223,6 +242,34 @@ fn a_shard_that_does_not_exist_is_refused() {
                 .is_err_and(|error| error.contains("K from 1 to N") || error.contains("--shard")),
             "{bad}"
         );
+    }
+}
+
+/// SHA-256 of each scenario of the suite with its laws. They are frozen: results of different versions are compared. A scenario
+/// or law that changes is a new suite, with a record in docs/decisions.md.
+const SUITE_SHA256: [&str; 12] = [
+    "d37405a5c02f1eaeac8eadbd97fe4b275a62c5a8095896390af2d2ff506d2582",
+    "a336df60eaf609563c308af9b524ba3ba03be102fc5d5e8d89566b13d6697af5",
+    "6483e66742453dcc68efe337320b98daa4df0cf4ce7b0492fc2e176cf15835a8",
+    "79f77952cebb738fee1eed452355ae195d210f10ea74c31fc69d576dd2b8717d",
+    "72a7fee160bf7de0870ed7af6e8c52c2dddbdcda2f082af133feb4863c93d67e",
+    "a42484df33287abb5dd1e46700a27daa45683edfb68079008195316d65287df0",
+    "af556eb4e0908483265d1d528f49c523b7054d662501f9c971fc484db5859915",
+    "9848a6f6e83b717f88c0a142afd24cf55a5cd5f20da06458d6b65ae2fb7e0739",
+    "98455702b94039adb8b15152013384bead4175d1c70896a496b82951f82cf532",
+    "61e3ffbe47e6b33bb40dd5123011404328e7816dde9e5f3036b678604e4939fe",
+    "9c1efa67deb6fd6a81af957b3d12e5493b3f22dabbc3a807b41b389e46891a9c",
+    "90d2b9ea746255db4f9bfcc3a4f80c1d28c48abfb944be49927ba7754ce37671",
+];
+
+#[test]
+fn the_suite_never_changes_silently() {
+    for ((name, text), expected) in SUITE.iter().zip(SUITE_SHA256) {
+        let digest = Sha256::digest(text.as_bytes());
+        let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(found, expected, "{name} is frozen (docs/suite.md)");
+        let plan = Plan::new(SpecFile::read(name).expect("a scenario")).expect("a plan");
+        assert!(plan.flights() >= 12 && plan.laws().len() == 9, "{name}");
     }
 }
 

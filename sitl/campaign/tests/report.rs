@@ -58,7 +58,8 @@ fn the_page_is_drawn_in_a_browser_without_a_request_or_an_error() {
     );
     let requests = folder.path().join("requests.json");
     let browser = Process::new("chromium")
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000"])
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"])
+        .arg("--virtual-time-budget=20000")
         .args(["--disable-background-networking", "--disable-component-update", "--no-first-run"])
         .args(["--enable-logging=stderr", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))

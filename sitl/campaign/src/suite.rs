@@ -1,0 +1,96 @@
+//! `sitl campaign suite`: FTC-1 to FTC-12 with every law, and the table of what each law lost.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::fly;
+use crate::plan::Plan;
+use crate::spec::{SUITE, SpecFile};
+use crate::store::{Store, write_new};
+use crate::summary::Group;
+
+/// Name of the table.
+const TABLE: &str = "suite.md";
+/// First line of the table.
+const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
+
+/// Flies the suite, each campaign in a folder of its own, and writes the table.
+///
+/// # Errors
+/// As for each campaign.
+pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let mut flown = Vec::new();
+    for (name, _) in SUITE {
+        let plan = Plan::new(SpecFile::read(name)?)?;
+        println!("{}", plan.file.spec.name);
+        let store = Store::open(&plan, &folder.join(name))?;
+        let _ = fly::fly(&plan, &store, None)?;
+        let groups = crate::write(&plan, &store)?;
+        flown.push((plan, groups));
+    }
+    let text = table(&flown);
+    write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
+    print!("{text}");
+    println!("wrote {}", folder.join(TABLE).display());
+    Ok(())
+}
+
+/// Losses of every law in every campaign, and the medians of the first measure of each.
+fn table(flown: &[(Plan, Vec<Group>)]) -> String {
+    let mut text = format!("{MARK}\n\nFlights lost:\n\n");
+    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |(plan, _)| plan.laws());
+    heading(
+        &mut text,
+        flown.iter().map(|(_, groups)| {
+            let flights = groups.first().map_or(0, |group| group.flown + group.failed);
+            format!("of {flights}")
+        }),
+    );
+    for (law, name) in laws.iter().enumerate() {
+        row(
+            &mut text,
+            name,
+            flown.iter().map(|(_, groups)| {
+                groups.get(law).map_or_else(String::new, |group| group.lost.to_string())
+            }),
+        );
+    }
+    text.push_str("\nMedian of the first measure of each, over the flights that were kept:\n\n");
+    heading(
+        &mut text,
+        flown.iter().map(|(plan, _)| {
+            let name = plan.file.spec.measures.first().map_or("", String::as_str);
+            format!("`{name}`, {}", plan.unit_of(name))
+        }),
+    );
+    for (law, name) in laws.iter().enumerate() {
+        row(
+            &mut text,
+            name,
+            flown.iter().map(|(_, groups)| {
+                let median =
+                    groups.get(law).and_then(|group| group.medians.first().copied().flatten());
+                median.map_or_else(|| "-".to_owned(), |median| format!("{median:.3}"))
+            }),
+        );
+    }
+    text
+}
+
+fn heading(text: &mut String, about: impl Iterator<Item = String>) {
+    let about: Vec<String> = about.collect();
+    text.push_str("| law |");
+    for (number, about) in about.iter().enumerate() {
+        let _ = write!(text, " FTC-{} {about} |", number + 1);
+    }
+    let _ = write!(text, "\n|---|{}\n", "---|".repeat(about.len()));
+}
+
+fn row(text: &mut String, name: &str, cells: impl Iterator<Item = String>) {
+    let _ = write!(text, "| {name} |");
+    for cell in cells {
+        let _ = write!(text, " {cell} |");
+    }
+    text.push('\n');
+}
