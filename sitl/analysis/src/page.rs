@@ -11,6 +11,12 @@ const STYLE: &str = include_str!("page/style.css");
 /// A whole page; `style` stands behind the style of every page.
 #[must_use]
 pub fn page(title: &str, style: &str, body: &Markup) -> String {
+    page_with_head(title, style, &html! {}, body)
+}
+
+/// The same with more in its head.
+#[must_use]
+pub fn page_with_head(title: &str, style: &str, head: &Markup, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -19,6 +25,7 @@ pub fn page(title: &str, style: &str, body: &Markup) -> String {
                 (PreEscaped(GENERATOR))
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) }
+                (head)
                 style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }
             body { (body) }

@@ -22,6 +22,8 @@ use charts::Chart;
 pub const REPORT: &str = "report.html";
 /// Style of this page beside that of every page.
 const STYLE: &str = include_str!("report/style.css");
+/// What the browser allows the page: nothing from anywhere else, so that it cannot ask for anything.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
 /// Lost runs of a law that are listed at most.
 const LISTED: usize = 200;
 
@@ -75,7 +77,8 @@ pub fn page(sources: &Sources<'_>) -> String {
         script { (PreEscaped(script())) }
         script { (PreEscaped(drawn(&charts))) }
     };
-    page::page(&title, STYLE, &body)
+    let head = html! { meta http-equiv="Content-Security-Policy" content=(POLICY); };
+    page::page_with_head(&title, STYLE, &head, &body)
 }
 
 /// The script that draws, without the one for formulas that comes with it.
