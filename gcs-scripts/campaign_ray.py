@@ -12,6 +12,7 @@ Exit status: 0 merged, 1 a shard or the merge failed, 2 wrong arguments.
 
 import argparse
 import io
+import os
 import shutil
 import subprocess
 import sys
@@ -20,11 +21,14 @@ import tempfile
 import time
 from pathlib import Path
 
-import ray
+# The first failure ends the script with its text; those of the other tasks would bury it.
+os.environ["RAY_IGNORE_UNHANDLED_ERRORS"] = "1"
+
+import ray  # noqa: E402
 
 # Largest folder of a specification that is sent, bytes: a few files of aircraft, models and gains.
 FOLDER_MAX = 32 * 1024 * 1024
-# A shard that fails for a reason of its own (not a dead node) is tried so often in all.
+# A shard is tried so often in all, when Ray reports an error; for a node that dies Ray itself tries again.
 TRIES = 3
 
 
@@ -50,8 +54,6 @@ def unpack(data, folder):
 
 def fly_shard(program, files, spec, number, count, threads):
     """Flies one shard in a temporary folder of the node; returns the folder with its parts as an archive."""
-    import os  # on the node
-
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         binary = folder / "sitl"
@@ -128,8 +130,10 @@ def fly(args):
             try:
                 data = ray.get(ready)
             except ray.exceptions.RayError as error:
-                if tries[number] >= TRIES:
-                    raise ShardFailed(str(error.cause if hasattr(error, "cause") else error)) from error
+                cause = getattr(error, "cause", None) or error
+                # What the program refuses it refuses on every node.
+                if isinstance(cause, ShardFailed) or tries[number] >= TRIES:
+                    raise ShardFailed(str(cause)) from error
                 running[start(number)] = number
                 continue
             # Whole or not there: a folder gets its name last.

@@ -27,6 +27,7 @@ design = "sobol"
 [set]
 "plant.fault.1.kind" = "stuck_at"
 "plant.fault.1.effector" = "rudder"
+"plant.fault.1.onset_s" = 1.0
 
 [[vary]]
 key = "plant.fault.1.angle_deg"
