@@ -182,6 +182,11 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
     }
 }
 
+/// A key that a narrow column may break behind its dots and underscores.
+fn breakable(key: &str) -> String {
+    key.replace('.', ".\u{200b}").replace('_', "_\u{200b}")
+}
+
 fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
@@ -232,7 +237,7 @@ fn lost(sources: &Sources<'_>, airframe: usize) -> Markup {
             details {
                 summary { (name) ": " (runs.len()) }
                 table {
-                    tr { th { "run" } @for variable in plan.variables() { th.number { (variable.key) } } }
+                    tr { th { "run" } @for variable in plan.variables() { th.number { (breakable(&variable.key)) } } }
                     @for run in runs.iter().take(LISTED).filter_map(|run| plan.run(*run as u64).ok()) {
                         (row(&run))
                     }

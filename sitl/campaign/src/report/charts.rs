@@ -92,7 +92,7 @@ pub(super) fn differences(sources: &Sources<'_>, airframe: usize) -> Chart {
     }]);
     let title = format!("fraction lost minus that of {}, percentage points", laws[0]);
     let layout = layout(&json!({
-        "xaxis": {"title": {"text": title}, "zeroline": true, "zerolinecolor": "#111"},
+        "xaxis": {"title": {"text": title}, "zeroline": true, "zerolinecolor": "#111", "rangemode": "tozero"},
         "yaxis": {"autorange": "reversed"},
         "showlegend": false,
     }));

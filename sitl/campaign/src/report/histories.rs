@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use serde_json::{Value as Json, json};
 
 use super::charts::{Chart, layout};
-use super::{Sources, list, place};
+use super::{Sources, breakable, list, place};
 use crate::store::RunEnd;
 
 /// Every so many control steps have a point.
@@ -52,7 +52,7 @@ pub(super) fn section(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<C
     html! {
         p.note { "Of the flights that each law lost, " (by) ", up to the loss. A click on a law hides it." }
         table {
-            tr { th { "law" } th { "run" } @for variable in sources.plan.variables() { th.number { (variable.key) } } th { "flies again by" } }
+            tr { th { "law" } th { "run" } @for variable in sources.plan.variables() { th.number { (breakable(&variable.key)) } } th { "flies again by" } }
             @for history in &histories {
                 @if let Ok(run) = sources.plan.run(history.run as u64) {
                     tr {
