@@ -17,7 +17,7 @@ use host_io::file;
 
 use crate::fly::Shard;
 use crate::limit::{Jams, Limits, Studied};
-use crate::plan::Plan;
+use crate::plan::{Plan, PlanError};
 use crate::report::Sources;
 use crate::results::Results;
 use crate::spec::SpecFile;
@@ -92,7 +92,7 @@ pub struct ReplayArgs {
     spec: String,
     /// Number of the run
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    run: u64,
+    run: i128,
     /// Folder for outcome.json, flight.csv, flight.ulg and flight.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -230,7 +230,11 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
 
 fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
     let plan = Plan::new(SpecFile::read(&args.spec)?)?;
-    let run = plan.run(args.run)?;
+    let last = plan.runs() - 1;
+    let number = u64::try_from(args.run).ok().filter(|number| *number <= last);
+    let number =
+        number.ok_or(PlanError::NoRun { file: plan.file.name.clone(), run: args.run, last })?;
+    let run = plan.run(number)?;
     let setup = plan.setup(&run)?;
     let name = format!("{}, run {}", plan.file.spec.name, run.number);
     let one = OneFlight {

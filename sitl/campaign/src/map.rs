@@ -21,7 +21,7 @@ const BAR: f64 = 7.0;
 /// Space for the numbers of an axis, and between effectors.
 const AXIS: f64 = 20.0;
 const GAP: f64 = 16.0;
-/// Colours of lost and kept: told apart by everyone, and in grey.
+/// Colours of lost and kept: distinct for readers with colour blindness, and in grey.
 const LOST: [f64; 3] = [178.0, 58.0, 30.0];
 const KEPT: [f64; 3] = [168.0, 205.0, 232.0];
 /// Sets that are drawn, by key, with the pattern of their lines: the headline, and the flight that was asked for.

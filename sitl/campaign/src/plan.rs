@@ -62,7 +62,7 @@ pub enum PlanError {
         /// The file.
         file: String,
         /// The requested one.
-        run: u64,
+        run: i128,
         /// The last one.
         last: u64,
     },
@@ -251,7 +251,7 @@ impl Plan {
     pub(crate) fn drawn(&self, number: u64) -> Result<Run, PlanError> {
         if number >= self.runs() {
             let (file, last) = (self.file.name.clone(), self.runs() - 1);
-            return Err(PlanError::NoRun { file, run: number, last });
+            return Err(PlanError::NoRun { file, run: number.into(), last });
         }
         let laws = self.laws.len() as u64;
         let (flight, law) = (number / laws, place(number % laws));

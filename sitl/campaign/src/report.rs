@@ -159,9 +159,9 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
     let Sources { plan, results, .. } = sources;
     let flights = plan.flights_of(airframe).len();
     let laws = plan.laws();
-    let kept = |group: &Group| f64::from(group.flown - group.lost) / f64::from(group.flown.max(1));
-    let best =
-        sources.of(airframe).max_by(|a, b| kept(a).total_cmp(&kept(b)).then(b.law.cmp(&a.law)));
+    let kept = |group: &Group| 1.0 - group.fraction_lost();
+    let flown = sources.of(airframe).filter(|group| group.flown > 0);
+    let best = flown.max_by(|a, b| kept(a).total_cmp(&kept(b)).then(b.law.cmp(&a.law)));
     let failed = plan
         .flights_of(airframe)
         .flat_map(|flight| (0..laws.len()).map(move |law| (flight, law)))
@@ -174,7 +174,7 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
             @if let Some(best) = best {
                 @let first = sources.of(airframe).next();
                 strong { (laws[best.law]) } " survives most: " (percent(kept(best)))
-                @if let Some(first) = first { @if first.law != best.law { "; " (laws[first.law]) " survives " (percent(kept(first))) } }
+                @if let Some(first) = first { @if first.law != best.law && first.flown > 0 { "; " (laws[first.law]) " survives " (percent(kept(first))) } }
                 ". "
             }
             @if failed > 0 { (failed) " runs could not be flown; runs.parquet has the reasons." }
@@ -185,6 +185,11 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
 /// A key that a narrow column may break behind its dots and underscores.
 fn breakable(key: &str) -> String {
     key.replace('.', ".\u{200b}").replace('_', "_\u{200b}")
+}
+
+/// A number of a table; a dash where there is none.
+fn number(value: f64, decimals: usize) -> String {
+    if value.is_finite() { format!("{value:.decimals$}") } else { "-".to_owned() }
 }
 
 fn percent(share: f64) -> String {
@@ -205,11 +210,11 @@ fn scorecard(sources: &Sources<'_>, airframe: usize) -> Markup {
                 tr {
                     td { (plan.laws()[group.law]) }
                     td.number { (group.lost) " of " (group.flown) }
-                    td.number { (format!("{:.1}", 100.0 * f64::from(group.lost) / f64::from(group.flown.max(1)))) }
-                    td.number { (format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high)) }
+                    td.number { (number(100.0 * group.fraction_lost(), 1)) }
+                    td.number { (number(100.0 * low, 1)) " to " (number(100.0 * high, 1)) }
                     @for place in 0..SCORECARD.len() {
                         @let value = results.score(place, flights.clone(), group.law);
-                        td.number { (value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))) }
+                        td.number { (number(value.unwrap_or(f64::NAN), 3)) }
                     }
                 }
             }

@@ -6,8 +6,13 @@ use flight_analysis::configuration::Named;
 use flight_analysis::settings::{self, Setting, SettingError};
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::ControlPeriod;
+use plant_sim::scenario::SCENARIOS;
 use serde::Deserialize;
 use toml::Value as Toml;
+
+mod variable;
+
+pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
 pub const SHIPPED: [(&str, &str); 2] = [
@@ -42,8 +47,6 @@ fn names() -> String {
 pub const RUNS_MAX: u64 = 1 << 40;
 /// Most samples of each cell: the Sobol sequence has so many points.
 pub const SAMPLES_MAX: u32 = 1 << 16;
-/// Most values of one variable.
-const VALUES_MAX: u32 = 100_000;
 /// Longest flight, s.
 const DURATION_MAX_S: f64 = 86_400.0;
 
@@ -134,78 +137,6 @@ pub struct LawSpec {
     pub set: toml::Table,
 }
 
-/// A key that is varied. One of `values`, `grid`, `each`, `uniform` and `normal` says how.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Variable {
-    /// A key of `--set`.
-    pub key: String,
-    /// These values, one after the other.
-    pub values: Option<Vec<Toml>>,
-    /// Equally spaced numbers.
-    pub grid: Option<Grid>,
-    /// Keys of these effectors of the aircraft.
-    pub each: Option<Each>,
-    /// Uniformly distributed between two numbers.
-    pub uniform: Option<[f64; 2]>,
-    /// Normally distributed.
-    pub normal: Option<Normal>,
-    /// What the number means.
-    #[serde(default, rename = "as")]
-    pub meaning: Meaning,
-}
-
-/// Equally spaced numbers, both ends included.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Grid {
-    /// First one.
-    pub from: f64,
-    /// Last one.
-    pub to: f64,
-    /// How many.
-    pub count: u32,
-}
-
-/// A normal distribution, cut off where `min` and `max` say.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Normal {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub deviation: f64,
-    /// Smallest value.
-    pub min: Option<f64>,
-    /// Largest value.
-    pub max: Option<f64>,
-}
-
-/// Groups of effectors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Each {
-    /// Surfaces.
-    Surface,
-    /// Surfaces and nozzle angles.
-    Angle,
-    /// All effectors.
-    Effector,
-}
-
-/// What a number of a variable means.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Meaning {
-    /// The value of the key.
-    #[default]
-    Value,
-    /// A factor on the number that the file has.
-    Factor,
-    /// Part of the travel of the fault's effector: -1 is its lower end, 1 its upper end, deg.
-    Travel,
-}
-
 /// Why a specification is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SpecError {
@@ -294,15 +225,17 @@ impl SpecFile {
         self.folder.join(path)
     }
 
-    /// The scenario: a file beside the specification, or one that comes with the program.
+    /// The scenario: one that comes with the program, or else a file beside the specification.
     ///
     /// # Errors
     /// As [`Named::scenario`].
     pub fn scenario(&self) -> Result<Named, flight_analysis::configuration::ConfigurationError> {
-        let beside = self.beside(Path::new(&self.spec.scenario));
-        match beside.is_file() {
+        let name = &self.spec.scenario;
+        let beside = self.beside(Path::new(name));
+        let is_shipped = SCENARIOS.iter().any(|(known, _)| known == name);
+        match !is_shipped && beside.is_file() {
             true => Named::read(&beside),
-            false => Named::scenario(&self.spec.scenario),
+            false => Named::scenario(name),
         }
     }
 }
@@ -356,77 +289,6 @@ impl Spec {
                 return refuse("vary.key", variable.key.clone(), "each key once");
             }
             variable.check(file)?;
-        }
-        Ok(())
-    }
-}
-
-impl Variable {
-    /// Whether its values are drawn, not listed.
-    #[must_use]
-    pub fn is_drawn(&self) -> bool {
-        self.uniform.is_some() || self.normal.is_some()
-    }
-
-    fn check(&self, file: &str) -> Result<(), SpecError> {
-        let refuse = |part: &str, value: String, expected: &str| {
-            Err(SpecError::Value {
-                file: file.to_owned(),
-                key: format!("{}, {part}", self.key),
-                value,
-                expected: expected.to_owned(),
-            })
-        };
-        check_key(&self.key, file)?;
-        let ways = [
-            self.values.is_some(),
-            self.grid.is_some(),
-            self.each.is_some(),
-            self.uniform.is_some(),
-            self.normal.is_some(),
-        ];
-        let count = ways.iter().filter(|is_given| **is_given).count();
-        if count != 1 {
-            let expected = "exactly one of values, grid, each, uniform, normal";
-            return refuse("ways of variation", count.to_string(), expected);
-        }
-        if let Some(values) = &self.values {
-            let is_fit = |value: &Toml| match value {
-                Toml::Float(number) => number.is_finite(),
-                Toml::Integer(_) | Toml::Boolean(_) => true,
-                Toml::String(_) => self.meaning == Meaning::Value,
-                _ => false,
-            };
-            if values.is_empty() || values.len() > VALUES_MAX as usize {
-                let expected = format!("1 to {VALUES_MAX} values");
-                return refuse("values", format!("{} of them", values.len()), &expected);
-            }
-            if let Some(value) = values.iter().find(|value| !is_fit(value)) {
-                return refuse("values", value.to_string(), "finite numbers, or texts");
-            }
-        }
-        if let Some(Grid { from, to, count }) = self.grid
-            && !(from.is_finite() && to.is_finite() && (1..=VALUES_MAX).contains(&count))
-        {
-            let expected = format!("finite ends, and a count of 1 to {VALUES_MAX}");
-            return refuse("grid", format!("{from} to {to}, {count} values"), &expected);
-        }
-        if let Some([low, high]) = self.uniform
-            && !(low.is_finite() && high.is_finite() && low < high)
-        {
-            return refuse("uniform", format!("[{low}, {high}]"), "two numbers in rising order");
-        }
-        if let Some(Normal { mean, deviation, min, max }) = self.normal {
-            let [low, high] = [min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY)];
-            let has_middle =
-                low < high && high >= mean - 5.0 * deviation && low <= mean + 5.0 * deviation;
-            if !(mean.is_finite() && deviation > 0.0 && deviation.is_finite() && has_middle) {
-                let expected = "a finite mean, a deviation above 0, and limits that leave a range within 5 deviations";
-                return refuse("normal", format!("{:?}", self.normal), expected);
-            }
-        }
-        if self.meaning != Meaning::Value && self.each.is_some() {
-            return refuse("as", format!("{:?}", self.meaning), "no `as` beside `each`");
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use flight_analysis::fly::outcome::{Fate, LossBy, Outcome};
+use flight_analysis::fly::outcome::{Fate, Outcome};
 use host_io::file::{self, FileProblem, NewFile, TEXT_MAX};
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ impl Row {
     pub fn of(run: u64, outcome: &Outcome) -> Self {
         let (end, lost_at_s, reason) = match &outcome.fate {
             Fate::Kept => (RunEnd::Kept, None, String::new()),
-            Fate::Lost(loss) => (RunEnd::Lost, Some(loss.at_s), by(&loss.by)),
+            Fate::Lost(loss) => (RunEnd::Lost, Some(loss.at_s), loss.by.to_string()),
         };
         let measures = outcome.metrics.iter().map(|metric| metric.value).collect();
         Self { run, end, lost_at_s, reason, end_s: outcome.end_s, measures }
@@ -81,10 +81,6 @@ impl Row {
     pub fn failed(run: u64, reason: String) -> Self {
         Self { run, end: RunEnd::Failed, lost_at_s: None, reason, end_s: 0.0, measures: Vec::new() }
     }
-}
-
-fn by(by: &LossBy) -> String {
-    by.to_string()
 }
 
 /// Why a folder cannot be used.
@@ -206,6 +202,16 @@ impl Store {
             Err(problem) if problem.is_not_found() => Ok(None),
             Err(source) => Err(StoreError::File { path, source }),
         }
+    }
+
+    /// The runs of a part of a finished campaign.
+    ///
+    /// # Errors
+    /// [`StoreError::Missing`] if it is not there or damaged, else as [`Store::read`].
+    pub fn runs(&self, part: u64) -> Result<Vec<Row>, StoreError> {
+        let (path, count) = (self.folder.clone(), self.count());
+        let missing = StoreError::Missing { path, missing: 1, count, first: part };
+        self.read(part)?.ok_or(missing)
     }
 
     /// Whether a part is there and whole.

@@ -42,6 +42,14 @@ pub struct Group {
     pub differences: Vec<Option<Difference>>,
 }
 
+impl Group {
+    /// Lost flights among those that could be flown; NaN if there are none.
+    #[must_use]
+    pub fn fraction_lost(&self) -> f64 {
+        f64::from(self.lost) / f64::from(self.flown)
+    }
+}
+
 /// A mean difference on the same flights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
@@ -156,7 +164,6 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
         let Group { flown, lost, failed, interval, .. } = group;
         let name = &plan.aircraft[group.airframe].name;
         let law = plan.laws()[group.law];
-        let fraction = if *flown == 0 { f64::NAN } else { f64::from(*lost) / f64::from(*flown) };
         let _ = write!(
             text,
             "{},{},{},{},{lost},{failed},{:.3},{:.3},{:.3}",
@@ -164,7 +171,7 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
             field(law),
             flown + failed,
             flown - lost,
-            100.0 * fraction,
+            100.0 * group.fraction_lost(),
             100.0 * interval.0,
             100.0 * interval.1
         );
@@ -208,7 +215,7 @@ pub fn shown(plan: &Plan, groups: &[Group]) -> String {
         let _ = writeln!(text, "{}, {} flights:", aircraft.name, plan.flights_of(place).len());
         for group in groups.iter().filter(|group| group.airframe == place) {
             let Group { law, flown, lost, failed, interval: (low, high), .. } = group;
-            let percent = 100.0 * f64::from(*lost) / f64::from((*flown).max(1));
+            let percent = 100.0 * group.fraction_lost();
             let _ = write!(
                 text,
                 "  {:width$}  {lost} of {flown} lost: {percent:.1} %, {:.1} to {:.1} % (95 %, Wilson)",

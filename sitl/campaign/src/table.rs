@@ -81,7 +81,7 @@ pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(
     let mut cells = empty(&columns);
     let mut count = 0;
     for part in 0..store.count() {
-        for row in store.read(part)?.unwrap_or_default() {
+        for row in store.runs(part)? {
             each(&row);
             add(plan, &columns, &mut cells, row)?;
             count += 1;

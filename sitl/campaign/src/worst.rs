@@ -15,7 +15,7 @@ use rand_chacha::rand_core::Rng;
 
 use crate::draw;
 use crate::plan::{Plan, PlanError, Run, Value};
-use crate::spec::Meaning;
+use crate::spec::Variable;
 use crate::store::write_new;
 use crate::summary::field;
 
@@ -44,13 +44,14 @@ struct Case {
     towards: Option<f64>,
 }
 
-/// What was found.
+/// What the search of a case found.
 #[derive(Debug)]
 struct Found {
-    run: Run,
-    outcome: Outcome,
-    /// The largest step outwards that was survived, in the unit of the variable; distance of the draw, standard deviations.
-    kept_to: f64,
+    /// The loss, with its run; `None` if everything was survived.
+    loss: Option<(Run, Outcome)>,
+    /// The value farthest outwards up to which everything was survived, in the unit of the variable; `None` if not even the
+    /// mildest one was. In the search over all drawn variables the distance of the loss, standard deviations.
+    kept_to: Option<f64>,
 }
 
 /// Searches and writes the table and, for each case with a loss, the scenario.
@@ -68,7 +69,7 @@ pub fn run(
     let place = over.map(|key| one_variable(plan, key)).transpose()?;
     let cases = match place {
         Some(place) => cases_over(plan, place, from)?,
-        None if plan.variables().iter().any(crate::spec::Variable::is_drawn) => cases(plan, None)?,
+        None if plan.variables().iter().any(Variable::is_drawn) => cases(plan, None)?,
         None => {
             return Err(
                 "no variable of the campaign is drawn: name a listed one by --over KEY".into()
@@ -83,15 +84,14 @@ pub fn run(
     let mut table = heading(plan, place.is_some());
     for (number, (case, found)) in cases.iter().zip(found).enumerate() {
         let found = found?;
-        let scenario = found.as_ref().map(|_| format!("worst-{number:03}.toml"));
-        let mut kept_to = None;
-        if let Some(Found { run, outcome, kept_to: to }) = &found {
-            let name = scenario.clone().unwrap_or_default();
-            let text = scenario_text(plan, run, outcome, &folder.join(&name))?;
-            write_new(&folder.join(name), text.as_bytes(), MARK.as_bytes())?;
-            kept_to = Some(*to);
+        let mut scenario = String::new();
+        if let Some((run, outcome)) = &found.loss {
+            scenario = format!("worst-{number:03}.toml");
+            let path = folder.join(&scenario);
+            let text = scenario_text(plan, run, outcome, &path)?;
+            write_new(&path, text.as_bytes(), MARK.as_bytes())?;
         }
-        push_row(&mut table, plan, case, found.as_ref(), kept_to, scenario.as_deref());
+        push_row(&mut table, plan, (case, place), &found, &scenario);
     }
     write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
     print!("{table}");
@@ -181,31 +181,33 @@ fn outwards(
     place: usize,
     begin: f64,
     end: f64,
-) -> Result<Option<Found>, PlanError> {
+) -> Result<Found, PlanError> {
     let at = |value: f64| {
         let mut values = case.run.values.clone();
         values[place] = Value::Number(value);
         flown(plan, &case.run, values)
     };
-    let mut last = begin;
+    let mut kept_to = None;
     for step in 0..=STEPS {
         let part = f64::from(step) / f64::from(STEPS);
         let mut next = begin * (1.0 - part) + end * part;
         let (mut run, mut outcome) = at(next)?;
         if outcome.is_kept() {
-            last = next;
+            kept_to = Some(next);
             continue;
         }
-        for _ in 0..if step == 0 { 0 } else { HALVINGS } {
-            let middle = 0.5 * (last + next);
-            match at(middle)? {
-                (_, kept) if kept.is_kept() => last = middle,
-                lost => ((run, outcome), next) = (lost, middle),
+        if let Some(kept) = &mut kept_to {
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (*kept + next);
+                match at(middle)? {
+                    (_, outcome) if outcome.is_kept() => *kept = middle,
+                    lost => ((run, outcome), next) = (lost, middle),
+                }
             }
         }
-        return Ok(Some(Found { run, outcome, kept_to: last }));
+        return Ok(Found { loss: Some((run, outcome)), kept_to });
     }
-    Ok(None)
+    Ok(Found { loss: None, kept_to })
 }
 
 /// The draw that the evolution minimises: its distance from the medians if the law does not survive it, and otherwise more the
@@ -220,28 +222,16 @@ impl Likelihood<'_> {
     /// Values of a draw, each variable so many standard deviations of a normal distribution from its median.
     fn values(&self, draw: &[f64]) -> Vec<Value> {
         let mut draw = draw.iter();
-        let variables = self.plan.variables().iter().zip(&self.case.values);
-        let of = |(variable, value): (&crate::spec::Variable, &Value)| match draw
-            .next_if_drawn(variable)
-        {
-            None => value.clone(),
-            Some(deviations) => {
+        let mut values = self.case.values.clone();
+        for (value, variable) in values.iter_mut().zip(self.plan.variables()) {
+            if variable.is_drawn()
+                && let Some(deviations) = draw.next()
+            {
                 let probability = 0.5 * libm::erfc(-deviations / 2.0_f64.sqrt());
-                Value::Number(variable.quantile(probability))
+                *value = Value::Number(variable.quantile(probability));
             }
-        };
-        variables.map(of).collect()
-    }
-}
-
-/// Takes the next number for a drawn variable.
-trait NextDrawn {
-    fn next_if_drawn(&mut self, variable: &crate::spec::Variable) -> Option<f64>;
-}
-
-impl<'a, I: Iterator<Item = &'a f64>> NextDrawn for I {
-    fn next_if_drawn(&mut self, variable: &crate::spec::Variable) -> Option<f64> {
-        variable.is_drawn().then(|| self.next().copied().unwrap_or(0.0))
+        }
+        values
     }
 }
 
@@ -277,7 +267,7 @@ impl ObjFunc for Likelihood<'_> {
     }
 }
 
-fn evolve(plan: &Plan, case: &Case) -> Result<Option<Found>, PlanError> {
+fn evolve(plan: &Plan, case: &Case) -> Result<Found, PlanError> {
     let drawn = plan.variables().iter().filter(|variable| variable.is_drawn()).count();
     let likelihood =
         Likelihood { plan, case: &case.run, bounds: vec![[-FARTHEST, FARTHEST]; drawn] };
@@ -289,8 +279,8 @@ fn evolve(plan: &Plan, case: &Case) -> Result<Option<Found>, PlanError> {
         .solve();
     let best = solved.as_best_xs();
     let (run, outcome) = flown(plan, &case.run, solved.func().values(best))?;
-    let kept_to = distance(best);
-    Ok((!outcome.is_kept()).then_some(Found { run, outcome, kept_to }))
+    let loss = (!outcome.is_kept()).then_some((run, outcome));
+    Ok(Found { kept_to: loss.is_some().then(|| distance(best)), loss })
 }
 
 fn heading(plan: &Plan, is_over_one: bool) -> String {
@@ -310,33 +300,32 @@ fn heading(plan: &Plan, is_over_one: bool) -> String {
 fn push_row(
     table: &mut String,
     plan: &Plan,
-    case: &Case,
-    found: Option<&Found>,
-    kept_to: Option<f64>,
-    scenario: Option<&str>,
+    (case, searched): (&Case, Option<usize>),
+    Found { loss, kept_to }: &Found,
+    scenario: &str,
 ) {
-    let run = found.map_or(&case.run, |found| &found.run);
+    let run = loss.as_ref().map_or(&case.run, |(run, _)| run);
     let name = &plan.aircraft[run.airframe].name;
     let _ = write!(table, "{},{},", field(name), field(plan.laws()[run.law]));
     if let Some(end) = case.towards {
         let _ = write!(table, "{end},");
     }
-    for (value, variable) in run.values.iter().zip(plan.variables()) {
-        let searched = case.towards.is_some() && variable.range().is_some();
+    for (place, (value, variable)) in run.values.iter().zip(plan.variables()).enumerate() {
+        let is_searched =
+            searched.map_or_else(|| variable.is_drawn(), |searched| searched == place);
         // Where no loss was found there is no value of what was searched.
-        let shown = if found.is_none() && (searched || variable.is_drawn()) {
-            String::new()
-        } else {
-            field(&value.shown())
+        let shown = match loss {
+            None if is_searched => String::new(),
+            _ => field(&value.shown()),
         };
         let _ = write!(table, "{shown},");
     }
-    let lost = found.and_then(|found| match found.outcome.fate {
+    let lost = loss.as_ref().and_then(|(_, outcome)| match outcome.fate {
         Fate::Lost(loss) => Some(loss.at_s),
         Fate::Kept => None,
     });
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    let _ = writeln!(table, "{},{},{}", number(lost), number(kept_to), scenario.unwrap_or(""));
+    let _ = writeln!(table, "{},{},{scenario}", number(lost), number(*kept_to));
 }
 
 fn scenario_text(
@@ -354,33 +343,4 @@ fn scenario_text(
         options.join(" "),
         toml::to_string(&table)?
     ))
-}
-
-impl crate::spec::Variable {
-    /// Smallest and largest number that it takes; `None` of texts and of what is not bounded.
-    #[must_use]
-    pub fn range(&self) -> Option<[f64; 2]> {
-        if let Some(grid) = self.grid {
-            return Some([grid.from.min(grid.to), grid.from.max(grid.to)]);
-        }
-        if let Some(range) = self.uniform {
-            return Some(range);
-        }
-        if let Some(normal) = self.normal {
-            return Some([normal.min?, normal.max?]);
-        }
-        let number = |value: &toml::Value| {
-            value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
-        };
-        let numbers: Vec<f64> = self.values.as_ref()?.iter().map(number).collect::<Option<_>>()?;
-        let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Some([low, high])
-    }
-
-    /// Whether its numbers are parts of a travel.
-    #[must_use]
-    pub fn is_travel(&self) -> bool {
-        self.meaning == Meaning::Travel
-    }
 }

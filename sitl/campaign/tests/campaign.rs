@@ -202,7 +202,9 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
     ] {
         let message = with(from, to);
         assert!(message.contains(expected), "{to}: {message}");
-        assert!(message.contains("test.toml") || !message.is_empty());
+        // It begins with where the mistake is: a file, a law, or the scenario with its settings.
+        let places = ["test.toml:", "law ", "nominal --set ", "nominale: ", "none.toml: "];
+        assert!(places.iter().any(|place| message.starts_with(place)), "{to}: {message}");
     }
     let plan = parse(smoke()).expect("the shipped campaign");
     let error = plan.run(32).expect_err("a run that is not there");
@@ -341,6 +343,56 @@ fn the_smallest_fault_that_a_law_does_not_survive_is_found_and_written_as_a_scen
         line.extend(words);
         let refused = try_command(&line).expect_err(expected);
         assert!(refused.contains(expected), "{refused}");
+    }
+}
+
+#[test]
+fn a_search_without_a_loss_or_without_a_mild_value_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spec = folder.path().join("rudder.toml");
+    fs::write(&spec, RUDDER.replace("[0.0, 20.0]", "[14.0, 20.0]")).expect("a file");
+    let out = folder.path().join("out");
+    let rows = |over: &[&str]| -> Vec<Vec<String>> {
+        let [spec, out] = [&spec, &out].map(|path| path.display().to_string());
+        let words = ["worst", &spec, "--out", &out, "--over"];
+        command(&words.iter().chain(over).copied().collect::<Vec<_>>());
+        let table = fs::read_to_string(Path::new(&out).join("worst.csv")).expect("a table");
+        let cells = |row: &str| row.split(',').map(str::to_owned).collect();
+        table.lines().skip(1).map(cells).collect()
+    };
+    // airframe, law, towards, angle, onset, lost at, kept to, scenario
+    for row in rows(&["plant.fault.1.angle_deg"]) {
+        // Not even the mildest angle was survived: nothing is known of what would be.
+        assert!(row[3] == "14" && !row[5].is_empty() && row[6].is_empty(), "{row:?}");
+        assert!(row[4] == "1.5", "the onset is that of the median: {row:?}");
+    }
+    fs::write(&spec, RUDDER.replace("[0.0, 20.0]", "[1.0, 2.0]")).expect("a file");
+    for row in rows(&["plant.fault.1.angle_deg"]) {
+        // The end of the range was survived. Only what was searched has no value.
+        assert!(row[3].is_empty() && row[4] == "1.5" && row[5].is_empty(), "{row:?}");
+        assert!(row[6] == "2.0000" && row[7].is_empty(), "{row:?}");
+    }
+}
+
+#[test]
+fn a_scenario_of_the_program_comes_before_a_file_of_its_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("nominal"), "no TOML").expect("a file");
+    fs::write(folder.path().join("mine"), "no TOML").expect("a file");
+    let plan = |text: &str| {
+        let file = SpecFile::parse("test.toml", text.to_owned(), folder.path().to_path_buf());
+        Plan::new(file.expect("a specification")).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(plan(RUDDER), Ok(()));
+    let refused = plan(&RUDDER.replace("\"nominal\"", "\"mine\"")).expect_err("no scenario");
+    assert!(refused.contains("mine"), "{refused}");
+}
+
+#[test]
+fn a_run_that_is_not_there_is_refused_with_the_range() {
+    for run in ["-1", "32", "18446744073709551616"] {
+        let refused = try_command(&["replay", "smoke", "--run", run]).expect_err("no such run");
+        assert_eq!(refused, format!("--run {run}: smoke has the runs 0 to 31"));
     }
 }
 

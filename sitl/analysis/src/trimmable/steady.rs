@@ -62,12 +62,6 @@ impl Interval {
         Self::new(value, value)
     }
 
-    /// As far to either side.
-    #[must_use]
-    pub const fn around_zero(half: f64) -> Self {
-        Self::new(-half, half)
-    }
-
     fn limited(self, value: f64) -> f64 {
         value.max(self.low).min(self.high)
     }

@@ -46,14 +46,17 @@ pub(super) fn survived(sources: &Sources<'_>, airframe: usize) -> Chart {
     let laws = sources.plan.laws();
     let groups: Vec<_> = sources.of(airframe).collect();
     let share = |lost: f64| 100.0 * (1.0 - lost);
-    let kept: Vec<f64> =
-        groups.iter().map(|g| share(f64::from(g.lost) / f64::from(g.flown.max(1)))).collect();
+    let kept: Vec<f64> = groups.iter().map(|group| share(group.fraction_lost())).collect();
     let above = groups.iter().zip(&kept).map(|(group, kept)| share(group.interval.0) - kept);
     let below = groups.iter().zip(&kept).map(|(group, kept)| kept - share(group.interval.1));
-    let texts: Vec<String> = kept.iter().map(|kept| format!("{kept:.1} %")).collect();
+    let texts = kept.iter().map(|kept| match kept.is_nan() {
+        true => "no flight could be flown".to_owned(),
+        false => format!("{kept:.1} %"),
+    });
+    let texts: Vec<String> = texts.collect();
     let mut data = vec![json!({
         "type": "bar", "orientation": "h", "name": "of all flights",
-        "y": laws, "x": kept, "text": texts, "textposition": "inside", "insidetextanchor": "start",
+        "y": laws, "x": list(kept.iter().copied()), "text": texts, "textposition": "inside", "insidetextanchor": "start",
         "marker": {"color": KEPT},
         "error_x": {"type": "data", "array": list(above), "arrayminus": list(below), "color": "#333"},
         "hovertemplate": "%{y}: %{x:.1f} % survived<extra></extra>",
