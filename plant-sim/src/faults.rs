@@ -32,14 +32,13 @@ mod effects;
 mod entry;
 mod times;
 
-pub use effects::Effects;
+pub use effects::{Effects, FaultEffect};
 pub use entry::{ScheduledFault, check};
 pub use times::COMMANDS_MAX;
 
 use crate::servos::Servo;
 use active::ActiveFault;
 
-use effects::FaultEffect;
 use entry::{CurrentFault, Fault};
 use times::{Delayed, Plan};
 

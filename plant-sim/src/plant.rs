@@ -193,6 +193,12 @@ impl Plant {
         self.truth
     }
 
+    /// The present effects of all faults.
+    #[must_use]
+    pub fn fault_effects(&self) -> &Effects {
+        self.faults.effects()
+    }
+
     /// Advances one control period with these commands held.
     ///
     /// Commands beyond the travel count as its end; a command that is not finite counts as the effector's last

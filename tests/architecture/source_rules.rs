@@ -198,6 +198,43 @@ fn only_the_recorder_opens_the_truth_of_the_plant() {
 }
 
 #[test]
+fn only_a_flight_in_one_process_knows_the_fault() {
+    // The reference stands between the autopilot and the plant; a flight through two processes has no such place.
+    let words = ["fault_known", "FaultKnown", "fault_effects", "knows_fault"];
+    let allowed = [
+        "plant-sim/src/plant.rs",
+        "sitl/analysis/src/fault_known.rs",
+        "sitl/analysis/src/closed_loop.rs",
+        "sitl/analysis/src/closed_loop/flight.rs",
+        "sitl/analysis/src/fly.rs",
+        "sitl/analysis/src/fly/judge.rs",
+        "sitl/analysis/src/lib.rs",
+        "sitl/analysis/tests/fault_known.rs",
+        "sitl/campaign/",
+    ];
+    let mut offences = Vec::new();
+    let mut inside = 0;
+    for folder in ["icd", "host-io", "ulog", "autopilot", "plant-sim", "sitl"] {
+        for source in files(folder, &["rs"]) {
+            let uses = source.uses(&words);
+            if starts(&source.path, &allowed) {
+                inside += uses.len();
+            } else {
+                offences.extend(uses);
+            }
+        }
+    }
+    assert_none(
+        "the reference that knows the fault belongs to campaigns in one process",
+        &offences,
+    );
+    assert!(inside > 0, "the reference is not found at all: the rule looks for the wrong words");
+    let table = autopilot::parameters::table();
+    let known = table.iter().filter(|row| row.name.to_lowercase().contains("known"));
+    assert_eq!(known.count(), 0, "no parameter selects the reference");
+}
+
+#[test]
 fn only_the_studies_of_the_paper_name_effectors() {
     // All other code takes them from the aircraft's list, by kind and side.
     let allowed = [

@@ -4,7 +4,7 @@ use icd::{Effector, PerEffector};
 
 /// The present effect of a fault on one effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FaultEffect {
+pub struct FaultEffect {
     /// 1 while the servo follows its command, 0 while it is stuck or the fault moves it.
     pub following: f64,
     /// Rate at which the fault moves the effector, rad/s or N/s.
@@ -92,6 +92,20 @@ impl Effects {
     #[must_use]
     pub fn codes(&self) -> &PerEffector<u8> {
         &self.codes
+    }
+
+    /// The present effect on one effector.
+    #[must_use]
+    pub fn of(&self, effector: Effector) -> FaultEffect {
+        FaultEffect {
+            following: self.following[effector],
+            runaway: self.runaway[effector],
+            remaining: self.remaining[effector],
+            offset: self.offset[effector],
+            low: self.low[effector],
+            high: self.high[effector],
+            rate_limit: self.rate_limit[effector],
+        }
     }
 
     /// Rates of the first `count` effectors whose healthy servos would move at the rates `healthy`.

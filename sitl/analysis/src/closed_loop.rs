@@ -20,8 +20,10 @@ use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{AircraftModel, DesignModel, NavigationState, StepLog};
 use icd::{PerEffector, SimTime};
 use nalgebra::Vector3;
-use plant_sim::{PlantSetup, SetupError, Truth};
+use plant_sim::{Plant, PlantSetup, SetupError, Truth};
 use serde::{Deserialize, Serialize};
+
+use crate::fault_known::FaultKnown;
 
 mod flight;
 
@@ -69,18 +71,38 @@ pub struct End {
 /// # Errors
 /// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
 pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, SetupError> {
-    Ok(run(&setup.plant, &settings(setup), setup.duration, &mut Watcher(sink))?.end)
+    fly_knowing(setup, None, sink)
+}
+
+/// The same, with the reference that knows the fault if there is one.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_knowing(
+    setup: &FlightSetup,
+    fault_known: Option<FaultKnown>,
+    sink: &mut dyn FnMut(&Record),
+) -> Result<End, SetupError> {
+    let mut watcher = Watcher { sink, fault_known };
+    Ok(run(&setup.plant, &settings(setup), setup.duration, &mut watcher)?.end)
 }
 
 /// Looks at every tick and puts nothing in.
-struct Watcher<'a>(&'a mut dyn FnMut(&Record));
+struct Watcher<'a> {
+    sink: &'a mut dyn FnMut(&Record),
+    fault_known: Option<FaultKnown>,
+}
 
 impl Operator for Watcher<'_> {
     type Stop = Infallible;
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Infallible> {
-        (self.0)(&tick.record());
+        (self.sink)(&tick.record());
         ControlFlow::Continue(())
+    }
+
+    fn reallocates(&mut self, plant: &Plant, log: &StepLog) -> Option<StepLog> {
+        self.fault_known.as_mut()?.step(plant.fault_effects(), &plant.truth().positions, log)
     }
 }
 
@@ -97,6 +119,12 @@ pub fn settings(setup: &FlightSetup) -> Settings {
         script: setup.script.clone(),
         fault_injection: failure.enabled,
     }
+}
+
+/// The reference that knows the fault, for a flight of this setup.
+#[must_use]
+pub fn fault_known(setup: &FlightSetup) -> FaultKnown {
+    FaultKnown::new(&setup.model, &setup.parameters.gains, setup.plant.period)
 }
 
 /// F: the truth that z2 estimates, rad/s².

@@ -23,7 +23,7 @@ use plant_sim::{EarthModel, SetupError};
 use serde::Serialize;
 use ulog::reader::{Log, ReadError};
 
-use crate::closed_loop::FlightSetup;
+use crate::closed_loop::{FlightSetup, fault_known};
 use crate::configuration::{AircraftArgs, ConfigurationError, Named};
 use crate::page::GENERATOR;
 use crate::plot;
@@ -214,6 +214,8 @@ pub struct OneFlight<'a> {
     pub figures: bool,
     /// A law that the program brings.
     pub own_law: Option<OwnLaw>,
+    /// With the reference that knows the fault ([`crate::fault_known`]).
+    pub fault_known: bool,
 }
 
 impl OneFlight<'_> {
@@ -239,6 +241,7 @@ impl OneFlight<'_> {
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
             progress: Some(&progress),
             own_law: self.own_law,
+            fault_known: self.fault_known.then(|| fault_known(self.setup)),
         };
         let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
         progress.finish();
@@ -267,12 +270,14 @@ impl OneFlight<'_> {
     }
 }
 
-/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
+/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome; with the reference that knows the
+/// fault if `knows_fault`.
 ///
 /// # Errors
 /// [`FlyError::Start`] if the plant cannot start.
-pub fn outcome(setup: &FlightSetup) -> Result<Outcome, FlyError> {
-    judge::fly(setup, true, Keep::default()).map(|(outcome, _)| outcome)
+pub fn outcome(setup: &FlightSetup, knows_fault: bool) -> Result<Outcome, FlyError> {
+    let keep = Keep { fault_known: knows_fault.then(|| fault_known(setup)), ..Keep::default() };
+    judge::fly(setup, true, keep).map(|(outcome, _)| outcome)
 }
 
 fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Written<'a, T> {
@@ -312,6 +317,7 @@ impl FlyArgs {
             ulog: self.ulog,
             figures: self.figures,
             own_law: self.own_law,
+            fault_known: false,
         };
         let outcome = one.fly().map_err(|error| self.of_scenario(error))?;
         print(&format!("{}, {outcome}\n", self.scenario))?;

@@ -39,6 +39,7 @@ pub mod configuration;
 pub mod design;
 pub mod envelope;
 pub mod false_alarms;
+pub mod fault_known;
 pub mod fly;
 pub mod linearize;
 pub mod margins;

@@ -3,7 +3,6 @@
 use std::num::NonZero;
 use std::str::FromStr;
 
-use flight_analysis::fly;
 use flight_analysis::runner::Progress;
 use rayon::prelude::*;
 
@@ -81,7 +80,7 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
 /// Flies a run; what keeps it from being flown stands in its row.
 #[must_use]
 pub fn run(plan: &Plan, number: u64) -> Row {
-    let flown = plan.run(number).and_then(|run| Ok(fly::outcome(&plan.setup(&run)?)?));
+    let flown = plan.run(number).and_then(|run| plan.fly(&run));
     match flown {
         Ok(outcome) => Row::of(number, &outcome),
         Err(error) => Row::failed(number, error.to_string()),

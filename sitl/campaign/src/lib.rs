@@ -246,6 +246,7 @@ fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
         ulog: args.out.is_some(),
         figures: args.out.is_some(),
         own_law: None,
+        fault_known: plan.knows_fault(&run),
     };
     let law = plan.laws()[run.law];
     println!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);

@@ -8,8 +8,10 @@
 use autopilot::run::{LawArgs, RunError};
 use flight_analysis::closed_loop::FlightSetup;
 use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
-use flight_analysis::fly::FlyError;
+use flight_analysis::fly::outcome::Outcome;
+use flight_analysis::fly::{self, FlyError};
 use flight_analysis::settings::{Setting, Target};
+use flight_control::CompensatorMode;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::SetupError;
 use plant_sim::setup::default_step_us;
@@ -149,6 +151,7 @@ struct Law {
     name: String,
     args: LawArgs,
     settings: Vec<Setting>,
+    knows_fault: bool,
 }
 
 impl Plan {
@@ -373,6 +376,10 @@ impl Plan {
             .map_err(|error| PlanError::Law { law: law.name.clone(), source: Box::new(error) })?;
         let parameters = args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
         parameters.check_law().map_err(|error| of_law(error.to_string()))?;
+        if law.knows_fault && parameters.gains.selection.compensator != CompensatorMode::Off {
+            let problem = "fault_known = true needs FTC_MODE = 0: it takes the compensator's place";
+            return Err(of_law(problem.to_owned()));
+        }
         let script = flight.script.map(std::sync::Arc::new);
         Ok(FlightSetup {
             plant,
@@ -382,6 +389,20 @@ impl Plan {
             script,
             duration: SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO),
         })
+    }
+
+    /// Whether a run has the reference that knows the fault.
+    #[must_use]
+    pub fn knows_fault(&self, run: &Run) -> bool {
+        self.laws[run.law].knows_fault
+    }
+
+    /// Flies a run to its end, or to the loss of the aircraft.
+    ///
+    /// # Errors
+    /// As [`Plan::setup`], and what keeps the plant from starting.
+    pub fn fly(&self, run: &Run) -> Result<Outcome, PlanError> {
+        Ok(fly::outcome(&self.setup(run)?, self.knows_fault(run))?)
     }
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.
@@ -413,7 +434,8 @@ impl Law {
         let gains = law.gains.as_deref().map(|path| file.beside(path));
         let args = LawArgs { gains, ..LawArgs::default() };
         let settings = settings_of(&law.set, &file.name)?;
-        Ok(Self { name: law.name.clone(), args, settings })
+        let knows_fault = law.fault_known;
+        Ok(Self { name: law.name.clone(), args, settings, knows_fault })
     }
 }
 

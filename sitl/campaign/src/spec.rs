@@ -132,6 +132,9 @@ pub struct LawSpec {
     pub about: String,
     /// Parameters from a file, as `--gains`.
     pub gains: Option<PathBuf>,
+    /// The reference that knows the fault, in place of a compensator: no law of the autopilot.
+    #[serde(default)]
+    pub fault_known: bool,
     /// Parameters and other keys of `--set`.
     #[serde(default)]
     pub set: toml::Table,

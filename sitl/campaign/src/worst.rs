@@ -7,7 +7,6 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use flight_analysis::fly;
 use flight_analysis::fly::outcome::{Fate, Outcome};
 use flight_analysis::runner;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
@@ -170,7 +169,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Box<dyn Error>>
 /// Flies the aircraft with these values.
 fn flown(plan: &Plan, case: &Run, values: Vec<Value>) -> Result<(Run, Outcome), PlanError> {
     let run = plan.translated(Run { values, ..case.clone() })?;
-    let outcome = fly::outcome(&plan.setup(&run)?)?;
+    let outcome = plan.fly(&run)?;
     Ok((run, outcome))
 }
 
@@ -337,10 +336,11 @@ fn scenario_text(
     let (table, options) = plan.scenario_of(run)?;
     let law = plan.laws()[run.law];
     Ok(format!(
-        "{MARK}\n# {}, {law}: {outcome}\n# sitl fly {} {}\n\n{}",
+        "{MARK}\n# {}, {law}: {outcome}\n# sitl fly {} {}{}\n\n{}",
         plan.file.spec.name,
         path.display(),
         options.join(" "),
+        if plan.knows_fault(run) { " (without the reference that knows the fault)" } else { "" },
         toml::to_string(&table)?
     ))
 }

@@ -182,6 +182,7 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
         ("seed = 7", "seed = -7", "seed"),
         ("FTC_MODE = 0", "FTC_MODES = 0", "nearest is FTC_MODE"),
         ("FTC_MODE = 0", "FTC_MODE = 77", "FTC_MODE"),
+        ("set = { FTC_MODE = 1 }", "fault_known = true", "fault_known = true needs FTC_MODE = 0"),
         (
             "\"plant.wind.turbulence_m_s\"\n",
             "\"plant.wind.turbulence\"\n",

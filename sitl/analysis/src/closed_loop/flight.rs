@@ -71,6 +71,12 @@ pub trait Operator {
         None
     }
 
+    /// Other commands to the effectors than those of the autopilot, with their control step. Only the reference that knows the
+    /// fault ([`crate::fault_known`]) has any.
+    fn reallocates(&mut self, _plant: &Plant, _log: &StepLog) -> Option<StepLog> {
+        None
+    }
+
     /// The next input of this exchange, before its step; called until there is none.
     fn input(&mut self, _exchange: &Exchange) -> Option<Recorded> {
         None
@@ -193,13 +199,18 @@ impl Flight {
         let here = self.here(Moment::Step);
         self.take_reports(&here, REPORTS_MAX, operator);
         self.take_inputs(&here, operator);
-        let actuators = self.autopilot.step(here.time, sensors).actuators();
+        let mut actuators = self.autopilot.step(here.time, sensors).actuators();
         self.gather_events();
         let snapshot = self.autopilot.snapshot().expect("a control step leaves a snapshot");
+        let other = operator.reallocates(&self.plant, &snapshot.log);
+        let log = other.as_ref().unwrap_or(&snapshot.log);
+        if other.is_some() {
+            actuators = log.actuators();
+        }
         operator.tick(&Tick {
             exchange: here,
             sensors,
-            log: &snapshot.log,
+            log,
             snapshot,
             events: &self.events,
             plant: &self.plant,

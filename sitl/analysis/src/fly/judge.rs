@@ -6,7 +6,7 @@ use std::io;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Recorded, Step};
-use flight_control::DesignModel;
+use flight_control::{DesignModel, StepLog};
 use host_io::session;
 use icd::SimTime;
 use icd::fault::{PlantReport, PlantRequest};
@@ -17,6 +17,7 @@ use super::FlyError;
 use super::measures::{Measured, Measures};
 use super::outcome::{Fate, Loss, LossBy, Outcome};
 use crate::closed_loop::{Exchange, FlightSetup, Flown, Operator, Tick, run, settings};
+use crate::fault_known::FaultKnown;
 use crate::paper::trace::Sample;
 use crate::runner::Progress;
 use crate::table::{self, Columns};
@@ -32,6 +33,8 @@ pub(super) struct Keep<'a> {
     pub(super) progress: Option<&'a Progress>,
     /// What flies where `CTL_LAW` is 9.
     pub(super) own_law: Option<OwnLaw>,
+    /// The reference that knows the fault.
+    pub(super) fault_known: Option<FaultKnown>,
 }
 
 /// One second, us.
@@ -155,6 +158,11 @@ impl Operator for Judge<'_> {
 
     fn own_law(&self) -> Option<OwnLaw> {
         self.keep.own_law
+    }
+
+    fn reallocates(&mut self, plant: &Plant, log: &StepLog) -> Option<StepLog> {
+        let known = self.keep.fault_known.as_mut()?;
+        known.step(plant.fault_effects(), &plant.truth().positions, log)
     }
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Stop> {
