@@ -199,6 +199,7 @@ mod tests {
             "campaign worst smoke --over plant.fault.1.onset_s --from -1 --out x",
             "campaign compare x y",
             "campaign suite --out x",
+            "campaign tune tuning --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

@@ -15,6 +15,7 @@ use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
 use host_io::file;
 
+use crate::curves::Curves;
 use crate::fly::Shard;
 use crate::limit::{Jams, Limits, Studied};
 use crate::plan::{Plan, PlanError};
@@ -25,6 +26,7 @@ use crate::store::{Store, write_new};
 use crate::summary::Group;
 
 pub mod compare;
+pub mod curves;
 pub mod draw;
 pub mod fly;
 pub mod limit;
@@ -37,6 +39,7 @@ pub mod store;
 pub mod suite;
 pub mod summary;
 pub mod table;
+pub mod tune;
 pub mod worst;
 
 /// What is done with a campaign.
@@ -50,6 +53,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Find the smallest fault, earliest time or weakest gust that each law does not survive, and write the scenarios
     Worst(WorstArgs),
+    /// Search the gains of each law by one procedure, on flights of their own
+    Tune(TuneArgs),
     /// Fly the suite FTC-1 to FTC-12 with every law, and write the table of what each law lost
     Suite(SuiteArgs),
     /// Compare the results of two folders of one specification, run by run
@@ -59,7 +64,7 @@ pub enum Command {
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// What is flown: jams, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, robustness, delay, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
@@ -73,7 +78,7 @@ pub struct RunArgs {
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What was flown: jams, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, robustness, delay, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results
@@ -87,7 +92,7 @@ pub struct MergeArgs {
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    /// What was flown: jams, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, robustness, delay, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Number of the run
@@ -101,7 +106,7 @@ pub struct ReplayArgs {
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    /// What is flown: jams, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, robustness, delay, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
@@ -111,6 +116,17 @@ pub struct WorstArgs {
     #[arg(long, value_name = "VALUE", requires = "over", allow_negative_numbers = true)]
     from: Option<f64>,
     /// Folder for worst.csv and the scenarios
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Options of `sitl campaign tune`.
+#[derive(Debug, Args)]
+pub struct TuneArgs {
+    /// The flights, and the laws with their parameters: tuning, or a file
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Folder for a file of gains of each law, and tuning.csv; what was interrupted goes on with the next law
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -167,6 +183,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             let plan = Plan::new(SpecFile::read(&args.spec)?)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
+        Command::Tune(args) => tune::run(&SpecFile::read(&args.spec)?, &args.out),
         Command::Suite(args) => suite::run(&args.out),
         Command::Compare(args) => {
             print!("{}", compare::folders(&args.one, &args.other)?);
@@ -204,8 +221,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
         if let Some(jams) = jams {
             let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &scores);
             for (name, bytes) in figure.files()? {
-                let is_svg = name.ends_with("svg");
-                let beginning = file::beginning(if is_svg { b"<svg " } else { b"\x89PNG" });
+                let beginning = beginning_of(&name);
                 let several = plan.aircraft.len() > 1;
                 let prefix = &plan.aircraft[airframe].name;
                 let name = if several { format!("{prefix}-{name}") } else { name };
@@ -218,7 +234,24 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
         let csv = limit::csv(plan, &studied);
         in_folder(limit::SCORES, csv.as_bytes(), limit::BEGINNING.as_bytes())?;
     }
-    let sources = Sources { plan, results: &results, groups: &groups, jams, studied: &studied };
+    let curves: Vec<Curves> = (0..plan.aircraft.len())
+        .flat_map(|airframe| curves::of(plan, &results, airframe))
+        .collect();
+    if !curves.is_empty() {
+        let csv = curves::csv(plan, &curves);
+        in_folder(curves::CURVES, csv.as_bytes(), curves::BEGINNING.as_bytes())?;
+        for (name, bytes) in curves::figure(plan, &curves).files()? {
+            in_folder(&name, &bytes, beginning_of(&name))?;
+        }
+    }
+    let sources = Sources {
+        plan,
+        results: &results,
+        groups: &groups,
+        jams,
+        curves: &curves,
+        studied: &studied,
+    };
     let page = report::page(&sources);
     file::write(&store.folder().join(report::REPORT), page.as_bytes(), page::GENERATOR.as_bytes())
         .map_err(|problem| {
@@ -226,6 +259,11 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
         })?;
     println!("wrote {}", store.folder().join(report::REPORT).display());
     Ok(groups)
+}
+
+/// How a drawing of ours begins.
+fn beginning_of(name: &str) -> &'static [u8] {
+    file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" })
 }
 
 fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {

@@ -43,7 +43,8 @@ impl Jams {
         let is_jam = plan.aircraft.iter().all(|aircraft| {
             aircraft.args.settings.iter().any(|setting| has(setting, KIND, "stuck_at"))
         });
-        let is_single = !plan.variables().iter().any(|v| v.key.starts_with("plant.fault.2"));
+        let is_single = plan.file.spec.joint.is_empty()
+            && !plan.variables().iter().any(|v| v.key.starts_with("plant.fault.2"));
         let (effector, angle) = (place(EFFECTOR)?, place(ANGLE)?);
         (is_jam && is_single && place(KIND).is_none()).then_some(Self { effector, angle })
     }

@@ -19,7 +19,9 @@ use rand_chacha::rand_core::Rng;
 use sha2::{Digest, Sha256};
 
 use crate::draw;
-use crate::spec::{AirframeSpec, LawSpec, RUNS_MAX, SpecError, SpecFile, Variable, settings_of};
+use crate::spec::{
+    AirframeSpec, LawSpec, Meaning, RUNS_MAX, SpecError, SpecFile, Variable, settings_of,
+};
 
 mod aircraft;
 
@@ -333,9 +335,10 @@ impl Plan {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
         settings.extend(self.laws[run.law].settings.iter().cloned());
         let varied = self.variables().iter().zip(&run.values);
-        settings.extend(varied.map(|(variable, value)| Setting {
-            key: variable.key.clone(),
-            value: value.setting(),
+        settings.extend(varied.flat_map(|(variable, value)| {
+            let is_key = variable.meaning != Meaning::Level;
+            let keys = is_key.then_some(&variable.key).into_iter().chain(&variable.sets);
+            keys.map(|key| Setting { key: key.clone(), value: value.setting() })
         }));
         settings
     }

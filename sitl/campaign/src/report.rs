@@ -6,6 +6,7 @@ use flight_analysis::page;
 use maud::{Markup, PreEscaped, html};
 use serde_json::{Value as Json, json};
 
+use crate::curves::Curves;
 use crate::limit::{Jams, Score, Studied};
 use crate::map;
 use crate::plan::{Plan, Run};
@@ -38,6 +39,8 @@ pub struct Sources<'a> {
     pub groups: &'a [Group],
     /// Where a campaign of jams has effector and angle.
     pub jams: Option<Jams>,
+    /// Curves over joint levels.
+    pub curves: &'a [Curves],
     /// Each aircraft.
     pub studied: &'a [Studied],
 }
@@ -144,6 +147,14 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
                 "paired bootstrap. A line that crosses zero shows no difference."
             }
             (place(charts, charts::differences(sources, airframe)))
+        }
+        @for curves in sources.curves.iter().filter(|curves| curves.airframe == airframe) {
+            h2 { "Over " (curves.title) }
+            p.note {
+                "Fraction lost with its 95 % interval (Wilson), then medians and quartiles of measures over the flights that were kept. A measure of a law that loses "
+                "many flights is of those that were easy enough for it. A click on a law hides it, a double click shows it alone."
+            }
+            @for chart in charts::curves(plan, curves) { (place(charts, chart)) }
         }
         h2 { "Scorecard" }
         (scorecard(sources, airframe))

@@ -10,13 +10,18 @@ use plant_sim::scenario::SCENARIOS;
 use serde::Deserialize;
 use toml::Value as Toml;
 
+mod joint;
 mod variable;
 
+pub use joint::{Joint, JointMeaning};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 2] = [
+pub const SHIPPED: [(&str, &str); 5] = [
     ("jams", include_str!("../campaigns/jams.toml")),
+    ("robustness", include_str!("../campaigns/robustness.toml")),
+    ("delay", include_str!("../campaigns/delay.toml")),
+    ("tuning", include_str!("../campaigns/tuning.toml")),
     ("smoke", include_str!("../campaigns/smoke.toml")),
 ];
 
@@ -88,6 +93,9 @@ pub struct Spec {
     /// What is varied.
     #[serde(default)]
     pub vary: Vec<Variable>,
+    /// What is varied together; after [`SpecFile::parse`] these stand among the variables too.
+    #[serde(default)]
+    pub joint: Vec<Joint>,
     /// Measures whose medians stand in the summary.
     #[serde(default)]
     pub measures: Vec<String>,
@@ -138,6 +146,9 @@ pub struct LawSpec {
     /// Parameters and other keys of `--set`.
     #[serde(default)]
     pub set: toml::Table,
+    /// Parameters that `sitl campaign tune` searches.
+    #[serde(default)]
+    pub tune: Vec<String>,
 }
 
 /// Why a specification is refused.
@@ -214,11 +225,13 @@ impl SpecFile {
     /// # Errors
     /// As [`SpecFile::read`].
     pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, SpecError> {
-        let spec: Spec = toml::from_str(&text).map_err(|source| SpecError::Syntax {
+        let mut spec: Spec = toml::from_str(&text).map_err(|source| SpecError::Syntax {
             file: name.to_owned(),
             source: Box::new(source),
         })?;
         spec.check(name)?;
+        spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
+        spec.check_names(name)?;
         Ok(Self { name: name.to_owned(), text, folder, spec })
     }
 
@@ -287,13 +300,23 @@ impl Spec {
         for table in [&self.set].into_iter().chain(of_airframes).chain(of_laws) {
             let _ = settings_of(table, file)?;
         }
-        for (place, variable) in self.vary.iter().enumerate() {
-            if self.vary[..place].iter().any(|other| other.key == variable.key) {
-                return refuse("vary.key", variable.key.clone(), "each key once");
-            }
-            variable.check(file)?;
+        self.vary.iter().try_for_each(|variable| variable.check(file))?;
+        self.joint.iter().try_for_each(|joint| joint.check(file))
+    }
+
+    /// Every key that is varied has one source.
+    fn check_names(&self, file: &str) -> Result<(), SpecError> {
+        let keys = || self.vary.iter().flat_map(|v| std::iter::once(&v.key).chain(&v.sets));
+        match keys().enumerate().find(|(place, key)| keys().take(*place).any(|other| other == *key))
+        {
+            None => Ok(()),
+            Some((_, key)) => Err(SpecError::Value {
+                file: file.to_owned(),
+                key: "vary.key".to_owned(),
+                value: key.clone(),
+                expected: "each key once, in [[vary]] and [[joint]] together".to_owned(),
+            }),
         }
-        Ok(())
     }
 }
 

@@ -118,7 +118,12 @@ fn columns(plan: &Plan) -> Vec<Column> {
         let is_text = variable.each.is_some()
             || variable.values.iter().flatten().any(|v| !(v.is_float() || v.is_integer()));
         let kind = if is_text { Kind::Text } else { Kind::Number };
-        columns.push(column(&variable.key, "", "key of --set; its name ends with its unit", kind));
+        let joint = plan.file.spec.joint.iter().find(|joint| joint.name == variable.key);
+        let (unit, meaning) = match joint {
+            Some(joint) => (joint.unit.as_str(), "level of several keys"),
+            None => ("", "key of --set; its name ends with its unit"),
+        };
+        columns.push(column(&variable.key, unit, meaning, kind));
     }
     columns.extend([
         column("outcome", "", "kept, lost, or failed: could not be flown", Kind::Text),

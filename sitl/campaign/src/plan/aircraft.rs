@@ -92,8 +92,14 @@ impl Aircraft {
         let of = |(variable, value): (&Variable, &Value)| {
             let Value::Number(number) = value else { return Ok(value.clone()) };
             match variable.meaning {
-                Meaning::Value => Ok(value.clone()),
-                Meaning::Factor => Ok(Value::Number(number * self.base(plan, variable)?)),
+                Meaning::Value | Meaning::Level => Ok(value.clone()),
+                Meaning::Factor => {
+                    let factor = match &variable.level {
+                        None => *number,
+                        Some(level) => 1.0 + number * level_of(plan, level, values),
+                    };
+                    Ok(Value::Number(factor * self.base(plan, variable)?))
+                }
                 Meaning::Travel => {
                     let deg = self.travel_deg(plan, variable, values, *number)?;
                     Ok(Value::Number(deg))
@@ -163,6 +169,13 @@ impl Aircraft {
         // Degrees of a file stand there as people write them: without the noise of two conversions.
         Ok((angle_deg * 1.0e9).round() / 1.0e9)
     }
+}
+
+/// The value of a joint level.
+fn level_of(plan: &Plan, name: &str, values: &[Value]) -> f64 {
+    let mut varied = plan.variables().iter().zip(values);
+    let found = varied.find(|(variable, _)| variable.key == name);
+    found.and_then(|(_, value)| value.number()).unwrap_or(f64::NAN)
 }
 
 /// The number at a path of a file; entries of lists are counted from 1.

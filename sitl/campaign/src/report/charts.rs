@@ -3,7 +3,9 @@
 use serde_json::{Value as Json, json};
 
 use super::{Sources, bars, effectors, list};
+use crate::curves::{COLOURS, Curves, Point, Quantity};
 use crate::limit::Jams;
+use crate::plan::Plan;
 use crate::store::RunEnd;
 
 /// A chart.
@@ -100,6 +102,43 @@ pub(super) fn differences(sources: &Sources<'_>, airframe: usize) -> Chart {
         "showlegend": false,
     }));
     Chart { data, layout, height: AROUND + ROW * rows.len() }
+}
+
+/// For each quantity a line of each law over the level, in the band of its interval.
+pub(super) fn curves(plan: &Plan, curves: &Curves) -> Vec<Chart> {
+    let laws = plan.laws();
+    let chart = |quantity: &Quantity| {
+        let mut data = Vec::new();
+        for (law, points) in quantity.laws.iter().enumerate() {
+            let (name, colour) = (laws[law], COLOURS[law % COLOURS.len()]);
+            let of = |value: fn(&Point) -> f64| list(points.iter().map(value));
+            let there = || points.iter().filter(|point| point.value.is_finite());
+            let around = there().map(|point| (point.level, point.interval.1));
+            let around: Vec<_> =
+                around.chain(there().rev().map(|point| (point.level, point.interval.0))).collect();
+            data.push(json!({
+                "type": "scatter", "mode": "lines", "fill": "toself", "legendgroup": name,
+                "showlegend": false, "hoverinfo": "skip", "opacity": 0.15, "line": {"width": 0},
+                "x": list(around.iter().map(|point| point.0)), "y": list(around.iter().map(|point| point.1)),
+                "fillcolor": colour,
+            }));
+            data.push(json!({
+                "type": "scatter", "mode": "lines+markers", "name": name, "legendgroup": name,
+                "x": of(|point| point.level), "y": of(|point| point.value),
+                "line": {"color": colour, "width": 2},
+                "customdata": points.iter().map(|p| json!([p.interval.0, p.interval.1, p.flights])).collect::<Json>(),
+                "hovertemplate": format!("{name}: %{{y:.2f}} ({}: %{{customdata[0]:.2f}} to %{{customdata[1]:.2f}}) of %{{customdata[2]}} flights<extra></extra>", quantity.interval),
+            }));
+        }
+        let title = format!("{}, {}", quantity.name, quantity.unit);
+        let layout = layout(&json!({
+            "margin": {"l": 80, "r": 30, "t": 30, "b": 50},
+            "xaxis": {"title": {"text": curves.title}, "zeroline": false},
+            "yaxis": {"title": {"text": title}, "rangemode": "tozero"},
+        }));
+        Chart { data: Json::from(data), layout, height: 420 }
+    };
+    curves.quantities.iter().map(chart).collect()
 }
 
 /// A field of cells for each effector: laws over the angle of the jam.

@@ -9,15 +9,11 @@ use serde_json::{Value as Json, json};
 
 use super::charts::{Chart, layout};
 use super::{Sources, breakable, list, place};
+use crate::curves::COLOURS;
 use crate::store::RunEnd;
 
 /// Every so many control steps have a point.
 const EVERY: u64 = 25;
-/// Colours of the laws; further ones begin again.
-const COLOURS: [&str; 10] = [
-    "#1f4e8c", "#b23a1e", "#3a8f5c", "#b8860b", "#8c3a6b", "#555555", "#20a0a0", "#d2691e",
-    "#6a5acd", "#808000",
-];
 /// Panels: title with unit, and what of a row.
 type Panel = (&'static str, fn(&Row) -> f64);
 const PANELS: [Panel; 3] = [

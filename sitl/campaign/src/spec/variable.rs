@@ -27,6 +27,12 @@ pub struct Variable {
     /// What the number means.
     #[serde(default, rename = "as")]
     pub meaning: Meaning,
+    /// Keys that have the value of a joint level.
+    #[serde(skip)]
+    pub sets: Vec<String>,
+    /// Name of the joint level that scales the deviation of the factor from 1.
+    #[serde(skip)]
+    pub level: Option<String>,
 }
 
 /// Equally spaced numbers, both ends included.
@@ -78,6 +84,9 @@ pub enum Meaning {
     Factor,
     /// Part of the travel of the fault's effector: -1 is its lower end, 1 its upper end, deg.
     Travel,
+    /// The level of joint keys, and no key itself.
+    #[serde(skip)]
+    Level,
 }
 
 impl Variable {

@@ -1,0 +1,113 @@
+//! Several keys that are varied together by one listed level.
+
+use serde::Deserialize;
+
+use super::variable::{Meaning, Variable};
+use super::{SpecError, check_key};
+
+/// A level with the keys that it acts on. In tables and plots it is a listed variable with its name.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Its name; no key of `--set`.
+    pub name: String,
+    /// Its unit, for titles of curves.
+    #[serde(default)]
+    pub unit: String,
+    /// The levels.
+    pub levels: Vec<f64>,
+    /// What a level means for each key.
+    #[serde(default, rename = "as")]
+    pub meaning: JointMeaning,
+    /// The keys.
+    pub keys: Vec<String>,
+}
+
+/// What a level means.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointMeaning {
+    /// Every key has the level as its value.
+    #[default]
+    Value,
+    /// Every key has a draw of its own, uniform within the level of 1 to either side, as a factor on the number that the file has.
+    Error,
+}
+
+impl Joint {
+    /// The variables that it stands for: its level, listed, and for [`JointMeaning::Error`] a drawn factor for each key.
+    pub(super) fn variables(&self) -> Vec<Variable> {
+        let mut level = Variable::level(&self.name, &self.levels);
+        match self.meaning {
+            JointMeaning::Value => {
+                level.sets.clone_from(&self.keys);
+                vec![level]
+            }
+            JointMeaning::Error => {
+                let drawn = |key: &String| Variable::error(key, &self.name);
+                std::iter::once(level).chain(self.keys.iter().map(drawn)).collect()
+            }
+        }
+    }
+
+    pub(super) fn check(&self, file: &str) -> Result<(), SpecError> {
+        let refuse = |part: &str, value: String, expected: &str| {
+            Err(SpecError::Value {
+                file: file.to_owned(),
+                key: format!("joint {}, {part}", self.name),
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if self.name.is_empty() || !self.name.chars().all(is_word) {
+            return refuse("name", format!("{:?}", self.name), "letters, digits and _");
+        }
+        let (least, most, expected) = match self.meaning {
+            JointMeaning::Value => (f64::MIN, f64::MAX, "one or more finite numbers"),
+            // At 1 a mass or an inertia could be zero.
+            JointMeaning::Error => (0.0, 0.95, "one or more numbers from 0 to 0.95"),
+        };
+        let is_fit = |level: &f64| (least..=most).contains(level);
+        if self.levels.is_empty() || !self.levels.iter().all(is_fit) {
+            return refuse("levels", format!("{:?}", self.levels), expected);
+        }
+        if self.keys.is_empty() {
+            return refuse("keys", "[]".to_owned(), "one or more keys of --set");
+        }
+        self.keys.iter().try_for_each(|key| check_key(key, file))
+    }
+}
+
+impl Variable {
+    /// A listed level.
+    fn level(name: &str, levels: &[f64]) -> Self {
+        let values = levels.iter().copied().map(toml::Value::from).collect();
+        Self { key: name.to_owned(), values: Some(values), meaning: Meaning::Level, ..Self::none() }
+    }
+
+    /// A drawn factor, so many times the level called `level` from 1.
+    fn error(key: &str, level: &str) -> Self {
+        Self {
+            key: key.to_owned(),
+            uniform: Some([-1.0, 1.0]),
+            meaning: Meaning::Factor,
+            level: Some(level.to_owned()),
+            ..Self::none()
+        }
+    }
+
+    fn none() -> Self {
+        Self {
+            key: String::new(),
+            values: None,
+            grid: None,
+            each: None,
+            uniform: None,
+            normal: None,
+            meaning: Meaning::Value,
+            sets: Vec::new(),
+            level: None,
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! `sitl campaign tune`: the gains of every law by one procedure, on flights of their own.
+//!
+//! Each law names the same number of parameters. Each may be between a quarter and four times its value in the specification, in
+//! equal steps of its logarithm and within the range of the parameter table. Differential evolution, with the same number of
+//! evaluations for each law, minimises the mean cost of the flights:
+//!
+//! ```text
+//! kept:  j = roll_rmse / 5 deg + altitude_rmse / 20 m + airspeed_rmse / 10 m/s + rate / 20 deg/s,  at most 10
+//! lost:  j = 10 + 10 (1 - t_lost / T)
+//! ```
+//!
+//! where `rate` is the travel of the commands of all surfaces and nozzle angles per second. Then the gains with the least cost and those of
+//! the specification fly a second set, drawn with another seed, which the search has not seen.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use autopilot::parameters;
+use flight_analysis::fly;
+use flight_analysis::fly::outcome::{Fate, Outcome};
+use flight_analysis::runner::Progress;
+use host_io::file::{self, TEXT_MAX};
+use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
+use rand_chacha::rand_core::Rng;
+use rayon::prelude::*;
+
+use crate::draw;
+use crate::plan::{Plan, PlanError};
+use crate::spec::SpecFile;
+use crate::store::write_new;
+use crate::summary::field;
+
+/// A parameter is at most so many times its value in the specification, and at least that over this.
+const FACTOR: f64 = 4.0;
+/// Individuals and generations of the search.
+const POPULATION: usize = 12;
+const GENERATIONS: u64 = 9;
+/// Evaluations of each law: the gains of the specification, the first individuals, and the generations.
+const EVALUATIONS: usize = 1 + POPULATION * (1 + GENERATIONS as usize);
+/// What counts as one in the cost: roll, rad; altitude, m; airspeed, m/s; rate of the commands, rad/s.
+const ROLL_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+const ALTITUDE_M: f64 = 20.0;
+const AIRSPEED_M_S: f64 = 10.0;
+const RATE_RAD_S: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Largest cost of a flight that is kept, and the least of one that is lost.
+const KEPT_MAX: f64 = 10.0;
+/// Cost of gains that the autopilot refuses.
+const REFUSED: f64 = 1.0e3;
+/// Digits of a tuned value.
+const DIGITS: usize = 4;
+/// Name of the table.
+const TABLE: &str = "tuning.csv";
+/// How the table begins.
+const BEGINNING: &str = "law,flights,evaluations,cost_before,cost_after,lost_before,lost_after,";
+/// How the file of gains of a law begins.
+const MARK: &str = "# Written by `sitl campaign tune`; do not edit.";
+
+/// Mean cost of the flights of a set with one set of gains, and how many are lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Score {
+    cost: f64,
+    lost: u32,
+}
+
+/// A law with the parameters that are tuned.
+struct Tuned<'a> {
+    plan: &'a Plan,
+    law: usize,
+    names: &'a [String],
+    /// Values of the specification, and the range of each parameter.
+    start: Vec<f64>,
+    ranges: Vec<[f64; 2]>,
+    bounds: Vec<[f64; 2]>,
+    progress: &'a Progress,
+}
+
+/// Tunes every law that names parameters, and writes a file of gains for each and a table. A law whose file is there is not
+/// tuned again.
+///
+/// # Errors
+/// What is wrong with the specification, or a file that cannot be written.
+pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("--out {}: {error}", folder.display()))?;
+    let plan = Plan::new(file.clone())?;
+    let others = Plan::new(validation(file))?;
+    let laws: Vec<usize> =
+        (0..plan.laws().len()).filter(|law| !file.spec.law[*law].tune.is_empty()).collect();
+    if laws.is_empty() {
+        return Err(format!("{}: no law has parameters to tune (tune = [\"…\"])", file.name).into());
+    }
+    let mut table = format!(
+        "{BEGINNING}validation_flights,validation_cost_before,validation_cost_after,validation_lost_before,validation_lost_after,gains\n"
+    );
+    for law in laws {
+        let name = plan.laws()[law];
+        let path = folder.join(format!("{}.toml", file_name(name)));
+        let head = format!("{MARK}\n# {name}, {}\n", plan.fingerprint);
+        let finished = file::read_text(&path, TEXT_MAX).ok().filter(|text| text.starts_with(&head));
+        let text = match finished {
+            Some(text) => text,
+            None => {
+                let text = head + &tune(&plan, &others, law)?;
+                write_new(&path, text.as_bytes(), MARK.as_bytes())?;
+                text
+            }
+        };
+        let row = text.lines().find_map(|line| line.strip_prefix("# row: ")).unwrap_or_default();
+        let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
+        println!("{name}: {row}");
+    }
+    write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
+    println!("wrote {}", folder.join(TABLE).display());
+    Ok(())
+}
+
+/// The same campaign with another seed: what the search has not seen.
+fn validation(file: &SpecFile) -> SpecFile {
+    let mut other = file.clone();
+    other.spec.seed = draw::stream(file.spec.seed, "validation", 0).next_u64() >> 11;
+    other
+}
+
+/// A law's name as a name of a file.
+fn file_name(law: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let name: String = law.chars().map(letter).collect();
+    let words: Vec<&str> = name.split('-').filter(|word| !word.is_empty()).collect();
+    words.join("-")
+}
+
+/// Searches, compares on the other set, and gives the rest of the file of gains.
+fn tune(plan: &Plan, others: &Plan, law: usize) -> Result<String, Box<dyn Error>> {
+    let flights = plan.flights();
+    let total = EVALUATIONS * usize::try_from(flights)?;
+    let progress = Progress::new(plan.laws()[law], "flights", total).quiet_at_first();
+    let tuned = Tuned::new(plan, law, &progress)?;
+    let before = score(plan, law, &[], &progress)?;
+    let seed = draw::stream(plan.file.spec.seed, "tune", law as u64).next_u64();
+    let names = tuned.names;
+    let solved = Solver::build(De::default(), tuned)
+        .seed(seed)
+        .pop_num(POPULATION)
+        .task(|context| context.r#gen == GENERATIONS)
+        .solve();
+    progress.finish();
+    let (best, best_cost) = solved.as_best();
+    let is_better = *best_cost < before.cost;
+    let values = if is_better { solved.func().values(best) } else { solved.func().start.clone() };
+    let gains: Vec<(&str, f64)> = names.iter().map(String::as_str).zip(values).collect();
+    let quiet =
+        Progress::new(plan.laws()[law], "flights", 3 * total / EVALUATIONS).quiet_at_first();
+    let after = score(plan, law, &gains, &quiet)?;
+    let held_out = [score(others, law, &[], &quiet)?, score(others, law, &gains, &quiet)?];
+    quiet.finish();
+    let row = format!(
+        "{flights},{EVALUATIONS},{:.4},{:.4},{},{},{},{:.4},{:.4},{},{}",
+        before.cost,
+        after.cost,
+        before.lost,
+        after.lost,
+        others.flights(),
+        held_out[0].cost,
+        held_out[1].cost,
+        held_out[0].lost,
+        held_out[1].lost
+    );
+    let mut text = format!("# row: {row}\n\n");
+    for (name, value) in gains {
+        let _ = writeln!(text, "{name} = {value:?}");
+    }
+    Ok(text)
+}
+
+/// Flies every flight of a set with a law and these parameters.
+fn score(
+    plan: &Plan,
+    law: usize,
+    gains: &[(&str, f64)],
+    progress: &Progress,
+) -> Result<Score, PlanError> {
+    let laws = plan.laws().len() as u64;
+    let one = |flight: u64| -> Result<(f64, bool), PlanError> {
+        let run = plan.run(flight * laws + law as u64)?;
+        let mut setup = plan.setup(&run)?;
+        let set = setup.parameters.set_all(gains.iter().copied());
+        set.map_err(|error| PlanError::Parameters {
+            law: plan.laws()[law].to_owned(),
+            problem: error.to_string(),
+        })?;
+        let outcome = fly::outcome(&setup, plan.knows_fault(&run))?;
+        progress.one_done();
+        Ok((cost(plan, run.airframe, &outcome), !outcome.is_kept()))
+    };
+    // The sum is taken in the order of the flights, so it does not depend on the threads.
+    let flown: Vec<(f64, bool)> =
+        (0..plan.flights()).into_par_iter().map(one).collect::<Result<_, _>>()?;
+    let cost = flown.iter().map(|(cost, _)| cost).sum::<f64>() / flown.len() as f64;
+    let lost = flown.iter().filter(|(_, is_lost)| *is_lost).count();
+    Ok(Score { cost, lost: u32::try_from(lost).unwrap_or(u32::MAX) })
+}
+
+/// Cost of a flight.
+fn cost(plan: &Plan, airframe: usize, outcome: &Outcome) -> f64 {
+    let duration_s = plan.file.spec.duration_s;
+    if let Fate::Lost(loss) = outcome.fate {
+        return KEPT_MAX + KEPT_MAX * (1.0 - loss.at_s / duration_s).clamp(0.0, 1.0);
+    }
+    let list = &plan.aircraft[airframe].airframe.effectors;
+    let angles = list.all().filter(|effector| list.is_angle(*effector));
+    let of = |name: &str| outcome.metric(name).unwrap_or(f64::INFINITY);
+    let travel_rad: f64 =
+        angles.map(|effector| of(&format!("travel_{}", list.key(effector)))).sum();
+    let sum = of("roll_rmse") / ROLL_RAD
+        + of("altitude_rmse") / ALTITUDE_M
+        + of("airspeed_rmse") / AIRSPEED_M_S
+        + travel_rad / duration_s / RATE_RAD_S;
+    sum.min(KEPT_MAX)
+}
+
+impl<'a> Tuned<'a> {
+    fn new(plan: &'a Plan, law: usize, progress: &'a Progress) -> Result<Self, PlanError> {
+        let names = &plan.file.spec.law[law].tune;
+        let parameters = plan.setup(&plan.run(law as u64)?)?.parameters;
+        let (mut start, mut ranges) = (Vec::new(), Vec::new());
+        for name in names {
+            let row = parameters::table().iter().find(|row| row.name == name);
+            let value = row.map_or(0.0, |row| row.value(&parameters));
+            let Some(row) = row.filter(|_| value != 0.0) else {
+                return Err(PlanError::Parameters {
+                    law: plan.laws()[law].to_owned(),
+                    problem: format!("tune: {name}: expected a parameter whose value is not zero"),
+                });
+            };
+            start.push(value);
+            ranges.push([row.min, row.max]);
+        }
+        let bounds = vec![[-1.0, 1.0]; names.len()];
+        Ok(Self { plan, law, names, start, ranges, bounds, progress })
+    }
+
+    /// Parameters at a point of the search, to a few digits.
+    fn values(&self, at: &[f64]) -> Vec<f64> {
+        let of = |((exponent, start), [min, max]): ((&f64, &f64), &[f64; 2])| {
+            let value = (start * libm::pow(FACTOR, *exponent)).clamp(*min, *max);
+            format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
+        };
+        at.iter().zip(&self.start).zip(&self.ranges).map(of).collect()
+    }
+}
+
+impl Bounded for Tuned<'_> {
+    fn bound(&self) -> &[[f64; 2]] {
+        &self.bounds
+    }
+}
+
+impl ObjFunc for Tuned<'_> {
+    type Ys = f64;
+
+    fn fitness(&self, at: &[f64]) -> f64 {
+        let values = self.values(at);
+        let gains: Vec<(&str, f64)> = self.names.iter().map(String::as_str).zip(values).collect();
+        score(self.plan, self.law, &gains, self.progress).map_or(REFUSED, |score| score.cost)
+    }
+}
