@@ -34,8 +34,8 @@ use crate::summary::field;
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;
 /// Individuals and generations of the search.
-const POPULATION: usize = 12;
-const GENERATIONS: u64 = 9;
+const POPULATION: usize = 8;
+const GENERATIONS: u64 = 5;
 /// Evaluations of each law: the gains of the specification, the first individuals, and the generations.
 const EVALUATIONS: usize = 1 + POPULATION * (1 + GENERATIONS as usize);
 /// What counts as one in the cost: roll, rad; altitude, m; airspeed, m/s; rate of the commands, rad/s.
