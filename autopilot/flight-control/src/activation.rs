@@ -49,6 +49,12 @@ impl ActivationGains {
         off_dwell_s: 5.0,
         fade_s: 0.05,
     };
+
+    /// Levels of roll, pitch and yaw, rad/s².
+    #[must_use]
+    pub fn levels(&self) -> Vector3<f64> {
+        Vector3::new(self.level_roll, self.level_pitch, self.level_yaw)
+    }
 }
 
 /// State of the activation logic.

@@ -11,8 +11,9 @@ use crate::altitude_limit::AltitudeWatch;
 use crate::authority::AuthorityWatch;
 use crate::compensator::{Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::gains::{AllocationMode, Gains, ObserverMode};
+use crate::gains::{AllocationMode, Gains, IsolationMode, ObserverMode};
 use crate::healthy_actuators::HealthyActuators;
+use crate::isolation::{Isolation, IsolationInput};
 use crate::log::{Health, StepLog};
 use crate::main_controller::{Demand, Law, MainController};
 use crate::mixer::{Mixed, Mixer};
@@ -30,6 +31,7 @@ pub struct FlightControl {
     main_controller: MainController,
     allocator: Allocator,
     relief: Relief,
+    isolation: Isolation,
     mixer: Mixer,
     watch: AltitudeWatch,
     authority: AuthorityWatch,
@@ -56,6 +58,7 @@ impl FlightControl {
             model,
             allocator: Allocator::default(),
             relief: Relief::new(period),
+            isolation: Isolation::new(period),
             mixer: Mixer::new(&aircraft.effectors),
             watch: AltitudeWatch::new(period),
             authority: AuthorityWatch::new(period),
@@ -72,6 +75,7 @@ impl FlightControl {
         self.main_controller.reset(&self.model);
         self.allocator.reset();
         self.relief.reset();
+        self.isolation.reset();
         self.watch.reset();
         self.authority.reset();
         self.applied.reset();
@@ -153,11 +157,25 @@ impl FlightControl {
         let z2 = estimate.z2;
         let wake = self.activation.step(&z2, &gains.activation, gains.selection.compensator);
 
+        let levels = gains.activation.levels();
+        let isolation_input = IsolationInput {
+            z2: &z2,
+            levels: &levels,
+            level: wake.level,
+            active: wake.active,
+            positions: &modelled,
+            bandwidth: gains.bandwidth(),
+            model: &self.model,
+            at: &at,
+        };
+        let mut isolation = self.isolation.step(&isolation_input, &gains.isolation);
+
         let saturation = &self.saturation;
         let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
         let (fade, airspeed_m_s) = (wake.fade, demand.airspeed_m_s);
-        let Relieved { compensation, mixed, log: relief, health: compensation_health } =
+        let Relieved { compensation, mut mixed, log: relief, health: compensation_health } =
             self.allocate(state, airspeed_m_s, &main, &z2, fade, &at);
+        isolation.test_rad = self.test(&mut mixed, state, &at);
         let attained = match wake.fade == 0.0 {
             true => Vector3::zeros(),
             false => self.model.effectors(&at, &mixed.increments),
@@ -196,6 +214,7 @@ impl FlightControl {
             altitude_limit,
             modelled_acceleration,
             relief,
+            isolation,
             health: health(
                 !state.valid.is_complete(),
                 self.main_controller.implausible(),
@@ -215,6 +234,7 @@ impl FlightControl {
         fade: f64,
         at: &FlightCondition,
     ) -> Relieved {
+        let known = self.isolation.known(self.gains.selection.isolation);
         let (compensation, mixed) = match self.gains.selection.allocation {
             AllocationMode::Paper => {
                 let compensation = compensate(z2, fade, &self.model, at);
@@ -222,20 +242,43 @@ impl FlightControl {
             }
             AllocationMode::Wls => {
                 let main = self.mixer.mix(main, &Compensation::NONE);
-                let increments = self.allocator.step(z2, fade, &self.model, at, &main.commands);
+                let increments =
+                    self.allocator.step(z2, fade, &self.model, at, &main.commands, &known);
                 let mixed = self.mixer.add(main, &increments);
                 (mixed.applied, mixed)
             }
             AllocationMode::Relief => {
                 let (model, mixer) = (&self.model, &self.mixer);
                 self.relief.observe(z2, fade, &self.gains.activation, &self.gains.relief);
-                let input =
-                    ReliefInput { state, at, airspeed_reference_m_s, fade, main, model, mixer };
+                let input = ReliefInput {
+                    state,
+                    at,
+                    airspeed_reference_m_s,
+                    fade,
+                    main,
+                    model,
+                    mixer,
+                    known: &known,
+                };
                 return self.relief.step(&input, &self.gains.relief);
             }
         };
         let (log, health) = (ReliefLog::default(), CompensationHealth::default());
         Relieved { compensation, mixed, log, health }
+    }
+
+    /// Adds the test deflection of the isolation to the commands; returns that of the first effector under test, rad.
+    fn test(&mut self, mixed: &mut Mixed, state: &NavigationState, at: &FlightCondition) -> f64 {
+        if self.gains.selection.isolation == IsolationMode::Report {
+            return 0.0;
+        }
+        let (isolation, rates) = (&mut self.isolation, &state.rates);
+        let size_rad = self.gains.isolation.test_rad;
+        let added = isolation.test(&mixed.commands, rates, &self.model, at, size_rad);
+        for (effector, added) in added.iter() {
+            mixed.commands[effector] += added;
+        }
+        isolation.test_rad()
     }
 
     /// Sends the two backward signals on their way to the next step.

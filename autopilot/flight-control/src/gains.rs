@@ -12,6 +12,8 @@ pub use crate::activation::{ActivationGains, CompensatorMode};
 use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
+use crate::isolation::gains::IsolationGains;
+pub use crate::isolation::gains::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
 use crate::main_controller::ndi::NdiGains;
 use crate::main_controller::pid::PidGains;
@@ -43,6 +45,8 @@ pub struct Gains {
     pub activation: ActivationGains,
     /// Step two b beyond the paper.
     pub relief: ReliefGains,
+    /// Which effector it is.
+    pub isolation: IsolationGains,
     /// Which laws fly.
     pub selection: Selection,
 }
@@ -82,6 +86,9 @@ pub struct Selection {
     /// How the compensating demand is allocated to the effectors.
     #[serde(default)]
     pub allocation: AllocationMode,
+    /// What the verdict of the isolation is good for.
+    #[serde(default)]
+    pub isolation: IsolationMode,
 }
 
 /// The compensation that the observer takes into account.
@@ -173,14 +180,26 @@ impl Gains {
         incremental: IncrementalGains::REFERENCE,
         activation: ActivationGains::REFERENCE,
         relief: ReliefGains::REFERENCE,
+        isolation: IsolationGains::REFERENCE,
         selection: Selection {
             compensator: CompensatorMode::Armed,
             observer: ObserverMode::Informed,
             main: MainLaw::Pid,
             compensator_law: CompensatorLaw::Neso,
             allocation: AllocationMode::Paper,
+            isolation: IsolationMode::Report,
         },
     };
+
+    /// Bandwidth of the estimator that is selected, rad/s.
+    #[must_use]
+    pub fn bandwidth(&self) -> f64 {
+        match self.selection.compensator_law {
+            CompensatorLaw::Neso => self.neso.bandwidth,
+            CompensatorLaw::LinearEso => self.linear_eso.bandwidth,
+            CompensatorLaw::Incremental => self.incremental.bandwidth,
+        }
+    }
 
     /// Checks the whole set.
     ///

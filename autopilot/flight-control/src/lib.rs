@@ -32,6 +32,7 @@
 //! | allocation to effectors, limits | [`mixer`] |
 //! | not in the paper: demand to any number of effectors | [`allocator`], solver [`allocation`] |
 //! | not in the paper: more than the paper's command can give | [`relief`], [`oscillation`] |
+//! | not in the paper: which effector it is | [`isolation`] |
 //! | not in the paper: what the compensator has left | [`mod@authority`] |
 //! | not in the paper: trim of level flight and level turns | [`mod@design_model::level_turn`] |
 //! | not in the paper: why the altitude is not held | [`altitude_limit`] |
@@ -84,6 +85,7 @@ pub mod flight_control;
 pub mod gains;
 pub mod guidance;
 pub mod healthy_actuators;
+pub mod isolation;
 pub mod log;
 pub mod main_controller;
 pub mod mixer;
@@ -100,7 +102,9 @@ pub use altitude_limit::AltitudeLimit;
 pub use authority::Authority;
 pub use design_model::DesignModel;
 pub use flight_control::FlightControl;
-pub use gains::{AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode};
+pub use gains::{
+    AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
+};
 pub use guidance::GuidanceGains;
 pub use log::{Health, StepLog};
 pub use main_controller::{Demand, Law, LawInput, References};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::altitude_limit::AltitudeLimit;
 use crate::authority::Authority;
+use crate::isolation::IsolationLog;
 use crate::navigation::NavigationState;
 use crate::relief::{CompensationHealth, ReliefLog};
 use crate::signals::{Compensation, EffectorSet, MainCommand};
@@ -58,6 +59,8 @@ pub struct StepLog {
     pub modelled_acceleration: Vector3<f64>,
     /// What the law beyond the paper reports; all zero where another allocation is chosen.
     pub relief: ReliefLog,
+    /// Which effector it is.
+    pub isolation: IsolationLog,
     /// Flags.
     pub health: Health,
 }

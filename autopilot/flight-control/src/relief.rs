@@ -30,6 +30,7 @@ use crate::allocator::{Columns, Increments};
 use crate::compensator::compensate;
 use crate::design_model::level_turn::GRAVITY_M_S2;
 use crate::design_model::{DesignModel, FlightCondition};
+use crate::isolation::Known;
 use crate::mixer::{Mixed, Mixer};
 use crate::navigation::NavigationState;
 use crate::oscillation::{OscillationWatch, Quiet};
@@ -88,6 +89,8 @@ pub struct ReliefInput<'a> {
     pub model: &'a DesignModel,
     /// Commands to effectors.
     pub mixer: &'a Mixer,
+    /// What is known of effectors that are not healthy.
+    pub known: &'a Known,
 }
 
 /// The commands of both steps, and what is reported of them.
@@ -161,9 +164,7 @@ impl Relief {
         activation: &ActivationGains,
         gains: &ReliefGains,
     ) {
-        let ActivationGains { level_roll, level_pitch, level_yaw, .. } = *activation;
-        let levels = Vector3::new(level_roll, level_pitch, level_yaw);
-        (self.z2, self.quiet) = self.watch.step(z2, &levels, fade, gains, self.h);
+        (self.z2, self.quiet) = self.watch.step(z2, &activation.levels(), fade, gains, self.h);
     }
 
     /// One control period: the commands of both steps.
@@ -234,7 +235,7 @@ impl Relief {
         input: &ReliefInput<'_>,
         gains: &ReliefGains,
     ) -> (PerEffector<f64>, EffectorSet) {
-        let ReliefInput { at, model, .. } = *input;
+        let ReliefInput { at, model, known, .. } = *input;
         let effectors = &model.aircraft().effectors;
         let [_, nozzle_yaw] = model.nozzle_effectors();
         let columns = Columns::whole(model, at, |effector, column| {
@@ -244,8 +245,12 @@ impl Relief {
                 column.min += reserve;
                 column.max -= reserve;
             }
+            column.weight *= known.cost(effector);
             // An aircraft without a nozzle has nothing else in yaw.
-            if nozzle_yaw.is_some() && effectors.gains[effector].yaw != 0.0 {
+            let stays = nozzle_yaw.is_some()
+                && effectors.gains[effector].yaw != 0.0
+                && !known.is_cleared(effector);
+            if stays || known.is_fixed(effector) {
                 (column.min, column.max) = (main[effector], main[effector]);
             }
         });

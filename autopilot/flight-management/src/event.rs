@@ -3,6 +3,7 @@
 
 use core::time::Duration;
 
+use flight_control::isolation::Verdict;
 use flight_control::{AltitudeLimit, Authority, Demand, NavigationState, StepLog};
 use icd::fault::FaultEntry;
 use icd::pace::Pace;
@@ -75,6 +76,10 @@ pub enum EventKind {
     CompensatorYields,
     /// All of it is compensated again.
     CompensatorResumes,
+    /// The isolation names an effector, or another one than before.
+    Isolated(Verdict),
+    /// It names none any more.
+    IsolationWithdrawn,
     /// A fault entered the plant's list or left it, by a report of the plant.
     Fault(FaultEntry),
     /// The aircraft touched the ground.

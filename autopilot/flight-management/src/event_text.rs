@@ -4,6 +4,7 @@
 //! and NOTICE in orange, and the rest plainly. So good news and answers are INFO.
 
 use flight_control::CompensatorMode;
+use flight_control::isolation::{Verdict, evidence::Behaviour};
 use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use icd::pace::Pace;
@@ -88,6 +89,10 @@ pub fn of_event(
             (S::Warning, "Compensator yields: its action oscillates".into())
         }
         EventKind::CompensatorResumes => (S::Info, "Compensator acts in full again".into()),
+        EventKind::Isolated(ref verdict) => {
+            (S::Warning, format!("Isolated: {}", verdict_text(verdict, effectors)))
+        }
+        EventKind::IsolationWithdrawn => (S::Info, "Isolation: no effector is named now".into()),
         EventKind::Fault(ref entry) => return fault_text(entry, effectors),
         EventKind::GroundContact => (S::Emergency, "Ground contact: the flight is over".into()),
         EventKind::PlantLost => {
@@ -129,6 +134,26 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
         }
         VehicleEvent::LinkBack(mode) => (S::Info, format!("Ground station is back: {mode}")),
     })
+}
+
+/// `left elevator stuck at 30.0 deg, 97 %`.
+#[must_use]
+pub fn verdict_text(verdict: &Verdict, effectors: &EffectorList) -> String {
+    let each = verdict.effectors.into_iter().zip(verdict.values).filter_map(|(effector, value)| {
+        let name = effectors.name(effector?);
+        // Without minus zero.
+        let deg = (10.0 * value.to_degrees()).round() / 10.0 + 0.0;
+        let how = match verdict.behaviour {
+            Behaviour::Stuck => format!("stuck at {deg:.1} deg"),
+            Behaviour::Reduced => format!("has {:.0} % of its effect", 100.0 * value),
+            Behaviour::Biased => format!("off by {deg:.1} deg"),
+            Behaviour::Irregular => "moves by itself".into(),
+        };
+        Some(format!("{name} {how}"))
+    });
+    let each: Vec<String> = each.collect();
+    // Never certain.
+    format!("{}, {:.0} %", each.join(" and "), (100.0 * verdict.confidence).floor().min(99.0))
 }
 
 /// `, nozzle yaw at limit`; empty if there is no limit.

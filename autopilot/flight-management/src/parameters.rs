@@ -3,7 +3,7 @@
 use flight_control::compensator::neso::Lemma1Warning;
 use flight_control::gains::GainError;
 use flight_control::{
-    AllocationMode, CompensatorLaw, CompensatorMode, Gains, MainLaw, ObserverMode,
+    AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
 };
 
 use crate::vehicle::LinkLossAction;

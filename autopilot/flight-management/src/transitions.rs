@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use flight_control::isolation::Verdict;
 use flight_control::relief::CompensationHealth;
 use flight_control::{Health, StepLog};
 use icd::ControlPeriod;
@@ -35,6 +36,7 @@ pub struct Transitions {
     not_held: Debounced,
     thrust_floor: Debounced,
     yields: Debounced,
+    isolation: Isolation,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,6 +46,14 @@ struct Compensator {
     active_us: u64,
     /// Asleep without a break, us.
     asleep_us: u64,
+}
+
+/// What the isolation names.
+#[derive(Debug, Clone, Copy, Default)]
+struct Isolation {
+    reported: Option<Verdict>,
+    /// Time without a verdict, us.
+    without_us: u64,
 }
 
 /// A state that is reported when it has lasted.
@@ -90,6 +100,26 @@ impl Compensator {
     }
 }
 
+impl Isolation {
+    /// Reports other effectors or another behaviour at once, the end of a verdict when it has lasted.
+    fn step(&mut self, verdict: Option<&Verdict>, elapsed_us: u64) -> Option<EventKind> {
+        let named = |verdict: &Verdict| (verdict.effectors, verdict.behaviour);
+        if let Some(verdict) = verdict {
+            self.without_us = 0;
+            let is_new = self.reported.as_ref().map(named) != Some(named(verdict));
+            self.reported = Some(*verdict);
+            return is_new.then_some(EventKind::Isolated(*verdict));
+        }
+        self.reported.as_ref()?;
+        self.without_us += elapsed_us;
+        let ended = self.without_us >= ASLEEP_AFTER_US;
+        ended.then(|| {
+            *self = Self::default();
+            EventKind::IsolationWithdrawn
+        })
+    }
+}
+
 impl Transitions {
     /// Evaluates one step and publishes the changes.
     pub fn step(
@@ -125,6 +155,8 @@ impl Transitions {
                 false => EventKind::CompensatorResumes,
             });
         }
+        let verdict = log.isolation.verdict.as_ref();
+        self.isolation.step(verdict, elapsed_us).into_iter().for_each(&mut publish);
         let after_us =
             if self.compensator.reported { AT_LIMIT_AFTER_US } else { ASLEEP_EXHAUSTED_AFTER_US };
         for (axis, state) in Axis::ALL.into_iter().zip(&mut self.exhausted) {

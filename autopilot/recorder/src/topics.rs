@@ -41,6 +41,11 @@ fn flag(flag: bool) -> f64 {
     f64::from(u8::from(flag))
 }
 
+/// Place of an effector from 1; 0 for none.
+fn place(effector: Option<Effector>) -> f64 {
+    effector.map_or(0.0, |effector| f64::from(effector.code()) + 1.0)
+}
+
 // First columns of the topic `control`.
 columns! { CONTROL_HEAD, control_head(step):
     "p_rad_s" => step.state.rates.x,
@@ -122,6 +127,17 @@ columns! { CONTROL_TAIL, control_tail(step):
     "yields_main_roll" => step.relief.quiet.main_roll,
     "thrust_floor" => flag(step.health.compensation.thrust_floor),
     "yields" => flag(step.health.compensation.yields),
+    // The isolation: effectors by their place from 1, 0 none; behaviour 1 stuck, 2 reduced, 3 biased, 4 moves by itself.
+    "isolated" => place(step.isolation.verdict.and_then(|verdict| verdict.effectors[0])),
+    "isolated_second" => place(step.isolation.verdict.and_then(|verdict| verdict.effectors[1])),
+    "isolated_behaviour" => step.isolation.verdict.map_or(0.0, |verdict| f64::from(verdict.behaviour.code())),
+    "isolated_value" => step.isolation.verdict.map_or(0.0, |verdict| verdict.values[0]),
+    "isolated_second_value" => step.isolation.verdict.map_or(0.0, |verdict| verdict.values[1]),
+    "isolated_confidence" => step.isolation.verdict.map_or(0.0, |verdict| verdict.confidence),
+    "likely" => place(step.isolation.likely[0]),
+    "likely_second" => place(step.isolation.likely[1]),
+    "likely_probability" => step.isolation.probability,
+    "test_deflection_rad" => step.isolation.test_rad,
     // Further parts of the navigation state, and which parts are valid.
     "specific_force_x_m_s2" => step.state.specific_force.0.x,
     "specific_force_y_m_s2" => step.state.specific_force.0.y,
@@ -404,7 +420,7 @@ mod tests {
                 assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
             }
         }
-        assert_eq!(control.len(), 116);
+        assert_eq!(control.len(), 126);
     }
 
     /// Replaces each number by a different one, and each flag by true.

@@ -39,8 +39,8 @@ macro_rules! rows {
 }
 
 /// The rows of each block, in the order of the parameters.
-const BLOCKS: [&[Tunable]; 9] =
-    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION, RELIEF];
+const BLOCKS: [&[Tunable]; 10] =
+    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION, RELIEF, ISOLATION];
 
 const REFERENCES: &[Tunable] = rows! { references:
     "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
@@ -156,6 +156,16 @@ const RELIEF: &[Tunable] = rows! { relief:
     "RLF_OSC_LAG", "s", 0.05, 60.0, yield_lag_s, "Lag on the estimate that is still compensated then";
     "RLF_OSC_MAIN", "-", 0.0, 1.0, yield_main, "Part of the aileron command of the main controller that is held back where it oscillates on";
     "RLF_OSC_RETRY", "s", 1.0, 600.0, retry_s, "Time after which it tries again; doubles each time the oscillation is back";
+};
+
+const ISOLATION: &[Tunable] = rows! { isolation:
+    "ISO_MEMORY", "s", 0.5, 60.0, memory_s, "Time after which what was seen counts e times less";
+    "ISO_CORR", "s", 0.02, 5.0, correlation_s, "Time between two samples of the estimate that count as independent";
+    "ISO_NOISE", "-", 0.01, 10.0, noise_level, "Deviation of the estimate that needs no explanation, in activation levels";
+    "ISO_MODEL", "-", 0.0, 1.0, model_error, "The same as a part of the estimate: how wrong the design model may be";
+    "ISO_CONF", "-", 0.5, 0.9999, confidence, "Probability from which on an effector is named";
+    "ISO_PERSIST", "s", 0.1, 60.0, persistence_s, "The probability has to be exceeded this long";
+    "ISO_TEST", "rad", 0.001, 0.2, test_rad, "Size of a test deflection";
 };
 
 /// All tunable gains.

@@ -40,7 +40,9 @@ impl Bench {
         self.relief.observe(&z2, fade, &ActivationGains::REFERENCE, gains);
         let at = &model.condition(state);
         let airspeed_reference_m_s = 264.0;
-        let input = ReliefInput { state, at, airspeed_reference_m_s, fade, main, model, mixer };
+        let known = &Known::nothing();
+        let input =
+            ReliefInput { state, at, airspeed_reference_m_s, fade, main, model, mixer, known };
         self.relief.step(&input, gains)
     }
 

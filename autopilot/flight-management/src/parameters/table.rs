@@ -1,8 +1,8 @@
 //! The rows of the parameter table.
 
 use super::{
-    AllocationMode, Choice, CompensatorLaw, CompensatorMode, Get, Kind, MainLaw, ObserverMode,
-    Parameter, Set, SticksLossAction,
+    AllocationMode, Choice, CompensatorLaw, CompensatorMode, Get, IsolationMode, Kind, MainLaw,
+    ObserverMode, Parameter, Set, SticksLossAction,
 };
 use crate::vehicle::LinkLossAction;
 use flight_control::gains::tunables;
@@ -52,6 +52,7 @@ fn law(name: &str) -> &'static str {
         Some("LES") => "Linear observer",
         Some("INC") => "Incremental compensator",
         Some("ACT") => "Activation",
+        Some("ISO") => "Isolation",
         Some("RLF") => "Relief beyond the paper",
         _ => "Other gains",
     }
@@ -133,6 +134,10 @@ const LAWS: &[Parameter] = choices! { "Laws";
         0 AllocationMode::Paper "ailerons and nozzle, by the inverse of the paper",
         1 AllocationMode::Wls "all surfaces and nozzle angles, bounded weighted least squares",
         2 AllocationMode::Relief "the same about the command of the paper, with relief in yaw (beyond the paper)";
+    "FTC_ISO", gains.selection.isolation, "What the verdict of the isolation is good for":
+        0 IsolationMode::Report "reported, changes no command",
+        1 IsolationMode::Test "the same, with test deflections where two effectors look alike",
+        2 IsolationMode::Use "the same, and the allocations wls and relief use it";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";

@@ -96,6 +96,7 @@ pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
 /// NAMED_VALUE_FLOAT: estimate, action and remaining authority of the compensator, SI units and radians, and the two air angles.
 pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
     let (log, motion) = (&state.log, state.motion());
+    let verdict = log.isolation.verdict;
     [
         ("z2_p", log.z2.x),
         ("z2_q", log.z2.y),
@@ -111,6 +112,10 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
         ("auth_pitch", log.authority.pitch_pct),
         ("auth_yaw", log.authority.yaw_pct),
         ("ftc_fade", log.fade),
+        ("iso_eff", isolated(log)),
+        ("iso_how", verdict.map_or(0.0, |verdict| f64::from(verdict.behaviour.code()))),
+        ("iso_value", verdict.map_or(0.0, |verdict| verdict.values[0])),
+        ("iso_conf", verdict.map_or(0.0, |verdict| verdict.confidence)),
         ("ftc_active", f64::from(u8::from(log.compensator_active))),
         ("alpha", motion.alpha),
         ("beta", motion.beta),
@@ -125,6 +130,12 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
     .to_vec()
 }
 
+/// Place of the effector that the isolation names, from 1; 0 without a verdict.
+fn isolated(log: &StepLog) -> f64 {
+    let effector = log.isolation.verdict.and_then(|verdict| verdict.effectors[0]);
+    effector.map_or(0.0, |effector| f64::from(effector.code()) + 1.0)
+}
+
 /// Identity of the array, beside its name.
 const WHY_ID: u16 = 1;
 
@@ -134,7 +145,8 @@ const WHY_EFFECTORS: usize = 8;
 /// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in order, its command (0 to 7), its position by the
 /// model of the healthy actuators (8 to 15), and 1 where its demand exceeds its limit (16 to 23); then estimate,
 /// action and remaining authority of the compensator (24 to 41), the compensation within each command (42 to 49), and
-/// the remaining authority in either direction (50 to 55). docs/mavlink.md has the list.
+/// the remaining authority in either direction (50 to 55), and the effector that the isolation names with its
+/// confidence (56, 57). docs/mavlink.md has the list.
 pub fn why(state: &Snapshot) -> Encoded {
     let log = &state.log;
     let flag = |raised: bool| f64::from(u8::from(raised));
@@ -154,7 +166,8 @@ pub fn why(state: &Snapshot) -> Encoded {
         .chain([log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct])
         .chain(first(&log.increments))
         .chain(log.authority.negative_pct)
-        .chain(log.authority.positive_pct);
+        .chain(log.authority.positive_pct)
+        .chain([isolated(log), log.isolation.verdict.map_or(0.0, |verdict| verdict.confidence)]);
     let mut data = [0.0; 58];
     for (place, value) in data.iter_mut().zip(effectors.chain(compensator)) {
         *place = convert::float(value);

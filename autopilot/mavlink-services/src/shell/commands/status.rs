@@ -10,6 +10,7 @@ use crate::aircraft::{Aircraft, Phase};
 use crate::shell::commands::{Answer, Output, usage};
 use crate::wall_time::WallTime;
 use flight_management::event::{Axis, Snapshot};
+use flight_management::event_text::verdict_text;
 
 pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     if !arguments.is_empty() {
@@ -24,6 +25,7 @@ pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answe
     if let Some(state) = shared.aircraft.snapshot() {
         flight(&mut text, state, &shared.aircraft);
         compensator(&mut text, state, shared.parameters.gains.selection.compensator);
+        isolation(&mut text, state, shared.effectors());
         effectors(&mut text, state, shared.effectors());
     }
     if let Some(script) = shared.scripts.running() {
@@ -98,6 +100,12 @@ fn compensator(text: &mut String, state: &Snapshot, mode: CompensatorMode) {
         let (z2, level, left) = (fixed(4, z2), fixed(2, level), fixed(0, left));
         let _ = writeln!(text, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
     }
+}
+
+fn isolation(text: &mut String, state: &Snapshot, list: &EffectorList) {
+    let verdict = state.log.isolation.verdict.as_ref();
+    let verdict = verdict.map_or("no effector is named".into(), |v| verdict_text(v, list));
+    let _ = writeln!(text, "Isolation: {verdict}");
 }
 
 fn effectors(text: &mut String, state: &Snapshot, list: &EffectorList) {
