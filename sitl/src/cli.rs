@@ -17,7 +17,6 @@ use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
 use flight_analysis::design::{self, DesignArgs};
 use flight_analysis::envelope;
-use flight_analysis::false_alarms;
 use flight_analysis::fly::jams::{self, JamsArgs};
 use flight_analysis::fly::{self, FlyArgs};
 use flight_analysis::linearize::{self, LinearizeArgs};
@@ -27,6 +26,7 @@ use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
+use flight_analysis::{false_alarms, isolation};
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -77,6 +77,8 @@ enum Command {
     Envelope(EnvelopeArgs),
     /// Count false alarms of the detector in hours of healthy flight, over its delay
     FalseAlarms(false_alarms::Options),
+    /// Break every effector in many ways, and count how often the isolation names the right one
+    Isolation(isolation::Options),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -139,6 +141,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Mission(args)) => mission::run(args)?,
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
+        Some(Command::Isolation(args)) => isolation::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
@@ -192,6 +195,7 @@ mod tests {
             "mission --out x",
             "envelope --out x",
             "false-alarms --out x",
+            "isolation --out x",
             "trimmable --pairs-deg 10 --out x",
             "campaign run jams --shard 1/2 --out x",
             "campaign merge jams --out x y z",

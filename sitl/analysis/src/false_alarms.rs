@@ -25,7 +25,7 @@ pub mod flights;
 mod results;
 
 use detectors::{DWELLS_S, FILTERS_S, upper_95};
-use flights::{CONDITIONS, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
+use flights::{Air, CONDITIONS, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
 
 /// Alarms an hour that are allowed, as the upper 95 % bound.
 pub const ALLOWED_PER_H: f64 = 1.0;
@@ -53,6 +53,15 @@ pub struct Options {
     /// Seed of the first flight; each has its own
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
+}
+
+impl Options {
+    /// The air and the gyros.
+    #[must_use]
+    pub const fn air(&self) -> Air {
+        let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
+        Air { turbulence_m_s, gyro_noise_deg_s }
+    }
 }
 
 /// Why the study could not be made.
@@ -153,7 +162,7 @@ pub fn fly_healthy(options: &Options) -> Result<[Watched; CONDITIONS.len()], Stu
     let one = |(place, seed): &(usize, u64)| {
         let condition = &CONDITIONS[*place];
         let references = programme(condition, *seed);
-        watch(&setup(options, &airframe, condition, *seed, &references, FLIGHT_S)?)
+        watch(&setup(&options.air(), &airframe, condition, *seed, &references, FLIGHT_S)?)
     };
     let results = runner::map("healthy flights of 10 minutes", &items, one);
     let mut conditions: [Watched; CONDITIONS.len()] = Default::default();
@@ -190,19 +199,32 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
 }
 
 fn airframe(options: &Options) -> Result<Airframe, StudyError> {
-    let Some(path) = &options.airframe else {
+    read_airframe(options.airframe.as_deref())
+}
+
+/// The aircraft of a file, or the variant with Mach effects that comes with the program.
+///
+/// # Errors
+/// [`StudyError`] if the file is not what it should be.
+pub fn read_airframe(path: Option<&Path>) -> Result<Airframe, StudyError> {
+    let Some(path) = path else {
         return Ok(Airframe::from_toml("tvc_jet_mach.toml", plant_sim::airframe::MACH_AIRFRAME)?);
     };
     let text = fs::read_to_string(path)
-        .map_err(|source| StudyError::Read { path: path.clone(), source })?;
+        .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
     Ok(Airframe::from_toml(&path.display().to_string(), &text)?)
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
+/// Writes a file of a study.
+///
+/// # Errors
+/// [`StudyError::Write`] names it.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
     fs::write(path, bytes).map_err(|source| cannot_write(path, source))
 }
 
-fn cannot_write(path: &Path, source: io::Error) -> StudyError {
+/// The error of a file or folder that cannot be written.
+pub fn cannot_write(path: &Path, source: io::Error) -> StudyError {
     StudyError::Write { path: path.to_path_buf(), source }
 }
 

@@ -41,6 +41,7 @@ pub mod envelope;
 pub mod false_alarms;
 pub mod fault_known;
 pub mod fly;
+pub mod isolation;
 pub mod linearize;
 pub mod margins;
 pub mod metrics;

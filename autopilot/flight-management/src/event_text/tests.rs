@@ -3,13 +3,19 @@
 use core::time::Duration;
 
 use flight_control::AltitudeLimit;
-use icd::SimTime;
 use icd::fault::{FaultKind, Timing, Travel};
 use icd::tvc_jet;
+use icd::{Effector, SimTime};
 
 use super::*;
 use crate::event::Axis;
 use crate::vehicle::Mode;
+
+/// A verdict about the rudder, and about a second effector at 0.1 rad.
+fn isolated(behaviour: Behaviour, value: f64, second: Option<Effector>) -> EventKind {
+    let (effectors, values) = ([Some(tvc_jet::RUDDER), second], [value, 0.1]);
+    EventKind::Isolated(Verdict { effectors, behaviour, values, confidence: 0.9799 })
+}
 
 /// How a version of QGroundControl treats a text.
 struct Qgc {
@@ -112,6 +118,32 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
         (E::ThrustFloorReleased, Plain, "Thrust floor no longer needed"),
         (E::CompensatorYields, Orange, "Compensator yields: its action oscillates"),
         (E::CompensatorResumes, Plain, "Compensator acts in full again"),
+        (
+            isolated(Behaviour::Stuck, 0.52, None),
+            Orange,
+            "Isolated: rudder stuck at 29.8 deg, 97 %",
+        ),
+        (
+            isolated(Behaviour::Stuck, -0.000_1, Some(tvc_jet::LEFT_ELEVATOR)),
+            Orange,
+            "Isolated: rudder stuck at 0.0 deg and left elevator stuck at 5.7 deg, 97 %",
+        ),
+        (
+            isolated(Behaviour::Reduced, 0.4, None),
+            Orange,
+            "Isolated: rudder has 40 % of its effect, 97 %",
+        ),
+        (
+            isolated(Behaviour::Biased, -0.05, None),
+            Orange,
+            "Isolated: rudder off by -2.9 deg, 97 %",
+        ),
+        (
+            isolated(Behaviour::Irregular, 0.0, None),
+            Orange,
+            "Isolated: rudder moves by itself, 97 %",
+        ),
+        (E::IsolationWithdrawn, Plain, "Isolation: no effector is named now"),
         (E::PlantLost, Orange, "Plant link lost: simulation time stands still"),
         (E::Vehicle(V::LinkLost(LinkLossAction::Hold)), Orange, "Ground station lost: Hold"),
         (E::EventsLost(7), Orange, "7 events were lost: the faults are listed anew"),

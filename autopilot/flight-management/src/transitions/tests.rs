@@ -185,3 +185,34 @@ fn a_thrust_floor_and_a_compensator_that_yields_are_reported_with_their_ends() {
     let published = run(&mut transitions, 1_001, |_| calm());
     assert_eq!(published, [EventKind::ThrustFloorReleased, EventKind::CompensatorResumes]);
 }
+
+#[test]
+fn a_verdict_is_reported_once_again_when_it_changes_and_its_end_after_a_second() {
+    use flight_control::isolation::evidence::Behaviour;
+    use icd::tvc_jet;
+
+    let verdict = |behaviour, value| Verdict {
+        effectors: [Some(tvc_jet::RUDDER), None],
+        behaviour,
+        values: [value, 0.0],
+        confidence: 0.95,
+    };
+    let mut transitions = Transitions::default();
+    // The angle becomes better with time; that is no news.
+    let stuck = |tick: u32| {
+        let mut log = calm();
+        log.isolation.verdict = Some(verdict(Behaviour::Stuck, 0.1 + 1.0e-4 * f64::from(tick)));
+        log
+    };
+    let published = run(&mut transitions, 500, stuck);
+    assert_eq!(published, [EventKind::Isolated(verdict(Behaviour::Stuck, 0.1))]);
+    let biased = verdict(Behaviour::Biased, 0.1);
+    let other = |_| {
+        let mut log = calm();
+        log.isolation.verdict = Some(biased);
+        log
+    };
+    assert_eq!(run(&mut transitions, 500, other), [EventKind::Isolated(biased)]);
+    assert_eq!(run(&mut transitions, 499, |_| calm()), []);
+    assert_eq!(run(&mut transitions, 500, |_| calm()), [EventKind::IsolationWithdrawn]);
+}

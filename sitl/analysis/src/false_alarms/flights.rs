@@ -44,6 +44,15 @@ pub const CONDITIONS: [Condition; 3] = [
     Condition { altitude_m: 8_000.0, airspeed_m_s: 270.0 },
 ];
 
+/// The air and the gyros of a study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// Turbulence, m/s rms.
+    pub turbulence_m_s: f64,
+    /// White noise of the gyros, deg/s rms of each control sample.
+    pub gyro_noise_deg_s: f64,
+}
+
 /// What one flight, or many, came to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Watched {
@@ -114,7 +123,7 @@ impl Watched {
 /// # Errors
 /// [`StudyError`] if a shipped file is not what it should be.
 pub fn setup(
-    options: &Options,
+    air: &Air,
     airframe: &Airframe,
     condition: &Condition,
     seed: u64,
@@ -125,8 +134,8 @@ pub fn setup(
         Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?.plant;
     plant.start.altitude_m = Some(condition.altitude_m);
     plant.start.airspeed_m_s = Some(condition.airspeed_m_s);
-    plant.wind.turbulence_m_s = options.turbulence_m_s;
-    plant.sensors.gyro_noise_rad_s = options.gyro_noise_deg_s.to_radians();
+    plant.wind.turbulence_m_s = air.turbulence_m_s;
+    plant.sensors.gyro_noise_rad_s = air.gyro_noise_deg_s.to_radians();
     plant.seed = seed;
     let period = ControlPeriod::DEFAULT;
     let mut parameters = Parameters::default();
@@ -145,13 +154,7 @@ pub fn setup(
 #[must_use]
 pub fn programme(condition: &Condition, seed: u64) -> String {
     let Condition { altitude_m, airspeed_m_s } = *condition;
-    let mut key = *b"........--------two-step sitl--2";
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    let mut generator = ChaCha8Rng::from_seed(key);
-    let mut between = |low: f64, high: f64| {
-        let unit = f64::from(generator.next_u32()) / (f64::from(u32::MAX) + 1.0);
-        low + (high - low) * unit
-    };
+    let mut between = draws(seed, *b"--------two-step sitl--2");
     let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
     let (mut altitude, mut airspeed) = (altitude_m, airspeed_m_s);
     let mut at_s = PART_S;
@@ -175,7 +178,21 @@ pub fn programme(condition: &Condition, seed: u64) -> String {
     text
 }
 
-fn entry(at_s: f64, roll_deg: f64, altitude_m: f64, airspeed_m_s: f64) -> String {
+/// Numbers between two limits, drawn from the stream of this seed and name.
+pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..].copy_from_slice(&name);
+    let mut generator = ChaCha8Rng::from_seed(key);
+    move |low, high| {
+        let unit = f64::from(generator.next_u32()) / (f64::from(u32::MAX) + 1.0);
+        low + (high - low) * unit
+    }
+}
+
+/// References from a time on, as a table of a scenario.
+#[must_use]
+pub fn entry(at_s: f64, roll_deg: f64, altitude_m: f64, airspeed_m_s: f64) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(
@@ -350,7 +367,7 @@ fn noticed(
         fault.roll_deg,
     );
     let duration_s = FAULT_S + WAITED_S;
-    let mut setup = setup(options, airframe, &design, seed, &references, duration_s)?;
+    let mut setup = setup(&options.air(), airframe, &design, seed, &references, duration_s)?;
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);
     let (effector, kind, timing) = (fault.effector, fault.kind, Timing::at(onset));
     setup.plant.faults = vec![ScheduledFault { target: effector.into(), kind, timing }];

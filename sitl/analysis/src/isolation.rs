@@ -1,0 +1,143 @@
+//! Which effector the isolation names, how soon, and how often it is wrong: `sitl isolation`.
+//!
+//! ```text
+//! faults drawn for each class, in turbulence ─> three laws ─> verdicts ─┬─> confusion matrices, delays, losses
+//! hours of healthy flight in the same air    ─────────────> verdicts ─┴─> tables, figure, page
+//! ```
+//!
+//! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number. The
+//! gains of the isolation were chosen on other flights (docs/isolation.md).
+
+use std::fs;
+use std::path::PathBuf;
+
+use flight_control::{AllocationMode, IsolationMode};
+use plant_sim::io::whole;
+
+use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::false_alarms::flights::Air;
+use crate::false_alarms::{StudyError, cannot_write, read_airframe, write};
+
+pub mod flights;
+mod results;
+
+use flights::{Classes, Healthy, Outcome};
+
+/// Longest healthy flight, hours.
+const HOURS_MAX: f64 = 10_000.0;
+/// Most flights of each class and law.
+const FLIGHTS_MAX: u32 = 10_000;
+
+/// Options of `sitl isolation`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+pub struct Options {
+    /// Folder for tables, figure and page
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Flights with a fault, for each class and law, up to 10000
+    #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 100, value_parser = whole(1, FLIGHTS_MAX))]
+    pub flights: u32,
+    /// Healthy flight of each law, hours, up to 10000
+    #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 10.0, value_parser = up_to(HOURS_MAX, "h"))]
+    pub hours: f64,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
+    pub turbulence_m_s: f64,
+    /// White noise of the gyros, deg/s rms of each control sample
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
+    pub gyro_noise_deg_s: f64,
+    /// The aircraft, instead of the variant with Mach effects that comes with the program
+    #[arg(long, value_name = "FILE")]
+    pub airframe: Option<PathBuf>,
+    /// Seed of the first flight; each has its own
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
+}
+
+impl Options {
+    /// The air and the gyros.
+    #[must_use]
+    pub const fn air(&self) -> Air {
+        let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
+        Air { turbulence_m_s, gyro_noise_deg_s }
+    }
+}
+
+/// A law with what it does with the verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// For people.
+    pub name: &'static str,
+    /// How the compensating demand is allocated.
+    pub allocation: AllocationMode,
+    /// What the verdict is good for.
+    pub isolation: IsolationMode,
+}
+
+/// The paper's law, whose verdict is only reported; and the law beyond the paper without and with the use of it.
+pub const VARIANTS: [Variant; 3] = [
+    Variant {
+        name: "paper, report only",
+        allocation: AllocationMode::Paper,
+        isolation: IsolationMode::Report,
+    },
+    Variant {
+        name: "relief, report only",
+        allocation: AllocationMode::Relief,
+        isolation: IsolationMode::Report,
+    },
+    Variant {
+        name: "relief, verdict used",
+        allocation: AllocationMode::Relief,
+        isolation: IsolationMode::Use,
+    },
+];
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// What can be broken.
+    pub classes: Classes,
+    /// For each law the flights with a fault.
+    pub outcomes: [Vec<Outcome>; VARIANTS.len()],
+    /// For each law the healthy flights together.
+    pub healthy: [Healthy; VARIANTS.len()],
+}
+
+impl Study {
+    /// Flies it.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the aircraft cannot be read or a flight cannot be flown.
+    pub fn fly(options: &Options) -> Result<Self, StudyError> {
+        let airframe = read_airframe(options.airframe.as_deref())?;
+        let classes = Classes::of(&airframe);
+        Ok(Self {
+            outcomes: flights::fly_faults(options, &airframe, &classes)?,
+            healthy: flights::fly_healthy(options, &airframe)?,
+            classes,
+        })
+    }
+}
+
+/// Flies everything, writes tables, figure and page, prints a summary.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
+pub fn run(options: &Options) -> Result<(), StudyError> {
+    let out = options.out.as_path();
+    // First, so that a folder that cannot be written is named before minutes of flying.
+    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let study = Study::fly(options)?;
+    let figure = results::figure(&study);
+    for (name, bytes) in figure.files()? {
+        write(&out.join(name), &bytes)?;
+    }
+    write(&out.join("flights.csv"), results::flights_csv(&study).as_bytes())?;
+    write(&out.join("confusion.csv"), results::confusion_csv(&study).as_bytes())?;
+    let summary = results::summary(options, &study);
+    write(&out.join("summary.md"), summary.as_bytes())?;
+    write(&out.join("report.html"), results::page(&summary, &figure).as_bytes())?;
+    println!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    Ok(())
+}
