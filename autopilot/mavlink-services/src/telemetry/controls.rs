@@ -112,11 +112,11 @@ pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
         ("auth_pitch", log.authority.pitch_pct),
         ("auth_yaw", log.authority.yaw_pct),
         ("ftc_fade", log.fade),
+        ("ftc_active", f64::from(u8::from(log.compensator_active))),
         ("iso_eff", isolated(log)),
         ("iso_how", verdict.map_or(0.0, |verdict| f64::from(verdict.behaviour.code()))),
         ("iso_value", verdict.map_or(0.0, |verdict| verdict.values[0])),
         ("iso_conf", verdict.map_or(0.0, |verdict| verdict.confidence)),
-        ("ftc_active", f64::from(u8::from(log.compensator_active))),
         ("alpha", motion.alpha),
         ("beta", motion.beta),
     ]

@@ -37,7 +37,7 @@ fn last<D: MessageData>(world: &World) -> D {
 /// How many messages of one row are sent together.
 fn group_size(id: u32) -> usize {
     match id {
-        NAMED_VALUE_FLOAT_DATA::ID => 17,
+        NAMED_VALUE_FLOAT_DATA::ID => 21,
         DEBUG_VECT_DATA::ID => 5,
         // The array of the compensator, and the empty list of faults.
         350 => 2,

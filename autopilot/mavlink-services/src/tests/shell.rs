@@ -63,7 +63,7 @@ fn take(world: &mut World, to: Address, sender: Identity) -> String {
 /// and without the echo. Input that is not a line (too long) has an empty echo.
 fn run_line(world: &mut World, line: &str) -> String {
     type_at(world, address(14_550), STATION, &format!("{line}\n"), QGC);
-    world.run_ms(200);
+    world.run_ms(300);
     let text = take(world, address(14_550), STATION);
     let (first, _) = line.split_once('\n').unwrap_or((line, ""));
     let text = text.strip_prefix(PROMPT).unwrap_or(&text);

@@ -146,7 +146,7 @@ fn a_long_output_waits_for_a_slow_peer_and_nothing_of_it_is_lost() {
     world.run_ms(2_000);
     assert_eq!(take(&mut world, address(14_550), STATION), "");
     let mut text = String::new();
-    for _ in 0..400 {
+    for _ in 0..450 {
         world.stuck.clear();
         world.run_ms(2);
         world.stuck.push(address(14_550));
