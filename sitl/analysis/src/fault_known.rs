@@ -19,6 +19,7 @@
 use flight_control::allocation::{self, ActiveSet, Settings};
 use flight_control::allocator::Columns;
 use flight_control::design_model::FlightCondition;
+use flight_control::isolation::Known;
 use flight_control::mixer::{Mixed, Mixer};
 use flight_control::relief::{Relief, ReliefInput};
 use flight_control::{AircraftModel, Compensation, DesignModel, Gains, MainCommand, StepLog};
@@ -89,6 +90,7 @@ impl FaultKnown {
             main: &main,
             model: &failed.model,
             mixer: &failed.mixer,
+            known: &Known::nothing(),
         };
         let relieved = self.relief.step(&input, relief);
         let Mixed { applied, increments, limited, .. } = relieved.mixed;
