@@ -171,8 +171,14 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
     let flights = plan.flights_of(airframe).len();
     let laws = plan.laws();
     let kept = |group: &Group| 1.0 - group.fraction_lost();
-    let flown = sources.of(airframe).filter(|group| group.flown > 0);
-    let best = flown.max_by(|a, b| kept(a).total_cmp(&kept(b)).then(b.law.cmp(&a.law)));
+    // The reference is no law that could fly.
+    let is_reference = |group: &Group| plan.file.spec.law[group.law].fault_known;
+    let flown: Vec<&Group> =
+        sources.of(airframe).filter(|group| group.flown > 0 && !is_reference(group)).collect();
+    let most = flown.iter().map(|group| kept(group)).fold(f64::NEG_INFINITY, f64::max);
+    let best: Vec<&str> =
+        flown.iter().filter(|group| kept(group) >= most).map(|group| laws[group.law]).collect();
+    let first = flown.first().filter(|group| kept(group) < most);
     let failed = plan
         .flights_of(airframe)
         .flat_map(|flight| (0..laws.len()).map(move |law| (flight, law)))
@@ -182,10 +188,9 @@ fn in_short(sources: &Sources<'_>, airframe: usize) -> Markup {
         p.verdict {
             (flights) " flights of " (plan.file.spec.duration_s) " s, each flown by " (laws.len()) " control laws on the same aircraft, faults and seeds. "
             "A flight is survived if the aircraft stays inside the limits of its airframe file to the end. "
-            @if let Some(best) = best {
-                @let first = sources.of(airframe).next();
-                strong { (laws[best.law]) } " survives most: " (percent(kept(best)))
-                @if let Some(first) = first { @if first.law != best.law && first.flown > 0 { "; " (laws[first.law]) " survives " (percent(kept(first))) } }
+            @if !best.is_empty() {
+                strong { (best.join("; ")) } @if best.len() > 1 { " survive most, each " } @else { " survives most: " } (percent(most))
+                @if let Some(first) = first { "; " (laws[first.law]) " survives " (percent(kept(first))) }
                 ". "
             }
             @if failed > 0 { (failed) " runs could not be flown; runs.parquet has the reasons." }
