@@ -53,7 +53,7 @@ fn bench(c: &mut Criterion) {
             });
         });
         c.bench_function(&format!("sense_and_truth/{name}"), |b| {
-            b.iter(|| (flight.sense(), flight.truth()));
+            b.iter(|| (flight.sense(), *flight.truth()));
         });
         c.bench_function(&format!("advance_2ms_and_sense/{name}"), |b| {
             let actuators = Actuators { commands };

@@ -4,6 +4,7 @@
 //! choice between derivatives and tables. Every sum keeps left and right
 //! together, so that a mirrored flight gets mirrored bits.
 
+use icd::frames::atan2;
 use icd::{Body, PerEffector};
 use serde::{Deserialize, Serialize};
 
@@ -146,7 +147,7 @@ impl AirState {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
         // The sideslip is asin(v / V), by a length that the forces need too.
-        let (alpha_rad, beta_rad) = (libm::atan2(w, u), libm::atan2(v, in_plane));
+        let (alpha_rad, beta_rad) = (atan2(w, u), atan2(v, in_plane));
         Self { airspeed_m_s: (u * u + v * v + w * w).sqrt(), alpha_rad, beta_rad, rates }
     }
 }

@@ -189,8 +189,8 @@ impl Plant {
 
     /// The true state of this instant.
     #[must_use]
-    pub fn truth(&self) -> Truth {
-        self.truth
+    pub fn truth(&self) -> &Truth {
+        &self.truth
     }
 
     /// The present effects of all faults.

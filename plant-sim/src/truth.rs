@@ -198,7 +198,7 @@ mod tests {
         for _ in 0..100 {
             plant.advance(&Actuators { commands });
         }
-        plant.truth()
+        *plant.truth()
     }
 
     #[test]

@@ -168,7 +168,7 @@ impl Loop {
         let actuators = if packet.phase == Phase::Flying {
             let actuators = self.autopilot.step(packet.time, &packet.sensors).actuators();
             let log = self.autopilot.snapshot().unwrap().log;
-            let record = Record { truth: self.plant.truth(), log };
+            let record = Record { truth: *self.plant.truth(), log };
             self.bytes.extend(postcard::to_stdvec(&record).unwrap());
             actuators
         } else {

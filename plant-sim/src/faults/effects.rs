@@ -158,14 +158,14 @@ impl Effects {
         self.remaining[effector] * self.position(effector, servo)
     }
 
-    /// Effective deflections of all effectors, rad and N.
+    /// Effective deflections of the first `count` effectors, rad and N.
     #[inline]
     #[must_use]
-    pub fn effective(&self, servos: &PerEffector<f64>) -> PerEffector<f64> {
+    pub fn effective(&self, count: usize, servos: &PerEffector<f64>) -> PerEffector<f64> {
         if self.has_offset_or_limit {
             return self.effective_with_limits(servos);
         }
-        PerEffector::from_fn(|e| self.remaining[e] * servos[e])
+        PerEffector::first_from_fn(count, |e| self.remaining[e] * servos[e])
     }
 
     #[cold]

@@ -184,7 +184,7 @@ impl Flight<'_> {
 
     fn record(&mut self) {
         if let Some(log) = self.truth_log.as_mut()
-            && let Err(problem) = log.write(&self.plant.truth())
+            && let Err(problem) = log.write(self.plant.truth())
         {
             error!(%problem, "the truth log ends here");
         }

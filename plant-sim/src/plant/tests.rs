@@ -105,7 +105,7 @@ fn quarter_steps_change_the_flight_by_a_millionth() {
         let (mut a, mut b) = (plant(&coarse), plant(&fine));
         fly(&mut a, 1_500, wiggle);
         fly(&mut b, 1_500, wiggle);
-        let error = apart(&a.truth(), &b.truth());
+        let error = apart(a.truth(), b.truth());
         // Rad, rad/s, m/s, m alike; the servos' rate limit is not smooth, so it is not RK4's 1e-12.
         assert!(error < 1e-6, "{earth:?}: {error} apart");
         assert!(a.truth().euler().phi.abs() > 0.01, "the flight must not be trivial");
@@ -133,9 +133,9 @@ fn angular_acceleration_is_the_slope_of_the_rates() {
             PlantSetup { period: ControlPeriod::from_micros(1_000).unwrap(), ..setup(earth) };
         let mut plant = plant(&setup);
         fly(&mut plant, 200, wiggle);
-        let before = plant.truth();
+        let before = *plant.truth();
         fly(&mut plant, 1, wiggle);
-        let middle = plant.truth();
+        let middle = *plant.truth();
         fly(&mut plant, 1, wiggle);
         let slope = (plant.truth().body_rates.0 - before.body_rates.0) / 0.002;
         let error = (slope - middle.angular_acceleration.0).norm();
@@ -157,11 +157,11 @@ fn the_flight_ends_on_the_ground_and_stays_there() {
     };
     fly(&mut plant, 3_000, dive);
     assert!(plant.on_ground());
-    let (truth, time) = (plant.truth(), plant.time());
+    let (truth, time) = (*plant.truth(), plant.time());
     assert!(truth.altitude_m <= 0.0 && truth.altitude_m > -2.0, "{} m", truth.altitude_m);
     assert_eq!(plant.pop_report(), Some(PlantReport::GroundContact { at: time }));
     fly(&mut plant, 10, dive);
-    assert_eq!((plant.truth(), plant.time(), plant.pop_report()), (truth, time, None));
+    assert_eq!((*plant.truth(), plant.time(), plant.pop_report()), (truth, time, None));
     let request = FaultRequest::Clear { target: tvc_jet::RUDDER.into() };
     assert_eq!(plant.request(&request), FaultReply::Refused(Refusal::FlightOver));
     assert!(!plant.is_broken());
@@ -190,7 +190,7 @@ fn the_wildest_commands_keep_every_number_finite() {
         *commands =
             PerEffector::from_fn(|e| if e.index() % 2 == 0 { sign * 1e9 } else { -sign * 1e9 });
     });
-    for number in numbers(&plant.truth()) {
+    for number in numbers(plant.truth()) {
         assert!(number.is_finite());
         worst = worst.max(number.abs());
     }
@@ -207,7 +207,7 @@ fn an_airframe_that_blows_up_ends_the_flight_in_its_last_good_state() {
     assert!(plant.on_ground());
     assert!(plant.is_broken(), "altitude {} m", plant.truth().altitude_m);
     assert!(plant.broken_by().is_some_and(|quantity| !quantity.is_empty()));
-    assert!(numbers(&plant.truth()).iter().all(|x| x.is_finite()));
+    assert!(numbers(plant.truth()).iter().all(|x| x.is_finite()));
 }
 
 #[test]
@@ -253,7 +253,8 @@ fn every_step_that_divides_the_period_is_allowed() {
 
 #[test]
 fn body_rates_of_level_flight_on_the_round_earth_are_those_of_the_earth_and_the_way() {
-    let truth = plant(&setup(EarthModel::Wgs84)).truth();
+    let plant = plant(&setup(EarthModel::Wgs84));
+    let truth = plant.truth();
     let rate = truth.attitude.to_ned(truth.body_rates).0;
     let radius = crate::geodesy::radii(libm::sin(truth.latitude_rad)).meridian_m + 5_000.0;
     let expected = -truth.velocity.0.x / radius;

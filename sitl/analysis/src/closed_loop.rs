@@ -18,7 +18,7 @@ use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{AircraftModel, DesignModel, NavigationState, StepLog};
-use icd::{PerEffector, SimTime};
+use icd::{EulerAngles, PerEffector, SimTime};
 use nalgebra::Vector3;
 use plant_sim::{Plant, PlantSetup, SetupError, Truth};
 use serde::{Deserialize, Serialize};
@@ -137,9 +137,22 @@ pub fn fault_known(setup: &FlightSetup) -> FaultKnown {
 #[must_use]
 pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> {
     let Record { truth, log } = record;
+    let expected = expected_acceleration(model, truth, &truth.euler(), &log.modelled);
+    truth.angular_acceleration.0 - expected
+}
+
+/// What the design model expects at the true state, with `attitude` as angles, for healthy effectors at their modelled
+/// positions, rad/s².
+#[must_use]
+pub fn expected_acceleration(
+    model: &DesignModel,
+    truth: &Truth,
+    attitude: &EulerAngles,
+    modelled: &PerEffector<f64>,
+) -> Vector3<f64> {
     let state = NavigationState {
         rates: truth.body_rates.0,
-        attitude: truth.euler(),
+        attitude: *attitude,
         alpha: truth.alpha_rad,
         beta: truth.beta_rad,
         airspeed_m_s: truth.airspeed_m_s,
@@ -147,7 +160,7 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
         thrust_n: model.engine().map_or(0.0, |engine| truth.deflections[engine]),
         ..NavigationState::at_rest()
     };
-    beyond_model(model, &state, &truth.angular_acceleration.0, &log.modelled)
+    expected_at(model, &state, modelled)
 }
 
 /// What of a true angular acceleration the design model does not explain, rad/s²: see Eq. (18).
@@ -158,7 +171,15 @@ pub fn beyond_model(
     angular_acceleration: &Vector3<f64>,
     modelled: &PerEffector<f64>,
 ) -> Vector3<f64> {
+    angular_acceleration - expected_at(model, state, modelled)
+}
+
+fn expected_at(
+    model: &DesignModel,
+    state: &NavigationState,
+    modelled: &PerEffector<f64>,
+) -> Vector3<f64> {
     let adapted = model.at(state);
     let model = adapted.as_ref().unwrap_or(model);
-    angular_acceleration - model.acceleration(state, &model.condition(state), modelled)
+    model.acceleration(state, &model.condition(state), modelled)
 }

@@ -78,6 +78,10 @@ pub fn turned(angles: impl IntoIterator<Item = f64>) -> f64 {
 /// The same angle in [-pi, pi].
 #[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
+    // Inside it already: the remainder would be the same number.
+    if angle_rad.abs() <= std::f64::consts::PI {
+        return angle_rad;
+    }
     libm::remainder(angle_rad, 2.0 * std::f64::consts::PI)
 }
 
@@ -137,6 +141,14 @@ mod tests {
         let degrees = [170.0, 179.0, -172.0, -163.0];
         let turn = turned(degrees.map(|d: f64| d * DEG));
         assert!((turn - 27.0 * DEG).abs() < 1.0e-12, "{turn} rad");
+    }
+
+    #[test]
+    fn an_angle_that_needs_no_wrap_keeps_its_bits() {
+        for angle in [0.0, -0.0, 1.0, -3.0, PI, -PI, PI + 1e-9, 2.0 * PI, -7.0, f64::NAN] {
+            let wrapped = libm::remainder(angle, 2.0 * PI);
+            assert_eq!(wrap(angle).to_bits(), wrapped.to_bits(), "{angle} rad");
+        }
     }
 
     #[test]

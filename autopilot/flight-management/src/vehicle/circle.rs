@@ -83,7 +83,7 @@ impl Orbit {
         demand: &Demand,
         rules: &Rules,
     ) -> Self {
-        let circle = Self { centre: *situation.horizon.site(), radius_m, clockwise };
+        let circle = Self { centre: *situation.horizon().site(), radius_m, clockwise };
         let course = situation.course_rad();
         let (sin, cos) = libm::sincos(course);
         let ahead = Horizontal::new(cos, sin);
@@ -92,7 +92,7 @@ impl Orbit {
         let radius_m = circle.flown_radius_m(situation, demand, rules);
         // The circle begins when the aircraft has rolled in.
         let centre = ahead * (situation.speed_m_s * rules.roll_in_s()) + abeam * radius_m;
-        Self { centre: Site::at(situation.horizon.place_at(&centre)), ..circle }
+        Self { centre: Site::at(situation.horizon().place_at(&centre)), ..circle }
     }
 
     /// The radius flown, m: that of the request, or the smallest possible one.
@@ -106,7 +106,7 @@ impl Orbit {
     #[must_use]
     pub fn fly(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> Flown {
         let radius_m = self.flown_radius_m(situation, demand, rules);
-        let centre = situation.horizon.offset(&self.centre);
+        let centre = situation.horizon().offset(&self.centre);
         let steering = follow_circle(
             &centre,
             radius_m,

@@ -15,8 +15,8 @@ const WIND_LAG_S: f64 = 30.0;
 pub struct Situation {
     /// Time since the previous tick, s.
     pub dt_s: f64,
-    /// The axes at the aircraft.
-    pub horizon: Horizon,
+    /// Below or above the aircraft.
+    pub place: Place,
     /// Over the ground, m/s.
     pub velocity: Horizontal,
     /// Ground speed, m/s.
@@ -58,7 +58,7 @@ impl Situation {
         let velocity = state.velocity.0.xy();
         Self {
             dt_s,
-            horizon: Horizon::at(Place::of(state)),
+            place: Place::of(state),
             velocity,
             speed_m_s: velocity.norm(),
             altitude_m: state.altitude_m,
@@ -66,6 +66,12 @@ impl Situation {
             bank_rad: state.attitude.phi,
             wind_m_s: wind.value().norm(),
         }
+    }
+
+    /// The axes at the aircraft; computed on demand.
+    #[must_use]
+    pub fn horizon(&self) -> Horizon {
+        Horizon::at(self.place)
     }
 
     /// Course over the ground, rad from north.

@@ -46,7 +46,7 @@ impl Flight {
         for _ in 0..ticks {
             self.plant.advance(&Actuators { commands: self.commands });
         }
-        self.plant.truth()
+        *self.plant.truth()
     }
 }
 
@@ -191,12 +191,12 @@ fn a_slow_effector_moves_at_its_rate_and_a_mended_one_at_the_old() {
     let mut flight = Flight::new();
     flight.break_now(tvc_jet::LEFT_ELEVATOR, FaultKind::Slow { rate: radians(5.0) });
     flight.commands[tvc_jet::LEFT_ELEVATOR] = radians(20.0);
-    let at = |truth: Truth| truth.positions[tvc_jet::LEFT_ELEVATOR];
+    let at = |truth: &Truth| truth.positions[tvc_jet::LEFT_ELEVATOR];
     let from = at(flight.plant.truth());
-    assert!((at(flight.fly(500)) - from - radians(5.0)).abs() < 1e-9);
+    assert!((at(&flight.fly(500)) - from - radians(5.0)).abs() < 1e-9);
     flight.plant.request(&FaultRequest::ClearAll);
     let from = at(flight.plant.truth());
-    assert!((at(flight.fly(10)) - from - radians(1.6)).abs() < 1e-9);
+    assert!((at(&flight.fly(10)) - from - radians(1.6)).abs() < 1e-9);
 }
 
 #[test]

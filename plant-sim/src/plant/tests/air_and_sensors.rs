@@ -34,7 +34,7 @@ fn gyro_noise_does_not_touch_the_flight_or_the_gusts() {
 fn ideal_sensors_report_the_truth_to_the_bit() {
     let mut plant = plant(&setup(EarthModel::Wgs84));
     fly(&mut plant, 300, wiggle);
-    let (truth, sensors) = (plant.truth(), plant.sense());
+    let (truth, sensors) = (*plant.truth(), plant.sense());
     assert_eq!(sensors.gyro, Sample::at(truth.time, truth.body_rates));
     assert_eq!(sensors.attitude, Sample::at(truth.time, truth.attitude));
     assert_eq!(sensors.vanes.value.sideslip_rad, truth.beta_rad);
@@ -67,7 +67,7 @@ fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
     for _ in 0..5_000 {
         coast(&mut plant, 1);
         let (gust, motion) = (plant.inputs.gust, plant.present.motion);
-        let (truth, sensors) = (plant.truth(), plant.sense());
+        let (truth, sensors) = (*plant.truth(), plant.sense());
         // Velocity of each place relative to the air there, less what the aircraft's own rotation adds.
         let vanes = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(7.0, 0.0, 0.0));
         let pitot = motion.velocity.0 - gust.rates.0.cross(&Vector3::new(8.0, 2.0, -1.0));

@@ -70,7 +70,7 @@ fn a_mirrored_flight_is_mirrored_to_the_bit() {
                 commands[tvc_jet::RUDDER] = -c[tvc_jet::RUDDER];
             }
         });
-        plant.truth()
+        *plant.truth()
     };
     let (left, right) = (side(false), side(true));
     let mirror = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];

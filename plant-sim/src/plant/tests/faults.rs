@@ -51,7 +51,7 @@ fn a_fault_without_effect_splits_a_step_and_leaves_the_grid() {
     fly(&mut a, 500, wiggle);
     fly(&mut b, 500, wiggle);
     assert_eq!(a.time(), b.time());
-    let error = apart(&a.truth(), &b.truth());
+    let error = apart(a.truth(), b.truth());
     // One step of 1 ms cut in three: its own error of some 1e-13, amplified a little.
     assert!(error < 1e-10, "{error} apart");
 }

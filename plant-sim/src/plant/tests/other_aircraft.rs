@@ -189,7 +189,7 @@ fn commands_beyond_the_effectors_of_the_aircraft_change_nothing() {
         for _ in 0..100 {
             plant.advance(&Actuators { commands });
         }
-        plant.truth()
+        *plant.truth()
     };
     assert_eq!(fly(0.0), fly(1.0e9));
 }

@@ -54,7 +54,7 @@ impl Tick<'_> {
     /// Truth and signals of the tick.
     #[must_use]
     pub fn record(&self) -> Record {
-        Record { truth: self.plant.truth(), log: *self.log }
+        Record { truth: *self.plant.truth(), log: *self.log }
     }
 }
 
@@ -367,7 +367,7 @@ impl Operator for Commander<'_> {
 
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
         let snapshot = tick.snapshot;
-        let observation = Observation { truth: &tick.plant.truth(), snapshot, events: tick.events };
+        let observation = Observation { truth: tick.plant.truth(), snapshot, events: tick.events };
         if (self.sink)(&observation) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 }

@@ -11,7 +11,7 @@ use host_io::session;
 use icd::SimTime;
 use icd::fault::{PlantReport, PlantRequest};
 use plant_sim::io::header::PlantHeader;
-use plant_sim::{FlightLimits, Plant};
+use plant_sim::{Attained, FlightLimits, Plant};
 
 use super::FlyError;
 use super::measures::{Measured, Measures};
@@ -56,7 +56,12 @@ pub(super) fn fly(
     let mut judge = Judge {
         model: DesignModel::new(setup.model),
         limits: airframe.limits,
-        measures: Measures::new(airframe, setup.plant.period.as_seconds()),
+        measures: Measures::new(
+            airframe,
+            &setup.model,
+            setup.parameters.gains.selection.observer,
+            setup.plant.period.as_seconds(),
+        ),
         rows_every: table::ticks_per_row(setup.plant.period) as u64,
         columns: Columns::of(&airframe.effectors),
         line: String::new(),
@@ -105,27 +110,35 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     fn look(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
-        let record = tick.record();
-        let sample = Sample::of(&self.model, &record);
+        let truth = tick.plant.truth();
+        let sensed = &tick.log.state;
+        // The angles of the navigation state are those of its orientation.
+        let attitude = match sensed.orientation.wxyz() == truth.attitude.wxyz() {
+            true => sensed.attitude,
+            false => truth.euler(),
+        };
         let demand = &tick.snapshot.demand;
         let references = [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s];
-        self.measures.tick(&Measured {
-            sample: &sample,
-            references,
-            commands: &record.log.commands,
-            positions: &record.truth.positions,
-            is_broken: record.truth.fault_codes.iter().any(|(_, code)| *code != 0),
-        });
-        self.altitude_m = [sample.row.altitude_m, references[0]];
+        self.measures.tick(&Measured { truth, attitude: &attitude, log: tick.log, references });
+        self.altitude_m = [truth.altitude_m, references[0]];
         if self.loss.is_none() {
-            let by = self.limits.exceeded(&(&sample.row).into());
-            self.loss = by.map(|by| Loss { at_s: sample.row.t_s, by: LossBy::Limit(by) });
+            let at = Attained {
+                roll_rad: attitude.phi,
+                pitch_rad: attitude.theta,
+                alpha_rad: truth.alpha_rad,
+                beta_rad: truth.beta_rad,
+                altitude_m: truth.altitude_m,
+            };
+            let by = if self.limits.are_exceeded(&at) { self.limits.exceeded(&at) } else { None };
+            self.loss = by.map(|by| Loss { at_s: truth.time.as_seconds(), by: LossBy::Limit(by) });
         }
         if let Some(output) = self.keep.table.as_mut()
             && self.steps.is_multiple_of(self.rows_every)
         {
+            let record = tick.record();
+            let row = Sample::of(&self.model, &record).row;
             self.line.clear();
-            self.columns.push(&mut self.line, &sample.row, &record.truth, &record.log);
+            self.columns.push(&mut self.line, &row, &record.truth, &record.log);
             output.write(self.line.as_bytes())?;
         }
         if let Some(log) = self.keep.log.as_mut() {

@@ -4,14 +4,18 @@
 
 use std::collections::VecDeque;
 
-use icd::fault::Reach;
-use icd::{EffectorList, PerEffector};
-use plant_sim::Airframe;
+use flight_control::{AircraftModel, DesignModel, ObserverMode, StepLog};
+use icd::{EffectorList, EulerAngles};
+use nalgebra::Vector3;
+use plant_sim::{Airframe, Truth};
 
 use super::outcome::Metric;
+use crate::closed_loop::expected_acceleration;
 use crate::metrics::{DEG, wrap};
-use crate::paper::trace::Sample;
-use crate::table::Row;
+use effectors::Used;
+
+mod effectors;
+mod lag;
 
 /// Transients are judged for so long after the fault, s.
 const TRANSIENT_S: f64 = 10.0;
@@ -23,8 +27,6 @@ const RECOVERED_S: f64 = 3.0;
 const BANDS: [f64; 2] = [2.0 * DEG, 10.0];
 /// Longest lag of the estimate that is looked for, s.
 const LAG_MAX_S: f64 = 0.5;
-/// A command this close to the end of its travel is at it, of the travel.
-const AT_LIMIT: f64 = 1.0e-9;
 
 /// Signals that are tracked, with the unit of their error, of its integral, of its square, and of time times it.
 const TRACKED: [(&str, [&str; 4]); 6] = [
@@ -52,16 +54,14 @@ const AXES: [&str; 3] = ["roll", "pitch", "yaw"];
 /// What a tick is measured by.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
-    /// Truth, commands and estimate.
-    pub sample: &'a Sample,
+    /// The true state.
+    pub truth: &'a Truth,
+    /// The angles of the true attitude.
+    pub attitude: &'a EulerAngles,
+    /// What the controller made of it.
+    pub log: &'a StepLog,
     /// Altitude, m; roll, rad; airspeed, m/s.
     pub references: [f64; 3],
-    /// Commanded, rad; engine N.
-    pub commands: &'a PerEffector<f64>,
-    /// Where they are, rad; engine N.
-    pub positions: &'a PerEffector<f64>,
-    /// A fault acts.
-    pub is_broken: bool,
 }
 
 /// Sums over a flight.
@@ -69,10 +69,12 @@ pub struct Measured<'a> {
 pub struct Measures {
     period_s: f64,
     list: EffectorList,
-    reach: PerEffector<Reach>,
+    /// The controller's, against which the truth F is measured.
+    model: DesignModel,
+    observer: ObserverMode,
     ticks: f64,
     errors: [Sums; 6],
-    effectors: PerEffector<Moved>,
+    effectors: Used,
     /// When a fault acted first, s, and the altitude then, m.
     fault: Option<(f64, f64)>,
     peaks: [f64; 6],
@@ -81,8 +83,8 @@ pub struct Measures {
     outside_s: [Option<f64>; 2],
     /// Time and errors of the last seconds.
     steady: VecDeque<[f64; 1 + REFERRED]>,
-    /// z2 and F of the three axes in the transient.
-    transient: Vec<[[f64; 2]; 3]>,
+    /// z2 and F of each axis in the transient.
+    transient: [[Vec<f64>; 2]; 3],
     /// z2 before the fault.
     healthy: [Spread; 3],
     /// z2 - F from the fault on.
@@ -125,18 +127,6 @@ impl Spread {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Moved {
-    effort: f64,
-    travel: f64,
-    reversals: f64,
-    at_limit: f64,
-    farthest: f64,
-    last: Option<f64>,
-    /// Sign of the last movement of the command.
-    side: f64,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
 struct Activation {
     is_active: bool,
     toggles: f64,
@@ -146,24 +136,28 @@ struct Activation {
 }
 
 impl Measures {
-    /// For an aircraft that is flown with this control period, s.
+    /// For an aircraft that is flown with this control period, s, by a controller with this model and observer.
     #[must_use]
-    pub fn new(airframe: &Airframe, period_s: f64) -> Self {
+    pub fn new(
+        airframe: &Airframe,
+        model: &AircraftModel,
+        observer: ObserverMode,
+        period_s: f64,
+    ) -> Self {
         Self {
             period_s,
             list: airframe.effectors,
-            reach: PerEffector::from_fn(|effector| {
-                airframe.servos[effector].reach(airframe.effectors.is_angle(effector))
-            }),
+            model: DesignModel::new(*model),
+            observer,
             ticks: 0.0,
             errors: [Sums::default(); 6],
-            effectors: PerEffector::from_fn(|_| Moved::default()),
+            effectors: Used::new(airframe),
             fault: None,
             peaks: [0.0; 6],
             altitude_min_m: f64::INFINITY,
             outside_s: [None; 2],
             steady: VecDeque::new(),
-            transient: Vec::new(),
+            transient: Default::default(),
             healthy: [Spread::default(); 3],
             estimate: [Spread::default(); 3],
             activation: Activation::default(),
@@ -173,61 +167,88 @@ impl Measures {
 
     /// Takes a tick.
     pub fn tick(&mut self, measured: &Measured<'_>) {
-        let row = &measured.sample.row;
-        let [altitude, roll, airspeed] = measured.references;
-        let errors = [
-            altitude - row.altitude_m,
-            wrap(roll - row.phi_rad),
-            airspeed - row.airspeed_m_s,
-            row.p_rad_s,
-            row.q_rad_s,
-            row.r_rad_s,
-        ];
-        if measured.is_broken && self.fault.is_none() {
-            self.fault = Some((row.t_s, row.altitude_m));
+        let Measured { truth, attitude, log, references: [altitude, roll, airspeed] } = *measured;
+        let t_s = truth.time.as_seconds();
+        let (p, q, r) = (truth.body_rates.0.x, truth.body_rates.0.y, truth.body_rates.0.z);
+        let roll_error = wrap(roll - attitude.phi);
+        let errors =
+            [altitude - truth.altitude_m, roll_error, airspeed - truth.airspeed_m_s, p, q, r];
+        if self.fault.is_none() && truth.fault_codes.iter().any(|(_, code)| *code != 0) {
+            self.fault = Some((t_s, truth.altitude_m));
         }
         self.ticks += 1.0;
-        self.last_s = row.t_s;
-        let since_s = row.t_s - self.fault.map_or(0.0, |(at_s, _)| at_s);
+        self.last_s = t_s;
+        let since_s = t_s - self.fault.map_or(0.0, |(at_s, _)| at_s);
         for (sums, error) in self.errors.iter_mut().zip(errors) {
             sums.absolute += error.abs() * self.period_s;
             sums.squares += error * error * self.period_s;
             sums.timed += since_s * error.abs() * self.period_s;
         }
-        self.track_steady(row.t_s, &errors);
-        self.track_effectors(measured);
-        self.track_activation(row);
-        let estimates = [
-            [row.z2_p_rad_s2, row.fault_p_rad_s2],
-            [row.z2_q_rad_s2, row.fault_q_rad_s2],
-            [row.z2_r_rad_s2, row.fault_r_rad_s2],
-        ];
+        self.track_steady(t_s, &errors);
+        self.effectors.tick(&log.commands, &truth.positions, self.period_s);
+        self.track_activation(t_s, log.compensator_active);
         if self.fault.is_none() {
-            for (spread, [z2, _]) in self.healthy.iter_mut().zip(estimates) {
-                spread.add(z2);
+            for (spread, z2) in self.healthy.iter_mut().zip(&log.z2) {
+                spread.add(*z2);
             }
             return;
         }
-        for (spread, [z2, fault]) in self.estimate.iter_mut().zip(estimates) {
+        let fault = truth.angular_acceleration.0 - self.expected(measured);
+        for (spread, (z2, fault)) in self.estimate.iter_mut().zip(log.z2.iter().zip(&fault)) {
             spread.add(z2 - fault);
         }
         for ((outside_s, band), error) in
             self.outside_s.iter_mut().zip(BANDS).zip([errors[1], errors[0]])
         {
             if error.abs() > band {
-                *outside_s = Some(row.t_s);
+                *outside_s = Some(t_s);
             }
         }
         if since_s > TRANSIENT_S {
             return;
         }
-        let signals =
-            [row.p_rad_s, row.q_rad_s, row.r_rad_s, errors[1], row.alpha_rad, row.beta_rad];
+        let signals = [p, q, r, roll_error, truth.alpha_rad, truth.beta_rad];
         for (peak, signal) in self.peaks.iter_mut().zip(signals) {
             *peak = peak.max(signal.abs());
         }
-        self.altitude_min_m = self.altitude_min_m.min(row.altitude_m);
-        self.transient.push(estimates);
+        self.altitude_min_m = self.altitude_min_m.min(truth.altitude_m);
+        for (columns, values) in self.transient.iter_mut().zip(log.z2.iter().zip(&fault)) {
+            columns[0].push(*values.0);
+            columns[1].push(*values.1);
+        }
+    }
+
+    /// What the design model expects at the true state for healthy effectors at their modelled positions, rad/s².
+    ///
+    /// Where the sensors report the truth, the observer has computed just that.
+    fn expected(&self, measured: &Measured<'_>) -> Vector3<f64> {
+        let Measured { truth, attitude, log, .. } = *measured;
+        let of_truth = [
+            truth.body_rates.0.x,
+            truth.body_rates.0.y,
+            truth.body_rates.0.z,
+            truth.alpha_rad,
+            truth.beta_rad,
+            truth.airspeed_m_s,
+            truth.altitude_m,
+            self.model.engine().map_or(0.0, |engine| truth.deflections[engine]),
+        ];
+        let s = &log.state;
+        let of_sensors = [
+            s.rates.x,
+            s.rates.y,
+            s.rates.z,
+            s.alpha,
+            s.beta,
+            s.airspeed_m_s,
+            s.altitude_m,
+            s.thrust_n,
+        ];
+        let same = of_truth.map(f64::to_bits) == of_sensors.map(f64::to_bits);
+        match (self.observer, same) {
+            (ObserverMode::Informed, true) => log.modelled_acceleration,
+            _ => expected_acceleration(&self.model, truth, attitude, &log.modelled),
+        }
     }
 
     fn track_steady(&mut self, t_s: f64, errors: &[f64; 6]) {
@@ -237,38 +258,13 @@ impl Measures {
         }
     }
 
-    fn track_effectors(&mut self, measured: &Measured<'_>) {
-        for effector in self.list.all() {
-            let moved = &mut self.effectors[effector];
-            let (command, Reach { min, max, .. }) =
-                (measured.commands[effector], self.reach[effector]);
-            let step = command - moved.last.unwrap_or(command);
-            moved.last = Some(command);
-            moved.effort += command * command * self.period_s;
-            moved.travel += step.abs();
-            if step != 0.0 {
-                moved.reversals += f64::from(u8::from(step * moved.side < 0.0));
-                moved.side = step.signum();
-            }
-            let room = AT_LIMIT * (max - min);
-            let at_limit = command <= min + room || command >= max - room;
-            moved.at_limit += f64::from(u8::from(at_limit));
-            // Of the travel from neutral: zero for an angle, idle for an engine.
-            let position = measured.positions[effector];
-            let neutral = 0.0_f64.clamp(min, max);
-            let side = if position < neutral { neutral - min } else { max - neutral };
-            moved.farthest = moved.farthest.max((position - neutral).abs() / side);
-        }
-    }
-
-    fn track_activation(&mut self, row: &Row) {
+    fn track_activation(&mut self, t_s: f64, now: bool) {
         let Activation { is_active, toggles, false_alarms, detected_s } = &mut self.activation;
-        let now = row.compensator_active > 0.0;
         *toggles += f64::from(u8::from(now != *is_active));
         match self.fault {
             None => *false_alarms += f64::from(u8::from(now && !*is_active)),
             Some((at_s, _)) if now => {
-                detected_s.get_or_insert(row.t_s - at_s);
+                detected_s.get_or_insert(t_s - at_s);
             }
             Some(_) => {}
         }
@@ -326,18 +322,18 @@ impl Measures {
     fn control(&self, all: &mut Vec<Metric>) {
         let flown_s = self.ticks * self.period_s;
         for effector in self.list.all() {
-            let moved = &self.effectors[effector];
+            let used = self.effectors.of(effector);
             let units =
                 if self.list.is_angle(effector) { ["rad2 s", "rad"] } else { ["N2 s", "N"] };
             let key = self.list.key(effector);
             let percent = |share: f64| Some(100.0 * share);
-            all.push(Metric::new(format!("effort_{key}"), units[0], Some(moved.effort)));
-            all.push(Metric::new(format!("travel_{key}"), units[1], Some(moved.travel)));
-            let reversals = moved.reversals / flown_s;
+            all.push(Metric::new(format!("effort_{key}"), units[0], Some(used.effort)));
+            all.push(Metric::new(format!("travel_{key}"), units[1], Some(used.travel)));
+            let reversals = used.reversals / flown_s;
             all.push(Metric::new(format!("reversals_{key}"), "1/s", Some(reversals)));
-            let at_limit = percent(moved.at_limit / self.ticks);
+            let at_limit = percent(used.at_limit / self.ticks);
             all.push(Metric::new(format!("at_limit_{key}"), "%", at_limit));
-            all.push(Metric::new(format!("authority_used_{key}"), "%", percent(moved.farthest)));
+            all.push(Metric::new(format!("authority_used_{key}"), "%", percent(used.farthest)));
         }
     }
 
@@ -354,13 +350,12 @@ impl Measures {
 
     /// How far the estimate's peak in the transient is beyond that of the truth, percent of the latter.
     fn overshoot(&self, axis: usize) -> Option<f64> {
-        let peak = |which: usize| {
-            self.transient.iter().map(|tick| tick[axis][which].abs()).fold(0.0, f64::max)
-        };
-        (!self.transient.is_empty()).then(|| 100.0 * (peak(0) - peak(1)) / peak(1))
+        let [z2, fault] = &self.transient[axis];
+        let peak = |values: &[f64]| values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        (!z2.is_empty()).then(|| 100.0 * (peak(z2) - peak(fault)) / peak(fault))
     }
 
-    /// The shift with which the truth in the transient looks most like the estimate (least squares), s.
+    /// The shift with which the truth in the transient looks most like the estimate, s.
     fn lag_s(&self, axis: usize) -> Option<f64> {
         #[expect(
             clippy::cast_possible_truncation,
@@ -368,18 +363,9 @@ impl Measures {
             reason = "a few hundred ticks"
         )]
         let longest = (LAG_MAX_S / self.period_s) as usize;
-        let ticks = &self.transient;
-        // Every shift is judged by the same ticks of the estimate.
-        let judged = ticks.get(longest..).filter(|judged| judged.len() > longest)?;
-        let misfit = |shift: usize| -> f64 {
-            let truths = &ticks[longest - shift..];
-            let pairs = judged.iter().zip(truths);
-            pairs.map(|(z2, truth)| (z2[axis][0] - truth[axis][1]).powi(2)).sum()
-        };
-        let best = (0..=longest).map(|shift| (shift, misfit(shift)));
-        let (shift, _) = best.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let [z2, fault] = &self.transient[axis];
         #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
-        let shift = shift as f64;
+        let shift = lag::best_shift(z2, fault, longest)? as f64;
         Some(shift * self.period_s)
     }
 

@@ -79,17 +79,77 @@ fn the_healthy_authority_is_that_of_the_independent_model() {
     }
 }
 
-#[test]
-fn two_jams_at_once_leave_what_the_independent_model_says() {
-    // Straight and level with the left elevator at 30 deg: rudder from -15.1 to 18.2 deg.
-    let study = study();
+/// Whether a steady flight exists with these two jams, deg, in a set, without or with the margin.
+fn leave_a_flight(
+    study: &Study,
+    (set, margin): (&str, bool),
+    [one, other]: [(&str, f64); 2],
+) -> bool {
+    let set = study.sets.iter().position(|known| known.key == set).unwrap();
     let searches = study.searches();
-    let jams = |rudder_deg: f64| {
-        let elevator = (place(&study, "left_elevator"), 30.0_f64.to_radians());
-        let rudder = (place(&study, "rudder"), rudder_deg.to_radians());
-        searches[0].2.jammed(&[elevator, rudder]).find_thoroughly(&[]).is_some()
+    let (.., search) = searches.iter().find(|(s, m, _)| (*s, *m) == (set, margin)).unwrap();
+    let jams = [one, other].map(|(key, deg)| (place(study, key), deg.to_radians()));
+    search.jammed(&jams).find_thoroughly(&[]).is_some()
+}
+
+#[test]
+fn with_a_jammed_elevator_the_rudder_can_jam_as_far_as_the_independent_model_says() {
+    // Left elevator, then the range of the rudder, all deg.
+    let known = [
+        ("straight_level", false, -30.0, [-18.2, 15.5]),
+        ("straight_level", true, -30.0, [-13.3, 10.6]),
+        ("straight_level", false, 0.0, [-15.5, 15.7]),
+        ("straight_level", true, 0.0, [-10.9, 10.7]),
+        ("straight_level", false, 30.0, [-15.1, 18.2]),
+        ("straight_level", true, 30.0, [-10.1, 13.8]),
+        ("bank_15", false, -30.0, [-20.5, 18.2]),
+        ("bank_15", true, -30.0, [-17.0, 10.8]),
+        ("bank_15", false, 0.0, [-20.7, 20.8]),
+        ("bank_15", true, 0.0, [-16.2, 16.0]),
+        ("bank_15", false, 30.0, [-18.4, 20.8]),
+        ("bank_15", true, 30.0, [-10.5, 17.4]),
+        ("any", true, -30.0, [-30.0, 22.9]),
+        ("any", true, 0.0, [-29.6, 30.0]),
+        ("any", true, 30.0, [-19.9, 30.0]),
+    ];
+    // As for the rudder alone.
+    let tolerance_deg = 0.35;
+    let study = study();
+    let exists = |set, elevator_deg, rudder_deg| {
+        leave_a_flight(&study, set, [("left_elevator", elevator_deg), ("rudder", rudder_deg)])
     };
-    assert_eq!([-16.0, -14.5, 17.7, 19.0].map(jams), [false, true, true, false]);
+    let wrong = runner::map_quietly("pairs", &known, |&(set, margin, elevator_deg, limits)| {
+        let mut wrong = Vec::new();
+        for (limit, sign) in limits.into_iter().zip([-1.0, 1.0]) {
+            let [inside, outside] = [-1.0, 1.0].map(|side| limit + side * sign * tolerance_deg);
+            if !exists((set, margin), elevator_deg, inside) {
+                wrong.push(format!("{set} {margin} {elevator_deg}: no flight at {inside} deg"));
+            }
+            let is_inside = limit.abs() < 29.9;
+            if is_inside && exists((set, margin), elevator_deg, outside) {
+                wrong.push(format!("{set} {margin} {elevator_deg}: a flight at {outside} deg"));
+            }
+        }
+        wrong
+    });
+    assert!(wrong.iter().all(Vec::is_empty), "{:#?}", wrong.concat());
+}
+
+#[test]
+fn two_ailerons_or_two_elevators_leave_a_flight_wherever_the_independent_model_has_one() {
+    let study = study();
+    for set in ["straight_level", "straight", "bank_15", "any"] {
+        for margin in [false, true] {
+            for (left, right) in [(25.0, 25.0), (25.0, -25.0), (-25.0, 0.0), (10.0, -25.0)] {
+                let jams = [("left_aileron", left), ("right_aileron", right)];
+                assert!(leave_a_flight(&study, (set, margin), jams), "{set} {margin}: {jams:?}");
+            }
+        }
+    }
+    for at in [-30.0, -20.0, 10.0, 20.0, 30.0] {
+        let jams = [("left_elevator", at), ("right_elevator", at)];
+        assert!(leave_a_flight(&study, ("straight_level", false), jams), "{at} deg");
+    }
 }
 
 #[test]

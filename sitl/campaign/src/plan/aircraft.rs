@@ -69,7 +69,8 @@ impl Aircraft {
                 .ok_or_else(|| PlanError::TooMany { file: file.name.clone() })?;
         }
         let period_s = file.spec.period().unwrap_or_default().as_seconds();
-        let measures = Measures::new(&airframe, period_s).metrics(None);
+        let observer = model.defaults.gains.selection.observer;
+        let measures = Measures::new(&airframe, &model.aircraft, observer, period_s).metrics(None);
         let measures = measures.into_iter().map(|metric| (metric.name, metric.unit)).collect();
         let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
         let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);

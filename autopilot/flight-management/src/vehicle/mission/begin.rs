@@ -64,9 +64,9 @@ impl Mission {
         demand: &Demand,
         tick: &Tick,
     ) -> Leg {
-        let here = *tick.situation.horizon.site();
+        let here = *tick.situation.horizon().site();
         let to = point.place.map_or(here, Site::at);
-        let length_m = tick.situation.horizon.offset(&to).norm();
+        let length_m = tick.situation.horizon().offset(&to).norm();
         let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
         let from = self.previous.unwrap_or(here);
         let jumped_back = core::mem::take(&mut self.jumped_back);
@@ -84,7 +84,7 @@ impl Mission {
             },
             None => Orbit::here(situation, circle.radius_m, circle.clockwise, demand, rules),
         };
-        let length_m = situation.horizon.offset(&orbit.centre).norm();
+        let length_m = situation.horizon().offset(&orbit.centre).norm();
         let altitude_m = circle.centre.altitude_m;
         let mut loiter = Loiter::new(orbit, until, self.next_point(tick.home), altitude_m);
         match altitude_m {

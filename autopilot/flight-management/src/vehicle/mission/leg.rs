@@ -95,7 +95,7 @@ struct View {
 
 impl View {
     fn new(leg: &Leg, situation: &Situation) -> Self {
-        let seen = |site: &Site| situation.horizon.offset(site);
+        let seen = |site: &Site| situation.horizon().offset(site);
         let (from, to) = (seen(&leg.from), seen(&leg.to));
         let along = to - from;
         let length_m = along.norm();
@@ -160,7 +160,7 @@ impl Leg {
                 return Some(Flown { steering, target: Some(target) });
             }
             self.phase = LegPhase::ToWaypoint;
-            self.from = *situation.horizon.site();
+            self.from = *situation.horizon().site();
             view = View::new(self, situation);
         } else if is_reached {
             if let Some(ramp) = &self.ramp {

@@ -104,7 +104,7 @@ impl Loiter {
 
     /// One tick.
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand, rules: &Rules) -> Circled {
-        let offset = situation.horizon.offset(&self.orbit.centre);
+        let offset = situation.horizon().offset(&self.orbit.centre);
         let radius_m = self.orbit.flown_radius_m(situation, demand, rules);
         if core::mem::take(&mut self.resumed)
             && let Some(altitude_m) = self.altitude_m
@@ -182,7 +182,7 @@ impl Loiter {
         let leaving_rad = self.leaving_rad.get_or_insert(0.0);
         *leaving_rad += turned_rad;
         let Some(next) = &self.next else { return true };
-        let to_next = situation.horizon.offset(next);
+        let to_next = situation.horizon().offset(next);
         if (to_next - offset).norm() < OUTSIDE * radius_m || *leaving_rad > TAU {
             return true;
         }
