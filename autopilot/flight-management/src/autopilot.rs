@@ -143,15 +143,7 @@ impl Autopilot {
         let command =
             self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
         let own = self.own_law.as_mut().map(Brought::law);
-        let mut log = self.flight.step_with(state, &command, own);
-        if self.vehicle.is_terminated() {
-            log.commands = termination::commands(&self.model);
-            // The surfaces stay at their stops.
-            log.authority = Authority::NONE;
-        } else {
-            self.transitions.step(&log, self.period, publish);
-        }
-        let latest = Snapshot {
+        let latest = self.latest.insert(Snapshot {
             time,
             period: self.period,
             on_ground: false,
@@ -159,9 +151,17 @@ impl Autopilot {
             demand: self.vehicle.demand().copied().unwrap_or(command),
             navigation: self.vehicle.navigation(),
             terminated: self.vehicle.is_terminated(),
-            log,
-        };
-        &self.latest.insert(latest).log
+            log: self.flight.step_with(state, &command, own),
+        });
+        let log = &mut latest.log;
+        if latest.terminated {
+            log.commands = termination::commands(&self.model);
+            // The surfaces stay at their stops.
+            log.authority = Authority::NONE;
+        } else {
+            self.transitions.step(log, self.period, publish);
+        }
+        log
     }
 
     /// Handles a packet without a control step: the simulation is paused. The commands stay unchanged; the
