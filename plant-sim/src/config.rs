@@ -1,10 +1,15 @@
 //! Errors of configuration files, with all data that the user needs to correct them.
 
+use std::collections::BTreeSet;
+
 use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
 
 use crate::range::RangeError;
 use crate::tables::TablesError;
+
+pub mod keys;
+pub(crate) mod units;
 
 /// Why a configuration file was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -62,6 +67,48 @@ pub enum ConfigError {
         key: &'static str,
         /// `is missing` or `has no meaning for this kind`.
         problem: &'static str,
+    },
+    /// The unit of a key is one of another quantity.
+    #[error("{file}: {key}: the unit {unit} does not fit, expected one of {expected}")]
+    Unit {
+        /// Name of the file.
+        file: String,
+        /// The key, with its table.
+        key: String,
+        /// The unit.
+        unit: &'static str,
+        /// Keys with units that fit.
+        expected: String,
+    },
+    /// A quantity in two units.
+    #[error("{file}: {key} and {other} are the same quantity, expected one of them")]
+    Twice {
+        /// Name of the file.
+        file: String,
+        /// One of the keys, with its table.
+        key: String,
+        /// The other key.
+        other: String,
+    },
+    /// Something else in the place of a number with a unit.
+    #[error("{file}: {key} is no number, expected one, or a list of numbers")]
+    NotANumber {
+        /// Name of the file.
+        file: String,
+        /// The key, with its table.
+        key: String,
+    },
+    /// A key is missing, unknown or has no meaning beside others.
+    #[error("{file}: [{section}] {key} {problem}")]
+    Key {
+        /// Name of the file.
+        file: String,
+        /// The table.
+        section: &'static str,
+        /// The key, or several.
+        key: String,
+        /// What is wrong with it, and what is expected.
+        problem: String,
     },
     /// A name is too long.
     #[error("{file}: name = `{name}` is too long, at most {longest} bytes")]
@@ -133,6 +180,20 @@ pub enum ConfigError {
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
     toml::from_str(text)
         .map_err(|source| ConfigError::Toml { file: file.to_owned(), source: Box::new(source) })
+}
+
+/// Reads TOML with the units of its sources into `T`, whose keys are `known`. Errors carry the file's name; line and column where
+/// no unit was converted.
+pub(crate) fn parse_in_units<T: DeserializeOwned>(
+    file: &str,
+    text: &str,
+    known: &BTreeSet<String>,
+) -> Result<T, ConfigError> {
+    let mut table = parse(file, text)?;
+    match units::convert(file, &mut table, known)? {
+        true => of_table(file, table),
+        false => parse(file, text),
+    }
 }
 
 /// Reads a file that was parsed already and may have been changed since.

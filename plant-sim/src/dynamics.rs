@@ -9,7 +9,7 @@ use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{self, LocalDensity};
 use crate::earth::slopes::Slopes;
-use crate::earth::{Earth, Nearby, Place};
+use crate::earth::{Earth, Nearby, Place, geometric_altitude_m};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
@@ -17,7 +17,7 @@ use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrenc
 use crate::servos::ServoDynamics;
 use crate::tables::TablesError;
 use crate::tables::thrust::EngineAir;
-use crate::wind::Gust;
+use crate::wind::{Gust, WindProfile};
 
 /// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
 const FEW_STATES: usize = rigid_body::STATES + 8;
@@ -60,6 +60,8 @@ pub struct Dynamics {
     jet: Jet,
     needs_mach: bool,
     earth: Earth,
+    /// Wind over the altitude, besides the steady one of [`StepInputs`].
+    profile: WindProfile,
 }
 
 /// Result of one evaluation at the present instant.
@@ -135,7 +137,42 @@ impl Dynamics {
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
         let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref())?;
         let needs_mach = air.needs_mach() || jet.needs_mach();
-        Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth })
+        let profile = WindProfile::default();
+        Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth, profile })
+    }
+
+    /// The same in a wind that changes with the altitude.
+    #[must_use]
+    pub fn in_wind(self, profile: WindProfile) -> Self {
+        Self { profile, ..self }
+    }
+
+    /// Holds the lever of the engine, 0 to 1, whatever its command is; `None` releases it.
+    pub fn hold_lever(&mut self, lever: Option<f64>) {
+        self.jet.hold_lever(lever);
+    }
+
+    /// The lever at which the engine gives a thrust (N) at an airspeed (m/s), a density (kg/m³) and a geopotential altitude
+    /// (m); `None` without a lever or out of its reach.
+    #[must_use]
+    pub fn lever_at(
+        &self,
+        thrust_n: f64,
+        airspeed_m_s: f64,
+        density: f64,
+        altitude_m: f64,
+    ) -> Option<f64> {
+        self.jet.lever_at(thrust_n, &engine_air(airspeed_m_s, density, altitude_m))
+    }
+
+    /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
+    #[must_use]
+    pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
+        if self.profile.is_empty() {
+            return *steady;
+        }
+        let altitude_m = geometric_altitude_m(self.earth.model(), altitude_m);
+        Ned(steady.0 + self.profile.at(altitude_m).0)
     }
 
     /// The same with an engine that gives any commanded thrust, for the search of a steady flight.
@@ -216,7 +253,10 @@ impl Dynamics {
         density: &LocalDensity,
     ) -> Evaluation {
         let place = self.earth.place(&rigid.position);
-        let nearby = place.nearby(wind);
+        let mut nearby = place.nearby(wind);
+        if !self.profile.is_empty() {
+            nearby.wind = place.e_from_ned * self.wind(wind, place.geopotential_altitude_m).0;
+        }
         let density = density.at(nearby.geopotential_altitude_m);
         let motion = self.motion(rigid, effective, gust, &nearby, density, None);
         Evaluation { place, density, motion }
@@ -279,11 +319,15 @@ impl Dynamics {
     ) -> [f64; N] {
         let state = State::from_array(x);
         let position = &state.rigid.position;
-        let nearby =
-            inputs.slopes.nearby(&self.earth, start, &present.place, position, &inputs.wind);
+        let nearby_in =
+            |wind: &Ned| inputs.slopes.nearby(&self.earth, start, &present.place, position, wind);
+        let mut nearby = nearby_in(&inputs.wind);
+        if !self.profile.is_empty() {
+            nearby = nearby_in(&self.wind(&inputs.wind, nearby.geopotential_altitude_m));
+        }
         let density = inputs.density.at(nearby.geopotential_altitude_m);
         let effective = self.effective(&state, &inputs.effects);
-        let limits = Some(present.motion.thrust_limits);
+        let limits = self.jet.lever().is_none().then_some(present.motion.thrust_limits);
         let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
         self.with_servos(&motion.derivative, &state, inputs)
     }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::atmosphere::STANDARD_GRAVITY;
-use crate::geodesy::{self, Geodetic, SEMI_MAJOR_M};
+use crate::geodesy::{self, Geodetic, Radii, SEMI_MAJOR_M, Vertical};
 
 pub mod slopes;
 
@@ -18,6 +18,8 @@ pub const GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 pub const J2: f64 = 0.001_082_629_82;
 /// Rate of rotation, rad/s (same source).
 pub const ROTATION_RAD_S: f64 = 7.292_115e-5;
+/// Radius of the spherical Earth, m: 20 902 255.199 ft (same source).
+pub const SPHERE_RADIUS_M: f64 = 6_371_007.384_655_2;
 /// Radius that turns geometric into geopotential height, m (US-1976).
 const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
 
@@ -29,11 +31,33 @@ pub enum EarthModel {
     Flat,
     /// The WGS-84 ellipsoid, rotating, with J2 gravity.
     Wgs84,
+    /// A rotating sphere, gravitation GM/r² towards its centre; latitude is geocentric.
+    Round,
+    /// The same sphere without rotation.
+    RoundNonRotating,
+}
+
+impl EarthModel {
+    /// All models with their names in files and options.
+    pub const NAMED: [(Self, &'static str); 4] = [
+        (Self::Flat, "flat"),
+        (Self::Wgs84, "wgs84"),
+        (Self::Round, "round"),
+        (Self::RoundNonRotating, "round_non_rotating"),
+    ];
+
+    /// Rate of rotation, rad/s.
+    const fn rotation_rad_s(self) -> f64 {
+        match self {
+            Self::Flat | Self::RoundNonRotating => 0.0,
+            Self::Wgs84 | Self::Round => ROTATION_RAD_S,
+        }
+    }
 }
 
 /// The Earth of one flight: the model and where the flight starts.
 ///
-/// Frame E of the flat Earth is NED at the start point, altitude zero; that of WGS-84 is Earth-centred,
+/// Frame E of the flat Earth is NED at the start point, altitude zero; that of the others is Earth-centred,
 /// Earth-fixed (z north pole, x latitude and longitude zero).
 #[derive(Debug, Clone)]
 pub struct Earth {
@@ -80,15 +104,14 @@ impl Earth {
         let radii = geodesy::radii(sin_latitude);
         let mut earth = Self {
             model,
-            rotation: Vector3::zeros(),
+            rotation: Vector3::new(0.0, 0.0, model.rotation_rad_s()),
             start,
             origin: Vector3::zeros(),
             e_from_start_ned: Matrix3::identity(),
             flat_scale_m: (radii.meridian_m, radii.prime_vertical_m * cos_latitude),
         };
-        if model == EarthModel::Wgs84 {
-            earth.rotation = Vector3::new(0.0, 0.0, ROTATION_RAD_S);
-            earth.origin = geodesy::ecef(&ground);
+        if model != EarthModel::Flat {
+            earth.origin = earth.position(&ground);
             earth.e_from_start_ned = earth.place(&earth.origin).e_from_ned;
         }
         earth
@@ -127,24 +150,54 @@ impl Earth {
                 e_from_ned: Matrix3::identity(),
             },
             EarthModel::Wgs84 => {
-                let v = geodesy::vertical(position);
-                let (sp, cp) = (v.sin_latitude, v.cos_latitude);
-                let (sl, cl) = (v.sin_longitude, v.cos_longitude);
-                #[rustfmt::skip]
-                let e_from_ned = Matrix3::new(
-                    -sp * cl, -sl, -cp * cl,
-                    -sp * sl,  cl, -cp * sl,
-                          cp, 0.0,      -sp,
-                );
-                Place {
-                    altitude_m: v.altitude_m,
-                    geopotential_altitude_m: GEOPOTENTIAL_RADIUS_M * v.altitude_m
-                        / (GEOPOTENTIAL_RADIUS_M + v.altitude_m),
-                    gravity: gravitation(position) + centrifugal(position),
-                    e_from_ned,
-                }
+                let gravity = gravitation(position) + centrifugal(position);
+                Place::below(&geodesy::vertical(position), gravity)
+            }
+            EarthModel::Round | EarthModel::RoundNonRotating => {
+                let gravitation = spherical_gravitation(position);
+                let rate = self.rotation.z;
+                let outwards = Vector3::new(position.x, position.y, 0.0) * (rate * rate);
+                let vertical = geodesy::vertical_of_sphere(position, SPHERE_RADIUS_M);
+                Place::below(&vertical, gravitation + outwards)
             }
         }
+    }
+
+    /// Magnitude of the gravitation at a position (m, frame E), without the centrifugal part, m/s².
+    #[must_use]
+    pub fn gravitation_m_s2(&self, position: &Vector3<f64>) -> f64 {
+        match self.model {
+            EarthModel::Flat => STANDARD_GRAVITY,
+            EarthModel::Wgs84 => gravitation(position).norm(),
+            EarthModel::Round | EarthModel::RoundNonRotating => {
+                spherical_gravitation(position).norm()
+            }
+        }
+    }
+
+    /// Radii of curvature at the latitude with this sine; infinite on the flat Earth.
+    #[must_use]
+    pub fn radii(&self, sin_latitude: f64) -> Radii {
+        let both = |radius_m| Radii { meridian_m: radius_m, prime_vertical_m: radius_m };
+        match self.model {
+            EarthModel::Flat => both(f64::INFINITY),
+            EarthModel::Wgs84 => geodesy::radii(sin_latitude),
+            EarthModel::Round | EarthModel::RoundNonRotating => both(SPHERE_RADIUS_M),
+        }
+    }
+
+    /// Rate at which the local NED axes turn over a round Earth because the aircraft moves, rad/s, NED. `velocity` is that over
+    /// the ground, m/s.
+    #[must_use]
+    pub fn transport_rate(&self, here: &Geodetic, velocity: &Ned) -> Vector3<f64> {
+        if self.model == EarthModel::Flat {
+            return Vector3::zeros();
+        }
+        let (sin, cos) = libm::sincos(here.latitude_rad);
+        let radii = self.radii(sin);
+        let east = velocity.0.y / (radii.prime_vertical_m + here.altitude_m);
+        let north = velocity.0.x / (radii.meridian_m + here.altitude_m);
+        Vector3::new(east, -north, -east * sin / cos)
     }
 
     /// Position of geodetic coordinates, m, frame E.
@@ -159,7 +212,17 @@ impl Earth {
                 -geodetic.altitude_m,
             ),
             EarthModel::Wgs84 => geodesy::ecef(geodetic),
+            EarthModel::Round | EarthModel::RoundNonRotating => {
+                geodesy::on_sphere(geodetic, SPHERE_RADIUS_M)
+            }
         }
+    }
+
+    /// Position of a point in the NED axes of the start point at altitude zero, m, frame E; the inverse of
+    /// [`Earth::local_position`].
+    #[must_use]
+    pub fn position_of_local(&self, local: &Ned) -> Vector3<f64> {
+        self.origin + self.e_from_start_ned * local.0
     }
 
     /// Geodetic coordinates of a position (m, frame E); the inverse of [`Earth::position`].
@@ -172,6 +235,9 @@ impl Earth {
                 altitude_m: -position.z,
             },
             EarthModel::Wgs84 => geodesy::vertical(position).geodetic(),
+            EarthModel::Round | EarthModel::RoundNonRotating => {
+                geodesy::vertical_of_sphere(position, SPHERE_RADIUS_M).geodetic()
+            }
         }
     }
 
@@ -187,7 +253,7 @@ impl Earth {
     pub fn attitude(&self, place: &Place, q_e_from_body: &[f64; 4]) -> Attitude {
         match self.model {
             EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
-            EarthModel::Wgs84 => {
+            _ => {
                 let (latitude, longitude) = place.angles();
                 let [w, x, y, z] = q_e_from_ned(latitude, longitude);
                 let [w, x, y, z] = product(&[w, -x, -y, -z], q_e_from_body);
@@ -201,7 +267,7 @@ impl Earth {
     pub fn q_e_from_body(&self, here: &Geodetic, attitude: &Attitude) -> [f64; 4] {
         match self.model {
             EarthModel::Flat => attitude.wxyz(),
-            EarthModel::Wgs84 => {
+            _ => {
                 let latitude = libm::sincos(here.latitude_rad);
                 let longitude = libm::sincos(here.longitude_rad);
                 product(&q_e_from_ned(latitude, longitude), &attitude.wxyz())
@@ -227,6 +293,12 @@ pub fn gravitation(position: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(equatorial * x, equatorial * y, strength * (1.0 - oblate * (polar - 3.0)) * z)
 }
 
+/// Gravitation GM/r² of a sphere, m/s², Earth-centred axes; the radius is held inside the innermost kilometre.
+fn spherical_gravitation(position: &Vector3<f64>) -> Vector3<f64> {
+    let r2 = position.norm_squared().max(1.0e6);
+    position * (-GRAVITATIONAL_PARAMETER / (r2 * r2.sqrt()))
+}
+
 /// Centrifugal acceleration -Ω×(Ω×r), m/s², Earth-centred axes.
 #[inline]
 #[must_use]
@@ -235,7 +307,39 @@ pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(W2 * position.x, W2 * position.y, 0.0)
 }
 
+/// Geometric altitude of a geopotential one, m: the inverse of that of [`Place`].
+#[must_use]
+pub fn geometric_altitude_m(model: EarthModel, geopotential_altitude_m: f64) -> f64 {
+    match model {
+        EarthModel::Flat => geopotential_altitude_m,
+        _ => {
+            GEOPOTENTIAL_RADIUS_M * geopotential_altitude_m
+                / (GEOPOTENTIAL_RADIUS_M - geopotential_altitude_m)
+        }
+    }
+}
+
 impl Place {
+    /// The place with this vertical and gravity (m/s², frame E) on a round Earth.
+    #[inline]
+    fn below(v: &Vertical, gravity: Vector3<f64>) -> Self {
+        let (sp, cp) = (v.sin_latitude, v.cos_latitude);
+        let (sl, cl) = (v.sin_longitude, v.cos_longitude);
+        #[rustfmt::skip]
+        let e_from_ned = Matrix3::new(
+            -sp * cl, -sl, -cp * cl,
+            -sp * sl,  cl, -cp * sl,
+                  cp, 0.0,      -sp,
+        );
+        Self {
+            altitude_m: v.altitude_m,
+            geopotential_altitude_m: GEOPOTENTIAL_RADIUS_M * v.altitude_m
+                / (GEOPOTENTIAL_RADIUS_M + v.altitude_m),
+            gravity,
+            e_from_ned,
+        }
+    }
+
     /// The effect on the motion of an aircraft here, in a steady wind (m/s, local NED).
     #[inline]
     #[must_use]
@@ -332,7 +436,7 @@ mod tests {
 
     #[test]
     fn quaternion_and_matrix_mean_the_same_local_axes() {
-        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+        for (model, _) in EarthModel::NAMED {
             let here = at(47.0, 8.5, 500.0);
             let earth = Earth::new(model, here);
             let attitude = Attitude::from_euler(EulerAngles { phi: 0.3, theta: -0.2, psi: 2.0 });
@@ -351,7 +455,7 @@ mod tests {
 
     #[test]
     fn positions_survive_the_round_trip_on_both_earths() {
-        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+        for (model, _) in EarthModel::NAMED {
             let earth = Earth::new(model, at(47.0, 8.5, 0.0));
             let there = at(47.3, 8.1, 5_000.0);
             let back = earth.geodetic(&earth.position(&there));
@@ -363,7 +467,7 @@ mod tests {
 
     #[test]
     fn local_position_counts_from_the_ground_below_the_start() {
-        for model in [EarthModel::Flat, EarthModel::Wgs84] {
+        for (model, _) in EarthModel::NAMED {
             let earth = Earth::new(model, at(47.0, 8.5, 5_000.0));
             let ours = earth.local_position(&earth.position(&at(47.0, 8.5, 5_000.0)));
             assert!(

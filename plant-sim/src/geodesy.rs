@@ -1,4 +1,4 @@
-//! The WGS-84 ellipsoid: geodetic coordinates to Earth-centred ones and back.
+//! The WGS-84 ellipsoid and a sphere: geodetic coordinates to Earth-centred ones and back.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -119,6 +119,32 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
         sin_longitude,
         cos_longitude,
         altitude_m: horizontal * cos_latitude + z * sin_latitude - SEMI_MAJOR_M * w,
+    }
+}
+
+/// Earth-centred, Earth-fixed position over a sphere, m; the latitude is geocentric.
+#[must_use]
+pub fn on_sphere(geocentric: &Geodetic, radius_m: f64) -> Vector3<f64> {
+    let (sin_latitude, cos_latitude) = libm::sincos(geocentric.latitude_rad);
+    let (sin_longitude, cos_longitude) = libm::sincos(geocentric.longitude_rad);
+    let radius = radius_m + geocentric.altitude_m;
+    let horizontal = radius * cos_latitude;
+    Vector3::new(horizontal * cos_longitude, horizontal * sin_longitude, radius * sin_latitude)
+}
+
+/// Vertical and height over a sphere at an Earth-centred, Earth-fixed position in m.
+#[must_use]
+pub fn vertical_of_sphere(position: &Vector3<f64>, radius_m: f64) -> Vertical {
+    let horizontal = (position.x * position.x + position.y * position.y).sqrt();
+    let (sin_latitude, cos_latitude) = unit(position.z, horizontal);
+    let (sin_longitude, cos_longitude) =
+        if horizontal > AXIS_M { unit(position.y, position.x) } else { (0.0, 1.0) };
+    Vertical {
+        sin_latitude,
+        cos_latitude,
+        sin_longitude,
+        cos_longitude,
+        altitude_m: position.norm() - radius_m,
     }
 }
 

@@ -1,5 +1,6 @@
 //! When an aircraft counts as lost: limits of its motion, from the table `[limits]` of its airframe file.
 
+use std::f64::consts::PI;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -59,6 +60,15 @@ impl fmt::Display for Exceeded {
 }
 
 impl FlightLimits {
+    /// For a body that cannot be lost: every angle, down to the ground.
+    pub const NONE: Self = Self {
+        roll_rad: PI,
+        pitch_rad: 0.5 * PI,
+        alpha_rad: PI,
+        beta_rad: PI,
+        altitude_min_m: 0.0,
+    };
+
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
     #[must_use]
     pub fn are_exceeded(&self, at: &Attained) -> bool {
@@ -114,7 +124,7 @@ fn tidy(degrees: f64) -> f64 {
 }
 
 /// The table as written.
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LimitsTable {
     roll_deg: f64,

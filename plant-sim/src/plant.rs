@@ -4,21 +4,22 @@ use std::collections::VecDeque;
 
 use icd::fault::PlantReport;
 use icd::fault::Refusal;
-use icd::{Actuators, FaultReply, FaultRequest, Sensors, SimTime};
+use icd::{Actuators, FaultReply, FaultRequest, Ned, Sensors, SimTime};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::{LocalDensity, isa};
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::Earth;
 use crate::earth::slopes::Slopes;
-use crate::faults::{Effects, FaultContext, Faults};
-use crate::sensors::SensorSet;
+use crate::faults::{Effects, FaultContext, Faults, ScheduledFault};
+use crate::release::{Controls, ReleaseSetup};
+use crate::sensors::{SensorSet, SensorSettings};
 use crate::servos;
-use crate::setup::{PlantSetup, SetupError};
+use crate::setup::{self, PlantSetup, SetupError};
 use crate::step_limit;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
-use crate::wind::{self, Turbulence};
+use crate::wind::{self, Turbulence, WindSettings};
 
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
 pub const REPORTS_MAX: usize = 256;
@@ -54,6 +55,24 @@ pub struct Plant {
     broken: Option<&'static str>,
 }
 
+/// The air at the start.
+struct StartAir<'a> {
+    wind: &'a WindSettings,
+    /// The steady wind, m/s, local NED.
+    steady: Ned,
+    airspeed_m_s: f64,
+}
+
+/// What every kind of flight has besides its start.
+struct Settings<'a> {
+    sensors: &'a SensorSettings,
+    faults: &'a [ScheduledFault],
+    seed: u64,
+    run: u64,
+    period_us: u32,
+    step_us: u32,
+}
+
 impl Plant {
     /// Checks the setup, trims the aircraft, and starts at time zero; faults due at zero are active already.
     ///
@@ -69,19 +88,55 @@ impl Plant {
             .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
         let steady = wind::steady(&setup.wind);
         let trim = trim::solve(&dynamics, &setup.start, &steady)?;
+        let PlantSetup { wind, sensors, faults, seed, run, period, step_us, .. } = setup;
+        let air = StartAir { wind, steady, airspeed_m_s: setup.start.airspeed_m_s };
+        let (seed, run, period_us) = (*seed, *run, period.as_micros());
+        let settings = Settings { sensors, faults, seed, run, period_us, step_us: *step_us };
+        Self::begin(dynamics, trim, &air, &settings)
+    }
+
+    /// Begins a flight without a controller, in any state. Its control period is its step.
+    ///
+    /// # Errors
+    /// [`SetupError`] if a number is out of range, a fault is impossible, or the state has no trim that it needs.
+    pub fn release(setup: &ReleaseSetup) -> Result<Self, SetupError> {
+        setup.check()?;
+        let earth = Earth::new(setup.earth, setup.initial.origin());
+        let mut dynamics =
+            Dynamics::new(setup.airframe.clone(), earth)?.in_wind(setup.profile.clone());
+        let steady = wind::steady(&setup.wind);
+        let trim = trim::released(&mut dynamics, setup, &steady)?;
+        let airspeed_m_s = trim.airspeed_m_s;
+        let ReleaseSetup { wind, faults, seed, step_us, .. } = setup;
+        let air = StartAir { wind, steady, airspeed_m_s };
+        let sensors = &SensorSettings::IDEAL;
+        let (seed, run, step_us) = (*seed, 0, *step_us);
+        let settings = Settings { sensors, faults, seed, run, period_us: step_us, step_us };
+        Self::begin(dynamics, trim.trim, &air, &settings)
+    }
+
+    /// Begins with a trim that was found.
+    fn begin(
+        dynamics: Dynamics,
+        trim: Trim,
+        air: &StartAir<'_>,
+        settings: &Settings<'_>,
+    ) -> Result<Self, SetupError> {
+        let Settings { sensors, faults, seed, run, period_us, step_us } = *settings;
         let state = trim.state();
+        let airframe = dynamics.airframe();
         let mut turbulence = Turbulence::new(
-            setup.wind.turbulence_m_s,
-            setup.airframe.aero.geometry().span_m,
-            setup.period.as_seconds(),
-            setup.seed,
-            setup.run,
+            air.wind.turbulence_m_s,
+            airframe.aero.geometry().span_m,
+            f64::from(period_us) / 1.0e6,
+            seed,
+            run,
         );
         let place = dynamics.earth().place(&state.rigid.position);
         let inputs = StepInputs {
             commands: state.positions,
-            wind: steady,
-            gust: turbulence.step(setup.start.airspeed_m_s),
+            wind: air.steady,
+            gust: turbulence.step(air.airspeed_m_s),
             density: LocalDensity::around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
             effects: Effects::none(),
@@ -91,16 +146,12 @@ impl Plant {
         let mut plant = Self {
             truth: Truth::of(&dynamics, time, &state, &inputs, &present),
             present,
-            faults: Faults::none(
-                &setup.airframe.effectors,
-                &setup.airframe.servos,
-                &state.positions,
-            ),
-            sensors: SensorSet::new(&setup.airframe, &setup.sensors, setup.seed, setup.run),
+            faults: Faults::none(&airframe.effectors, &airframe.servos, &state.positions),
+            sensors: SensorSet::new(airframe, sensors, seed, run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
-            period_us: u64::from(setup.period.as_micros()),
-            step_us: u64::from(setup.step_us),
+            period_us: u64::from(period_us),
+            step_us: u64::from(step_us),
             on_ground: false,
             broken: None,
             dynamics,
@@ -112,10 +163,23 @@ impl Plant {
         };
         let positions = plant.trim.positions();
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
-        plant.schedule(setup)?;
+        plant.schedule(faults)?;
         plant.let_events_happen();
         plant.observe();
         Ok(plant)
+    }
+
+    /// Positions of the effectors and of a lever that is held.
+    #[must_use]
+    pub fn controls(&self) -> Controls {
+        Controls { positions: self.state.positions, lever: self.dynamics.jet().lever() }
+    }
+
+    /// Moves the effectors there at once, without the lag of their servos: prescribed controls.
+    pub fn set_controls(&mut self, controls: &Controls) {
+        self.state.positions = controls.positions;
+        self.dynamics.hold_lever(controls.lever);
+        self.observe();
     }
 
     /// Simulation time: a multiple of the control period.
@@ -316,12 +380,13 @@ impl Plant {
     }
 
     /// Puts the faults of the setup on the list.
-    fn schedule(&mut self, setup: &PlantSetup) -> Result<(), SetupError> {
-        let Self { faults, reports, reports_dropped, .. } = self;
-        for (index, fault) in setup.faults.iter().enumerate() {
+    fn schedule(&mut self, scheduled: &[ScheduledFault]) -> Result<(), SetupError> {
+        let Self { dynamics, faults, reports, reports_dropped, .. } = self;
+        let effectors = &dynamics.airframe().effectors;
+        for (index, fault) in scheduled.iter().enumerate() {
             faults
                 .schedule(fault, &mut |report| push(reports, reports_dropped, report))
-                .map_err(|refusal| setup.fault_error(index, refusal))?;
+                .map_err(|refusal| setup::fault_error(effectors, index, fault, refusal))?;
         }
         Ok(())
     }

@@ -7,6 +7,9 @@ use crate::rigid_body::Wrench;
 use crate::tables::TablesError;
 use crate::tables::thrust::{Engine, EngineAir, Propulsion};
 
+/// Halvings of the lever's travel: to the last bit.
+const LEVER_HALVINGS: u32 = 60;
+
 /// The engine and its nozzle.
 #[derive(Debug, Clone)]
 pub struct Jet {
@@ -18,6 +21,8 @@ pub struct Jet {
     /// Limits of the thrust besides the travel of the engine, and the rotating parts.
     propulsion: Option<Engine>,
     is_limited: bool,
+    /// Lever of an engine that is held there, 0 to 1: then the thrust follows the air and not the command.
+    lever: Option<f64>,
 }
 
 impl Jet {
@@ -38,13 +43,44 @@ impl Jet {
             nozzle: angles.map(|kind| list.only(kind)),
             propulsion: propulsion.map(Propulsion::build).transpose()?,
             is_limited: true,
+            lever: None,
         })
     }
 
     /// The same with any commanded thrust, for the search of a steady flight.
     #[must_use]
     pub(crate) fn without_limits(&self) -> Self {
-        Self { is_limited: false, ..self.clone() }
+        Self { is_limited: false, lever: None, ..self.clone() }
+    }
+
+    /// Holds the lever of the engine at a position from 0 to 1, or lets the engine follow its command again. It has no effect on an
+    /// engine without propulsion, which has no lever.
+    pub(crate) fn hold_lever(&mut self, lever: Option<f64>) {
+        self.lever = lever.filter(|_| self.propulsion.is_some());
+    }
+
+    /// Where the lever is held, 0 to 1; `None` if it is not.
+    #[inline]
+    #[must_use]
+    pub fn lever(&self) -> Option<f64> {
+        self.lever
+    }
+
+    /// The lever, 0 to 1, at which the engine gives this thrust (N) in this air; `None` without a lever, or out of its reach.
+    #[must_use]
+    pub fn lever_at(&self, thrust_n: f64, at: &EngineAir) -> Option<f64> {
+        let engine = self.propulsion.as_ref()?;
+        let [least, most] = engine.ends(at);
+        if !(least..=most).contains(&thrust_n) {
+            return None;
+        }
+        // Halving: the thrust grows with the lever and has edges.
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..LEVER_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if engine.thrust_at(middle, at) < thrust_n { low = middle } else { high = middle }
+        }
+        Some(high)
     }
 
     /// Whether the Mach number matters.
@@ -74,8 +110,9 @@ impl Jet {
     /// Limits of the thrust in this air, N.
     #[must_use]
     pub fn limits(&self, at: &EngineAir) -> [f64; 2] {
-        match &self.propulsion {
-            Some(engine) if self.is_limited => engine.ends(at),
+        match (&self.propulsion, self.lever) {
+            (Some(engine), Some(lever)) => [engine.thrust_at(lever, at); 2],
+            (Some(engine), None) if self.is_limited => engine.ends(at),
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }

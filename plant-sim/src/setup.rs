@@ -1,8 +1,9 @@
 //! Everything that defines a flight, as plain data, and its errors.
 
-use icd::ControlPeriod;
+use icd::effector_list::Name;
 use icd::fault::{Refusal, TargetClass};
 use icd::wire::Aircraft;
+use icd::{ControlPeriod, EffectorList};
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
@@ -86,6 +87,12 @@ pub enum SetupError {
         /// Name in the model file.
         model: Box<Aircraft>,
     },
+    /// A body that no controller can fly.
+    #[error("{airframe} has no [[effector]], so no controller can fly it; `sitl checkcase` does")]
+    NoEffector {
+        /// Name in the airframe file.
+        airframe: Name,
+    },
     /// The integration cannot follow the aircraft.
     #[error(transparent)]
     TooQuick(Box<TooQuick>),
@@ -112,6 +119,9 @@ impl PlantSetup {
     /// # Errors
     /// [`SetupError`], the first one found; faults and trim are left to [`crate::Plant::new`].
     pub fn check(&self) -> Result<(), SetupError> {
+        if self.airframe.effectors.is_empty() {
+            return Err(SetupError::NoEffector { airframe: self.airframe.name });
+        }
         self.airframe.check()?;
         self.start.check()?;
         self.wind.check()?;
@@ -144,17 +154,19 @@ impl PlantSetup {
             let ScheduledFault { target, kind, timing } = fault;
             let Airframe { effectors, servos, .. } = &self.airframe;
             faults::check(effectors, servos, *target, kind, timing)
-                .map_err(|refusal| self.fault_error(index, refusal))?;
+                .map_err(|refusal| fault_error(effectors, index, fault, refusal))?;
         }
         Ok(())
     }
+}
 
-    /// The error about a fault that the aircraft cannot have.
-    pub(crate) fn fault_error(&self, index: usize, refusal: Refusal) -> SetupError {
-        let effectors = &self.airframe.effectors;
-        let fault = self.faults.get(index);
-        let class = fault.map_or(TargetClass::Angle, |fault| fault.target.class(effectors));
-        let fault = fault.map_or_else(String::new, |fault| fault.described(effectors));
-        SetupError::Fault { number: index + 1, fault, class, refusal }
-    }
+/// The error about a fault that the aircraft cannot have.
+pub(crate) fn fault_error(
+    effectors: &EffectorList,
+    index: usize,
+    fault: &ScheduledFault,
+    refusal: Refusal,
+) -> SetupError {
+    let class = fault.target.class(effectors);
+    SetupError::Fault { number: index + 1, fault: fault.described(effectors), class, refusal }
 }

@@ -52,7 +52,7 @@ impl StartPart {
 }
 
 /// A start as written in an airframe file.
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartTable {
     altitude_m: f64,
@@ -75,6 +75,15 @@ impl StartTable {
 }
 
 impl Start {
+    /// In the place of the design point of a body that no controller flies.
+    pub(crate) const NOT_USED: Self = Self {
+        altitude_m: 1_000.0,
+        airspeed_m_s: 100.0,
+        heading_rad: 0.0,
+        latitude_rad: 0.0,
+        longitude_rad: 0.0,
+    };
+
     /// The place.
     #[must_use]
     pub fn geodetic(&self) -> Geodetic {

@@ -3,14 +3,18 @@
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use crate::airframe::Airframe;
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, State};
-use crate::geodesy;
 use crate::range::{RangeError, check_range};
+use crate::release::ReleaseSetup;
 use crate::rigid_body::RigidState;
+use crate::setup::SetupError;
 use crate::start::Start;
+use crate::step_limit;
 use crate::wind::Gust;
 
+pub mod longitudinal;
 mod nearest;
 
 pub use nearest::{AtLimit, Nearest};
@@ -23,6 +27,9 @@ const TOLERANCE: f64 = 1.0e-11;
 
 /// Singular values below this count as zero, as for a missing control.
 const SINGULAR: f64 = 1.0e-9;
+
+/// A body slower than this, m/s, has no aerodynamic motion that the integration would have to follow.
+const SLOWEST_CHECKED_M_S: f64 = 1.0;
 
 /// Longest Newton step in angle of attack, rad: the bent aerodynamics must not make the search diverge.
 const ALPHA_STEP_MAX_RAD: f64 = 0.1;
@@ -77,6 +84,19 @@ pub enum TrimError {
         altitude_m: f64,
         /// The closest flight.
         nearest: Box<Nearest>,
+    },
+    /// No pitch angle, elevator and thrust hold a given velocity.
+    #[error(
+        "no pitch angle, elevator and thrust make the initial state steady: the nearest one still has {along_m_s2:.3e} m/s2 along \
+         the track, {down_m_s2:.3e} m/s2 down and {pitch_rad_s2:.3e} rad/s2 in pitch"
+    )]
+    NoLongitudinal {
+        /// Acceleration along the track, m/s².
+        along_m_s2: f64,
+        /// Acceleration downwards, m/s².
+        down_m_s2: f64,
+        /// Pitch acceleration, rad/s².
+        pitch_rad_s2: f64,
     },
     /// It exists, but an effector cannot hold it.
     #[error(
@@ -164,20 +184,7 @@ impl Problem<'_> {
     /// Checks that the effectors can reach the positions of the trim.
     fn in_reach(&self, trim: &Trim) -> Result<(), RangeError> {
         let airframe = self.dynamics.airframe();
-        let list = &airframe.effectors;
-        for effector in list.all() {
-            let servo = &airframe.servos[effector];
-            let (key, unit, [min, max]) = if list.is_angle(effector) {
-                ("deflection_deg", 1.0_f64.to_degrees(), [servo.min, servo.max])
-            } else {
-                ("thrust_n", 1.0, self.thrust_range_n())
-            };
-            let value = trim.positions[effector] * unit;
-            check_range(list.key(effector), key, value, min * unit, max * unit)?;
-        }
-        let alpha = trim.alpha_rad.to_degrees();
-        let most = airframe.limits.alpha_rad.to_degrees();
-        check_range("limits", "angle_of_attack_deg", alpha, -most, most)
+        check_reach(airframe, &trim.positions, self.thrust_range_n(), trim.alpha_rad)
     }
 
     fn thrust_range_n(&self) -> [f64; 2] {
@@ -220,21 +227,10 @@ impl Problem<'_> {
         let q_e_from_body = earth.q_e_from_body(&here, &attitude);
         let position = earth.position(&here);
         let e_from_ned = earth.place(&position).e_from_ned;
-        let frame = e_from_ned.tr_mul(&earth.rotation()) + self.transport_rate(&ground);
+        let frame =
+            e_from_ned.tr_mul(&earth.rotation()) + earth.transport_rate(&here, &Ned(ground));
         let rates = Body(attitude.to_body(Ned(frame)).0 + relative);
         (RigidState { position, q_e_from_body, velocity, rates }, relative)
-    }
-
-    /// Rate at which the local NED axes turn over a round Earth because the aircraft moves, rad/s, NED.
-    fn transport_rate(&self, ground: &Vector3<f64>) -> Vector3<f64> {
-        if self.dynamics.earth().model() == crate::earth::EarthModel::Flat {
-            return Vector3::zeros();
-        }
-        let (sin, cos) = libm::sincos(self.start.latitude_rad);
-        let radii = geodesy::radii(sin);
-        let east = ground.y / (radii.prime_vertical_m + self.start.altitude_m);
-        let north = ground.x / (radii.meridian_m + self.start.altitude_m);
-        Vector3::new(east, -north, -east * sin / cos)
     }
 
     /// Accelerations that are zero in steady flight: of the air-relative velocity, because a steady wind
@@ -262,6 +258,89 @@ impl Problem<'_> {
         }
         jacobian
     }
+}
+
+/// The state in which a flight without a controller begins: steady only if it asks for that.
+pub(crate) struct Released {
+    pub(crate) trim: Trim,
+    /// True airspeed, m/s.
+    pub(crate) airspeed_m_s: f64,
+}
+
+/// The beginning of a flight without a controller; `dynamics` gets the lever of its engine.
+///
+/// # Errors
+/// [`SetupError`] if the state cannot be trimmed, or moves faster than the integration can follow.
+pub(crate) fn released(
+    dynamics: &mut Dynamics,
+    setup: &ReleaseSetup,
+    steady: &Ned,
+) -> Result<Released, SetupError> {
+    let ReleaseSetup { initial, controls, .. } = setup;
+    let earth = dynamics.earth();
+    let (theta_rad, elevator_rad, controls) = if initial.is_trimmed {
+        let trim = longitudinal::solve(dynamics, initial, controls, steady)?;
+        (trim.theta_rad, trim.elevator_rad, trim.controls)
+    } else {
+        (initial.attitude.theta, 0.0, *controls)
+    };
+    let rigid = initial.rigid(earth, theta_rad);
+    let here = earth.geodetic(&rigid.position);
+    dynamics.hold_lever(controls.lever);
+    let place = dynamics.earth().place(&rigid.position);
+    let density = LocalDensity::around(place.geopotential_altitude_m);
+    let e = dynamics.evaluate(&rigid, &controls.positions, steady, &Gust::none(), &density);
+    let airspeed_m_s = e.motion.air.airspeed_m_s;
+    let start = Start {
+        altitude_m: place.altitude_m,
+        airspeed_m_s,
+        heading_rad: initial.attitude.psi,
+        latitude_rad: here.latitude_rad,
+        longitude_rad: here.longitude_rad,
+    };
+    if airspeed_m_s >= SLOWEST_CHECKED_M_S {
+        step_limit::check(dynamics, &start, e.density, setup.step_us)
+            .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
+    }
+    let mut positions = controls.positions;
+    if let Some(engine) = dynamics.jet().engine() {
+        // The thrust that a lever gives, so that the log begins with it.
+        positions[engine] = e.motion.thrust_n;
+    }
+    let trim = Trim {
+        alpha_rad: e.motion.air.alpha_rad,
+        theta_rad,
+        elevator_rad,
+        aileron_rad: 0.0,
+        rudder_rad: 0.0,
+        thrust_n: e.motion.thrust_n,
+        positions,
+        turn_rate_rad_s: 0.0,
+        rigid,
+    };
+    Ok(Released { trim, airspeed_m_s })
+}
+
+/// Checks that effectors and angle of attack (rad) are inside their limits; `thrust_range` is that of the engine, N.
+fn check_reach(
+    airframe: &Airframe,
+    positions: &PerEffector<f64>,
+    thrust_range: [f64; 2],
+    alpha_rad: f64,
+) -> Result<(), RangeError> {
+    let list = &airframe.effectors;
+    for effector in list.all() {
+        let servo = &airframe.servos[effector];
+        let (key, unit, [min, max]) = if list.is_angle(effector) {
+            ("deflection_deg", 1.0_f64.to_degrees(), [servo.min, servo.max])
+        } else {
+            ("thrust_n", 1.0, thrust_range)
+        };
+        let value = positions[effector] * unit;
+        check_range(list.key(effector), key, value, min * unit, max * unit)?;
+    }
+    let most = airframe.limits.alpha_rad.to_degrees();
+    check_range("limits", "angle_of_attack_deg", alpha_rad.to_degrees(), -most, most)
 }
 
 #[cfg(test)]

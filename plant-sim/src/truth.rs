@@ -124,7 +124,8 @@ impl Truth {
             deflections,
             positions: inputs.effects.positions(&state.positions),
             fault_codes: *inputs.effects.codes(),
-            wind: Ned(inputs.wind.0 + ned(&inputs.gust.velocity).0),
+            wind: Ned(dynamics.wind(&inputs.wind, e.place.geopotential_altitude_m).0
+                + ned(&inputs.gust.velocity).0),
             density_kg_m3: e.density,
         }
     }

@@ -8,6 +8,9 @@ use crate::noise::{Normals, Source};
 use crate::range::{RangeError, check_range};
 
 mod filters;
+mod profile;
+
+pub use profile::{WindLevel, WindProfile};
 
 use filters::{Rotary, SecondOrder, Transition};
 

@@ -15,6 +15,7 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
+use flight_analysis::checkcase::{self, CheckcaseArgs};
 use flight_analysis::design::{self, DesignArgs};
 use flight_analysis::envelope;
 use flight_analysis::fly::jams::{self, JamsArgs};
@@ -69,6 +70,8 @@ impl Cli {
 enum Command {
     /// Fly a scenario in this process to its end, and say what became of it
     Fly(Box<FlyArgs>),
+    /// Fly a scenario without a controller, and write its trajectory for a comparison with other simulators
+    Checkcase(Box<CheckcaseArgs>),
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
     /// Fly a demonstration mission and draw its track
@@ -142,6 +145,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
         Some(Command::Isolation(args)) => isolation::run(args)?,
+        Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
@@ -190,6 +194,7 @@ mod tests {
         let lines = [
             "",
             "fly nominal",
+            "checkcase x.toml --step-ms 10 --rate-hz 50 --out y.csv",
             "fly case1 --seed 1..3 --set FTC_MODE=0 --out x",
             "paper --out x",
             "mission --out x",

@@ -171,7 +171,7 @@ impl AirForces {
             Form::AtMach(table) => table.coefficients(air, mach, effective),
             Form::Tables(tables) => {
                 let c = tables.coefficients(air, mach, effective.first(self.effectors));
-                tables.about_centre_of_gravity(air.alpha_rad, &c)
+                tables.about_centre_of_gravity([air.alpha_rad, air.beta_rad], &c)
             }
         }
     }

@@ -1,19 +1,23 @@
 //! The airframe file as written, and errors about keys of an earlier version.
 
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
 use icd::effector_list::{EffectorEntry, Name};
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error as _};
 
 use super::{AirData, Airframe, Mass, Nozzle};
 use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
-use crate::config::{self, ConfigError};
-use crate::limits::LimitsTable;
+use crate::config::keys::gather;
+use crate::config::{self, ConfigError, units};
+use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
 use crate::servos::Servo;
-use crate::start::StartTable;
+use crate::start::{Start, StartTable};
 use crate::tables::aerodynamics::TableAero;
-use crate::tables::thrust::Propulsion;
+use crate::tables::thrust::{Propeller, Propulsion, ThrustTables};
 
 /// The airframe file as written: the keys that it has, with derivatives ([`Aero`]) or tables ([`TableAero`]) in
 /// `[aerodynamics]`.
@@ -26,10 +30,11 @@ pub struct AirframeFile<A> {
     #[serde(default)]
     effector: Vec<EffectorTable>,
     nozzle: Option<Nozzle>,
-    air_data: AirData,
+    /// A body without effectors needs neither this nor the design point nor limits.
+    air_data: Option<AirData>,
     mach: Option<MachEffects>,
-    design_point: StartTable,
-    limits: LimitsTable,
+    design_point: Option<StartTable>,
+    limits: Option<LimitsTable>,
     propulsion: Option<Propulsion>,
 }
 
@@ -70,6 +75,12 @@ pub(super) fn read(
         .get("aerodynamics")
         .and_then(toml::Value::as_table)
         .is_some_and(|part| part.contains_key("sum") || part.contains_key("table"));
+    let mut table = table;
+    // Line and column are those of the text, which has no converted units.
+    let text = match units::convert(file, &mut table, known_keys())? {
+        true => None,
+        false => text,
+    };
     if has_tables {
         parse::<TableAero>(file, table, text)?.into_checked(file, Aerodynamics::Tables)
     } else {
@@ -83,6 +94,19 @@ fn parse<A: DeserializeOwned>(
     text: Option<&str>,
 ) -> Result<AirframeFile<A>, ConfigError> {
     text.map_or_else(|| config::of_table(file, table), |text| config::parse(file, text))
+}
+
+/// The keys of both forms of the file.
+fn known_keys() -> &'static BTreeSet<String> {
+    static KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+        let mut keys = BTreeSet::new();
+        gather::<AirframeFile<Aero>>("", &mut keys);
+        gather::<AirframeFile<TableAero>>("", &mut keys);
+        gather::<ThrustTables>("propulsion", &mut keys);
+        gather::<Propeller>("propulsion", &mut keys);
+        keys
+    });
+    &KEYS
 }
 
 impl<A> AirframeFile<A> {
@@ -105,13 +129,17 @@ impl<A> AirframeFile<A> {
         file: &str,
         form: fn(A) -> Aerodynamics,
     ) -> Result<Airframe, ConfigError> {
+        let (air_data, design_point, limits) = self.about_flight(file)?;
         let aero = form(self.aerodynamics);
         let has_tables = aero.derivatives().is_none();
         let name = short(file, &self.name)?;
         let refused = |source| ConfigError::Effectors { file: file.to_owned(), source };
         let entries: Vec<EffectorEntry> =
             self.effector.iter().map(|table| table.entry(file)).collect::<Result<_, _>>()?;
-        let effectors = EffectorList::new(entries).map_err(refused)?;
+        let effectors = match entries.is_empty() {
+            true => EffectorList::default(),
+            false => EffectorList::new(entries).map_err(refused)?,
+        };
         let tables: Vec<(Effector, &EffectorTable)> = effectors.all().zip(&self.effector).collect();
         let (mut servos, mut surface_derivatives) =
             (PerEffector::default(), PerEffector::default());
@@ -147,12 +175,35 @@ impl<A> AirframeFile<A> {
             surface_derivatives,
             gains,
             nozzle: self.nozzle,
-            air_data: self.air_data,
+            air_data,
             propulsion: self.propulsion,
             mach: self.mach,
-            design_point: self.design_point.into_start(),
-            limits: self.limits.into_limits(),
+            design_point,
+            limits,
         })
+    }
+
+    /// Places of the air data sensors, design point and limits: an aircraft needs them, a body without effectors does not.
+    fn about_flight(&self, file: &str) -> Result<(AirData, Start, FlightLimits), ConfigError> {
+        let missing = |field| {
+            let source = Box::new(toml::de::Error::missing_field(field));
+            Err(ConfigError::Toml { file: file.to_owned(), source })
+        };
+        let is_aircraft = !self.effector.is_empty();
+        if is_aircraft && self.air_data.is_none() {
+            return missing("air_data");
+        }
+        if is_aircraft && self.design_point.is_none() {
+            return missing("design_point");
+        }
+        if is_aircraft && self.limits.is_none() {
+            return missing("limits");
+        }
+        Ok((
+            self.air_data.unwrap_or(AirData { vanes_m: [0.0; 3], pitot_m: [0.0; 3] }),
+            self.design_point.map_or(Start::NOT_USED, StartTable::into_start),
+            self.limits.map_or(FlightLimits::NONE, LimitsTable::into_limits),
+        ))
     }
 }
 

@@ -45,7 +45,7 @@ pub struct PlantArgs {
     /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
     #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
     pub step_us: Option<u32>,
-    /// flat or wgs84, instead of the scenario's
+    /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     pub earth: Option<EarthModel>,
     /// Seed of all random streams, instead of the scenario's
@@ -218,11 +218,10 @@ pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
 /// # Errors
 /// Names the models.
 pub fn parse_earth(text: &str) -> Result<EarthModel, String> {
-    match text {
-        "flat" => Ok(EarthModel::Flat),
-        "wgs84" => Ok(EarthModel::Wgs84),
-        _ => Err("the models are flat and wgs84".to_owned()),
-    }
+    let found = EarthModel::NAMED.iter().find(|(_, name)| *name == text);
+    found.map(|(model, _)| *model).ok_or_else(|| {
+        format!("the models are {}", EarthModel::NAMED.map(|(_, name)| name).join(", "))
+    })
 }
 
 fn parse_seconds(text: &str) -> Result<SimTime, String> {
@@ -330,7 +329,7 @@ mod tests {
             ("--seed", "1.5", "from 0 to 18446744073709551615"),
             ("--step-us", "-300", "1 to 4000"),
             ("--cpu", "-1", "0 to 1023"),
-            ("--earth", "round", "flat and wgs84"),
+            ("--earth", "disc", "flat, wgs84, round, round_non_rotating"),
         ] {
             let error = parse(&[option, value]).unwrap_err().to_string();
             assert!(error.contains(option) && error.contains(range), "{error}");

@@ -55,6 +55,9 @@ pub struct CoefficientSums {
     pub c_lift: Vec<String>,
     /// Drag, along the airflow in the plane of symmetry.
     pub c_drag: Vec<String>,
+    /// Drag along the airflow, sideslip included (wind axes): that of a body without a plane of symmetry.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub c_drag_wind: Vec<String>,
     /// Roll moment, reference length span.
     pub c_roll: Vec<String>,
     /// Pitch moment, reference length chord.
@@ -64,9 +67,9 @@ pub struct CoefficientSums {
 }
 
 /// Number of coefficients.
-const COEFFICIENTS: usize = 8;
+const COEFFICIENTS: usize = 9;
 
-/// Coefficients in the order of [`CoefficientSums`].
+/// Coefficients in the order of [`CoefficientSums`], but for the drag in wind axes, which is the last one.
 pub type TableCoefficients = [f64; COEFFICIENTS];
 
 /// The same, prepared for the equations of motion.
@@ -77,6 +80,8 @@ pub struct AeroTables {
     span_m: f64,
     chord_m: f64,
     moment_reference: Body,
+    /// Whether there is a drag in wind axes: aircraft have theirs in other axes.
+    has_drag_wind: bool,
 }
 
 impl TableAero {
@@ -102,6 +107,7 @@ impl TableAero {
             span_m: self.span_m,
             chord_m: self.chord_m,
             moment_reference: Body::new(x, y, z),
+            has_drag_wind: !self.sum.c_drag_wind.is_empty(),
         })
     }
 
@@ -122,7 +128,7 @@ impl TableAero {
 
 impl CoefficientSums {
     fn texts(&self) -> [SumText<'_>; COEFFICIENTS] {
-        let Self { c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw } = self;
+        let Self { c_x, c_y, c_z, c_lift, c_drag, c_drag_wind, c_roll, c_pitch, c_yaw } = self;
         let sums = [
             ("c_x", c_x),
             ("c_y", c_y),
@@ -132,6 +138,7 @@ impl CoefficientSums {
             ("c_roll", c_roll),
             ("c_pitch", c_pitch),
             ("c_yaw", c_yaw),
+            ("c_drag_wind", c_drag_wind),
         ];
         let mut output = 0;
         sums.map(|(key, terms)| {
@@ -180,25 +187,37 @@ impl AeroTables {
         density: f64,
         coefficients: &TableCoefficients,
     ) -> Wrench {
-        let (u, w) = (velocity.0.x, velocity.0.z);
+        let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
         let direction = if in_plane > 0.0 { [w / in_plane, u / in_plane] } else { [0.0, 1.0] };
         let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * self.area_m2;
-        let Wrench { force, moment } = self.per_pressure_area(direction, coefficients);
+        let side = if self.has_drag_wind { v / air.airspeed_m_s.max(SLOWEST_M_S) } else { 0.0 };
+        let Wrench { force, moment } = self.per_pressure_area(direction, side, coefficients);
         Wrench { force: Body(force.0 * pressure_area), moment: Body(moment.0 * pressure_area) }
     }
 
     /// Force and moment about the centre of gravity over dynamic pressure and area: dimensionless, and m. `direction` is sine
-    /// and cosine of the angle of attack.
+    /// and cosine of the angle of attack, `sin_beta` the sine of the sideslip.
     #[inline]
-    fn per_pressure_area(&self, direction: [f64; 2], coefficients: &TableCoefficients) -> Wrench {
-        let [c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw] = *coefficients;
+    fn per_pressure_area(
+        &self,
+        direction: [f64; 2],
+        sin_beta: f64,
+        coefficients: &TableCoefficients,
+    ) -> Wrench {
+        let [c_x, c_y, c_z, c_lift, c_drag, c_roll, c_pitch, c_yaw, c_drag_wind] = *coefficients;
         let [sin_alpha, cos_alpha] = direction;
-        let force = Body::new(
+        let mut force = Body::new(
             c_x + c_lift * sin_alpha - c_drag * cos_alpha,
             c_y,
             c_z - c_drag * sin_alpha - c_lift * cos_alpha,
         );
+        if self.has_drag_wind {
+            let cos_beta = (1.0 - sin_beta * sin_beta).max(0.0).sqrt();
+            force.0.x -= c_drag_wind * cos_alpha * cos_beta;
+            force.0.y -= c_drag_wind * sin_beta;
+            force.0.z -= c_drag_wind * sin_alpha * cos_beta;
+        }
         let about_reference =
             Body::new(self.span_m * c_roll, self.chord_m * c_pitch, self.span_m * c_yaw);
         let moment = Body(about_reference.0 + self.moment_reference.0.cross(&force.0));
@@ -209,11 +228,12 @@ impl AeroTables {
     #[must_use]
     pub fn about_centre_of_gravity(
         &self,
-        alpha_rad: f64,
+        [alpha_rad, beta_rad]: [f64; 2],
         coefficients: &TableCoefficients,
     ) -> Coefficients {
         let (sin, cos) = libm::sincos(alpha_rad);
-        let Wrench { force, moment } = self.per_pressure_area([sin, cos], coefficients);
+        let sin_beta = libm::sin(beta_rad);
+        let Wrench { force, moment } = self.per_pressure_area([sin, cos], sin_beta, coefficients);
         let (x, z) = (force.0.x, force.0.z);
         Coefficients {
             lift: x * sin - z * cos,

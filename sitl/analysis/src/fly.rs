@@ -88,7 +88,7 @@ pub struct FlyArgs {
     /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
     #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
     step_us: Option<u32>,
-    /// flat or wgs84, instead of the scenario's
+    /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     earth: Option<EarthModel>,
     /// White noise of the gyros, deg/s rms, instead of the scenario's

@@ -34,6 +34,7 @@
 //! ```
 
 pub mod chart;
+pub mod checkcase;
 pub mod closed_loop;
 pub mod configuration;
 pub mod design;

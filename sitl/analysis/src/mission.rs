@@ -57,7 +57,7 @@ pub struct MissionOptions {
     /// Aircraft and settings.
     #[command(flatten)]
     pub aircraft: AircraftArgs,
-    /// flat or wgs84
+    /// flat, wgs84, round or round_non_rotating
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     pub earth: EarthModel,
     /// Steady wind, m/s, to the east-north-east

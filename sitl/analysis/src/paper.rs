@@ -78,7 +78,7 @@ pub struct Options {
     /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
     #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
     pub step_us: Option<u32>,
-    /// flat or wgs84
+    /// flat, wgs84, round or round_non_rotating
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     pub earth: EarthModel,
     /// White noise of the gyros, deg/s rms of each control sample; with it the limits of claim 4 apply

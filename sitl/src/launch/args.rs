@@ -46,7 +46,7 @@ pub struct LaunchArgs {
     /// Integration step, us; divides the control period [default: 1000]
     #[arg(long, allow_negative_numbers = true, value_name = "US")]
     step_us: Option<String>,
-    /// flat or wgs84, instead of the scenario's
+    /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL")]
     earth: Option<String>,
     /// Seed of all random streams, instead of the scenario's

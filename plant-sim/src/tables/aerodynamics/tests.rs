@@ -30,7 +30,7 @@ fn coefficients(inputs: &Inputs) -> [f64; 6] {
         rates: Body::new(p, q, r),
     };
     let deflections = [-aileron, aileron, elevator, elevator, rudder].map(f64::to_radians);
-    let [x, y, z, _, _, roll, pitch, yaw] = f16().coefficients(&air, 0.3, &deflections);
+    let [x, y, z, _, _, roll, pitch, yaw, _] = f16().coefficients(&air, 0.3, &deflections);
     [x, y, z, roll, pitch, yaw]
 }
 

@@ -107,6 +107,8 @@ fn earth_name(options: &Options) -> &'static str {
     match options.earth {
         plant_sim::EarthModel::Flat => "flat, constant gravity",
         plant_sim::EarthModel::Wgs84 => "WGS-84, rotating, J2 gravity",
+        plant_sim::EarthModel::Round => "sphere, rotating",
+        plant_sim::EarthModel::RoundNonRotating => "sphere, not rotating",
     }
 }
 

@@ -1,0 +1,379 @@
+//! Check cases: scenarios that are flown without a controller, from any state, with prescribed controls.
+//!
+//! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]`, `[[plant.control_step]]` and
+//! `[[plant.wind.level]]` describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use icd::{Body, EulerAngles, Ned, SimTime};
+use serde::Deserialize;
+
+use super::{ScenarioFile, StartPart};
+use crate::airframe::Airframe;
+use crate::config::{self, ConfigError};
+use crate::earth::EarthModel;
+use crate::geodesy::Geodetic;
+use crate::range::check_range;
+use crate::release::{
+    Controls, InitialPosition, InitialRates, InitialState, InitialVelocity, ReleaseSetup,
+    STEP_RANGE_US,
+};
+
+mod controls;
+
+/// Section names for errors.
+const CASE: &str = "checkcase";
+const INITIAL: &str = "plant.initial_state";
+
+/// Step of the integration without `step_ms`, ms.
+const STEP_MS: f64 = 1.0;
+/// Rows per second without `output_rate_hz`.
+const OUTPUT_RATE_HZ: f64 = 20.0;
+/// Longest case, s: a day.
+pub const DURATION_MAX_S: f64 = 86_400.0;
+/// Most rows of the output.
+pub const ROWS_MAX: u64 = 1_000_000;
+
+/// The table `[checkcase]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CaseTable {
+    airframe: String,
+    reference: Option<String>,
+    step_ms: Option<f64>,
+    output_rate_hz: Option<f64>,
+}
+
+/// The table `[plant.initial_state]`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InitialTable {
+    latitude_deg: Option<f64>,
+    longitude_deg: Option<f64>,
+    altitude_m: Option<f64>,
+    position_ned_m: Option<[f64; 3]>,
+    velocity_ned_m_s: Option<[f64; 3]>,
+    velocity_body_m_s: Option<[f64; 3]>,
+    roll_deg: Option<f64>,
+    pitch_deg: Option<f64>,
+    yaw_deg: Option<f64>,
+    rates_inertial_deg_s: Option<[f64; 3]>,
+    rates_earth_deg_s: Option<[f64; 3]>,
+    rates_ned_deg_s: Option<[f64; 3]>,
+    trim: Option<TrimKind>,
+}
+
+/// Kinds of trim.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum TrimKind {
+    /// Pitch angle, elevator and thrust.
+    Longitudinal,
+}
+
+/// A `[[plant.control_step]]`: a change against the controls at the start.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ControlStepTable {
+    at_s: f64,
+    controls: BTreeMap<String, f64>,
+}
+
+/// A file of a check case that was read, before its airframe is.
+pub struct CaseFile {
+    name: String,
+    case: CaseTable,
+    file: ScenarioFile,
+}
+
+/// Values that replace those of the file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CaseOptions {
+    /// Step of the integration, ms.
+    pub step_ms: Option<f64>,
+    /// Rows per second.
+    pub output_rate_hz: Option<f64>,
+}
+
+/// A check case, ready to be flown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckCase {
+    /// The flight.
+    pub setup: ReleaseSetup,
+    /// Its duration: a whole number of steps.
+    pub duration: SimTime,
+    /// Time from row to row, µs: a whole number of steps.
+    pub output_us: u64,
+    /// Steps of the controls, in order of time.
+    pub steps: Vec<ControlStep>,
+    /// Name of the case in reference data.
+    pub reference: Option<String>,
+}
+
+/// From a time on the controls are those of the start and these changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlStep {
+    /// When: a multiple of the step.
+    pub at: SimTime,
+    /// Added to the controls of the start.
+    pub change: Controls,
+}
+
+impl CaseFile {
+    /// Reads a file; errors call it `name`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file and key, the value and what is expected.
+    pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
+        Self::of(name, ScenarioFile::parse(name, text)?)
+    }
+
+    /// Reads a file that was parsed already and may have been changed since.
+    ///
+    /// # Errors
+    /// As [`CaseFile::from_toml`], without line and column.
+    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+        Self::of(name, ScenarioFile::of_table(name, table)?)
+    }
+
+    fn of(name: &str, mut file: ScenarioFile) -> Result<Self, ConfigError> {
+        let Some(case) = file.checkcase.take() else {
+            return Err(key(
+                name,
+                CASE,
+                "airframe",
+                "is missing, a check case names its airframe file",
+            ));
+        };
+        Ok(Self { name: name.to_owned(), case, file })
+    }
+
+    /// Path of the airframe file, from the folder of this file if it is relative.
+    #[must_use]
+    pub fn airframe(&self) -> PathBuf {
+        let folder = Path::new(&self.name).parent().unwrap_or_else(|| Path::new(""));
+        folder.join(&self.case.airframe)
+    }
+
+    /// The case with this airframe.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file and key, the value and what is expected.
+    pub fn into_case(
+        self,
+        airframe: Airframe,
+        options: &CaseOptions,
+    ) -> Result<CheckCase, ConfigError> {
+        let Self { name, case, file } = self;
+        let mut plant = file.plant;
+        let excluded =
+            |section, other| Err(ConfigError::Excluded { file: name.clone(), section, other });
+        if plant.start != StartPart::default() {
+            return excluded("plant.start", "[checkcase], which has [plant.initial_state]");
+        }
+        if plant.sensors.is_some() {
+            return excluded("plant.sensors", "[checkcase], which has no sensors");
+        }
+        if !plant.control_step.is_empty() && !plant.fault.is_empty() {
+            return excluded(
+                "plant.fault",
+                "[[plant.control_step]], which moves healthy effectors",
+            );
+        }
+        let earth = plant.earth.unwrap_or(EarthModel::Wgs84);
+        let Some(initial) = plant.initial_state.take() else {
+            return Err(key(&name, INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
+        };
+        let initial = initial.read(&name, earth)?;
+        let reader = controls::Reader { file: &name, airframe: &airframe };
+        let given = plant.controls.take().unwrap_or_default();
+        let given = reader.at_start(&given, initial.is_trimmed)?;
+        let step_tables = std::mem::take(&mut plant.control_step);
+        let grid = Grid::new(&name, &case, options, plant.duration_s)?;
+        let mut steps = Vec::new();
+        for table in step_tables {
+            let at = grid.time(&name, table.at_s)?;
+            steps.push(ControlStep { at, change: reader.change(&table.controls)? });
+        }
+        steps.sort_by_key(|step| step.at);
+        let (part, profile) = plant.into_part(&name, &airframe.effectors)?;
+        let setup = ReleaseSetup {
+            airframe,
+            earth,
+            wind: part.wind,
+            profile,
+            initial,
+            controls: given,
+            faults: part.faults,
+            seed: part.seed,
+            step_us: grid.step_us,
+        };
+        setup.check().map_err(config::in_file(&name))?;
+        Ok(CheckCase {
+            setup,
+            duration: grid.duration,
+            output_us: grid.output_us,
+            steps,
+            reference: case.reference,
+        })
+    }
+}
+
+/// Steps and rows of a case.
+struct Grid {
+    step_us: u32,
+    output_us: u64,
+    duration: SimTime,
+}
+
+impl Grid {
+    fn new(
+        file: &str,
+        case: &CaseTable,
+        options: &CaseOptions,
+        duration_s: Option<f64>,
+    ) -> Result<Self, ConfigError> {
+        let range = config::in_file(file);
+        let step_ms = options.step_ms.or(case.step_ms).unwrap_or(STEP_MS);
+        let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);
+        check_range(CASE, "step_ms", step_ms, least, most).map_err(&range)?;
+        let Some(step_us) = whole(step_ms * 1_000.0) else {
+            let problem = format!("= {step_ms} is no whole number of microseconds");
+            return Err(key(file, CASE, "step_ms", &problem));
+        };
+        let rate = options.output_rate_hz.or(case.output_rate_hz).unwrap_or(OUTPUT_RATE_HZ);
+        let fastest = 1.0e3 / step_ms;
+        check_range(CASE, "output_rate_hz", rate, 1.0e-3, fastest).map_err(&range)?;
+        let Some(output_us) = whole(fastest / rate).map(|steps| steps * step_us) else {
+            let fitting = fastest / libm::round(fastest / rate);
+            let problem = format!(
+                "= {rate} is no whole number of steps of {step_ms} ms from row to row; expected {fastest} over a whole \
+                 number, as {fitting}"
+            );
+            return Err(key(file, CASE, "output_rate_hz", &problem));
+        };
+        let Some(duration_s) = duration_s else {
+            return Err(key(file, "plant", "duration_s", "is missing, a check case needs an end"));
+        };
+        check_range("plant", "duration_s", duration_s, 1.0e-3, DURATION_MAX_S).map_err(&range)?;
+        let Some(duration) = whole(duration_s * 1.0e6).filter(|us| us.is_multiple_of(step_us))
+        else {
+            let problem = format!("= {duration_s} is no whole number of steps of {step_ms} ms");
+            return Err(key(file, "plant", "duration_s", &problem));
+        };
+        let rows = duration / output_us + 1;
+        if rows > ROWS_MAX {
+            let problem = format!(
+                "= {duration_s} makes {rows} rows with output_rate_hz = {rate}, expected at most {ROWS_MAX}"
+            );
+            return Err(key(file, "plant", "duration_s", &problem));
+        }
+        let step_us = u32::try_from(step_us).unwrap_or(STEP_RANGE_US[1]);
+        Ok(Self { step_us, output_us, duration: SimTime::from_micros(duration) })
+    }
+
+    /// The time of a control step.
+    fn time(&self, file: &str, at_s: f64) -> Result<SimTime, ConfigError> {
+        let section = "plant.control_step";
+        check_range(section, "at_s", at_s, 0.0, self.duration.as_seconds())
+            .map_err(config::in_file(file))?;
+        let whole = whole(at_s * 1.0e6).filter(|us| us.is_multiple_of(u64::from(self.step_us)));
+        whole.map(SimTime::from_micros).ok_or_else(|| {
+            let step_ms = f64::from(self.step_us) / 1_000.0;
+            let problem = format!("= {at_s} is no whole number of steps of {step_ms} ms");
+            key(file, section, "at_s", &problem)
+        })
+    }
+}
+
+/// A positive number that is whole but for the rounding of its decimals; zero is whole too.
+fn whole(value: f64) -> Option<u64> {
+    let rounded = libm::round(value);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "callers check the range"
+    )]
+    ((value - rounded).abs() <= 1.0e-9 * rounded.max(1.0)).then_some(rounded as u64)
+}
+
+impl InitialTable {
+    fn read(&self, file: &str, earth: EarthModel) -> Result<InitialState, ConfigError> {
+        let one_of = |what: &str, keys: &str, found: usize| {
+            let found = if found == 0 { "none" } else { "several" };
+            key(file, INITIAL, keys, &format!("- {found} of them for {what}, expected exactly one"))
+        };
+        let velocities = [self.velocity_ned_m_s, self.velocity_body_m_s];
+        let velocity = match velocities {
+            [Some([x, y, z]), None] => InitialVelocity::Ned(Ned::new(x, y, z)),
+            [None, Some([x, y, z])] => InitialVelocity::Body(Body::new(x, y, z)),
+            _ => {
+                let keys = "velocity_ned_m_s, velocity_body_m_s";
+                return Err(one_of("the velocity", keys, velocities.iter().flatten().count()));
+            }
+        };
+        let rates = [self.rates_inertial_deg_s, self.rates_earth_deg_s, self.rates_ned_deg_s];
+        let in_body = |rates: [f64; 3]| Body(rates.map(f64::to_radians).into());
+        let rates = match rates {
+            [Some(rates), None, None] => InitialRates::Inertial(in_body(rates)),
+            [None, Some(rates), None] => InitialRates::Earth(in_body(rates)),
+            [None, None, Some(rates)] => InitialRates::Ned(in_body(rates)),
+            _ => {
+                let keys = "rates_inertial_deg_s, rates_earth_deg_s, rates_ned_deg_s";
+                return Err(one_of("the body rates", keys, rates.iter().flatten().count()));
+            }
+        };
+        let is_trimmed = self.trim.is_some();
+        if is_trimmed && self.pitch_deg.is_some() {
+            let problem = "has no meaning beside trim = \"longitudinal\", which finds it";
+            return Err(key(file, INITIAL, "pitch_deg", problem));
+        }
+        if is_trimmed && self.velocity_body_m_s.is_some() {
+            let problem =
+                "has no meaning beside trim = \"longitudinal\", expected velocity_ned_m_s";
+            return Err(key(file, INITIAL, "velocity_body_m_s", problem));
+        }
+        let angle = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
+        let attitude = EulerAngles {
+            phi: angle(self.roll_deg),
+            theta: angle(self.pitch_deg),
+            psi: angle(self.yaw_deg),
+        };
+        let position = self.position(file, earth)?;
+        Ok(InitialState { position, velocity, attitude, rates, is_trimmed })
+    }
+
+    fn position(&self, file: &str, earth: EarthModel) -> Result<InitialPosition, ConfigError> {
+        // A flat Earth is the same everywhere.
+        let coordinate = |name, value: Option<f64>| match value {
+            None if earth != EarthModel::Flat => Err(key(file, INITIAL, name, "is missing")),
+            degrees => Ok(degrees.unwrap_or(0.0).to_radians()),
+        };
+        let latitude_rad = coordinate("latitude_deg", self.latitude_deg)?;
+        let longitude_rad = coordinate("longitude_deg", self.longitude_deg)?;
+        let at = |altitude_m| Geodetic { latitude_rad, longitude_rad, altitude_m };
+        match (self.altitude_m, self.position_ned_m) {
+            (Some(altitude_m), None) => Ok(InitialPosition::Geodetic(at(altitude_m))),
+            (None, Some([north, east, down])) => {
+                let position = Ned::new(north, east, down);
+                Ok(InitialPosition::Local { origin: at(0.0), position })
+            }
+            (None, None) => {
+                Err(key(file, INITIAL, "altitude_m", "is missing, expected it or position_ned_m"))
+            }
+            (Some(_), Some(_)) => {
+                let problem = "has no meaning beside altitude_m, expected one of them";
+                Err(key(file, INITIAL, "position_ned_m", problem))
+            }
+        }
+    }
+}
+
+fn key(file: &str, section: &'static str, key: &str, problem: &str) -> ConfigError {
+    let (file, key, problem) = (file.to_owned(), key.to_owned(), problem.to_owned());
+    ConfigError::Key { file, section, key, problem }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,266 @@
+//! Reading scenarios, and what is refused.
+
+use super::*;
+use icd::fault::{FaultKind, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
+use icd::tvc_jet;
+
+fn refusal(scenario: &str, from: &str, to: &str) -> String {
+    assert!(scenario.contains(from), "the file has no {from}");
+    let text = scenario.replacen(from, to, 1);
+    Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap_err().to_string()
+}
+
+#[test]
+fn the_scenarios_of_the_crate_are_those_of_the_paper() {
+    let nominal =
+        Scenario::from_toml("nominal.toml", NOMINAL, &tvc_jet::effectors()).unwrap().plant;
+    assert_eq!(nominal.faults, []);
+    // The flight begins at the design point of whatever airframe flies it.
+    assert_eq!((nominal.start, nominal.duration_s), (StartPart::default(), None));
+
+    let case1 = Scenario::from_toml("case1.toml", CASE1, &tvc_jet::effectors()).unwrap().plant;
+    let jam = |effector: icd::Effector, degrees: f64, seconds: u64| ScheduledFault {
+        target: effector.into(),
+        kind: FaultKind::StuckAt { angle_rad: degrees.to_radians(), travel: Travel::Jump },
+        timing: Timing::at(SimTime::from_micros(seconds * 1_000_000)),
+    };
+    assert_eq!(case1.faults, [jam(tvc_jet::LEFT_ELEVATOR, 30.0, 3)]);
+    assert_eq!(case1.duration_s, Some(90.0));
+
+    let case2 = Scenario::from_toml("case2.toml", CASE2, &tvc_jet::effectors()).unwrap().plant;
+    assert_eq!(case2.faults, [jam(tvc_jet::RUDDER, 7.0, 1)]);
+    assert_eq!(case2.duration_s, Some(40.0));
+}
+
+#[test]
+fn every_kind_of_the_catalogue_is_read_by_its_keys() {
+    let list = tvc_jet::effectors();
+    for code in 1..=u8::MAX {
+        let Some(kind) = FaultKind::from_code(code, [0.5, 0.5]) else { break };
+        for (effector, class) in [("rudder", TargetClass::Angle), ("engine", TargetClass::Thrust)] {
+            let info = kind.info();
+            let mut lines = format!("effector = \"{effector}\"\nkind = \"{}\"\n", info.key);
+            for (number, value) in info.numbers.iter().zip(kind.values()) {
+                let (key, measure) = (number.quantity.key(class), number.quantity.measure());
+                lines += &format!("{key} = {:?}\n", measure.unit(class).from_si(value));
+            }
+            if let Some(choice) = info.choice {
+                let word = choice.alternatives[usize::from(code - info.code)].key;
+                lines += &format!("{} = \"{word}\"\n", choice.key);
+            }
+            let read = with_fault(&lines).unwrap();
+            assert_eq!(read.target, list.by_key(effector).unwrap().into());
+            assert_eq!(read.kind.code(), code, "{lines}");
+            let off = read.kind.values().into_iter().zip(kind.values()).map(|(a, b)| a - b);
+            assert!(off.into_iter().all(|off| off.abs() < 1.0e-9), "{lines}: {:?}", read.kind);
+        }
+    }
+}
+
+#[test]
+fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
+    let table = "sensor = \"gnss\"\nkind = \"stuck_here\"";
+    assert_eq!(with_fault(table).unwrap().target, SensorKind::Gnss.into());
+    let unknown = with_fault("sensor = \"radar\"\nkind = \"stuck_here\"").unwrap_err();
+    assert!(unknown.contains("sensor = `radar`, the aircraft has only gyro,"), "{unknown}");
+    let both = format!("effector = \"rudder\"\n{table}");
+    assert!(with_fault(&both).unwrap_err().contains("of an effector or of a sensor"));
+    let neither = with_fault("kind = \"stuck_here\"").unwrap_err();
+    assert!(neither.contains("missing field `effector`"), "{neither}");
+    let unknown = with_fault("effector = \"rudder\"\nkind = \"broken\"").unwrap_err();
+    assert!(
+        unknown.contains("unknown variant `broken`, expected one of `stuck_here`"),
+        "{unknown}"
+    );
+    let key = with_fault("effector = \"rudder\"\nkind = \"float\"\nanglee_deg = 3").unwrap_err();
+    assert!(key.contains("unknown field `anglee_deg`, expected one of `effector`"), "{key}");
+}
+
+#[test]
+fn every_kind_of_fault_can_be_written() {
+    let text = format!(
+        "{NOMINAL}\n[[plant.fault]]\neffector = \"rudder\"\nkind = \"stuck_here\"\nonset_s = 1.0\nclear_s = 2.5\n\
+         [[plant.fault]]\neffector = \"engine\"\nkind = \"partial_loss\"\nremaining_percent = 40\nonset_s = 2\n\
+         [[plant.fault]]\neffector = \"nozzle_yaw\"\nkind = \"float\"\nonset_s = 3\n\
+         [[plant.fault]]\neffector = \"left_aileron\"\nkind = \"stuck_at\"\nangle_deg = -5\n\
+         travel = \"actuator_rate\"\nonset_s = 4\n"
+    );
+    let faults = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap().plant.faults;
+    assert_eq!(faults[0].timing.duration_s, Some(1.5));
+    assert_eq!(faults[1].kind, FaultKind::PartialLoss { remaining: 0.4 });
+    assert_eq!(faults[2].kind, FaultKind::Float);
+    let angle_rad = (-5.0_f64).to_radians();
+    let travel = Travel::AtActuatorRate;
+    assert_eq!(faults[3].kind, FaultKind::StuckAt { angle_rad, travel });
+}
+
+/// The nominal flight with one fault that has these lines besides its onset at 1 s.
+fn with_fault(lines: &str) -> Result<ScheduledFault, String> {
+    let text = format!("{NOMINAL}\n[[plant.fault]]\nonset_s = 1\n{lines}\n");
+    let scenario = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors())
+        .map_err(|error| error.to_string())?;
+    Ok(scenario.plant.faults[0])
+}
+
+#[test]
+fn every_kind_has_its_keys_with_the_units_of_its_effector() {
+    use FaultKind as K;
+    let degrees = |value: f64| value.to_radians();
+    let table = [
+        ("rudder", "hard_over", "side = \"negative\"", K::HardOver { side: Side::Negative }),
+        ("rudder", "slow", "rate_deg_s = 5", K::Slow { rate: degrees(5.0) }),
+        ("engine", "slow", "rate_kn_s = 2.5", K::Slow { rate: 2_500.0 }),
+        ("engine", "delayed", "delay_ms = 250", K::Delayed { delay_s: 0.25 }),
+        (
+            "nozzle_yaw",
+            "intermittent",
+            "period_s = 0.5\npresent_percent = 50",
+            K::Intermittent { period_s: 0.5, present: 0.5 },
+        ),
+        (
+            "left_elevator",
+            "oscillating",
+            "amplitude_deg = 3\nfrequency_hz = 1.5",
+            K::Oscillating { amplitude: degrees(3.0), frequency_hz: 1.5 },
+        ),
+        ("right_aileron", "drifting", "rate_deg_s = -0.5", K::Drifting { rate: degrees(-0.5) }),
+        ("engine", "biased", "bias_kn = -3", K::Biased { bias: -3_000.0 }),
+        ("rudder", "limited_travel", "limit_deg = 8", K::LimitedTravel { limit: degrees(8.0) }),
+        ("engine", "limited_travel", "limit_kn = 20", K::LimitedTravel { limit: 20_000.0 }),
+        ("engine", "flame_out", "", K::FlameOut),
+    ];
+    for (effector, kind, keys, expected) in table {
+        let lines = format!("effector = \"{effector}\"\nkind = \"{kind}\"\n{keys}");
+        let fault = with_fault(&lines).unwrap();
+        assert_eq!(
+            (fault.target, fault.kind),
+            (tvc_jet::effectors().by_key(effector).unwrap().into(), expected)
+        );
+    }
+}
+
+#[test]
+fn ramp_duration_and_repetition_are_read() {
+    let rudder = "effector = \"rudder\"\nkind = \"biased\"\nbias_deg = 2\n";
+    let timing = |keys: &str| with_fault(&format!("{rudder}{keys}")).map(|fault| fault.timing);
+    let whole = Timing {
+        ramp_s: 0.5,
+        duration_s: Some(2.0),
+        repeat: Some(Repeat { every_s: 5.0, times: Some(3) }),
+        ..Timing::at(SimTime::from_micros(1_000_000))
+    };
+    let keys = "ramp_s = 0.5\nduration_s = 2\nevery_s = 5\ntimes = 3";
+    assert_eq!(timing(keys), Ok(whole));
+    for (keys, problem) in [
+        ("ramp_s = -1", "[plant.fault] ramp_s = -1 is outside 0 to 3600"),
+        ("duration_s = 1\nramp_s = 2", "[plant.fault] duration_s = 1 is outside 2 to 2592000"),
+        ("duration_s = 2\nevery_s = 1", "[plant.fault] every_s = 1 is outside 2.000001 to 2592000"),
+        ("duration_s = 2\nevery_s = 3\ntimes = 1", "[plant.fault] times = 1 is outside 2 to 1000"),
+        ("every_s = 3", "[[plant.fault]] number 1, kind biased: duration_s is missing"),
+        ("times = 3", "[[plant.fault]] number 1, kind biased: every_s is missing"),
+        (
+            "clear_s = 3\nduration_s = 1",
+            "[[plant.fault]] number 1, kind biased: clear_s excludes duration_s",
+        ),
+    ] {
+        assert_eq!(timing(keys), Err(format!("my.toml: {problem}")));
+    }
+    assert_eq!(
+        with_fault("effector = \"rudder\"\nkind = \"stuck_here\"\nramp_s = 1"),
+        Err("my.toml: [plant.fault] ramp_s = 1 is outside 0 to 0".to_owned())
+    );
+}
+
+#[test]
+fn a_number_of_a_fault_in_the_wrong_unit_or_range_is_refused() {
+    for (lines, problem) in [
+        (
+            "effector = \"engine\"\nkind = \"biased\"\nbias_deg = 3",
+            "[[plant.fault]] number 1, kind biased: bias_kn is missing",
+        ),
+        (
+            "effector = \"rudder\"\nkind = \"biased\"\nbias_deg = 3\nbias_kn = 3",
+            "[[plant.fault]] number 1, kind biased: bias_kn has no meaning here",
+        ),
+        (
+            "effector = \"rudder\"\nkind = \"hard_over\"",
+            "[[plant.fault]] number 1, kind hard_over: side is missing",
+        ),
+        (
+            "effector = \"rudder\"\nkind = \"float\"\nside = \"positive\"",
+            "[[plant.fault]] number 1, kind float: side has no meaning here",
+        ),
+        (
+            "effector = \"rudder\"\nkind = \"delayed\"\ndelay_ms = 1001",
+            "[plant.fault] delay_ms = 1001 is outside 0 to 1000",
+        ),
+        (
+            "effector = \"rudder\"\nkind = \"oscillating\"\namplitude_deg = 1\nfrequency_hz = nan",
+            "[plant.fault] frequency_hz = NaN is outside 0.001 to 20",
+        ),
+    ] {
+        assert_eq!(with_fault(lines), Err(format!("my.toml: {problem}")));
+    }
+}
+
+#[test]
+fn a_start_and_a_wind_may_have_only_the_keys_that_differ() {
+    let text = NOMINAL.split("[plant.wind]").next().unwrap();
+    let text =
+        format!("{text}[plant.wind]\nturbulence_m_s = 2.0\n[plant.start]\naltitude_m = 3000.0\n");
+    let plant = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).unwrap().plant;
+    let airframe = Airframe::paper();
+    let at = airframe.design_point;
+    let start = Start { altitude_m: 3_000.0, ..at };
+    let setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+    assert_eq!(setup.start, start);
+    assert_eq!(setup.wind, WindSettings { turbulence_m_s: 2.0, ..WindSettings::CALM });
+}
+
+#[test]
+fn the_autopilots_table_is_not_read() {
+    let text = format!("{NOMINAL}\n[autopilot.whatever]\nit = \"likes\"\n");
+    assert!(Scenario::from_toml("my.toml", &text, &tvc_jet::effectors()).is_ok());
+}
+
+#[test]
+fn an_unknown_key_is_refused_with_its_line() {
+    let message = refusal(NOMINAL, "seed", "sead");
+    assert!(message.contains("sead") && message.contains("line"), "{message}");
+}
+
+#[test]
+fn values_out_of_range_name_key_value_and_range() {
+    assert_eq!(
+        refusal(CASE1, "altitude_m = 5000.0", "altitude_m = -5.0"),
+        "my.toml: [plant.start] altitude_m = -5 is outside 1 to 25000"
+    );
+    assert_eq!(
+        refusal(CASE1, "onset_s = 3.0", "onset_s = -3.0"),
+        "my.toml: [plant.fault] onset_s = -3 is outside 0 to 2592000"
+    );
+    assert_eq!(
+        refusal(CASE1, "angle_deg = 30.0", "angle_deg = nan"),
+        "my.toml: [plant.fault] angle_deg = NaN is outside -90 to 90"
+    );
+}
+
+#[test]
+fn a_fault_with_too_few_or_too_many_keys_is_refused() {
+    assert_eq!(
+        refusal(CASE1, "angle_deg = 30.0", ""),
+        "my.toml: [[plant.fault]] number 1, kind stuck_at: angle_deg is missing"
+    );
+    assert_eq!(
+        refusal(CASE1, "stuck_at", "float"),
+        "my.toml: [[plant.fault]] number 1, kind float: angle_deg has no meaning here"
+    );
+}
+
+#[test]
+fn a_fault_that_ends_before_it_begins_is_refused() {
+    assert_eq!(
+        refusal(CASE1, "onset_s = 3.0", "onset_s = 3.0\nclear_s = 2.0"),
+        "my.toml: [[plant.fault]] number 1: clear_s = 2 is not after onset_s = 3"
+    );
+}

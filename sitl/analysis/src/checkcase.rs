@@ -1,0 +1,227 @@
+//! `sitl checkcase`: flies a scenario without a controller, and writes its trajectory for a comparison with other simulators.
+
+use std::error::Error;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use host_io::file::NewFile;
+use icd::{Actuators, SimTime};
+use plant_sim::scenario::case::{CaseFile, CaseOptions, CheckCase};
+use plant_sim::{Airframe, Plant, SetupError};
+
+use crate::configuration::{AircraftArgs, Named};
+use crate::runner::Progress;
+use crate::settings::{self, Setting, Target};
+use columns::Columns;
+
+pub mod columns;
+
+/// First words of the output, by which this program knows what it may write over.
+const MARK: &[u8] = b"time_s,";
+
+/// Options of `sitl checkcase`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct CheckcaseArgs {
+    /// What is flown: a scenario with [checkcase]
+    #[arg(value_name = "SCENARIO")]
+    scenario: PathBuf,
+    /// The aircraft or body, instead of the scenario's
+    #[arg(long, value_name = "FILE")]
+    airframe: Option<PathBuf>,
+    /// Integration step, ms, instead of the scenario's [default: 1]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    step_ms: Option<f64>,
+    /// Rows per second, instead of the scenario's [default: 20]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    rate_hz: Option<f64>,
+    /// Set a key of the scenario (plant.initial_state.roll_deg) or of the airframe (airframe.mass.mass_kg); may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
+    /// File for the trajectory
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Why a case did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// It cannot begin.
+    #[error("{file}: {source}")]
+    Setup {
+        /// The scenario.
+        file: String,
+        /// The reason.
+        source: Box<SetupError>,
+    },
+    /// The state was not finite any more.
+    #[error("after {time_s} s the {what} is not finite any more; a shorter step may help")]
+    Broken {
+        /// Time of the last finite state, s.
+        time_s: f64,
+        /// The quantity.
+        what: &'static str,
+    },
+    /// The ground was reached.
+    #[error("ground contact after {time_s} s, before duration_s = {duration_s}")]
+    Ground {
+        /// Time, s.
+        time_s: f64,
+        /// Duration of the case, s.
+        duration_s: f64,
+    },
+    /// The receiver of the rows failed.
+    #[error(transparent)]
+    Output(#[from] std::io::Error),
+}
+
+/// Flies and writes.
+///
+/// # Errors
+/// What is wrong with a file or an option; where the case ended before its time. A case that reaches the ground has its rows up to
+/// there in the file.
+pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
+    let name = args.scenario.display().to_string();
+    let case = args.case()?;
+    let mut flight = Flight::new(&name, &case)?;
+    let refused = |problem: &dyn Error| format!("--out {}: {problem}", args.out.display());
+    let mut file = NewFile::begin(&args.out, |beginning| beginning.starts_with(MARK))
+        .map_err(|problem| refused(&problem))?;
+    println!("{}", flight.described());
+    let rows = case.duration.as_micros() / case.output_us + 1;
+    let rows = usize::try_from(rows).unwrap_or(usize::MAX);
+    let progress = Progress::new(&name, "rows", rows).quiet_at_first();
+    let mut count = 0_u64;
+    let mut line = String::new();
+    let end = flight.fly(&mut |text| {
+        line.clear();
+        line.push_str(text);
+        line.push('\n');
+        file.write_all(line.as_bytes())?;
+        if count > 0 {
+            progress.one_done();
+        }
+        count += 1;
+        Ok(())
+    });
+    progress.finish();
+    match end {
+        Ok(()) | Err(CaseError::Ground { .. }) => {}
+        Err(CaseError::Output(problem)) => return Err(refused(&problem).into()),
+        Err(other) => return Err(format!("{name}: {other}").into()),
+    }
+    file.finish().map_err(|problem| refused(&problem))?;
+    println!("wrote {}: {} rows", args.out.display(), count - 1);
+    Ok(end.map_err(|error| format!("{name}: {error}; the file has the rows until then"))?)
+}
+
+impl CheckcaseArgs {
+    /// The case with its airframe.
+    ///
+    /// # Errors
+    /// What is wrong with a file, a setting or an option.
+    pub fn case(&self) -> Result<CheckCase, Box<dyn Error>> {
+        settings::check_keys(&self.settings)?;
+        let is_ours = |target| matches!(target, Ok(Target::Scenario | Target::Airframe));
+        if let Some(other) = self.settings.iter().find(|setting| !is_ours(setting.target())) {
+            return Err(format!("--set {}: a check case has no controller", other.key).into());
+        }
+        let scenario = Named::read(&self.scenario)?;
+        let mut aircraft =
+            AircraftArgs { settings: self.settings.clone(), ..AircraftArgs::default() };
+        let of_scenario = settings::of(&self.settings, Target::Scenario);
+        let file = if of_scenario.is_empty() {
+            CaseFile::from_toml(&scenario.name, &scenario.text)?
+        } else {
+            CaseFile::from_table(&scenario.name, aircraft.scenario_table(&scenario)?)?
+        };
+        aircraft.airframe = Some(self.airframe.clone().unwrap_or_else(|| file.airframe()));
+        let options = CaseOptions { step_ms: self.step_ms, output_rate_hz: self.rate_hz };
+        Ok(file.into_case(aircraft.airframe()?, &options)?)
+    }
+}
+
+/// A case at its start.
+#[derive(Debug)]
+pub struct Flight<'a> {
+    case: &'a CheckCase,
+    plant: Plant,
+    columns: Columns,
+}
+
+impl<'a> Flight<'a> {
+    /// Begins a case; errors call its file `name`.
+    ///
+    /// # Errors
+    /// [`CaseError::Setup`] if it cannot begin, or a step of its controls is beyond their travel.
+    pub fn new(name: &str, case: &'a CheckCase) -> Result<Self, CaseError> {
+        let refused = |source| CaseError::Setup { file: name.to_owned(), source: Box::new(source) };
+        let plant = Plant::release(&case.setup).map_err(refused)?;
+        let start = plant.controls();
+        for step in &case.steps {
+            let controls = start.plus(&step.change);
+            let checked = case.setup.check_controls(&controls);
+            checked.map_err(|source| refused(SetupError::Range(source)))?;
+        }
+        let columns = Columns::new(&plant);
+        Ok(Self { case, plant, columns })
+    }
+
+    /// The start in words, with what the trim has found.
+    #[must_use]
+    pub fn described(&self) -> String {
+        let Airframe { name, effectors, .. } = &self.case.setup.airframe;
+        let step_ms = f64::from(self.case.setup.step_us) / 1_000.0;
+        let mut text =
+            format!("{name}: {} s in steps of {step_ms} ms", self.case.duration.as_seconds());
+        if self.case.setup.initial.is_trimmed {
+            let trim = self.plant.trim();
+            let [theta, elevator] = [trim.theta_rad, trim.elevator_rad].map(f64::to_degrees);
+            text += &format!("\ntrim: pitch {theta:.5} deg, elevator {elevator:.5} deg");
+            if effectors.only(icd::EffectorKind::Engine).is_some() {
+                text += &format!(", thrust {:.1} N", trim.thrust_n);
+            }
+            if let Some(lever) = self.plant.controls().lever {
+                text += &format!(", throttle {:.4} %", 100.0 * lever);
+            }
+        }
+        text
+    }
+
+    /// Flies to the end. `write` gets the header and then each row.
+    ///
+    /// # Errors
+    /// [`CaseError`] if the flight ends before its time; the last row is then that of the ground contact.
+    pub fn fly(
+        &mut self,
+        write: &mut dyn FnMut(&str) -> std::io::Result<()>,
+    ) -> Result<(), CaseError> {
+        let Self { case, plant, columns } = self;
+        let start = plant.controls();
+        let end_us = case.duration.as_micros();
+        let mut steps = case.steps.iter().peekable();
+        write(columns.header())?;
+        loop {
+            while let Some(step) = steps.next_if(|step| step.at <= plant.time()) {
+                plant.set_controls(&start.plus(&step.change));
+            }
+            let now_us = plant.time().as_micros();
+            let is_over = now_us >= end_us || plant.on_ground();
+            if now_us.is_multiple_of(case.output_us) || is_over {
+                write(&columns.row(plant))?;
+            }
+            if is_over {
+                break;
+            }
+            plant.advance(&Actuators { commands: plant.controls().positions });
+            if let Some(what) = plant.broken_by() {
+                let time_s = SimTime::from_micros(now_us).as_seconds();
+                return Err(CaseError::Broken { time_s, what });
+            }
+        }
+        if plant.time() < case.duration {
+            let (time_s, duration_s) = (plant.time().as_seconds(), case.duration.as_seconds());
+            return Err(CaseError::Ground { time_s, duration_s });
+        }
+        Ok(())
+    }
+}
