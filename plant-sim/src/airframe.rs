@@ -20,7 +20,7 @@ use crate::tables::{TablesError, stored};
 
 mod file;
 
-pub use file::AirframeFile;
+pub use file::{AirframeFile, convert_units};
 
 /// Text of the airframe file that comes with the crate.
 pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");

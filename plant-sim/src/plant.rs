@@ -21,6 +21,10 @@ use crate::trim::{self, Trim};
 use crate::truth::Truth;
 use crate::wind::{self, Turbulence, WindSettings};
 
+mod released;
+
+use released::released;
+
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
 pub const REPORTS_MAX: usize = 256;
 
@@ -105,7 +109,7 @@ impl Plant {
         let mut dynamics =
             Dynamics::new(setup.airframe.clone(), earth)?.in_wind(setup.profile.clone());
         let steady = wind::steady(&setup.wind);
-        let trim = trim::released(&mut dynamics, setup, &steady)?;
+        let trim = released(&mut dynamics, setup, &steady)?;
         let airspeed_m_s = trim.airspeed_m_s;
         let ReleaseSetup { wind, faults, seed, step_us, .. } = setup;
         let air = StartAir { wind, steady, airspeed_m_s };

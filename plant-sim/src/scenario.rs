@@ -133,7 +133,7 @@ impl ScenarioFile {
     }
 
     fn of_table(name: &str, mut table: toml::Table) -> Result<Self, ConfigError> {
-        units::convert(name, &mut table, known_keys())?;
+        convert_units(name, &mut table)?;
         config::of_table(name, table)
     }
 
@@ -151,6 +151,14 @@ impl ScenarioFile {
         }
         Ok(Scenario { plant: self.plant.into_part(name, effectors)?.0 })
     }
+}
+
+/// Converts the keys of a parsed file that have units of its sources to those that its reader has.
+///
+/// # Errors
+/// [`ConfigError`] for a unit that does not fit its key.
+pub fn convert_units(name: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+    units::convert(name, table, known_keys()).map(drop)
 }
 
 /// The keys of a scenario file.

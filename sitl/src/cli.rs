@@ -15,6 +15,7 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
+use flight_analysis::checkcase::report::{self, CompareArgs};
 use flight_analysis::checkcase::{self, CheckcaseArgs};
 use flight_analysis::design::{self, DesignArgs};
 use flight_analysis::envelope;
@@ -72,6 +73,8 @@ enum Command {
     Fly(Box<FlyArgs>),
     /// Fly a scenario without a controller, and write its trajectory for a comparison with other simulators
     Checkcase(Box<CheckcaseArgs>),
+    /// Fly check cases and draw how far they are from the trajectories of other simulators
+    CompareCheckcases(CompareArgs),
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
     /// Fly a demonstration mission and draw its track
@@ -146,6 +149,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
         Some(Command::Isolation(args)) => isolation::run(args)?,
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
+        Some(Command::CompareCheckcases(args)) => report::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
@@ -195,6 +199,7 @@ mod tests {
             "",
             "fly nominal",
             "checkcase x.toml --step-ms 10 --rate-hz 50 --out y.csv",
+            "compare-checkcases x.toml y.toml --reference d --step-ms 5 --out z",
             "fly case1 --seed 1..3 --set FTC_MODE=0 --out x",
             "paper --out x",
             "mission --out x",

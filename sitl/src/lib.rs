@@ -28,7 +28,7 @@
 //! ```
 
 pub use flight_analysis::{
-    chart, closed_loop, configuration, design, envelope, false_alarms, fly, isolation, linearize,
+    chart, checkcase, closed_loop, configuration, design, envelope, false_alarms, fly, isolation, linearize,
     margins, metrics, mission, paper, plot, replay, runner, settings, table, trimmable,
 };
 

@@ -96,6 +96,14 @@ fn parse<A: DeserializeOwned>(
     text.map_or_else(|| config::of_table(file, table), |text| config::parse(file, text))
 }
 
+/// Converts the keys of a parsed file that have units of its sources to those that its reader has.
+///
+/// # Errors
+/// [`ConfigError`] for a unit that does not fit its key.
+pub fn convert_units(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+    units::convert(file, table, known_keys()).map(drop)
+}
+
 /// The keys of both forms of the file.
 fn known_keys() -> &'static BTreeSet<String> {
     static KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {

@@ -15,6 +15,10 @@ use crate::settings::{self, Setting, Target};
 use columns::Columns;
 
 pub mod columns;
+mod picture;
+pub mod reference;
+pub mod report;
+pub mod trajectory;
 
 /// First words of the output, by which this program knows what it may write over.
 const MARK: &[u8] = b"time_s,";
@@ -115,6 +119,13 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
 }
 
 impl CheckcaseArgs {
+    /// A scenario with a step (ms) and without other options, for callers that write no file.
+    #[must_use]
+    pub fn of(scenario: PathBuf, step_ms: Option<f64>) -> Self {
+        let (airframe, rate_hz, settings, out) = (None, None, Vec::new(), PathBuf::new());
+        Self { scenario, airframe, step_ms, rate_hz, settings, out }
+    }
+
     /// The case with its airframe.
     ///
     /// # Errors

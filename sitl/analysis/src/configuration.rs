@@ -9,8 +9,8 @@ use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::EffectorList;
-use plant_sim::airframe::DEFAULT_AIRFRAME;
-use plant_sim::scenario::SCENARIOS;
+use plant_sim::airframe::{self, DEFAULT_AIRFRAME};
+use plant_sim::scenario::{self, SCENARIOS};
 use plant_sim::{Airframe, PlantPart, Scenario};
 use toml::Table;
 
@@ -293,6 +293,12 @@ impl AircraftArgs {
             source: Box::new(source),
         };
         let mut table: Table = toml::from_str(&file.text).map_err(failed)?;
+        // A setting has the unit of the reader and replaces what the file has in any unit.
+        match target {
+            Target::Scenario => scenario::convert_units(&file.name, &mut table)?,
+            Target::Airframe => airframe::convert_units(&file.name, &mut table)?,
+            Target::Model | Target::Parameter => {}
+        }
         settings::apply(&mut table, root, &settings)?;
         Ok(Some((settings::describe(&file.name, &settings), table)))
     }

@@ -1,0 +1,157 @@
+//! `sitl compare-checkcases`: flies check cases and writes how far they are from other simulators, as a table and a picture.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use host_io::file;
+use plant_sim::scenario::case::CheckCase;
+
+use super::reference::{Comparison, Deviation, References};
+use super::trajectory::Trajectory;
+use super::{CheckcaseArgs, Flight, picture};
+use crate::runner;
+
+/// First line of the table, by which this program knows what it may write over.
+const MARK: &str = "<!-- Written by `sitl compare-checkcases`; do not edit. -->";
+/// First line of the file of all quantities.
+const COLUMNS: &str =
+    "case,step_ms,quantity,unit,error,spread,tolerance,error_from_finest,tight_tolerance,passes";
+
+/// Options of `sitl compare-checkcases`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct CompareArgs {
+    /// What is flown: scenarios with [checkcase] and a reference
+    #[arg(value_name = "SCENARIO", required = true)]
+    scenarios: Vec<PathBuf>,
+    /// Folder of the reference data, with manifest.json
+    #[arg(long, value_name = "DIR")]
+    reference: PathBuf,
+    /// Integration steps, ms
+    #[arg(long, value_name = "MS", default_values_t = [1.0, 10.0], allow_negative_numbers = true)]
+    step_ms: Vec<f64>,
+    /// Folder for checkcases.md, checkcases.csv and the picture
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Flies, compares and writes.
+///
+/// # Errors
+/// What is wrong with a file, an option or the folder; the cases that are farther away than allowed.
+pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
+    let references = References::open(&args.reference)?;
+    let mut cases = Vec::new();
+    for scenario in &args.scenarios {
+        for step_ms in &args.step_ms {
+            let case = CheckcaseArgs::of(scenario.clone(), Some(*step_ms)).case()?;
+            cases.push((scenario.display().to_string(), case));
+        }
+    }
+    std::fs::create_dir_all(&args.out)
+        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let compared = runner::map_quietly("check cases", &cases, |(name, case)| {
+        compare(name, case, &references).map_err(|error| format!("{name}: {error}"))
+    });
+    let comparisons: Vec<Comparison> = compared.into_iter().collect::<Result<_, _>>()?;
+    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
+        let path = args.out.join(name);
+        file::write(&path, bytes, beginning)
+            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
+    };
+    let table = table(&comparisons);
+    write("checkcases.md", format!("{MARK}\n\n{table}").as_bytes(), MARK.as_bytes())?;
+    write("checkcases.csv", csv(&comparisons).as_bytes(), COLUMNS.as_bytes())?;
+    for (name, bytes) in picture::figure(&comparisons).files()? {
+        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
+        write(&name, &bytes, beginning)?;
+    }
+    print!("{table}");
+    println!("wrote {}", args.out.display());
+    let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));
+    let far: Vec<String> = far.map(|one| format!("{} at {} ms", one.case, one.step_ms)).collect();
+    match far.is_empty() {
+        true => Ok(()),
+        false => Err(format!("farther from the reference than allowed: {}", far.join(", ")).into()),
+    }
+}
+
+/// Flies a case and compares it with its reference.
+///
+/// # Errors
+/// Why the flight or the comparison fails; a scenario without a reference.
+pub fn compare(
+    name: &str,
+    case: &CheckCase,
+    references: &References,
+) -> Result<Comparison, Box<dyn Error>> {
+    let Some(reference_name) = &case.reference else {
+        return Err(
+            "[checkcase] reference is missing, expected the case's name in the reference data"
+                .into(),
+        );
+    };
+    let reference = references.case(reference_name)?;
+    let mut text = String::new();
+    Flight::new(name, case)?.fly(&mut |line| {
+        text += line;
+        text.push('\n');
+        Ok(())
+    })?;
+    Ok(Comparison {
+        case: reference_name.clone(),
+        title: reference.title().to_owned(),
+        step_ms: f64::from(case.setup.step_us) / 1_000.0,
+        deviations: reference.deviations(&Trajectory::read(name, &text)?)?,
+    })
+}
+
+/// The quantity with the largest part of what is allowed, and that part.
+fn worst(
+    deviations: &[Deviation],
+    part: impl Fn(&Deviation) -> Option<f64>,
+) -> Option<(&Deviation, f64)> {
+    let parts = deviations.iter().filter_map(|one| part(one).map(|part| (one, part)));
+    parts.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn table(comparisons: &[Comparison]) -> String {
+    let mut text = "| case | step, ms | largest error / allowed | from the finest step / allowed |\n|---|---|---|---|\n".to_owned();
+    for one in comparisons {
+        let shown = |found: Option<(&Deviation, f64)>| match found {
+            Some((of, part)) => format!("{part:.2} ({})", of.quantity.name),
+            None => "-".to_owned(),
+        };
+        let core = worst(&one.deviations, |of| Some(of.error / of.tolerance));
+        let tight = worst(&one.deviations, |of| of.tight.map(|(error, allowed)| error / allowed));
+        let Comparison { case, title, step_ms, .. } = one;
+        let _ =
+            writeln!(text, "| {case} {title} | {step_ms} | {} | {} |", shown(core), shown(tight));
+    }
+    text
+}
+
+fn csv(comparisons: &[Comparison]) -> String {
+    let mut text = format!("{COLUMNS}\n");
+    for one in comparisons {
+        for of in &one.deviations {
+            let (finest, tight) =
+                of.tight.map_or((String::new(), String::new()), |(error, allowed)| {
+                    (format!("{error:.3e}"), format!("{allowed:.3e}"))
+                });
+            let passes = of.passes() && of.passes_tight();
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{:.3e},{:.3e},{:.3e},{finest},{tight},{passes}",
+                one.case,
+                one.step_ms,
+                of.quantity.name,
+                of.quantity.unit,
+                of.error,
+                of.spread,
+                of.tolerance
+            );
+        }
+    }
+    text
+}
