@@ -19,7 +19,7 @@ use crate::setup::{self, PlantSetup, SetupError};
 use crate::step_limit;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
-use crate::wind::{self, Turbulence, WindSettings};
+use crate::wind::{self, DiscreteGust, DiscreteGusts, Turbulence, WindSettings};
 
 mod released;
 
@@ -52,6 +52,7 @@ pub struct Plant {
     truth: Truth,
     pub(crate) faults: Faults,
     turbulence: Turbulence,
+    gusts: DiscreteGusts,
     sensors: SensorSet,
     reports: VecDeque<PlantReport>,
     reports_dropped: u64,
@@ -62,6 +63,7 @@ pub struct Plant {
 /// The air at the start.
 struct StartAir<'a> {
     wind: &'a WindSettings,
+    gusts: &'a [DiscreteGust],
     /// The steady wind, m/s, local NED.
     steady: Ned,
     airspeed_m_s: f64,
@@ -92,8 +94,8 @@ impl Plant {
             .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
         let steady = wind::steady(&setup.wind);
         let trim = trim::solve(&dynamics, &setup.start, &steady)?;
-        let PlantSetup { wind, sensors, faults, seed, run, period, step_us, .. } = setup;
-        let air = StartAir { wind, steady, airspeed_m_s: setup.start.airspeed_m_s };
+        let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
+        let air = StartAir { wind, gusts, steady, airspeed_m_s: setup.start.airspeed_m_s };
         let (seed, run, period_us) = (*seed, *run, period.as_micros());
         let settings = Settings { sensors, faults, seed, run, period_us, step_us: *step_us };
         Self::begin(dynamics, trim, &air, &settings)
@@ -111,8 +113,8 @@ impl Plant {
         let steady = wind::steady(&setup.wind);
         let trim = released(&mut dynamics, setup, &steady)?;
         let airspeed_m_s = trim.airspeed_m_s;
-        let ReleaseSetup { wind, faults, seed, step_us, .. } = setup;
-        let air = StartAir { wind, steady, airspeed_m_s };
+        let ReleaseSetup { wind, gusts, faults, seed, step_us, .. } = setup;
+        let air = StartAir { wind, gusts, steady, airspeed_m_s };
         let sensors = &SensorSettings::IDEAL;
         let (seed, run, step_us) = (*seed, 0, *step_us);
         let settings = Settings { sensors, faults, seed, run, period_us: step_us, step_us };
@@ -136,16 +138,17 @@ impl Plant {
             seed,
             run,
         );
+        let mut gusts = DiscreteGusts::new(air.gusts, f64::from(period_us) / 1.0e6);
+        let time = SimTime::ZERO;
         let place = dynamics.earth().place(&state.rigid.position);
         let inputs = StepInputs {
             commands: state.positions,
             wind: air.steady,
-            gust: turbulence.step(air.airspeed_m_s),
+            gust: gusts.step(time, air.airspeed_m_s, turbulence.step(air.airspeed_m_s)),
             density: LocalDensity::around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
             effects: Effects::none(),
         };
-        let time = SimTime::ZERO;
         let present = dynamics.present(&state, &inputs);
         let mut plant = Self {
             truth: Truth::of(&dynamics, time, &state, &inputs, &present),
@@ -164,6 +167,7 @@ impl Plant {
             state,
             inputs,
             turbulence,
+            gusts,
         };
         let positions = plant.trim.positions();
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
@@ -286,7 +290,9 @@ impl Plant {
         if broken.is_some() {
             self.state = before;
         }
-        self.inputs.gust = self.turbulence.step(self.truth.airspeed_m_s);
+        let airspeed_m_s = self.truth.airspeed_m_s;
+        let turbulence = self.turbulence.step(airspeed_m_s);
+        self.inputs.gust = self.gusts.step(self.time, airspeed_m_s, turbulence);
         self.observe();
         // Forces and position can be absurd while the state is still finite.
         if broken.is_none() && !self.truth.is_bounded() {

@@ -11,7 +11,7 @@ use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
 use crate::range::{RangeError, check_range};
 use crate::rigid_body::RigidState;
-use crate::wind::{WindProfile, WindSettings};
+use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
 /// Table of a scenario that has the initial state.
 const SECTION: &str = "plant.initial_state";
@@ -28,6 +28,8 @@ pub struct ReleaseSetup {
     pub earth: EarthModel,
     /// Steady wind and turbulence.
     pub wind: WindSettings,
+    /// Discrete gusts.
+    pub gusts: Vec<DiscreteGust>,
     /// Wind over the altitude, added to the steady one.
     pub profile: WindProfile,
     /// The state at time zero.
@@ -108,6 +110,7 @@ impl ReleaseSetup {
     pub fn check(&self) -> Result<(), RangeError> {
         self.airframe.check()?;
         self.wind.check()?;
+        check_gusts(&self.gusts)?;
         self.initial.check()?;
         self.check_controls(&self.controls)?;
         let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);

@@ -20,7 +20,7 @@ use crate::range::check_range;
 use crate::sensors::SensorSettings;
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
-use crate::wind::{WindLevel, WindProfile, WindSettings};
+use crate::wind::{DiscreteGust, WindLevel, WindProfile, WindSettings, check_gusts};
 
 pub mod case;
 mod fault_table;
@@ -58,6 +58,8 @@ pub struct PlantPart {
     pub earth: EarthModel,
     /// Wind and turbulence; calm if the file has none.
     pub wind: WindSettings,
+    /// Discrete gusts; none if the file has none.
+    pub gusts: Vec<DiscreteGust>,
     /// Errors of the sensors; ideal if the file has none.
     pub sensors: SensorSettings,
     /// The faults and their times.
@@ -107,6 +109,7 @@ impl PlantPart {
             airframe,
             earth: self.earth,
             wind: self.wind,
+            gusts: self.gusts.clone(),
             sensors: self.sensors,
             faults: self.faults.clone(),
             seed: self.seed,
@@ -187,6 +190,8 @@ struct PlantTable {
     wind: Option<WindTable>,
     sensors: Option<SensorTable>,
     #[serde(default)]
+    gust: Vec<DiscreteGust>,
+    #[serde(default)]
     fault: Vec<FaultTable>,
 }
 
@@ -238,6 +243,7 @@ impl PlantTable {
         };
         let profile = WindProfile::new(table.level).map_err(&range)?;
         wind.check().map_err(&range)?;
+        check_gusts(&self.gust).map_err(&range)?;
         let sensors = self.sensors.map_or(SensorSettings::IDEAL, |s| SensorSettings {
             gyro_noise_rad_s: s.gyro_noise_deg_s.to_radians(),
         });
@@ -249,6 +255,7 @@ impl PlantTable {
             start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
             wind,
+            gusts: self.gust,
             sensors,
             faults: faults
                 .map(|(i, f)| f.read(file, i + 1, effectors))

@@ -15,7 +15,7 @@ use crate::start::Start;
 use crate::step_limit::TooQuick;
 use crate::tables::TablesError;
 use crate::trim::TrimError;
-use crate::wind::WindSettings;
+use crate::wind::{DiscreteGust, WindSettings, check_gusts};
 
 /// Longest default integration step, µs.
 pub const DEFAULT_STEP_US: u32 = 1_000;
@@ -39,6 +39,9 @@ pub struct PlantSetup {
     pub earth: EarthModel,
     /// Wind and turbulence.
     pub wind: WindSettings,
+    /// Discrete gusts.
+    #[serde(default)]
+    pub gusts: Vec<DiscreteGust>,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
     /// The faults of the scenario.
@@ -125,6 +128,7 @@ impl PlantSetup {
         self.airframe.check()?;
         self.start.check()?;
         self.wind.check()?;
+        check_gusts(&self.gusts)?;
         self.sensors.check()?;
         let period_us = self.period.as_micros();
         if self.step_us == 0 || !period_us.is_multiple_of(self.step_us) {

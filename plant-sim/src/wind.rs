@@ -1,4 +1,4 @@
-//! The moving air: steady wind and Dryden turbulence.
+//! The moving air: steady wind, Dryden turbulence, discrete gusts.
 
 use icd::{Body, Ned};
 use nalgebra::Vector3;
@@ -8,8 +8,10 @@ use crate::noise::{Normals, Source};
 use crate::range::{RangeError, check_range};
 
 mod filters;
+mod gust;
 mod profile;
 
+pub use gust::{DiscreteGust, DiscreteGusts, check as check_gusts};
 pub use profile::{WindLevel, WindProfile};
 
 use filters::{Rotary, SecondOrder, Transition};

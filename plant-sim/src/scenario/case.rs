@@ -202,6 +202,7 @@ impl CaseFile {
             airframe,
             earth,
             wind: part.wind,
+            gusts: part.gusts,
             profile,
             initial,
             controls: given,

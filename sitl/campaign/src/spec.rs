@@ -23,6 +23,7 @@ pub const SHIPPED: [(&str, &str); 6] = [
     ("robustness", include_str!("../campaigns/robustness.toml")),
     ("delay", include_str!("../campaigns/delay.toml")),
     ("tuning", include_str!("../campaigns/tuning.toml")),
+    ("gust", include_str!("../campaigns/gust.toml")),
     ("smoke", include_str!("../campaigns/smoke.toml")),
 ];
 

@@ -108,3 +108,35 @@ fn damping_sees_the_rates_relative_to_the_gust() {
     // The air itself does not turn the gyros.
     assert_eq!(plant.truth().body_rates, state.rigid.rates);
 }
+
+#[test]
+fn a_gust_from_below_lifts_the_aircraft_and_its_vanes_feel_it() {
+    let gust = crate::wind::DiscreteGust {
+        onset_s: 0.5,
+        length_m: 60.0,
+        forward_m_s: 0.0,
+        right_m_s: 0.0,
+        down_m_s: -10.0,
+        returns: true,
+    };
+    let flown = |gusts: Vec<crate::wind::DiscreteGust>| {
+        let mut plant = plant(&PlantSetup { gusts, ..flat() });
+        let one = |_| {
+            coast(&mut plant, 1);
+            let truth = plant.truth();
+            (truth.time.as_seconds(), truth.alpha_rad, truth.specific_force.0.z)
+        };
+        (0..1_000).map(one).collect::<Vec<_>>()
+    };
+    let (calm, gusty) = (flown(Vec::new()), flown(vec![gust]));
+    for ((t_s, alpha, force), (_, alpha_gust, force_gust)) in calm.iter().zip(&gusty) {
+        if *t_s < 0.499 {
+            assert_eq!((alpha, force), (alpha_gust, force_gust));
+        }
+    }
+    // 10 m/s from below at 264 m/s are 2.2 deg.
+    let rise = calm.iter().zip(&gusty).map(|(calm, gusty)| gusty.1 - calm.1).fold(0.0, f64::max);
+    assert!((0.025..0.042).contains(&rise), "{rise} rad");
+    let pull = calm.iter().zip(&gusty).map(|(calm, gusty)| gusty.2 - calm.2).fold(0.0, f64::min);
+    assert!(pull < -5.0, "{pull} m/s2");
+}
