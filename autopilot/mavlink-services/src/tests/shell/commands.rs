@@ -313,7 +313,7 @@ fn a_silent_plant_is_reported_after_three_seconds_and_lines_wait_meanwhile() {
     world.plant = PlantManner::Silent;
     let text = run_line(&mut world, "failure servo stuck -i 5\nhelp step");
     assert_eq!(text, "", "neither an answer nor a prompt before the outcome");
-    world.run_ms(2_700);
+    world.run_ms(2_600);
     assert_eq!(take(&mut world, address(14_550), STATION), "");
     world.run_ms(300);
     let text = take(&mut world, address(14_550), STATION);
