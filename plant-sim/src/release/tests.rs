@@ -36,6 +36,7 @@ fn setup(body: &str, earth: EarthModel, initial: InitialState) -> ReleaseSetup {
         airframe: airframe(body),
         earth,
         wind: WindSettings::CALM,
+        gusts: Vec::new(),
         profile: WindProfile::default(),
         initial,
         controls: Controls::default(),
@@ -120,7 +121,7 @@ fn a_drop_over_a_sphere_that_does_not_rotate_is_straight_and_follows_the_energy_
 fn a_rotating_sphere_turns_a_falling_body_to_the_east() {
     let here = at(0.0, 0.0, 9_144.0);
     let drift = |model| {
-        let truth = flown(&setup(BRICK, model, initial(here)), 30).truth();
+        let truth = *flown(&setup(BRICK, model, initial(here)), 30).truth();
         truth.longitude_rad * crate::earth::SPHERE_RADIUS_M
     };
     // Coriolis: w g t^3 / 3, with gravity reduced by the centrifugal part; the next term is 1e-3 of it.
@@ -164,9 +165,9 @@ fn shear_carries_a_sphere_with_the_wind_of_its_altitude_and_the_step_does_not_ma
         let plant = Plant::release(&windy).unwrap();
         assert!((plant.truth().airspeed_m_s - 21.336).abs() < 1e-9, "{name}");
         assert!((plant.truth().wind.0.y - 21.336).abs() < 1e-9, "{name}");
-        let coarse = flown(&windy, 30).truth();
-        let fine = flown(&ReleaseSetup { step_us: 1_000, ..windy.clone() }, 30).truth();
-        let still = flown(&calm, 30).truth();
+        let coarse = *flown(&windy, 30).truth();
+        let fine = *flown(&ReleaseSetup { step_us: 1_000, ..windy.clone() }, 30).truth();
+        let still = *flown(&calm, 30).truth();
         assert!(coarse.velocity.0.y - still.velocity.0.y > 1.0, "{name}");
         // Fourth order: with a wind that is constant during a step it would be 1e-4 m/s.
         let error = (coarse.velocity.0 - fine.velocity.0).norm();
@@ -206,7 +207,7 @@ fn val_trim_of_the_f16_is_that_of_the_nesc_check_cases() {
     let controls = plant.controls();
     let mut climbing = setup(f16, EarthModel::Wgs84, climbing);
     climbing.controls = controls;
-    let later = flown(&climbing, 10).truth();
+    let later = *flown(&climbing, 10).truth();
     assert!(later.altitude_m > 3_200.0, "{} m", later.altitude_m);
     assert!((later.deflections[engine] / before[engine] - 1.0).abs() > 1e-3);
 }

@@ -111,7 +111,7 @@ fn damping_sees_the_rates_relative_to_the_gust() {
 
 #[test]
 fn a_gust_from_below_lifts_the_aircraft_and_its_vanes_feel_it() {
-    let gust = wind::DiscreteGust {
+    let gust = DiscreteGust {
         onset_s: 0.5,
         length_m: 60.0,
         forward_m_s: 0.0,
@@ -119,7 +119,7 @@ fn a_gust_from_below_lifts_the_aircraft_and_its_vanes_feel_it() {
         down_m_s: -10.0,
         returns: true,
     };
-    let flown = |gusts: Vec<wind::DiscreteGust>| {
+    let flown = |gusts: Vec<DiscreteGust>| {
         let mut plant = plant(&PlantSetup { gusts, ..flat() });
         let one = |_| {
             coast(&mut plant, 1);
