@@ -14,6 +14,7 @@ use plant_sim::Airframe;
 use serde_json::json;
 
 use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::print_line;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;
@@ -65,7 +66,7 @@ pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
         let beginning = file::beginning(b"{\n  \"version\": 1,\n  \"fileType\": ");
         file::write(&path, text(&buttons, file_type, described).as_bytes(), beginning)
             .map_err(|problem| format!("--out: {}: {problem}", path.display()))?;
-        println!("wrote {}", path.display());
+        print_line!("wrote {}", path.display());
     }
     Ok(())
 }

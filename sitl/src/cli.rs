@@ -29,6 +29,7 @@ use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::{false_alarms, isolation};
+use flight_analysis::{print_line, print_text};
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -162,7 +163,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(Command::Parameters) => {
-            print!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
+            print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
         }
         Some(Command::Bench(args)) => bench::run(args, &program)?,
         Some(Command::Echo(args)) => echo::run(args)?,
@@ -178,7 +179,7 @@ fn fly_paper(options: &paper::Options, program: &Path) -> Result<ExitCode, Box<d
             paper::run(options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?))
         }
     }?;
-    println!("figures and report: {}", options.out.join("report.html").display());
+    print_line!("figures and report: {}", options.out.join("report.html").display());
     Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

@@ -30,7 +30,7 @@ use test_deflection::TestDeflection;
 
 pub mod evidence;
 pub mod gains;
-mod test_deflection;
+pub mod test_deflection;
 
 /// Time between two samples of the estimate, us.
 const SAMPLE_US: u32 = 20_000;

@@ -26,7 +26,7 @@ const MARK: &[u8] = b"time_s,";
 /// Options of `sitl checkcase`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CheckcaseArgs {
-    /// What is flown: a scenario with [checkcase]
+    /// What is flown: a scenario with the table `checkcase`
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
     /// The aircraft or body, instead of the scenario's
@@ -90,7 +90,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
     let refused = |problem: &dyn Error| format!("--out {}: {problem}", args.out.display());
     let mut file = NewFile::begin(&args.out, |beginning| beginning.starts_with(MARK))
         .map_err(|problem| refused(&problem))?;
-    println!("{}", flight.described());
+    print_line!("{}", flight.described());
     let rows = case.duration.as_micros() / case.output_us + 1;
     let rows = usize::try_from(rows).unwrap_or(usize::MAX);
     let progress = Progress::new(&name, "rows", rows).quiet_at_first();
@@ -114,7 +114,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
         Err(other) => return Err(format!("{name}: {other}").into()),
     }
     file.finish().map_err(|problem| refused(&problem))?;
-    println!("wrote {}: {} rows", args.out.display(), count - 1);
+    print_line!("wrote {}: {} rows", args.out.display(), count - 1);
     Ok(end.map_err(|error| format!("{name}: {error}; the file has the rows until then"))?)
 }
 

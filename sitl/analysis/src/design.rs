@@ -71,7 +71,7 @@ pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
     let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT)?);
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    println!("wrote {}; fly it with --gains {0} --law lqr", args.out.display());
+    print_line!("wrote {}; fly it with --gains {0} --law lqr", args.out.display());
     Ok(())
 }
 

@@ -213,7 +213,7 @@ pub fn run(out: &Path) -> Result<(), Box<dyn Error>> {
     for (name, bytes) in figure(&flown).files()? {
         fs::write(out.join(name), bytes)?;
     }
-    print!("{}", summary(&flown));
+    print_text!("{}", summary(&flown));
     Ok(())
 }
 

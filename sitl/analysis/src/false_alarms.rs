@@ -194,7 +194,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let summary = results::summary(options, &study);
     write(&out.join("summary.md"), summary.as_bytes())?;
     write(&out.join("report.html"), results::page(options, &study, &figure).as_bytes())?;
-    println!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    print_line!("{summary}\nfigure and page: {}", out.join("report.html").display());
     Ok(())
 }
 

@@ -138,6 +138,6 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let summary = results::summary(options, &study);
     write(&out.join("summary.md"), summary.as_bytes())?;
     write(&out.join("report.html"), results::page(&summary, &figure).as_bytes())?;
-    println!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    print_line!("{summary}\nfigure and page: {}", out.join("report.html").display());
     Ok(())
 }

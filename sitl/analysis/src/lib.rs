@@ -33,6 +33,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+/// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
+#[macro_export]
+macro_rules! print_text {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stdout(), $($text)*);
+    }};
+}
+
+/// The same with a line feed.
+#[macro_export]
+macro_rules! print_line {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 pub mod chart;
 pub mod checkcase;
 pub mod closed_loop;

@@ -120,7 +120,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let text = to_toml(&model, &parameters)?;
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    println!("wrote {}", args.out.display());
+    print_line!("wrote {}", args.out.display());
     Ok(())
 }
 

@@ -113,9 +113,9 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     let all = args.all_laws();
     let texts =
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
-    println!("{}", args.heading());
+    print_line!("{}", args.heading());
     for text in texts {
-        println!("{}", text?);
+        print_line!("{}", text?);
     }
     Ok(())
 }

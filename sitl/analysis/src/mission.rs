@@ -253,7 +253,7 @@ pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
         let path = options.out.join(name);
         file::write(&path, &bytes, file::beginning(&bytes))
             .map_err(|problem| format!("{}: {problem}", path.display()))?;
-        println!("wrote {}", path.display());
+        print_line!("wrote {}", path.display());
     }
     Ok(())
 }

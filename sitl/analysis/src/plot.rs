@@ -46,9 +46,9 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
     let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
     file::write(&out, page.html.as_bytes(), GENERATOR.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", out.display()))?;
-    println!("wrote {}", out.display());
+    print_line!("wrote {}", out.display());
     for remark in page.not_drawn {
-        println!("note: {remark}");
+        print_line!("note: {remark}");
     }
     Ok(())
 }

@@ -58,9 +58,9 @@ pub fn run(args: &ReplayArgs) -> u8 {
         Ok(recording) => recording,
         Err(reason) => return cannot(args, &reason),
     };
-    println!("{}", recording.title());
+    print_line!("{}", recording.title());
     for remark in recording.remarks() {
-        println!("note: {remark}");
+        print_line!("note: {remark}");
     }
     let steps = usize::try_from(recording.steps()).unwrap_or(usize::MAX);
     let progress = Progress::new("replay", "control steps", steps);
@@ -69,7 +69,7 @@ pub fn run(args: &ReplayArgs) -> u8 {
         Err(reason) => return cannot(args, &reason),
     };
     progress.finish();
-    println!("{verdict}");
+    print_line!("{verdict}");
     match verdict.outcome() {
         Outcome::Same => SAME,
         Outcome::SameWhereReadable => DAMAGED,
@@ -88,7 +88,7 @@ pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, CannotFly> {
 }
 
 fn cannot(args: &ReplayArgs, reason: &CannotFly) -> u8 {
-    println!("{} cannot be flown again: {reason}", args.log.display());
+    print_line!("{} cannot be flown again: {reason}", args.log.display());
     CANNOT_FLY
 }
 

@@ -125,8 +125,8 @@ pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
         let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
         write(&name, &bytes, beginning)?;
     }
-    print!("{table}");
-    println!("wrote {}", args.out.display());
+    print_text!("{table}");
+    print_line!("wrote {}", args.out.display());
     Ok(())
 }
 

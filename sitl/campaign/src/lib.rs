@@ -24,6 +24,7 @@ use crate::results::Results;
 use crate::spec::SpecFile;
 use crate::store::{Store, write_new};
 use crate::summary::Group;
+use flight_analysis::{print_line, print_text};
 
 pub mod compare;
 pub mod curves;
@@ -162,7 +163,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             let _ = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
                 Some(Shard { number, of }) => {
-                    println!("shard {number}/{of} of {} is flown", plan.file.spec.name);
+                    print_line!("shard {number}/{of} of {} is flown", plan.file.spec.name);
                     Ok(())
                 }
                 None => write(&plan, &store).map(drop),
@@ -173,7 +174,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             let store = Store::open(&plan, &args.out)?;
             for folder in &args.from {
                 let taken = store.take(folder)?;
-                println!("{}: {taken} parts taken", folder.display());
+                print_line!("{}: {taken} parts taken", folder.display());
             }
             store.check_complete()?;
             write(&plan, &store).map(drop)
@@ -186,7 +187,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
         Command::Tune(args) => tune::run(&SpecFile::read(&args.spec)?, &args.out),
         Command::Suite(args) => suite::run(&args.out),
         Command::Compare(args) => {
-            print!("{}", compare::folders(&args.one, &args.other)?);
+            print_text!("{}", compare::folders(&args.one, &args.other)?);
             Ok(())
         }
     }
@@ -205,7 +206,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
     };
     let csv = summary::csv(plan, &groups);
     in_folder(summary::SUMMARY, csv.as_bytes(), summary::BEGINNING.as_bytes())?;
-    print!("{}", summary::shown(plan, &groups));
+    print_text!("{}", summary::shown(plan, &groups));
     let jams = Jams::of(plan);
     let mut studied = Vec::new();
     for airframe in 0..plan.aircraft.len() {
@@ -257,7 +258,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
         .map_err(|problem| {
             format!("{}: {problem}", store.folder().join(report::REPORT).display())
         })?;
-    println!("wrote {}", store.folder().join(report::REPORT).display());
+    print_line!("wrote {}", store.folder().join(report::REPORT).display());
     Ok(groups)
 }
 
@@ -287,14 +288,14 @@ fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
         fault_known: plan.knows_fault(&run),
     };
     let law = plan.laws()[run.law];
-    println!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);
+    print_line!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);
     for (variable, value) in plan.variables().iter().zip(&run.values) {
-        println!("  {} = {}", variable.key, value.shown());
+        print_line!("  {} = {}", variable.key, value.shown());
     }
     let outcome = one.fly()?;
-    println!("{outcome}");
+    print_line!("{outcome}");
     if let Some(out) = &args.out {
-        println!("wrote {}", out.display());
+        print_line!("wrote {}", out.display());
     }
     Ok(())
 }

@@ -9,6 +9,7 @@ use crate::plan::Plan;
 use crate::spec::{SUITE, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
+use flight_analysis::{print_line, print_text};
 
 /// Name of the table.
 const TABLE: &str = "suite.md";
@@ -23,7 +24,7 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     let mut flown = Vec::new();
     for (name, _) in SUITE {
         let plan = Plan::new(SpecFile::read(name)?)?;
-        println!("{}", plan.file.spec.name);
+        print_line!("{}", plan.file.spec.name);
         let store = Store::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;
         let groups = crate::write(&plan, &store)?;
@@ -31,8 +32,8 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     }
     let text = table(&flown);
     write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
-    print!("{text}");
-    println!("wrote {}", folder.join(TABLE).display());
+    print_text!("{text}");
+    print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
 }
 

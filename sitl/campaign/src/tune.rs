@@ -30,6 +30,7 @@ use crate::plan::{Plan, PlanError};
 use crate::spec::SpecFile;
 use crate::store::write_new;
 use crate::summary::field;
+use flight_analysis::print_line;
 
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;
@@ -108,10 +109,10 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
         };
         let row = text.lines().find_map(|line| line.strip_prefix("# row: ")).unwrap_or_default();
         let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
-        println!("{name}: {row}");
+        print_line!("{name}: {row}");
     }
     write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
-    println!("wrote {}", folder.join(TABLE).display());
+    print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
 }
 

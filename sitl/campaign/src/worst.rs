@@ -17,6 +17,7 @@ use crate::plan::{Plan, PlanError, Run, Value};
 use crate::spec::Variable;
 use crate::store::write_new;
 use crate::summary::field;
+use flight_analysis::{print_line, print_text};
 
 /// Steps from the mildest value to an end of the range.
 const STEPS: u32 = 16;
@@ -93,8 +94,8 @@ pub fn run(
         push_row(&mut table, plan, (case, place), &found, &scenario);
     }
     write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
-    print!("{table}");
-    println!("wrote {}", folder.display());
+    print_text!("{table}");
+    print_line!("wrote {}", folder.display());
     Ok(())
 }
 

@@ -21,7 +21,7 @@ const COLUMNS: &str =
 /// Options of `sitl compare-checkcases`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CompareArgs {
-    /// What is flown: scenarios with [checkcase] and a reference
+    /// What is flown: scenarios with the table `checkcase` and a reference
     #[arg(value_name = "SCENARIO", required = true)]
     scenarios: Vec<PathBuf>,
     /// Folder of the reference data, with manifest.json
@@ -66,8 +66,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
         let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
         write(&name, &bytes, beginning)?;
     }
-    print!("{table}");
-    println!("wrote {}", args.out.display());
+    print_text!("{table}");
+    print_line!("wrote {}", args.out.display());
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));
     let far: Vec<String> = far.map(|one| format!("{} at {} ms", one.case, one.step_ms)).collect();
     match far.is_empty() {

@@ -89,12 +89,12 @@ pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
         }
     }
     let Some(path) = &args.out else {
-        print!("{text}");
+        print_text!("{text}");
         return Ok(());
     };
     file::write(path, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", path.display()))?;
-    println!("wrote {}", path.display());
+    print_line!("wrote {}", path.display());
     Ok(())
 }
 
