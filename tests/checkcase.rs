@@ -256,6 +256,11 @@ fn what_is_wrong_is_said_with_file_key_value_and_expectation() {
         ("--step-ms", "-1", "step_ms = -1 is outside 0.1 to 100"),
         ("--step-ms", "nan", "step_ms = NaN is outside"),
         ("--rate-hz", "inf", "output_rate_hz = inf is outside"),
+        (
+            "--set",
+            "checkcase.flat_gravity_m_s2=9.75",
+            "flat_gravity_m_s2 has no meaning on this Earth",
+        ),
         ("--set", "FTC_MODE=1", "--set FTC_MODE: a check case has no controller"),
         ("--set", "airframe.mass.mass_kg=-1", "mass_kg = -1 is outside 1 to 1000000"),
         ("--airframe", "/no/such.toml", "/no/such.toml: No such file"),

@@ -9,7 +9,7 @@ use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{self, LocalDensity};
 use crate::earth::slopes::Slopes;
-use crate::earth::{Earth, Nearby, Place, geometric_altitude_m};
+use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
@@ -171,7 +171,7 @@ impl Dynamics {
         if self.profile.is_empty() {
             return *steady;
         }
-        let altitude_m = geometric_altitude_m(self.earth.model(), altitude_m);
+        let altitude_m = self.earth.altitude_m(altitude_m);
         Ned(steady.0 + self.profile.at(altitude_m).0)
     }
 

@@ -69,6 +69,10 @@ pub struct Earth {
     e_from_start_ned: Matrix3<f64>,
     /// Metres per radian of latitude and of longitude: only the flat Earth needs them.
     flat_scale_m: (f64, f64),
+    /// Gravity of the flat Earth, m/s².
+    flat_gravity: f64,
+    /// Whether the altitudes over the flat Earth are geometric ones for the standard atmosphere, as over the others.
+    is_flat_air_geometric: bool,
 }
 
 /// The properties of the Earth at one position.
@@ -109,12 +113,20 @@ impl Earth {
             origin: Vector3::zeros(),
             e_from_start_ned: Matrix3::identity(),
             flat_scale_m: (radii.meridian_m, radii.prime_vertical_m * cos_latitude),
+            flat_gravity: STANDARD_GRAVITY,
+            is_flat_air_geometric: false,
         };
         if model != EarthModel::Flat {
             earth.origin = earth.position(&ground);
             earth.e_from_start_ned = earth.place(&earth.origin).e_from_ned;
         }
         earth
+    }
+
+    /// The same with the gravity of a place (m/s²) and the air over it, for a flat Earth that stands for a round one there.
+    #[must_use]
+    pub fn tangent(self, gravity: f64) -> Self {
+        Self { flat_gravity: gravity, is_flat_air_geometric: true, ..self }
     }
 
     /// The model.
@@ -145,8 +157,11 @@ impl Earth {
         match self.model {
             EarthModel::Flat => Place {
                 altitude_m: -position.z,
-                geopotential_altitude_m: -position.z,
-                gravity: Vector3::new(0.0, 0.0, STANDARD_GRAVITY),
+                geopotential_altitude_m: match self.is_flat_air_geometric {
+                    true => geopotential_altitude_m(-position.z),
+                    false => -position.z,
+                },
+                gravity: Vector3::new(0.0, 0.0, self.flat_gravity),
                 e_from_ned: Matrix3::identity(),
             },
             EarthModel::Wgs84 => {
@@ -167,7 +182,7 @@ impl Earth {
     #[must_use]
     pub fn gravitation_m_s2(&self, position: &Vector3<f64>) -> f64 {
         match self.model {
-            EarthModel::Flat => STANDARD_GRAVITY,
+            EarthModel::Flat => self.flat_gravity,
             EarthModel::Wgs84 => gravitation(position).norm(),
             EarthModel::Round | EarthModel::RoundNonRotating => {
                 spherical_gravitation(position).norm()
@@ -198,6 +213,16 @@ impl Earth {
         let east = velocity.0.y / (radii.prime_vertical_m + here.altitude_m);
         let north = velocity.0.x / (radii.meridian_m + here.altitude_m);
         Vector3::new(east, -north, -east * sin / cos)
+    }
+
+    /// Altitude of a geopotential altitude for the standard atmosphere, m: the inverse of that of [`Place`].
+    #[must_use]
+    pub fn altitude_m(&self, geopotential_altitude_m: f64) -> f64 {
+        if self.model == EarthModel::Flat && !self.is_flat_air_geometric {
+            return geopotential_altitude_m;
+        }
+        GEOPOTENTIAL_RADIUS_M * geopotential_altitude_m
+            / (GEOPOTENTIAL_RADIUS_M - geopotential_altitude_m)
     }
 
     /// Position of geodetic coordinates, m, frame E.
@@ -307,16 +332,10 @@ pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(W2 * position.x, W2 * position.y, 0.0)
 }
 
-/// Geometric altitude of a geopotential one, m: the inverse of that of [`Place`].
-#[must_use]
-pub fn geometric_altitude_m(model: EarthModel, geopotential_altitude_m: f64) -> f64 {
-    match model {
-        EarthModel::Flat => geopotential_altitude_m,
-        _ => {
-            GEOPOTENTIAL_RADIUS_M * geopotential_altitude_m
-                / (GEOPOTENTIAL_RADIUS_M - geopotential_altitude_m)
-        }
-    }
+/// Geopotential altitude of a geometric one, m (US-1976).
+#[inline]
+fn geopotential_altitude_m(altitude_m: f64) -> f64 {
+    GEOPOTENTIAL_RADIUS_M * altitude_m / (GEOPOTENTIAL_RADIUS_M + altitude_m)
 }
 
 impl Place {
@@ -333,8 +352,7 @@ impl Place {
         );
         Self {
             altitude_m: v.altitude_m,
-            geopotential_altitude_m: GEOPOTENTIAL_RADIUS_M * v.altitude_m
-                / (GEOPOTENTIAL_RADIUS_M + v.altitude_m),
+            geopotential_altitude_m: geopotential_altitude_m(v.altitude_m),
             gravity,
             e_from_ned,
         }

@@ -108,6 +108,10 @@ impl Plant {
     pub fn release(setup: &ReleaseSetup) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.initial.origin());
+        let earth = match setup.flat_gravity {
+            Some(gravity) => earth.tangent(gravity),
+            None => earth,
+        };
         let mut dynamics =
             Dynamics::new(setup.airframe.clone(), earth)?.in_wind(setup.profile.clone());
         let steady = wind::steady(&setup.wind);

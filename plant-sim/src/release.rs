@@ -6,6 +6,7 @@ use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
+use crate::atmosphere::STANDARD_GRAVITY;
 use crate::earth::{Earth, EarthModel};
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
@@ -26,6 +27,8 @@ pub struct ReleaseSetup {
     pub airframe: Airframe,
     /// Earth model.
     pub earth: EarthModel,
+    /// Gravity of a flat Earth that stands for a place, m/s²; `None` for standard gravity and its air ([`Earth::tangent`]).
+    pub flat_gravity: Option<f64>,
     /// Steady wind and turbulence.
     pub wind: WindSettings,
     /// Discrete gusts.
@@ -112,6 +115,8 @@ impl ReleaseSetup {
         self.wind.check()?;
         check_gusts(&self.gusts)?;
         self.initial.check()?;
+        let gravity = self.flat_gravity.unwrap_or(STANDARD_GRAVITY);
+        check_range("checkcase", "flat_gravity_m_s2", gravity, 0.1, 30.0)?;
         self.check_controls(&self.controls)?;
         let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);
         check_range("checkcase", "step_ms", f64::from(self.step_us) / 1_000.0, least, most)

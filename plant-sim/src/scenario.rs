@@ -124,8 +124,9 @@ impl PlantPart {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
-    plant: PlantTable,
+    // First, because the search for keys ends at the faults, which no number satisfies.
     checkcase: Option<CaseTable>,
+    plant: PlantTable,
     #[serde(default, rename = "autopilot")]
     _autopilot: Option<IgnoredAny>,
 }

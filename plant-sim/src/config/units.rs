@@ -23,10 +23,11 @@ const POUND_FORCE: f64 = POUND * 9.806_65;
 const SLUG: f64 = POUND_FORCE / FOOT;
 
 /// All quantities.
-const QUANTITIES: [Quantity; 9] = [
+const QUANTITIES: [Quantity; 10] = [
     &[("m", 1.0), ("ft", FOOT), ("in", FOOT / 12.0), ("km", 1_000.0), ("nmi", NAUTICAL_MILE)],
     &[("m2", 1.0), ("ft2", FOOT * FOOT)],
     &[("m_s", 1.0), ("ft_s", FOOT), ("kt", NAUTICAL_MILE / 3_600.0), ("km_h", 1.0 / 3.6)],
+    &[("m_s2", 1.0), ("ft_s2", FOOT)],
     &[("kg", 1.0), ("slug", SLUG), ("lb", POUND)],
     &[("kg_m2", 1.0), ("slug_ft2", SLUG * FOOT * FOOT), ("lb_ft2", POUND * FOOT * FOOT)],
     &[("n", 1.0), ("kn", 1_000.0), ("lbf", POUND_FORCE)],

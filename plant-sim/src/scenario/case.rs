@@ -43,6 +43,7 @@ pub(super) struct CaseTable {
     reference: Option<String>,
     step_ms: Option<f64>,
     output_rate_hz: Option<f64>,
+    flat_gravity_m_s2: Option<f64>,
 }
 
 /// The table `[plant.initial_state]`.
@@ -182,6 +183,10 @@ impl CaseFile {
             );
         }
         let earth = plant.earth.unwrap_or(EarthModel::Wgs84);
+        if case.flat_gravity_m_s2.is_some() && earth != EarthModel::Flat {
+            let problem = "has no meaning on this Earth, expected earth = \"flat\"";
+            return Err(key(&name, CASE, "flat_gravity_m_s2", problem));
+        }
         let Some(initial) = plant.initial_state.take() else {
             return Err(key(&name, INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
         };
@@ -201,6 +206,7 @@ impl CaseFile {
         let setup = ReleaseSetup {
             airframe,
             earth,
+            flat_gravity: case.flat_gravity_m_s2,
             wind: part.wind,
             gusts: part.gusts,
             profile,

@@ -217,6 +217,16 @@ fn what_a_case_needs_and_what_it_cannot_have_is_named() {
         ),
         ("earth = \"wgs84\"", "earth = \"disc\"", "`wgs84`"),
         (
+            "reference",
+            "step_ft = 1\nreference",
+            "checkcase.step_ft: the unit ft does not fit, expected one of step_s, step_ms, step_min",
+        ),
+        (
+            "reference",
+            "flat_gravity_ft_s2 = 32\nreference",
+            "[checkcase] flat_gravity_m_s2 has no meaning on this Earth, expected earth = \"flat\"",
+        ),
+        (
             "towards_deg = 90.0",
             "level = [{ altitude_m = 5, velocity_ned_m_s = [0, 0, 0] }, { altitude_ft = 1, velocity_ned_kt = [0, 0, 0] }]",
             "[plant.wind.level] altitude_m = 0.3048 is outside 5",
