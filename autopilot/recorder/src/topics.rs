@@ -377,6 +377,8 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flight_control::isolation::evidence::Behaviour;
+    use flight_control::isolation::{IsolationLog, Verdict};
     use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
     use flight_management::configuration::{self, DEFAULT_MODEL};
     use icd::fault::{FaultKind, Onset, Repeat, Timing};
@@ -466,8 +468,8 @@ mod tests {
         // The others are flags: true.
         let flags = values.iter().filter(|value| **value == 1.0).count();
         assert_eq!(flags, format!("{log:?}").matches("true").count());
-        // The limit of the altitude is a code.
-        assert_eq!(values.len(), numbers as usize - 1 + flags + 1);
+        // The limit of the altitude is a code; six columns of a verdict and the two likely effectors have no value yet.
+        assert_eq!(values.len(), numbers as usize - 1 + flags + 1 + 8);
         let values = control_values(&log, 8);
         let names = control_names(&tvc_jet::effectors());
         let column = |name| names.iter().position(|column| column.as_str() == name).unwrap();
@@ -479,6 +481,27 @@ mod tests {
             [log, wing].map(|log| control_values(&log, 8)[column("altitude_limit")]),
             [0.0, 3.0]
         );
+        let verdict = Verdict {
+            effectors: [Some(tvc_jet::RUDDER), Some(tvc_jet::LEFT_AILERON)],
+            behaviour: Behaviour::Stuck,
+            values: [0.1, 0.2],
+            confidence: 0.95,
+        };
+        let isolation =
+            IsolationLog { verdict: Some(verdict), likely: verdict.effectors, ..log.isolation };
+        let values = control_values(&StepLog { isolation, ..log }, 8);
+        for (name, value) in [
+            ("isolated", 5.0),
+            ("isolated_second", 1.0),
+            ("isolated_behaviour", 1.0),
+            ("isolated_value", 0.1),
+            ("isolated_second_value", 0.2),
+            ("isolated_confidence", 0.95),
+            ("likely", 5.0),
+            ("likely_second", 1.0),
+        ] {
+            assert_eq!(values[column(name)], value, "{name}");
+        }
     }
 
     #[test]
