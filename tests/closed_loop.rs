@@ -200,13 +200,13 @@ fn sensors_with_different_rates_and_one_that_fails_for_a_second_keep_level_fligh
             sensors.gnss = last.gnss;
         }
         if !tick.is_multiple_of(20) {
-            sensors.barometer_m = last.barometer_m;
+            sensors.barometer = last.barometer;
         }
         sensors.vanes.valid = !(2_500..3_000).contains(&tick);
         last = sensors;
         let log = *autopilot.step(plant.time(), &sensors);
         let state = log.state;
-        assert_eq!(state.altitude_m, sensors.barometer_m.value);
+        assert_eq!(state.altitude_m, sensors.barometer.value.altitude_m);
         assert_eq!(state.velocity, sensors.gnss.value.velocity);
         assert_eq!(state.valid.flow_angles, sensors.vanes.valid, "tick {tick}");
         assert_eq!(log.health.implausible_input, !sensors.vanes.valid, "tick {tick}");

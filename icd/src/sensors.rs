@@ -1,7 +1,7 @@
 //! Sensor data from the aircraft to the flight computer: a sample of each sensor in every control period.
 //!
-//! Apart from gyro noise all sensors are ideal: each has a new, valid sample in every control period. A sensor with a
-//! lower rate repeats its last sample, with the time of measurement, until it has a new one.
+//! An ideal sensor has a new, valid sample in every control period. A sensor with a lower rate repeats its last sample, with
+//! the time of measurement, until it has a new one.
 
 use serde::{Deserialize, Serialize};
 
@@ -109,6 +109,30 @@ pub struct GnssFix {
     pub latitude_rad: f64,
     /// Longitude, rad.
     pub longitude_rad: f64,
+    /// Altitude above the ellipsoid (or the flat ground), m.
+    pub altitude_m: f64,
+    /// Date, in years: 2025.5 is the middle of 2025.
+    pub decimal_year: f64,
+}
+
+/// Output of a barometer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StaticPressure {
+    /// Static pressure, Pa.
+    pub pressure_pa: f64,
+    /// Altitude, m. Of the ideal unit the true altitude above the ellipsoid (or the flat ground); of any other unit the pressure
+    /// altitude: the geopotential altitude of US-1976 with this pressure.
+    pub altitude_m: f64,
+}
+
+/// Output of a pitot tube with its air data computer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ImpactPressure {
+    /// Impact pressure, total minus static, Pa.
+    pub impact_pa: f64,
+    /// True airspeed, m/s. Of the ideal unit exactly; of any other unit computed from the measured pressures with the
+    /// temperature of US-1976.
+    pub airspeed_m_s: f64,
 }
 
 /// Direction of the airflow.
@@ -131,14 +155,16 @@ pub struct Sensors {
     pub attitude: Sample<Attitude>,
     /// Position and velocity.
     pub gnss: Sample<GnssFix>,
-    /// Altitude above the ellipsoid (or the flat ground) by the barometer, m.
-    pub barometer_m: Sample<f64>,
-    /// True airspeed by the pitot tube, m/s.
-    pub pitot_m_s: Sample<f64>,
+    /// Static pressure and the altitude by it.
+    pub barometer: Sample<StaticPressure>,
+    /// Impact pressure and the true airspeed by it.
+    pub pitot: Sample<ImpactPressure>,
     /// Angle of attack and sideslip.
     pub vanes: Sample<FlowAngles>,
     /// Thrust by the engine monitor, N.
     pub engine_n: Sample<f64>,
+    /// Magnetic field, nT, body axes.
+    pub magnetometer_nt: Sample<Body>,
 }
 
 impl<T> Sample<T> {
@@ -157,11 +183,11 @@ impl<T> Sample<T> {
 }
 
 impl Sensors {
-    /// Number of sensors with samples: all but the last of [`SensorKind::ALL`], because there is no magnetometer yet.
-    pub const SENSORS: usize = 8;
+    /// Number of sensors: all of [`SensorKind::ALL`].
+    pub const SENSORS: usize = SensorKind::ALL.len();
 
     /// Number of scalar values of all samples together.
-    pub const COUNT: usize = 23;
+    pub const COUNT: usize = 30;
 
     /// Names of the scalar values in the order of [`Sensors::to_array`].
     pub const NAMES: [&'static str; Self::COUNT] = [
@@ -188,6 +214,13 @@ impl Sensors {
         "angle_of_attack_rad",
         "sideslip_rad",
         "thrust_n",
+        "gnss_altitude_m",
+        "decimal_year",
+        "static_pressure_pa",
+        "impact_pressure_pa",
+        "magnetic_field_x_nt",
+        "magnetic_field_y_nt",
+        "magnetic_field_z_nt",
     ];
 
     /// Names of the samples' times in the order of [`Sensors::stamps`].
@@ -200,6 +233,7 @@ impl Sensors {
         "pitot_time_us",
         "vanes_time_us",
         "engine_monitor_time_us",
+        "magnetometer_time_us",
     ];
 
     /// Names of the samples' validity in the order of [`Sensors::stamps`].
@@ -212,6 +246,7 @@ impl Sensors {
         "pitot_valid",
         "vanes_valid",
         "engine_monitor_valid",
+        "magnetometer_valid",
     ];
 
     /// The scalar values in wire order.
@@ -219,8 +254,11 @@ impl Sensors {
     pub fn to_array(&self) -> [f64; Self::COUNT] {
         let (rates, force) = (&self.gyro.value.0, &self.accelerometer.value.0);
         let [w, x, y, z] = self.attitude.value.wxyz();
-        let GnssFix { velocity, position, latitude_rad, longitude_rad } = &self.gnss.value;
+        let GnssFix { velocity, position, latitude_rad, longitude_rad, altitude_m, decimal_year } =
+            &self.gnss.value;
         let (velocity, position) = (&velocity.0, &position.0);
+        let (barometer, pitot) = (&self.barometer.value, &self.pitot.value);
+        let field = &self.magnetometer_nt.value.0;
         let FlowAngles { angle_of_attack_rad, sideslip_rad } = self.vanes.value;
         [
             rates.x,
@@ -241,11 +279,18 @@ impl Sensors {
             position.z,
             *latitude_rad,
             *longitude_rad,
-            self.barometer_m.value,
-            self.pitot_m_s.value,
+            barometer.altitude_m,
+            pitot.airspeed_m_s,
             angle_of_attack_rad,
             sideslip_rad,
             self.engine_n.value,
+            *altitude_m,
+            *decimal_year,
+            barometer.pressure_pa,
+            pitot.impact_pa,
+            field.x,
+            field.y,
+            field.z,
         ]
     }
 
@@ -257,11 +302,30 @@ impl Sensors {
             self.accelerometer.stamp(),
             self.attitude.stamp(),
             self.gnss.stamp(),
-            self.barometer_m.stamp(),
-            self.pitot_m_s.stamp(),
+            self.barometer.stamp(),
+            self.pitot.stamp(),
             self.vanes.stamp(),
             self.engine_n.stamp(),
+            self.magnetometer_nt.stamp(),
         ]
+    }
+
+    /// Declares the samples of these sensors invalid.
+    pub fn invalidate(&mut self, is_meant: impl Fn(SensorKind) -> bool) {
+        let flags = [
+            &mut self.gyro.valid,
+            &mut self.accelerometer.valid,
+            &mut self.attitude.valid,
+            &mut self.gnss.valid,
+            &mut self.barometer.valid,
+            &mut self.pitot.valid,
+            &mut self.vanes.valid,
+            &mut self.engine_n.valid,
+            &mut self.magnetometer_nt.valid,
+        ];
+        for (sensor, valid) in SensorKind::ALL.into_iter().zip(flags) {
+            *valid &= !is_meant(sensor);
+        }
     }
 
     /// From the scalar values in wire order, bit for bit: this does not normalise the quaternion.
@@ -272,7 +336,11 @@ impl Sensors {
             position: Ned::new(v[13], v[14], v[15]),
             latitude_rad: v[16],
             longitude_rad: v[17],
+            altitude_m: v[23],
+            decimal_year: v[24],
         };
+        let barometer = StaticPressure { pressure_pa: v[25], altitude_m: v[18] };
+        let pitot = ImpactPressure { impact_pa: v[26], airspeed_m_s: v[19] };
         let angles = FlowAngles { angle_of_attack_rad: v[20], sideslip_rad: v[21] };
         let attitude = Attitude::from_unit_wxyz([v[6], v[7], v[8], v[9]]);
         Self {
@@ -280,10 +348,11 @@ impl Sensors {
             accelerometer: Sample::stamped(stamps[1], Body::new(v[3], v[4], v[5])),
             attitude: Sample::stamped(stamps[2], attitude),
             gnss: Sample::stamped(stamps[3], fix),
-            barometer_m: Sample::stamped(stamps[4], v[18]),
-            pitot_m_s: Sample::stamped(stamps[5], v[19]),
+            barometer: Sample::stamped(stamps[4], barometer),
+            pitot: Sample::stamped(stamps[5], pitot),
             vanes: Sample::stamped(stamps[6], angles),
             engine_n: Sample::stamped(stamps[7], v[22]),
+            magnetometer_nt: Sample::stamped(stamps[8], Body::new(v[27], v[28], v[29])),
         }
     }
 

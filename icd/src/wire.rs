@@ -45,16 +45,16 @@ pub use packets::{decode, encode_actuators, encode_refusal, encode_sensors, enve
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 6;
+pub const VERSION: u16 = 7;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1440;
 
 /// Longest envelope, bytes: the data that a sensor packet carries for the recorder ([`crate::record`]).
-pub const ENVELOPE_MAX: usize = 728;
+pub const ENVELOPE_MAX: usize = 724;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
-pub const REPORTS_MAX: usize = 4;
+pub const REPORTS_MAX: usize = 3;
 
 /// The aircraft of a packet, which must be the same on both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

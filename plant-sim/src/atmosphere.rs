@@ -8,7 +8,7 @@
 const GAS_CONSTANT: f64 = 8_314.32 / 28.964_4;
 
 /// Ratio of the specific heats of air (US-1976).
-const HEAT_RATIO: f64 = 1.4;
+pub const HEAT_RATIO: f64 = 1.4;
 
 /// Standard gravity g0, m/s² (CGPM 1901; US-1976).
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
@@ -108,6 +108,25 @@ pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
     f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
 }
 
+/// Pressure altitude: the geopotential altitude, m, with this static pressure, Pa; the nearer end of the model for a pressure
+/// outside it.
+#[must_use]
+pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
+    if pressure_pa.is_nan() {
+        return LOWEST_M;
+    }
+    let at = LAYERS.iter().rev().find(|layer| pressure_pa <= layer.base_pressure);
+    let at = at.unwrap_or(&LAYERS[0]);
+    let logarithm = libm::log(pressure_pa.max(1.0e-6) / at.base_pressure);
+    let height = if at.gradient == 0.0 {
+        -GAS_CONSTANT * at.base_temperature / STANDARD_GRAVITY * logarithm
+    } else {
+        let exponent = -GAS_CONSTANT * at.gradient / STANDARD_GRAVITY;
+        at.base_temperature / at.gradient * (libm::exp(exponent * logarithm) - 1.0)
+    };
+    inside(at.base_m + height)
+}
+
 /// The density around one altitude: a power series instead of logarithm and exponential in each stage of the
 /// integration, which moves the aircraft by millimetres to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,6 +218,17 @@ mod tests {
                     "{what} at {altitude} m: {ours} instead of {printed}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_pressure_altitude_is_the_altitude_of_its_pressure() {
+        for altitude_m in [-4_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, 60_000.0] {
+            let found = pressure_altitude_m(isa(altitude_m).pressure);
+            assert!((found - altitude_m).abs() < 1e-6, "{found} m instead of {altitude_m} m");
+        }
+        for pressure in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+            assert!(pressure_altitude_m(pressure).is_finite(), "{pressure} Pa");
         }
     }
 

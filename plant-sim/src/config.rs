@@ -6,6 +6,7 @@ use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
 
 use crate::range::RangeError;
+use crate::sensors::NoDate;
 use crate::tables::TablesError;
 
 pub mod keys;
@@ -109,6 +110,14 @@ pub enum ConfigError {
         key: String,
         /// What is wrong with it, and what is expected.
         problem: String,
+    },
+    /// A date that is none, or outside the magnetic model.
+    #[error("{file}: [plant] {source}")]
+    Date {
+        /// Name of the file.
+        file: String,
+        /// What is wrong with it.
+        source: NoDate,
     },
     /// A name is too long.
     #[error("{file}: name = `{name}` is too long, at most {longest} bytes")]

@@ -85,7 +85,7 @@ pub use plant::Plant;
 pub use range::RangeError;
 pub use release::ReleaseSetup;
 pub use scenario::{PlantPart, Scenario};
-pub use sensors::SensorSettings;
+pub use sensors::{Date, GradeName, SensorSettings};
 pub use setup::{PlantSetup, SetupError};
 pub use start::{Start, StartPart};
 pub use trim::Trim;

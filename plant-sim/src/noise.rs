@@ -1,21 +1,44 @@
 //! Random numbers: one stream for each (seed, run, source), so that no source disturbs another.
 
+use icd::fault::SensorKind;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Sources of random numbers. The number is part of every recorded flight: never reuse one.
+/// Sources of random numbers. The number of its stream is part of every recorded flight: never reuse one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// Rate gyros.
-    Gyro = 1,
+    /// White noise of the ideal rate gyros.
+    Gyro,
     /// Turbulence: velocity.
-    Turbulence = 2,
+    Turbulence,
     /// Turbulence: p_g.
-    TurbulenceRoll = 3,
+    TurbulenceRoll,
     /// Turbulence: the part of q_g that is independent of w_g.
-    TurbulencePitch = 4,
+    TurbulencePitch,
     /// Turbulence: the part of r_g that is independent of v_g.
-    TurbulenceYaw = 5,
+    TurbulenceYaw,
+    /// Velocity of the satellite receiver.
+    GnssVelocity,
+    /// Errors of a sensor.
+    Sensor(SensorKind),
+    /// Noise that is a fault of a sensor.
+    SensorFault(SensorKind),
+}
+
+impl Source {
+    /// Number of its stream.
+    const fn stream(self) -> u64 {
+        match self {
+            Self::Gyro => 1,
+            Self::Turbulence => 2,
+            Self::TurbulenceRoll => 3,
+            Self::TurbulencePitch => 4,
+            Self::TurbulenceYaw => 5,
+            Self::GnssVelocity => 6,
+            Self::Sensor(sensor) => 32 + sensor as u64,
+            Self::SensorFault(sensor) => 64 + sensor as u64,
+        }
+    }
 }
 
 /// White, normally distributed numbers.
@@ -38,7 +61,7 @@ impl Normals {
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&run.to_le_bytes());
         let mut generator = ChaCha8Rng::from_seed(key);
-        generator.set_stream(source as u64);
+        generator.set_stream(source.stream());
         Self { generator, spare: None }
     }
 

@@ -158,7 +158,7 @@ impl Plant {
             truth: Truth::of(&dynamics, time, &state, &inputs, &present),
             present,
             faults: Faults::none(&airframe.effectors, &airframe.servos, &state.positions),
-            sensors: SensorSet::new(airframe, sensors, seed, run),
+            sensors: SensorSet::new(airframe, sensors, period_us, seed, run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
             period_us: u64::from(period_us),
@@ -260,7 +260,7 @@ impl Plant {
 
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
-        self.sensors.sense(&self.truth, &self.present.motion, &self.inputs.gust)
+        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust)
     }
 
     /// The true state of this instant.

@@ -17,7 +17,7 @@ use crate::config::{self, ConfigError, units};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::range::check_range;
-use crate::sensors::SensorSettings;
+use crate::sensors::{NoDate, SensorSettings, SensorsTable};
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
 use crate::wind::{DiscreteGust, WindLevel, WindProfile, WindSettings, check_gusts};
@@ -189,7 +189,8 @@ struct PlantTable {
     #[serde(default)]
     control_step: Vec<ControlStepTable>,
     wind: Option<WindTable>,
-    sensors: Option<SensorTable>,
+    date: Option<String>,
+    sensors: Option<SensorsTable>,
     #[serde(default)]
     gust: Vec<DiscreteGust>,
     #[serde(default)]
@@ -205,12 +206,6 @@ struct WindTable {
     down_m_s: f64,
     turbulence_m_s: f64,
     level: Vec<WindLevel>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SensorTable {
-    gyro_noise_deg_s: f64,
 }
 
 impl PlantTable {
@@ -245,10 +240,12 @@ impl PlantTable {
         let profile = WindProfile::new(table.level).map_err(&range)?;
         wind.check().map_err(&range)?;
         check_gusts(&self.gust).map_err(&range)?;
-        let sensors = self.sensors.map_or(SensorSettings::IDEAL, |s| SensorSettings {
-            gyro_noise_rad_s: s.gyro_noise_deg_s.to_radians(),
-        });
-        sensors.check().map_err(&range)?;
+        let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
+        if let Some(date) = &self.date {
+            let error = |error: NoDate| ConfigError::Date { file: file.to_owned(), source: error };
+            sensors.date = date.parse().map_err(error)?;
+        }
+        sensors.check(ControlPeriod::DEFAULT.as_micros()).map_err(&range)?;
         let faults = self.fault.iter().enumerate();
         let part = PlantPart {
             seed: self.seed.unwrap_or_default(),

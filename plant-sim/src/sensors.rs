@@ -1,42 +1,40 @@
-//! Sensor values from the truth: everything exactly, except white noise on the rate gyros.
+//! The sensors of a flight: the truth, with the errors of a grade and the effects of sensor faults.
 //!
-//! Vanes and pitot tube are away from the centre of gravity and measure the gust at their places: the part of p_g, q_g and r_g
-//! there remains in the air data. The air data computer is assumed to correct for the rotation of the aircraft itself,
-//! exactly and with the true rates. So without turbulence the air data are the truth to the bit.
+//! Of the grade `ideal` everything is exact, apart from white noise on the gyros if the scenario has some. Vanes and pitot tube are
+//! away from the centre of gravity and measure the gust at their places: the part of p_g, q_g and r_g there remains in
+//! the air data. The air data computer of the ideal unit corrects for the rotation of the aircraft itself, exactly and with the true
+//! rates; so without turbulence its air data are the truth to the bit. Real vanes and pitot tubes ([`real`]) feel that
+//! rotation too.
 
-use icd::{Body, Effector, EffectorKind, FlowAngles, GnssFix, Sample, Sensors};
-use serde::{Deserialize, Serialize};
+use icd::geomagnetism::field_ned_nt;
+use icd::{
+    Body, Effector, EffectorKind, FlowAngles, GnssFix, ImpactPressure, Ned, Sample, Sensors,
+    SimTime, StaticPressure,
+};
 
 use crate::aerodynamics::AirState;
 use crate::airframe::{AirData, Airframe};
-use crate::dynamics::Motion;
+use crate::atmosphere::{HEAT_RATIO, speed_of_sound};
+use crate::dynamics::{Evaluation, Motion};
 use crate::noise::{Normals, Source};
-use crate::range::{RangeError, check_range};
 use crate::truth::Truth;
 use crate::wind::Gust;
 
-/// Errors of the sensors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SensorSettings {
-    /// White noise of each gyro, rad/s rms of the control samples.
-    pub gyro_noise_rad_s: f64,
-}
+mod channel;
+mod date;
+mod grade;
+mod real;
+mod settings;
 
-impl SensorSettings {
-    /// Ideal sensors.
-    pub const IDEAL: Self = Self { gyro_noise_rad_s: 0.0 };
-}
+pub use date::{Date, NoDate};
+pub use grade::{Grade, GradeName, SensorTable};
+pub use settings::SensorSettings;
+pub(crate) use settings::SensorsTable;
 
-impl SensorSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] if it is invalid.
-    pub fn check(&self) -> Result<(), RangeError> {
-        let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
-        check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)
-    }
-}
+use real::RealSensors;
+
+/// The field of the Earth is computed anew after this time, µs; at 300 m/s it changes by some 2 nT meanwhile.
+const FIELD_EVERY_US: u64 = 1_000_000;
 
 /// The sensors of one flight.
 #[derive(Debug, Clone)]
@@ -45,41 +43,128 @@ pub struct SensorSet {
     engine: Option<Effector>,
     gyro_noise_rad_s: f64,
     gyro: Normals,
+    year: f64,
+    field: Field,
+    fitted: [bool; Sensors::SENSORS],
+    real: Option<Box<RealSensors>>,
+}
+
+/// Magnetic field of the Earth where the aircraft is, nT, and until when it counts as constant.
+#[derive(Debug, Clone, Copy)]
+struct Field {
+    ned_nt: Ned,
+    until: Option<SimTime>,
 }
 
 impl SensorSet {
-    /// Air data from the positions in an airframe, gyros with the noise of `settings`; the random stream belongs to seed and run.
+    /// The sensors of an aircraft with these errors; the random streams belong to seed and run.
     #[must_use]
-    pub fn new(airframe: &Airframe, settings: &SensorSettings, seed: u64, run: u64) -> Self {
-        let gyro_noise_rad_s = settings.gyro_noise_rad_s;
-        let (places, engine) = (airframe.air_data, airframe.effectors.only(EffectorKind::Engine));
-        Self { places, engine, gyro_noise_rad_s, gyro: Normals::new(seed, run, Source::Gyro) }
+    pub fn new(
+        airframe: &Airframe,
+        settings: &SensorSettings,
+        period_us: u32,
+        seed: u64,
+        run: u64,
+    ) -> Self {
+        let real =
+            settings.grade.as_ref().map(|grade| RealSensors::new(grade, period_us, seed, run));
+        Self {
+            places: airframe.air_data,
+            engine: airframe.effectors.only(EffectorKind::Engine),
+            gyro_noise_rad_s: settings.gyro_noise_rad_s,
+            gyro: Normals::new(seed, run, Source::Gyro),
+            year: settings.date.decimal_year(),
+            field: Field { ned_nt: Ned::zero(), until: None },
+            fitted: settings.fitted,
+            real: real.map(Box::new),
+        }
     }
 
-    /// A sample of each sensor, taken now; draws the noise of this tick. `motion` and `gust` are those of `truth`.
-    pub fn sense(&mut self, truth: &Truth, motion: &Motion, gust: &Gust) -> Sensors {
+    /// A sample of each sensor, taken now; draws the noise of this tick. `present` and `gust` are those of `truth`.
+    pub fn sense(&mut self, truth: &Truth, present: &Evaluation, gust: &Gust) -> Sensors {
+        let mut sensors = match self.real.take() {
+            None => self.ideal(truth, present, gust),
+            Some(mut real) => {
+                let exact = self.where_they_are(truth, present);
+                let sensors = real.sense(&exact);
+                self.real = Some(real);
+                sensors
+            }
+        };
+        if self.fitted != [true; Sensors::SENSORS] {
+            sensors.invalidate(|sensor| !self.fitted[sensor as usize]);
+        }
+        sensors
+    }
+
+    /// Everything exactly, apart from the noise of the gyros.
+    fn ideal(&mut self, truth: &Truth, present: &Evaluation, gust: &Gust) -> Sensors {
+        let motion = &present.motion;
         let vanes = air_at(self.places.vanes_m, motion, gust);
         let pitot = air_at(self.places.pitot_m, motion, gust);
+        let gyro_error = self.gyro_error();
+        self.exact(truth, present, &vanes, &pitot, &gyro_error)
+    }
+
+    /// Everything exactly, where it is measured: vanes and pitot tube turn with the aircraft.
+    fn where_they_are(&mut self, truth: &Truth, present: &Evaluation) -> Sensors {
+        let motion = &present.motion;
+        let vanes = air_around(self.places.vanes_m, motion);
+        let pitot = air_around(self.places.pitot_m, motion);
+        self.exact(truth, present, &vanes, &pitot, &Body::zero())
+    }
+
+    fn exact(
+        &mut self,
+        truth: &Truth,
+        present: &Evaluation,
+        vanes: &AirState,
+        pitot: &AirState,
+        gyro_error: &Body,
+    ) -> Sensors {
+        let time = truth.time;
         let fix = GnssFix {
             velocity: truth.velocity,
             position: truth.position,
             latitude_rad: truth.latitude_rad,
             longitude_rad: truth.longitude_rad,
+            altitude_m: truth.altitude_m,
+            decimal_year: self.year,
         };
         let angles =
             FlowAngles { angle_of_attack_rad: vanes.alpha_rad, sideslip_rad: vanes.beta_rad };
+        let sound_m_s = speed_of_sound(present.place.geopotential_altitude_m);
+        let pressure_pa = present.density * sound_m_s * sound_m_s / HEAT_RATIO;
+        let airspeed_m_s = pitot.airspeed_m_s;
+        let impact_pa = impact_pressure_pa(pressure_pa, airspeed_m_s / sound_m_s);
         let thrust_n = self.engine.map_or(0.0, |engine| truth.deflections[engine]);
-        let time = truth.time;
+        let field_nt = truth.attitude.to_body(self.field_ned_nt(truth));
         Sensors {
-            gyro: Sample::at(time, Body(truth.body_rates.0 + self.gyro_error().0)),
+            gyro: Sample::at(time, Body(truth.body_rates.0 + gyro_error.0)),
             accelerometer: Sample::at(time, truth.specific_force),
             attitude: Sample::at(time, truth.attitude),
             gnss: Sample::at(time, fix),
-            barometer_m: Sample::at(time, truth.altitude_m),
-            pitot_m_s: Sample::at(time, pitot.airspeed_m_s),
+            barometer: Sample::at(
+                time,
+                StaticPressure { pressure_pa, altitude_m: truth.altitude_m },
+            ),
+            pitot: Sample::at(time, ImpactPressure { impact_pa, airspeed_m_s }),
             vanes: Sample::at(time, angles),
             engine_n: Sample::at(time, thrust_n),
+            magnetometer_nt: Sample::at(time, field_nt),
         }
+    }
+
+    /// Magnetic field where the aircraft is, nT, NED.
+    fn field_ned_nt(&mut self, truth: &Truth) -> Ned {
+        if self.field.until.is_none_or(|until| until <= truth.time) {
+            let Truth { latitude_rad, longitude_rad, altitude_m, time, .. } = *truth;
+            self.field = Field {
+                ned_nt: field_ned_nt(latitude_rad, longitude_rad, altitude_m, self.year),
+                until: Some(SimTime::from_micros(time.as_micros() + FIELD_EVERY_US)),
+            };
+        }
+        self.field.ned_nt
     }
 
     /// Without noise no random number is drawn: the rates keep their bits.
@@ -93,6 +178,13 @@ impl SensorSet {
     }
 }
 
+/// Impact pressure q_c, Pa, of isentropic flow without a shock, from static pressure (Pa) and Mach number:
+/// q_c = p ((1 + 0.2 M²)^3.5 − 1).
+fn impact_pressure_pa(pressure_pa: f64, mach: f64) -> f64 {
+    let ratio = 1.0 + 0.2 * mach * mach;
+    pressure_pa * (ratio * ratio * ratio * ratio.sqrt() - 1.0)
+}
+
 /// Motion relative to the air at a point, m from the centre of gravity, of an aircraft that does not rotate.
 ///
 /// Where the air does not rotate it is that of the centre of gravity, with its bits.
@@ -103,4 +195,12 @@ fn air_at(place_m: [f64; 3], motion: &Motion, gust: &Gust) -> AirState {
     let [x, y, z] = place_m;
     let beyond = gust.at(&Body::new(x, y, z)).0 - gust.velocity.0;
     AirState::new(&Body(motion.velocity.0 - beyond), motion.air.rates)
+}
+
+/// Motion relative to the air at a point, m from the centre of gravity. The rates of `motion.air` are those relative to the
+/// air, so the rotation of the gust is in them.
+fn air_around(place_m: [f64; 3], motion: &Motion) -> AirState {
+    let [x, y, z] = place_m;
+    let turning = motion.air.rates.0.cross(&Body::new(x, y, z).0);
+    AirState::new(&Body(motion.velocity.0 + turning), motion.air.rates)
 }

@@ -129,7 +129,7 @@ impl PlantSetup {
         self.start.check()?;
         self.wind.check()?;
         check_gusts(&self.gusts)?;
-        self.sensors.check()?;
+        self.sensors.check(self.period.as_micros())?;
         let period_us = self.period.as_micros();
         if self.step_us == 0 || !period_us.is_multiple_of(self.step_us) {
             return Err(SetupError::Step { step_us: self.step_us, period_us });

@@ -4,7 +4,10 @@
 //! nowhere else. The sensors are ideal so far, so this navigator takes the latest valid sample of each of them and
 //! guards the rest against values that no aircraft has.
 
-use icd::{Attitude, Body, EulerAngles, FlowAngles, GnssFix, Ned, Sample, Sensors, SimTime};
+use icd::{
+    Attitude, Body, EulerAngles, FlowAngles, GnssFix, ImpactPressure, Ned, Sensors, SimTime,
+    StaticPressure,
+};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -141,6 +144,10 @@ const SPEED_MAX_M_S: f64 = 5_000.0;
 const DISTANCE_MAX_M: f64 = 2.0e7;
 /// Largest altitude either way that the navigator accepts, m.
 const ALTITUDE_MAX_M: f64 = 200_000.0;
+/// Largest pressure either way that the navigator accepts, Pa: ten atmospheres.
+const PRESSURE_MAX_PA: f64 = 1.0e6;
+/// Latest year that the navigator accepts.
+const YEAR_MAX: f64 = 10_000.0;
 /// Largest thrust that the navigator accepts, N.
 const THRUST_MAX_N: f64 = 1.0e8;
 
@@ -164,8 +171,11 @@ impl Navigator {
         let s = &mut self.state;
         s.time = time;
         let Sensors { gyro, accelerometer, attitude, gnss, vanes, .. } = sensors;
-        let Sensors { barometer_m, pitot_m_s, engine_n, .. } = sensors;
-        let GnssFix { velocity, position, latitude_rad, longitude_rad } = gnss.value;
+        let Sensors { barometer, pitot, engine_n, .. } = sensors;
+        let GnssFix { velocity, position, latitude_rad, longitude_rad, altitude_m, decimal_year } =
+            gnss.value;
+        let StaticPressure { pressure_pa, altitude_m: pressure_altitude_m } = barometer.value;
+        let ImpactPressure { impact_pa, airspeed_m_s } = pitot.value;
         let FlowAngles { angle_of_attack_rad: alpha, sideslip_rad: beta } = vanes.value;
         s.valid = Validity {
             rates: gyro.valid && within(gyro.value.0.as_ref(), RATE_MAX_RAD_S),
@@ -175,11 +185,17 @@ impl Navigator {
             velocity: gnss.valid && within(velocity.0.as_ref(), SPEED_MAX_M_S),
             position: gnss.valid
                 && within(position.0.as_ref(), DISTANCE_MAX_M)
-                && within(&[latitude_rad, longitude_rad], ANGLE_MAX_RAD),
-            altitude: take(&mut s.altitude_m, barometer_m, ALTITUDE_MAX_M),
-            airspeed: take(&mut s.airspeed_m_s, pitot_m_s, SPEED_MAX_M_S),
+                && within(&[latitude_rad, longitude_rad], ANGLE_MAX_RAD)
+                && within(&[altitude_m], ALTITUDE_MAX_M)
+                && within(&[decimal_year], YEAR_MAX),
+            altitude: barometer.valid
+                && within(&[pressure_altitude_m], ALTITUDE_MAX_M)
+                && within(&[pressure_pa], PRESSURE_MAX_PA),
+            airspeed: pitot.valid
+                && within(&[airspeed_m_s], SPEED_MAX_M_S)
+                && within(&[impact_pa], PRESSURE_MAX_PA),
             flow_angles: vanes.valid && within(&[alpha, beta], ANGLE_MAX_RAD),
-            thrust: take(&mut s.thrust_n, engine_n, THRUST_MAX_N),
+            thrust: engine_n.valid && within(&[engine_n.value], THRUST_MAX_N),
         };
         if s.valid.rates {
             s.rates = gyro.value.0;
@@ -196,20 +212,20 @@ impl Navigator {
         if s.valid.position {
             (s.position, s.latitude_rad, s.longitude_rad) = (position, latitude_rad, longitude_rad);
         }
+        if s.valid.altitude {
+            s.altitude_m = pressure_altitude_m;
+        }
+        if s.valid.airspeed {
+            s.airspeed_m_s = airspeed_m_s;
+        }
         if s.valid.flow_angles {
             (s.alpha, s.beta) = (alpha, beta);
         }
+        if s.valid.thrust {
+            s.thrust_n = engine_n.value;
+        }
         *s
     }
-}
-
-/// Takes a valid number between minus and plus `max`, and returns whether it was one.
-fn take(part: &mut f64, sample: &Sample<f64>, max: f64) -> bool {
-    let good = sample.valid && within(&[sample.value], max);
-    if good {
-        *part = sample.value;
-    }
-    good
 }
 
 /// Every value between minus and plus `max`; NaN and infinity are not.
@@ -226,6 +242,7 @@ fn is_rotation(attitude: &Attitude) -> bool {
 mod tests {
     use super::*;
     use crate::testing;
+    use icd::Sample;
 
     const TICK: SimTime = SimTime::from_micros(2_000);
 
@@ -238,13 +255,16 @@ mod tests {
         // Everything has changed a little, and one value cannot be.
         let later = Sensors::at(TICK, &good.to_array().map(|value| value * (1.0 + 1.0e-9)));
         let after = Navigator::default().step(TICK, &later);
-        let (airspeed_at, angles_at) = (later.pitot_m_s, later.vanes.value);
+        let (pitot, angles_at) = (later.pitot.value, later.vanes.value);
         for bad in [f64::NAN, f64::INFINITY, 1.0e200, -1.0e200] {
             let airspeed = Validity { airspeed: false, ..after.valid };
             assert_eq!(
                 navigator.clone().step(
                     TICK,
-                    &Sensors { pitot_m_s: Sample { value: bad, ..airspeed_at }, ..later }
+                    &Sensors {
+                        pitot: Sample::at(TICK, ImpactPressure { airspeed_m_s: bad, ..pitot }),
+                        ..later
+                    }
                 ),
                 NavigationState { airspeed_m_s: before.airspeed_m_s, valid: airspeed, ..after },
                 "{bad}"
@@ -316,7 +336,7 @@ mod tests {
             }
         );
         assert_eq!(
-            fly(|s| s.barometer_m.valid = false),
+            fly(|s| s.barometer.valid = false),
             NavigationState {
                 altitude_m: before.altitude_m,
                 valid: Validity { altitude: false, ..valid },
@@ -324,7 +344,7 @@ mod tests {
             }
         );
         assert_eq!(
-            fly(|s| (s.pitot_m_s.valid, s.engine_n.valid) = (false, false)),
+            fly(|s| (s.pitot.valid, s.engine_n.valid) = (false, false)),
             NavigationState {
                 airspeed_m_s: before.airspeed_m_s,
                 thrust_n: before.thrust_n,

@@ -26,8 +26,10 @@ pub fn level_sensors() -> Sensors {
     let (rates, force, velocity) = ([0.0; 3], [0.0, 0.0, -9.8], [264.0, 0.0, 0.0]);
     let place = [0.0, 0.0, -5_000.0, 0.609, -2.058, 5_000.0];
     let air = [264.0, trim.theta_rad, 0.0, trim.thrust_n];
+    // Altitude and date of the fix, static and impact pressure of US-1976, magnetic field.
+    let rest = [5_000.0, 2_026.0, 54_019.9, 28_620.0, 23_000.0, 4_500.0, 41_000.0];
     let values = rates.into_iter().chain(force).chain([w, x, y, z]).chain(velocity);
-    let mut all = values.chain(place).chain(air);
+    let mut all = values.chain(place).chain(air).chain(rest);
     Sensors::at(SimTime::ZERO, &core::array::from_fn(|_| all.next().unwrap()))
 }
 

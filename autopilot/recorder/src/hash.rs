@@ -111,7 +111,7 @@ mod tests {
         for time in [0_u64, 2_000] {
             bytes.push(1);
             bytes.extend(time.to_le_bytes());
-            for index in 0..23 {
+            for index in 0..30 {
                 let value: f64 = match index {
                     6 => 1.0,
                     7..10 => 0.0,
@@ -142,7 +142,7 @@ mod tests {
             hash.step(time, sensors, &Actuators::default(), 0);
             hash.hex()
         };
-        let ideal = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 23].concat()];
+        let ideal = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 30].concat()];
         assert_eq!(of(&sensors), hex(&Sha256::digest(ideal.concat())));
         sensors.gnss.time = SimTime::from_micros(1_000);
         sensors.engine_n.valid = false;
@@ -152,7 +152,7 @@ mod tests {
     }
 
     /// Fixed, so that logs of different versions can be compared.
-    const VECTOR: &str = "2f0b3fa14699b221750e97d75ffeb4e7ccc3406ac456320743a6dbc2343924b7";
+    const VECTOR: &str = "af38b82136c7953806313231770e62fdbe781ca7e4b56887a97636081cbe3027";
 
     #[test]
     fn one_bit_changes_the_hash_and_a_pace_does_not() {

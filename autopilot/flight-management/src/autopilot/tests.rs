@@ -34,8 +34,8 @@ fn sensors() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
     let mut level = Sensors::at(SimTime::ZERO, &values);
-    level.barometer_m.value = 5_000.0;
-    level.pitot_m_s.value = 264.0;
+    level.barometer.value.altitude_m = 5_000.0;
+    level.pitot.value.airspeed_m_s = 264.0;
     level.engine_n.value = 27_000.0;
     level
 }
@@ -295,8 +295,8 @@ fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
     let mut autopilot = flying();
     let before = autopilot.snapshot().unwrap().log.commands;
     let mut contact = sensors();
-    contact.barometer_m.value = -0.2;
-    contact.pitot_m_s.value = 190.0;
+    contact.barometer.value.altitude_m = -0.2;
+    contact.pitot.value.airspeed_m_s = 190.0;
     let held = autopilot.hold(&contact, true);
     let snapshot = autopilot.snapshot().unwrap();
     let motion = snapshot.motion();
@@ -309,10 +309,10 @@ fn on_the_ground_the_snapshot_shows_the_contact_and_the_commands_stay() {
 fn sensors_read_while_time_stands_still_are_shown_and_leave_no_trace() {
     let mut autopilot = flying();
     let mut slow = sensors();
-    slow.pitot_m_s.value = 190.0;
+    slow.pitot.value.airspeed_m_s = 190.0;
     autopilot.hold(&slow, false);
     assert_eq!(autopilot.snapshot().unwrap().motion().airspeed_m_s, 190.0);
-    slow.pitot_m_s.valid = false;
+    slow.pitot.valid = false;
     let state = autopilot.step(SimTime::from_micros(2_000), &slow).state;
     assert_eq!((state.airspeed_m_s, state.valid.airspeed), (264.0, false));
 }

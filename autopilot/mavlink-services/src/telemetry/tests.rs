@@ -77,7 +77,7 @@ fn messages_that_only_answer_requests_are_not_streamed() {
 fn speeds_beyond_the_field_saturate_and_the_float_messages_are_exact() {
     let mut world = World::flying();
     world.sensors.gnss.value.velocity = Ned::new(400.0, -400.0, 0.0);
-    world.sensors.pitot_m_s.value = 400.0;
+    world.sensors.pitot.value.airspeed_m_s = 400.0;
     world.run_ms(300);
     let position: GLOBAL_POSITION_INT_DATA = last(&world);
     assert_eq!((position.vx, position.vy), (32_767, -32_768));

@@ -98,8 +98,8 @@ pub fn level_flight() -> Sensors {
     let mut level = Sensors::at(SimTime::ZERO, &values);
     level.gnss.value.latitude_rad = 34.9_f64.to_radians();
     level.gnss.value.longitude_rad = -117.9_f64.to_radians();
-    level.barometer_m.value = 5_000.0;
-    level.pitot_m_s.value = 264.0;
+    level.barometer.value.altitude_m = 5_000.0;
+    level.pitot.value.airspeed_m_s = 264.0;
     level.engine_n.value = 27_000.0;
     level
 }

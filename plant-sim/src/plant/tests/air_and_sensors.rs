@@ -74,7 +74,7 @@ fn vanes_and_pitot_tube_feel_the_gust_where_they_are() {
         let expected =
             [pitot.norm(), libm::atan2(vanes.z, vanes.x), libm::asin(vanes.y / vanes.norm())];
         let FlowAngles { angle_of_attack_rad, sideslip_rad } = sensors.vanes.value;
-        let sensed = [sensors.pitot_m_s.value, angle_of_attack_rad, sideslip_rad];
+        let sensed = [sensors.pitot.value.airspeed_m_s, angle_of_attack_rad, sideslip_rad];
         let centre = [truth.airspeed_m_s, truth.alpha_rad, truth.beta_rad];
         for i in 0..3 {
             assert!((sensed[i] - expected[i]).abs() < 1e-9, "{i}: {} {}", sensed[i], expected[i]);

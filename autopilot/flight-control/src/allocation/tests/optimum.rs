@@ -108,10 +108,12 @@ impl Dense {
                     .collect();
                 let u = self.minimum(&fixed)?;
                 let slack = 1.0e-9;
-                u.iter()
-                    .zip(columns)
-                    .all(|(u, c)| (c.min - slack..=c.max + slack).contains(u))
-                    .then_some(u)
+                let is_feasible =
+                    |(u, c): (&f64, &Column)| (c.min - slack..=c.max + slack).contains(u);
+                // What rounding leaves outside the bounds would count as better than the optimum inside them.
+                let within: Vec<f64> =
+                    u.iter().zip(columns).map(|(u, c)| u.clamp(c.min, c.max)).collect();
+                u.iter().zip(columns).all(is_feasible).then_some(within)
             })
             .min_by(|a, b| self.cost(a).total_cmp(&self.cost(b)))
             .expect("the set with all effectors at a bound is feasible")

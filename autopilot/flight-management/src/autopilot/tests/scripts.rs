@@ -189,7 +189,7 @@ fn a_crossing_during_the_turn_of_other_lines_is_not_missed() {
     let mut time = SimTime::ZERO;
     for altitude_m in [5_000.0, 6_000.0, 5_000.0, 5_000.0] {
         let mut sensors = sensors();
-        sensors.barometer_m.value = altitude_m;
+        sensors.barometer.value.altitude_m = altitude_m;
         autopilot.step(time, &sensors);
         time = time + ControlPeriod::DEFAULT;
     }

@@ -1,0 +1,318 @@
+//! Grades: the errors of each sensor, read from tables with units in their keys.
+//!
+//! A grade file and the table `[plant.sensors]` of a scenario have the same form; the latter changes single numbers of the former.
+
+use std::fmt;
+use std::sync::LazyLock;
+
+use icd::Sensors;
+use icd::fault::SensorKind;
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
+use super::channel::QUEUE_MAX;
+use crate::range::{RangeError, check_range};
+
+const TACTICAL: &str = include_str!("../../sensors/tactical.toml");
+const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
+
+/// The grades that come with the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradeName {
+    /// Exact, with a new sample in every control period.
+    #[default]
+    Ideal,
+    /// Tactical-grade inertial unit, certified air data: `plant-sim/sensors/tactical.toml`.
+    Tactical,
+    /// Parts of a hobby autopilot: `plant-sim/sensors/consumer.toml`.
+    Consumer,
+}
+
+impl GradeName {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Ideal, Self::Tactical, Self::Consumer];
+
+    /// Name in scenario files.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+            Self::Tactical => "tactical",
+            Self::Consumer => "consumer",
+        }
+    }
+
+    /// Its file; `None` for the ideal grade, which has no errors.
+    pub(super) const fn file(self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Self::Ideal => None,
+            Self::Tactical => Some(("tactical.toml", TACTICAL)),
+            Self::Consumer => Some(("consumer.toml", CONSUMER)),
+        }
+    }
+}
+
+/// Errors of one sensor in SI units: rad, rad/s, m/s², m, m/s, Pa, nT, N. Spreads are one standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Samples per second; no more than one in each control period.
+    pub rate_hz: f64,
+    /// Time from measurement to arrival, s.
+    pub delay_s: f64,
+    /// White noise, density over √Hz.
+    pub density: f64,
+    /// White noise of each sample.
+    pub noise: f64,
+    /// White noise of each sample, as a part of its value.
+    pub relative_noise: f64,
+    /// Constant error of a flight.
+    pub bias: f64,
+    /// Error that wanders: a first-order Gauss-Markov process.
+    pub instability: f64,
+    /// Its correlation time, s.
+    pub instability_time_s: f64,
+    /// Error of the scale, as a part of the value.
+    pub scale: f64,
+    /// Error of the direction of each axis, rad.
+    pub misalignment_rad: f64,
+    /// Smallest step of the output.
+    pub resolution: f64,
+    /// Largest output either way.
+    pub range: f64,
+    /// Vertical errors of a position over horizontal ones.
+    pub vertical_factor: f64,
+    /// White noise of the velocity over the ground, m/s.
+    pub velocity_noise_m_s: f64,
+}
+
+impl Errors {
+    /// Exact, in every control period.
+    pub const NONE: Self = Self {
+        rate_hz: 10_000.0,
+        delay_s: 0.0,
+        density: 0.0,
+        noise: 0.0,
+        relative_noise: 0.0,
+        bias: 0.0,
+        instability: 0.0,
+        instability_time_s: 100.0,
+        scale: 0.0,
+        misalignment_rad: 0.0,
+        resolution: 0.0,
+        range: 1.0e12,
+        vertical_factor: 1.0,
+        velocity_noise_m_s: 0.0,
+    };
+
+    /// Samples per second with this control period, µs.
+    #[must_use]
+    pub fn effective_rate_hz(&self, period_us: u32) -> f64 {
+        self.rate_hz.min(1.0e6 / f64::from(period_us))
+    }
+}
+
+/// Errors of all sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grade(pub [Errors; Sensors::SENSORS]);
+
+impl Grade {
+    /// Exact sensors.
+    pub const EXACT: Self = Self([Errors::NONE; Sensors::SENSORS]);
+
+    /// Errors of one sensor.
+    #[must_use]
+    pub const fn of(&self, sensor: SensorKind) -> &Errors {
+        &self.0[sensor as usize]
+    }
+
+    /// Checks every number; the queue of delayed samples depends on the control period, µs.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first number that cannot be.
+    pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
+        for sensor in SensorKind::ALL {
+            let errors = self.of(sensor);
+            let section = section(sensor);
+            for key in keys(sensor) {
+                let mut copy = *errors;
+                let value = *(key.place)(&mut copy) / key.to_si;
+                check_range(&section, key.name, value, key.min, key.max)?;
+            }
+            let longest_ms = 1.0e3 * QUEUE_MAX as f64 / errors.effective_rate_hz(period_us);
+            check_range(&section, "delay_ms", errors.delay_s * 1.0e3, 0.0, longest_ms)?;
+        }
+        Ok(())
+    }
+}
+
+/// Table of a sensor in a scenario.
+fn section(sensor: SensorKind) -> String {
+    format!("plant.sensors.{}", sensor.key())
+}
+
+/// A key of a sensor's table.
+struct Key {
+    name: &'static str,
+    /// A number with this key times this is in SI units.
+    to_si: f64,
+    min: f64,
+    max: f64,
+    place: fn(&mut Errors) -> &mut f64,
+}
+
+macro_rules! key {
+    ($name:expr, $to_si:expr, $min:expr, $max:expr, $field:ident) => {
+        Key { name: $name, to_si: $to_si, min: $min, max: $max, place: |errors| &mut errors.$field }
+    };
+}
+
+/// Keys in the unit of a sensor, whose suffix, size in SI units and largest spread are given.
+macro_rules! in_unit {
+    ($unit:literal, $si:expr, $max:expr) => {
+        [
+            key!(concat!("noise_", $unit), $si, 0.0, $max, noise),
+            key!(concat!("bias_", $unit), $si, 0.0, $max, bias),
+            key!(concat!("instability_", $unit), $si, 0.0, $max, instability),
+            key!(concat!("resolution_", $unit), $si, 0.0, $max, resolution),
+            key!(concat!("range_", $unit), $si, 1.0e-6, 1.0e15, range),
+        ]
+    };
+}
+
+const DEG: f64 = core::f64::consts::PI / 180.0;
+const PERCENT: f64 = 0.01;
+
+const COMMON: [Key; 4] = [
+    key!("rate_hz", 1.0, 0.01, 10_000.0, rate_hz),
+    key!("delay_ms", 1.0e-3, 0.0, 2_000.0, delay_s),
+    key!("instability_time_s", 1.0, 0.1, 1.0e6, instability_time_s),
+    key!("scale_percent", PERCENT, 0.0, 50.0, scale),
+];
+const AXES: Key = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
+
+static GYRO: [Key; 7] = {
+    let [a, b, c, d, e] = in_unit!("deg_s", DEG, 100.0);
+    [a, b, c, d, e, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density)]
+};
+static ACCELEROMETER: [Key; 7] = {
+    let [a, b, c, d, e] = in_unit!("m_s2", 1.0, 100.0);
+    [a, b, c, d, e, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density)]
+};
+static ATTITUDE: [Key; 5] = in_unit!("deg", DEG, 90.0);
+static GNSS: [Key; 7] = {
+    let [a, b, c, d, e] = in_unit!("m", 1.0, 10_000.0);
+    let vertical = key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor);
+    let velocity = key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s);
+    [a, b, c, d, e, vertical, velocity]
+};
+static PRESSURE: [Key; 5] = in_unit!("pa", 1.0, 50_000.0);
+static VANES: [Key; 5] = in_unit!("deg", DEG, 45.0);
+static ENGINE_MONITOR: [Key; 6] = {
+    let [a, b, c, d, e] = in_unit!("n", 1.0, 1.0e6);
+    [a, b, c, d, e, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise)]
+};
+static MAGNETOMETER: [Key; 6] = {
+    let [a, b, c, d, e] = in_unit!("nt", 1.0, 1.0e5);
+    [a, b, c, d, e, AXES]
+};
+static OF_ALL: [Key; 4] = COMMON;
+
+/// The keys of a sensor's table.
+fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static Key> {
+    let own: &'static [Key] = match sensor {
+        SensorKind::Gyro => &GYRO,
+        SensorKind::Accelerometer => &ACCELEROMETER,
+        SensorKind::Attitude => &ATTITUDE,
+        SensorKind::Gnss => &GNSS,
+        SensorKind::Barometer | SensorKind::Pitot => &PRESSURE,
+        SensorKind::Vanes => &VANES,
+        SensorKind::EngineMonitor => &ENGINE_MONITOR,
+        SensorKind::Magnetometer => &MAGNETOMETER,
+    };
+    OF_ALL.iter().chain(own)
+}
+
+/// Whether the aircraft has the sensor.
+const FITTED: &str = "fitted";
+
+/// Names of the keys of each sensor.
+static NAMES: LazyLock<[Vec<&'static str>; Sensors::SENSORS]> = LazyLock::new(|| {
+    let of = |sensor| std::iter::once(FITTED).chain(keys(sensor).map(|key| key.name)).collect();
+    SensorKind::ALL.map(of)
+});
+
+/// The table of sensor number `SENSOR` as written: some of its numbers.
+#[derive(Debug, Default, Clone)]
+pub struct SensorTable<const SENSOR: usize> {
+    fitted: Option<bool>,
+    numbers: Vec<(&'static str, f64)>,
+}
+
+impl<const SENSOR: usize> SensorTable<SENSOR> {
+    /// Changes the errors of a grade by the numbers of this table, and says whether the aircraft has the sensor.
+    pub(super) fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) {
+        let sensor = SensorKind::ALL[SENSOR];
+        for (name, value) in &self.numbers {
+            if let Some(key) = keys(sensor).find(|key| key.name == *name) {
+                *(key.place)(&mut grade.0[SENSOR]) = value * key.to_si;
+            }
+        }
+        fitted[SENSOR] = self.fitted.unwrap_or(fitted[SENSOR]);
+    }
+
+    /// Whether it has a number.
+    pub(super) fn has_numbers(&self) -> bool {
+        !self.numbers.is_empty()
+    }
+}
+
+impl<'de, const SENSOR: usize> Deserialize<'de> for SensorTable<SENSOR> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_struct("SensorTable", &NAMES[SENSOR], Self::default())
+    }
+}
+
+impl<'de, const SENSOR: usize> Visitor<'de> for SensorTable<SENSOR> {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a table with the errors of the {}", SensorKind::ALL[SENSOR].name())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
+        while let Some(name) = map.next_key_seed(Name::<SENSOR>)? {
+            if name == FITTED {
+                self.fitted = Some(map.next_value()?);
+            } else {
+                self.numbers.push((name, map.next_value()?));
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// The name of a key.
+struct Name<const SENSOR: usize>;
+
+impl<'de, const SENSOR: usize> DeserializeSeed<'de> for Name<SENSOR> {
+    type Value = &'static str;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl<const SENSOR: usize> Visitor<'_> for Name<SENSOR> {
+    type Value = &'static str;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key of a sensor")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<&'static str, E> {
+        let names = &NAMES[SENSOR];
+        let known = names.iter().find(|name| **name == text).copied();
+        known.ok_or_else(|| E::unknown_field(text, names))
+    }
+}
