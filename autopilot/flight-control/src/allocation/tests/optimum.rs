@@ -158,6 +158,12 @@ fn the_optimum_of_a_stiff_case_is_the_one_in_rational_numbers() {
     }
 }
 
+/// What rounding leaves of a deflection, rad. γ and the priorities are 10⁶ and 10⁴ of the condition of the equations, so four digits
+/// are left of a deflection that a small difference of two axes decides.
+fn rounding(deflection: f64) -> f64 {
+    1.0e-6 + 1.0e-4 * deflection.abs()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1_000))]
 
@@ -172,8 +178,11 @@ proptest! {
         for (ours, best) in ours.iter().zip(&best) {
             prop_assert!((ours - best).abs() < 1.0e-4, "{ours} is not {best}");
         }
+        // That of deflections which are off by what rounding leaves.
+        let off = ours.iter().enumerate().map(|(i, u)| 0.5 * dense.h[i][i] * rounding(*u).powi(2));
         let (cost, least) = (dense.cost(ours), dense.cost(&best));
-        prop_assert!(cost <= least + 1.0e-9 * (1.0 + least.abs()), "{cost} is more than {least}");
+        let most = least + 1.0e-9 * (1.0 + least.abs()) + off.sum::<f64>();
+        prop_assert!(cost <= most, "{cost} is more than {least}");
     }
 
     #[test]
@@ -183,8 +192,8 @@ proptest! {
         let ours = &a.positions[..columns.len()];
         let dense = dense(&columns, &demand);
         for (i, (gradient, column)) in dense.gradient(ours).into_iter().zip(&columns).enumerate() {
-            // Moving this effector alone would gain nothing beyond 1e-6 rad: what rounding times γ leaves.
-            let tolerance = 1.0e-6 * dense.h[i][i];
+            // Moving this effector alone would gain nothing beyond what rounding leaves.
+            let tolerance = rounding(ours[i]) * dense.h[i][i];
             match a.active[i] {
                 Bound::Free => {
                     prop_assert!(gradient.abs() < tolerance, "{gradient} of free effector {i}, {tolerance}");
