@@ -1,4 +1,5 @@
-//! The effector faults. Faults act here and nowhere else: between the commands and the forces.
+//! The faults. Faults of effectors act here and nowhere else: between the commands and the forces. Those of sensors begin and end
+//! here too; [`SensorEffect`] is what they do to samples.
 //!
 //! ```text
 //! commands -> received ─> servos ──> positions ──> effective deflections ──> air and jet
@@ -23,15 +24,17 @@
 //! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
-    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Target, Timing,
+    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, SensorKind,
+    Target, Timing,
 };
-use icd::{Effector, EffectorList, PerEffector, SimTime};
+use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime};
 
 mod active;
 mod effects;
 mod entry;
 mod times;
 
+pub use active::SensorEffect;
 pub use effects::{Effects, FaultEffect};
 pub use entry::{ScheduledFault, check};
 pub use times::COMMANDS_MAX;
@@ -42,8 +45,22 @@ use active::ActiveFault;
 use entry::{CurrentFault, Fault};
 use times::{Delayed, Plan};
 
+/// Longest delay of a sensor or an effector, s.
+pub(crate) const DELAY_MAX_S: f64 = FaultKind::DELAY_MAX_S;
+
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
+
+/// Targets that can have a fault at a time.
+const SLOTS: usize = Effector::MAX + Sensors::SENSORS;
+
+/// Place of a target in a list of all of them.
+fn slot(target: impl Into<Target>) -> usize {
+    match target.into() {
+        Target::Effector(effector) => usize::from(effector.code()),
+        Target::Sensor(sensor) => Effector::MAX + sensor as usize,
+    }
+}
 
 /// The state of the aircraft that a change of a fault needs and modifies.
 pub struct FaultContext<'a> {
@@ -60,7 +77,10 @@ pub struct FaultContext<'a> {
 pub struct Faults {
     list: EffectorList,
     servos: PerEffector<Servo>,
-    current: PerEffector<Option<CurrentFault>>,
+    /// Of the effectors, then of the sensors ([`slot`]).
+    current: [Option<CurrentFault>; SLOTS],
+    /// Which sensors the aircraft has.
+    sensors: [bool; Sensors::SENSORS],
     /// Ordered by onset; faults with the same onset in the order of their requests.
     schedule: Vec<Fault>,
     effects: Effects,
@@ -77,17 +97,19 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// A healthy aircraft with these effectors, servos and commands (inside the travel, rad and N).
+    /// A healthy aircraft with these effectors, servos, commands (inside the travel, rad and N) and sensors.
     #[must_use]
     pub fn none(
         list: &EffectorList,
         servos: &PerEffector<Servo>,
         commands: &PerEffector<f64>,
+        sensors: &[bool; Sensors::SENSORS],
     ) -> Self {
         Self {
             list: *list,
             servos: *servos,
-            current: PerEffector::default(),
+            current: [None; SLOTS],
+            sensors: *sensors,
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
             commands: *commands,
@@ -135,19 +157,31 @@ impl Faults {
         self.next_event
     }
 
-    /// The fault that acts on an effector, and since when.
+    /// The fault that acts on a target, and since when.
     #[must_use]
-    pub fn active(&self, effector: Effector) -> Option<(FaultKind, SimTime)> {
-        let current = self.current[effector]?;
+    pub fn active(&self, target: impl Into<Target>) -> Option<(FaultKind, SimTime)> {
+        let current = self.current[slot(target)]?;
         Some((current.fault.kind, current.active?.since()))
+    }
+
+    /// Whether a sensor has a fault.
+    #[inline]
+    #[must_use]
+    pub fn has_sensor_faults(&self) -> bool {
+        self.current[Effector::MAX..].iter().any(Option::is_some)
+    }
+
+    /// The effect on a sensor at `now`, and the time of its onset.
+    #[must_use]
+    pub fn on_sensor(&self, sensor: SensorKind, now: SimTime) -> Option<(SimTime, SensorEffect)> {
+        let active = self.current[slot(sensor)].as_ref()?.active.as_ref()?;
+        Some((active.since(), active.on_sensor(now)))
     }
 
     /// Reports every fault that acts, rests or is scheduled.
     pub fn list(&self, report: &mut dyn FnMut(PlantReport)) {
-        for (_, current) in self.current.iter() {
-            if let Some(current) = current {
-                report(current.fault.entry(current.state()));
-            }
+        for current in self.current.iter().flatten() {
+            report(current.fault.entry(current.state()));
         }
         for fault in &self.schedule {
             report(fault.entry(FaultState::Scheduled { at: fault.plan.onset(0) }));
@@ -164,8 +198,8 @@ impl Faults {
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
         let ScheduledFault { target, kind, timing } = *fault;
-        let effector = check(&self.list, &self.servos, target, &kind, &timing)?;
-        let fault = self.number(effector, kind, timing, SimTime::ZERO);
+        check(&self.list, &self.servos, &self.sensors, target, &kind, &timing)?;
+        let fault = self.number(target, kind, timing, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
         let at = fault.plan.onset(0);
@@ -183,8 +217,8 @@ impl Faults {
     ) -> FaultReply {
         let reply = match *request {
             FaultRequest::Clear { target } => {
-                entry::effector_of(&self.list, target).map(|effector| {
-                    self.clear(|e| e == effector, context);
+                entry::check_target(&self.list, &self.sensors, target).map(|()| {
+                    self.clear(|other| other == target, context);
                     FaultReply::Cleared { at: context.now }
                 })
             }
@@ -207,18 +241,18 @@ impl Faults {
         timing: Timing,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
-        let effector = check(&self.list, &self.servos, target, &kind, &timing)?;
+        check(&self.list, &self.servos, &self.sensors, target, &kind, &timing)?;
         let now = context.now;
         if let Onset::At(at) = timing.onset
             && at > now
         {
-            return self.schedule_request(effector, kind, timing, context);
+            return self.schedule_request(target, kind, timing, context);
         }
         let in_the_past = match timing.onset {
             Onset::At(onset) => Some(onset).filter(|onset| *onset < now),
             Onset::AtOnce => None,
         };
-        if let Some(current) = self.current[effector]
+        if let Some(current) = self.current[slot(target)]
             && current.fault.is_like(&kind, &timing)
             // A request repeated after its onset finds the scheduled fault already active.
             && in_the_past.is_none_or(|onset| onset == current.fault.plan.onset(0))
@@ -228,43 +262,45 @@ impl Faults {
         if let Some(onset) = in_the_past {
             return Err(Refusal::OnsetInThePast { onset, now });
         }
-        let fault = self.number(effector, kind, timing, now);
+        let fault = self.number(target, kind, timing, now);
         self.begin(fault, 0, context);
         Ok(FaultReply::Applied { at: now })
     }
 
     fn schedule_request(
         &mut self,
-        effector: Effector,
+        target: Target,
         kind: FaultKind,
         timing: Timing,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
         let same = |other: &&Fault| {
-            other.effector == effector
+            other.target == target
                 && other.is_like(&kind, &timing)
                 && other.timing.onset == timing.onset
         };
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
-        let fault = self.number(effector, kind, timing, context.now);
+        let fault = self.number(target, kind, timing, context.now);
         let at = fault.plan.onset(0);
         self.insert(fault)?;
         (context.report)(fault.entry(FaultState::Scheduled { at }));
         Ok(FaultReply::Scheduled { at })
     }
 
-    fn clear(&mut self, is_meant: impl Fn(Effector) -> bool, context: &mut FaultContext<'_>) {
-        for effector in self.list.all().filter(|e| is_meant(*e)) {
-            self.remove(effector, context);
+    fn clear(&mut self, is_meant: impl Fn(Target) -> bool, context: &mut FaultContext<'_>) {
+        for index in 0..SLOTS {
+            if self.current[index].is_some_and(|current| is_meant(current.fault.target)) {
+                self.remove(index, context);
+            }
         }
         let at = context.now;
         self.schedule.retain(|fault| {
-            if is_meant(fault.effector) {
+            if is_meant(fault.target) {
                 (context.report)(fault.entry(FaultState::Cancelled { at }));
             }
-            !is_meant(fault.effector)
+            !is_meant(fault.target)
         });
     }
 
@@ -298,13 +334,15 @@ impl Faults {
         let now = context.now;
         for effector in self.list.all() {
             self.refresh(effector, now, &mut context.positions[effector]);
-            if let Some(current) = self.current[effector]
+        }
+        for index in 0..SLOTS {
+            if let Some(current) = self.current[index]
                 && current.active.is_some()
                 && current.next_change().is_some_and(|end| end <= now)
             {
-                self.pause_or_end(effector, &current, context);
+                self.pause_or_end(index, &current, context);
             }
-            if let Some(CurrentFault { fault, cycle, active: None }) = self.current[effector]
+            if let Some(CurrentFault { fault, cycle, active: None }) = self.current[index]
                 && fault.plan.onset(cycle + 1) <= now
             {
                 self.begin(fault, cycle + 1, context);
@@ -317,15 +355,34 @@ impl Faults {
         self.look_ahead(now);
     }
 
-    /// Starts a fault for the time number `cycle`, from 0, and ends the fault that the effector had.
+    /// Starts a fault for the time number `cycle`, from 0, and ends the fault that the target had.
     fn begin(&mut self, fault: Fault, cycle: u32, context: &mut FaultContext<'_>) {
-        let Fault { effector, kind, plan, .. } = fault;
         let now = context.now;
-        let before = self.current[effector];
+        let before = self.current[slot(fault.target)];
         if let Some(before) = before.filter(|before| before.fault.id != fault.id) {
             (context.report)(before.fault.entry(FaultState::Ended { at: now }));
         }
-        let old = before.and_then(|before| before.active);
+        match fault.target {
+            Target::Effector(effector) => self.begin_on(effector, &fault, cycle, context),
+            Target::Sensor(_) => {
+                let active = ActiveFault::of_sensor(fault.kind, fault.plan.ramp_us, now);
+                let current = CurrentFault { fault, cycle, active: Some(active) };
+                self.current[slot(fault.target)] = Some(current);
+            }
+        }
+        (context.report)(fault.entry(FaultState::Active { since: now }));
+    }
+
+    fn begin_on(
+        &mut self,
+        effector: Effector,
+        fault: &Fault,
+        cycle: u32,
+        context: &mut FaultContext<'_>,
+    ) {
+        let Fault { kind, plan, .. } = *fault;
+        let now = context.now;
+        let old = self.current[slot(effector)].and_then(|before| before.active);
         let servo = context.positions[effector];
         let effective = self.effects.effective_deflection(effector, servo);
         let mut position = match old {
@@ -345,38 +402,39 @@ impl Faults {
             &mut position,
         );
         self.delayed[effector].clear();
-        self.current[effector] = Some(CurrentFault { fault, cycle, active: Some(active) });
+        self.current[slot(effector)] =
+            Some(CurrentFault { fault: *fault, cycle, active: Some(active) });
         self.refresh(effector, now, &mut position);
         context.positions[effector] = position;
-        (context.report)(fault.entry(FaultState::Active { since: now }));
     }
 
-    /// The duration of an effector's fault is over: it pauses until its repetition, or ends.
+    /// The duration of a fault is over: it pauses until its repetition, or ends.
     fn pause_or_end(
         &mut self,
-        effector: Effector,
+        index: usize,
         current: &CurrentFault,
         context: &mut FaultContext<'_>,
     ) {
         if !current.fault.plan.repeats_after(current.cycle) {
-            return self.remove(effector, context);
+            return self.remove(index, context);
         }
-        self.repair(effector, context.positions);
+        self.repair(current.fault.target, context.positions);
         let resting = CurrentFault { active: None, ..*current };
-        self.current[effector] = Some(resting);
+        self.current[index] = Some(resting);
         (context.report)(resting.fault.entry(resting.state()));
     }
 
-    /// Ends the fault of an effector, if it has one.
-    fn remove(&mut self, effector: Effector, context: &mut FaultContext<'_>) {
-        if let Some(current) = self.current[effector].take() {
-            self.repair(effector, context.positions);
+    /// Ends the fault of a target, if it has one.
+    fn remove(&mut self, index: usize, context: &mut FaultContext<'_>) {
+        if let Some(current) = self.current[index].take() {
+            self.repair(current.fault.target, context.positions);
             (context.report)(current.fault.entry(FaultState::Ended { at: context.now }));
         }
     }
 
-    /// Gives the effector back to its healthy servo, at its present position.
-    fn repair(&mut self, effector: Effector, positions: &mut PerEffector<f64>) {
+    /// Gives an effector back to its healthy servo, at its present position; a sensor is repaired at once.
+    fn repair(&mut self, target: Target, positions: &mut PerEffector<f64>) {
+        let Some(effector) = target.effector() else { return };
         positions[effector] = self.effects.position(effector, positions[effector]);
         self.effects.set(effector, &FaultEffect::HEALTHY, 0);
         self.delayed[effector].clear();
@@ -385,7 +443,8 @@ impl Faults {
 
     /// Updates the effector's fault to `now`.
     fn refresh(&mut self, effector: Effector, now: SimTime, position: &mut f64) {
-        if let Some(CurrentFault { fault, active: Some(active), .. }) = &mut self.current[effector]
+        if let Some(CurrentFault { fault, active: Some(active), .. }) =
+            &mut self.current[slot(effector)]
         {
             active.arrive(now, position);
             self.effects.set(effector, &active.effect(now), fault.kind.code());
@@ -406,7 +465,7 @@ impl Faults {
     }
 
     fn active_fault(&self, effector: Effector) -> Option<&ActiveFault> {
-        self.current[effector].as_ref()?.active.as_ref()
+        self.current[slot(effector)].as_ref()?.active.as_ref()
     }
 
     fn any(&self, is_so: impl Fn(&ActiveFault) -> bool) -> bool {
@@ -418,7 +477,7 @@ impl Faults {
         self.alters_commands = self.any(ActiveFault::alters_commands);
         self.varies = self.any(|active| active.varies(now));
         let of_effector = |effector: Effector| {
-            let current = self.current[effector].as_ref()?;
+            let current = self.current[slot(effector)].as_ref()?;
             let within = current.active.as_ref().and_then(|active| active.next_event(now));
             [within, current.next_change(), self.delayed[effector].next()]
                 .into_iter()
@@ -426,21 +485,19 @@ impl Faults {
                 .min()
         };
         let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
-        self.next_event = self.list.all().filter_map(of_effector).chain(onset).min();
+        // Sensors are sampled once in a control period; only onset and end of their faults are events.
+        let of_sensors = self.current[Effector::MAX..].iter().flatten();
+        let of_sensors = of_sensors.filter_map(CurrentFault::next_change);
+        let of_effectors = self.list.all().filter_map(of_effector);
+        self.next_event = of_effectors.chain(of_sensors).chain(onset).min();
     }
 
-    fn number(
-        &mut self,
-        effector: Effector,
-        kind: FaultKind,
-        timing: Timing,
-        now: SimTime,
-    ) -> Fault {
-        // Wraps after four billion faults; the list holds at most 72.
+    fn number(&mut self, target: Target, kind: FaultKind, timing: Timing, now: SimTime) -> Fault {
+        // Wraps after four billion faults; the list holds at most 89.
         self.last_id = self.last_id.wrapping_add(1);
         let plan = Plan::new(&timing, now);
         let timing = Timing { onset: Onset::At(plan.onset(0)), ..timing };
-        Fault { id: self.last_id, effector, kind, timing, plan }
+        Fault { id: self.last_id, target, kind, timing, plan }
     }
 
     fn insert(&mut self, fault: Fault) -> Result<(), Refusal> {

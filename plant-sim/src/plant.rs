@@ -157,7 +157,12 @@ impl Plant {
         let mut plant = Self {
             truth: Truth::of(&dynamics, time, &state, &inputs, &present),
             present,
-            faults: Faults::none(&airframe.effectors, &airframe.servos, &state.positions),
+            faults: Faults::none(
+                &airframe.effectors,
+                &airframe.servos,
+                &state.positions,
+                &sensors.of(&airframe.effectors),
+            ),
             sensors: SensorSet::new(airframe, sensors, period_us, seed, run),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
@@ -260,7 +265,7 @@ impl Plant {
 
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
-        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust)
+        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, &self.faults)
     }
 
     /// The true state of this instant.

@@ -16,12 +16,14 @@ use crate::aerodynamics::AirState;
 use crate::airframe::{AirData, Airframe};
 use crate::atmosphere::{HEAT_RATIO, speed_of_sound};
 use crate::dynamics::{Evaluation, Motion};
+use crate::faults::Faults;
 use crate::noise::{Normals, Source};
 use crate::truth::Truth;
 use crate::wind::Gust;
 
 mod channel;
 mod date;
+mod faulty;
 mod grade;
 mod real;
 mod settings;
@@ -31,6 +33,7 @@ pub use grade::{Grade, GradeName, SensorTable};
 pub use settings::SensorSettings;
 pub(crate) use settings::SensorsTable;
 
+use faulty::FaultySensors;
 use real::RealSensors;
 
 /// The field of the Earth is computed anew after this time, µs; at 300 m/s it changes by some 2 nT meanwhile.
@@ -47,6 +50,7 @@ pub struct SensorSet {
     field: Field,
     fitted: [bool; Sensors::SENSORS],
     real: Option<Box<RealSensors>>,
+    faulty: FaultySensors,
 }
 
 /// Magnetic field of the Earth where the aircraft is, nT, and until when it counts as constant.
@@ -75,13 +79,21 @@ impl SensorSet {
             gyro: Normals::new(seed, run, Source::Gyro),
             year: settings.date.decimal_year(),
             field: Field { ned_nt: Ned::zero(), until: None },
-            fitted: settings.fitted,
+            fitted: settings.of(&airframe.effectors),
             real: real.map(Box::new),
+            faulty: FaultySensors::new(period_us, seed, run),
         }
     }
 
-    /// A sample of each sensor, taken now; draws the noise of this tick. `present` and `gust` are those of `truth`.
-    pub fn sense(&mut self, truth: &Truth, present: &Evaluation, gust: &Gust) -> Sensors {
+    /// A sample of each sensor, taken now, with the effects of `faults`; draws the noise of this tick. `present` and `gust` are
+    /// those of `truth`.
+    pub fn sense(
+        &mut self,
+        truth: &Truth,
+        present: &Evaluation,
+        gust: &Gust,
+        faults: &Faults,
+    ) -> Sensors {
         let mut sensors = match self.real.take() {
             None => self.ideal(truth, present, gust),
             Some(mut real) => {
@@ -94,7 +106,7 @@ impl SensorSet {
         if self.fitted != [true; Sensors::SENSORS] {
             sensors.invalidate(|sensor| !self.fitted[sensor as usize]);
         }
-        sensors
+        self.faulty.apply(truth.time, faults, sensors)
     }
 
     /// Everything exactly, apart from the noise of the gyros.

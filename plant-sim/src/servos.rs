@@ -1,7 +1,7 @@
 //! Command to position: lag, rate limit, travel. This is the healthy actuator; [`crate::faults`] has its faults.
 
 use icd::PerEffector;
-use icd::fault::Reach;
+use icd::fault::{Reach, TargetClass};
 use serde::{Deserialize, Serialize};
 
 /// One actuator: angles in rad, the engine in newton. An unused slot is all zeros and stays at zero.
@@ -34,10 +34,10 @@ impl Servo {
         self.rate_limit.min((self.max - self.min) / self.lag_s)
     }
 
-    /// Its travel and largest rate; `is_angle` selects the unit.
+    /// Its travel and largest rate; `class` is that of its effector.
     #[must_use]
-    pub fn reach(&self, is_angle: bool) -> Reach {
-        Reach { is_angle, min: self.min, max: self.max, fastest: Some(self.fastest()) }
+    pub fn reach(&self, class: TargetClass) -> Reach {
+        Reach { class, min: self.min, max: self.max, fastest: Some(self.fastest()) }
     }
 }
 

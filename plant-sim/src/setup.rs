@@ -157,7 +157,8 @@ impl PlantSetup {
         for (index, fault) in self.faults.iter().enumerate() {
             let ScheduledFault { target, kind, timing } = fault;
             let Airframe { effectors, servos, .. } = &self.airframe;
-            faults::check(effectors, servos, *target, kind, timing)
+            let sensors = self.sensors.of(effectors);
+            faults::check(effectors, servos, &sensors, *target, kind, timing)
                 .map_err(|refusal| fault_error(effectors, index, fault, refusal))?;
         }
         Ok(())

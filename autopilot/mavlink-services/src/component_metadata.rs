@@ -180,14 +180,14 @@ fn compatibility(row: &CompatibilityParameter) -> Value {
 }
 
 fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
-    let what = effectors.name(row.effector);
+    let what = row.target.name(effectors);
     let values = FAULT_CHOICES.iter();
     let values: Vec<Value> =
         values.map(|choice| json!({"value": choice.value, "description": choice.label})).collect();
     json!({
         "name": row.name.as_str(),
         "type": type_name(Kind::Int),
-        "group": "Break an effector",
+        "group": "Break an effector or a sensor",
         "category": "Standard",
         "shortDesc": format!("What acts on the {what}"),
         "longDesc": format!(

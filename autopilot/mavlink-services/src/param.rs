@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use ::mavlink::dialects::common::{MavParamError, MavResult, MavSeverity, PARAM_REQUEST_READ_DATA};
-use icd::Effector;
+use icd::fault::Target;
 
 use crate::codec::{CommandMessage, Encoded, Message, ParamSet};
 use crate::param::faults::{Answer, FaultParameters};
@@ -164,7 +164,7 @@ impl ParamService {
             return shared.peers.answer(from.peer, error_message(from, set.id, -1, error));
         };
         let done = match old.source {
-            Source::Fault(effector) => self.set_fault(from, effector, set, now, shared),
+            Source::Fault(target) => self.set_fault(from, target, set, now, shared),
             _ => set_value(&old, set, now, shared),
         };
         if let Err((error, reason)) = done {
@@ -180,7 +180,7 @@ impl ParamService {
     fn set_fault(
         &mut self,
         from: From,
-        effector: Effector,
+        target: Target,
         set: &ParamSet,
         now: WallTime,
         shared: &mut Shared,
@@ -191,10 +191,10 @@ impl ParamService {
         };
         let requested = self
             .faults
-            .set(from, effector, value, now, shared)
+            .set(from, target, value, now, shared)
             .map_err(|reason| (MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, reason))?;
         if !requested {
-            answer_fault(Answer { from, effector, refused: None }, now, shared);
+            answer_fault(Answer { from, target, refused: None }, now, shared);
         }
         Ok(())
     }
@@ -203,14 +203,12 @@ impl ParamService {
     fn follow_faults(&mut self, now: WallTime, shared: &mut Shared) {
         let answers = self.faults.answers(now, shared.aircraft.faults(), shared.effectors());
         let changed = self.faults.changed(shared.aircraft.faults(), shared.effectors());
-        for row in
-            changed.iter().filter_map(|effector| row_of(*effector, shared)).collect::<Vec<_>>()
-        {
+        for row in changed.iter().filter_map(|target| row_of(*target, shared)).collect::<Vec<_>>() {
             announce(&row, shared);
         }
         for answer in answers {
             // A change has been announced to all.
-            if answer.refused.is_some() || !changed.contains(&answer.effector) {
+            if answer.refused.is_some() || !changed.contains(&answer.target) {
                 answer_fault(answer, now, shared);
             }
         }
@@ -388,8 +386,8 @@ fn pass_on(shared: &mut Shared) {
 
 /// Sends the unchanged value to the station that requested another one, with the reason.
 fn answer_fault(answer: Answer, now: WallTime, shared: &mut Shared) {
-    let Answer { from, effector, refused } = answer;
-    let Some(row) = row_of(effector, shared) else { return };
+    let Answer { from, target, refused } = answer;
+    let Some(row) = row_of(target, shared) else { return };
     shared.peers.answer(from.peer, value_message(&row, &shared.model.effectors.list));
     if let Some(reason) = refused {
         shared.texts.warn(now, reason);

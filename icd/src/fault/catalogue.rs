@@ -46,7 +46,7 @@ kinds! {
     StuckHere => KindInfo {
         code: 1,
         key: "stuck_here",
-        targets: Targets::EFFECTORS,
+        targets: Targets::EVERY,
         phrase: &[W(&["stuck"])],
         numbers: &[],
         choice: None,
@@ -219,7 +219,7 @@ kinds! {
     } => KindInfo {
         code: 9,
         key: "delayed",
-        targets: Targets::EFFECTORS,
+        targets: Targets::EVERY,
         phrase: &[W(&["delayed"]), Optional("by"), N(Q::Delay)],
         numbers: &[NumberInfo {
             quantity: Q::Delay,
@@ -247,7 +247,7 @@ kinds! {
     } => KindInfo {
         code: 10,
         key: "intermittent",
-        targets: Targets::EFFECTORS,
+        targets: Targets::EVERY,
         phrase: &[W(&["intermittent"]), N(Q::Present), W(&["of"]), N(Q::Period)],
         numbers: &[
             NumberInfo {
@@ -325,7 +325,7 @@ kinds! {
     } => KindInfo {
         code: 12,
         key: "drifting",
-        targets: Targets::EFFECTORS,
+        targets: Targets::EVERY,
         phrase: &[W(&["drifting"]), N(Q::Rate)],
         numbers: &[NumberInfo {
             quantity: Q::Rate,
@@ -351,7 +351,7 @@ kinds! {
     } => KindInfo {
         code: 13,
         key: "biased",
-        targets: Targets::EFFECTORS,
+        targets: Targets::EVERY,
         phrase: &[W(&["biased"]), Optional("by"), N(Q::Bias)],
         numbers: &[NumberInfo {
             quantity: Q::Bias,
@@ -414,6 +414,46 @@ kinds! {
         acts: "its thrust",
         ramp: "",
         mavlink: Mavlink { word: Some("flameout"), ..Mavlink::new(T::Off) },
+    };
+
+    /// A sensor gives no valid sample any more; its last value stands in.
+    Off => KindInfo {
+        code: 16,
+        key: "off",
+        targets: Targets::SENSORS,
+        phrase: &[W(&["off"])],
+        numbers: &[],
+        choice: None,
+        servo: "(only of sensors)",
+        acts: "its last sample, declared invalid",
+        ramp: "",
+        mavlink: Mavlink::new(T::Off),
+    };
+
+    /// White noise on each sample of a sensor, besides its own.
+    Noisy {
+        /// Its root mean square, in the SI unit of the sensor.
+        rms: f64,
+    } => KindInfo {
+        code: 17,
+        key: "noisy",
+        targets: Targets::SENSORS,
+        phrase: &[W(&["noisy"]), Optional("by"), N(Q::Noise)],
+        numbers: &[NumberInfo {
+            quantity: Q::Noise,
+            range: Range::HalfTravel,
+            decimals: None,
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_SENSOR", min: -100_000.0, max: 100_000.0, default: 1.0,
+                meaning: "Bias of WRONG, speed of DRIFT, noise of GARBAGE of a sensor, in the unit of its output: deg/s, m/s2, deg, m, Pa, kN, nT",
+            },
+        }],
+        choice: None,
+        servo: "(only of sensors)",
+        acts: "its sample plus white noise on each axis",
+        ramp: "the noise grows from 0",
+        mavlink: Mavlink { word: Some("noise"), user_1: Some(11), ..Mavlink::new(T::Garbage) },
     };
 }
 

@@ -33,7 +33,7 @@ pub fn check(kind: &FaultKind, timing: &Timing, reach: &Reach) -> Result<(), Ref
 
 fn of_kind(kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
     let info = kind.info();
-    if !info.targets.allow(TargetClass::of(reach.is_angle)) {
+    if !info.targets.allow(reach.class) {
         return Err(Refusal::NotForThisEffector);
     }
     let mut numbers = info.numbers.iter().zip(kind.values());
@@ -86,10 +86,10 @@ pub enum Refusal {
         /// Largest allowed.
         max: f64,
     },
-    /// The effector has no such fault (an angle for the engine, a flame-out of a surface).
+    /// The target has no such fault (an angle for the engine, a flame-out of a surface, a travel limit for a sensor).
     NotForThisEffector,
-    /// Sensors do not fail yet.
-    NoSensorFaults,
+    /// The aircraft does not have the sensor.
+    NoSuchSensor,
     /// The aircraft has no such effector.
     NoSuchEffector {
         /// Number of its effectors.
@@ -139,8 +139,11 @@ impl fmt::Display for DescribedRefusal {
                 let (what, unit) = (what.name(), unit.name);
                 write!(f, "{what} {value} {unit} is outside {min} to {max} {unit}")
             }
-            R::NotForThisEffector => f.write_str("this effector has no such fault"),
-            R::NoSensorFaults => f.write_str("the sensors of this aircraft do not fail"),
+            R::NotForThisEffector => f.write_str(match self.class {
+                TargetClass::Sensor(_) => "this sensor has no such fault",
+                TargetClass::Angle | TargetClass::Thrust => "this effector has no such fault",
+            }),
+            R::NoSuchSensor => f.write_str("the aircraft does not have this sensor"),
             R::NoSuchEffector { count } => {
                 write!(f, "the aircraft has no such effector, only {count}")
             }

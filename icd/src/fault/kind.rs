@@ -135,7 +135,11 @@ pub struct Mavlink {
 }
 
 impl Targets {
-    /// Every effector.
+    /// Every effector and sensor.
+    pub const EVERY: Self = Self { angles: true, thrust: true, sensors: true };
+    /// Sensors.
+    pub const SENSORS: Self = Self { angles: false, thrust: false, sensors: true };
+    /// All effectors.
     pub const EFFECTORS: Self = Self { angles: true, thrust: true, sensors: false };
     /// Effectors that turn.
     pub const ANGLES: Self = Self { thrust: false, ..Self::EFFECTORS };
@@ -148,7 +152,7 @@ impl Targets {
         match class {
             TargetClass::Angle => self.angles,
             TargetClass::Thrust => self.thrust,
-            TargetClass::Sensor => self.sensors,
+            TargetClass::Sensor(_) => self.sensors,
         }
     }
 }
@@ -255,9 +259,9 @@ impl FailureType {
     #[must_use]
     pub const fn label(self) -> &'static str {
         match self {
-            Self::Off => "off: floats, flame-out",
-            Self::Garbage => "garbage: oscillates",
-            Self::Wrong => "wrong: see FLT_WRONG_MODE",
+            Self::Off => "off: floats, flame-out, no samples",
+            Self::Garbage => "garbage: oscillates, noise",
+            Self::Wrong => "wrong: see FLT_WRONG_MODE; bias of a sensor",
             other => other.name(),
         }
     }

@@ -54,7 +54,8 @@ macro_rules! kinds {
         $({ $($(#[$field_doc:meta])* $field:ident: $type:ty),+ $(,)? })?
         => $info:expr;
     )+) => {
-        /// How an effector fails. Values are rad, rad/s for effectors that turn; N, N/s for an engine.
+        /// How an effector or a sensor fails. Values are rad, rad/s for effectors that turn; N, N/s for an engine; the SI unit of
+        /// its output, and that per second, for a sensor.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
         pub enum FaultKind {
             $($(#[$doc])* $name $({ $($(#[$field_doc])* $field: $type),+ })?),+

@@ -5,6 +5,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::target::TargetClass;
+use crate::sensors::SensorKind;
 
 /// The enum of the quantities, with their names, measures and keys.
 macro_rules! quantities {
@@ -70,6 +71,8 @@ quantities! {
     Times = 13, "number of repetitions", Measure::Count, ["times"; 2];
     /// Position at which an effector sticks, rad.
     Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
+    /// Noise of a sensor, rms.
+    Noise = 15, "noise", Measure::Position, ["noise_deg", "noise_kn"];
 }
 
 /// The range that a number must be in.
@@ -96,9 +99,9 @@ pub enum Range {
 pub enum Measure {
     /// An angle, of any target: rad.
     Angle,
-    /// Position of an effector: rad or N.
+    /// Position of an effector, rad or N; output of a sensor, in its SI unit.
     Position,
-    /// Speed of an effector: rad/s or N/s.
+    /// Speed of an effector, rad/s or N/s; rate of a sensor's output.
     Speed,
     /// Fraction of one.
     Fraction,
@@ -145,6 +148,8 @@ impl Measure {
     pub const fn unit(self, class: TargetClass) -> Unit {
         const DEG: f64 = 1.0_f64.to_radians();
         match (self, class) {
+            (Self::Position, TargetClass::Sensor(sensor)) => sensor.unit(),
+            (Self::Speed, TargetClass::Sensor(sensor)) => sensor.unit_of_rate(),
             (Self::Position, TargetClass::Thrust) => Unit::new("kN", 1.0e3, 1.0),
             (Self::Position | Self::Angle, _) => Unit::new("deg", DEG, 1.0),
             (Self::Speed, TargetClass::Thrust) => Unit::new("kN/s", 1.0e3, 1.0),
@@ -157,7 +162,7 @@ impl Measure {
         }
     }
 
-    /// Whether it is a value of the effector itself, which for an engine can also be given in percent of its largest thrust.
+    /// Whether it is a value of the target itself, which for an engine can also be given in percent of its largest thrust.
     #[must_use]
     pub const fn is_own(self) -> bool {
         matches!(self, Self::Position | Self::Speed)
@@ -182,7 +187,7 @@ impl Range {
             Self::Travel => [min, max],
             Self::HalfTravel => [0.0, half],
             Self::HalfTravelEitherWay => [-half, half],
-            Self::UpToTravel => [if reach.is_angle { 0.0 } else { min }, max],
+            Self::UpToTravel => [if reach.is_angle() { 0.0 } else { min }, max],
             Self::Speed => [slowest, fastest],
             Self::SpeedEitherWay => [-fastest, fastest],
         }
@@ -192,6 +197,7 @@ impl Range {
     #[must_use]
     pub fn anywhere(self, measure: Measure, class: TargetClass) -> [f64; 2] {
         let largest = match (measure, class) {
+            (Measure::Position | Measure::Speed, TargetClass::Sensor(sensor)) => sensor.largest(),
             (Measure::Position, TargetClass::Thrust) | (Measure::Speed, _) => 1_000.0,
             _ => 90.0,
         };
@@ -214,21 +220,100 @@ impl Quantity {
     #[must_use]
     pub const fn key(self, class: TargetClass) -> &'static str {
         let [angle, thrust] = self.keys();
-        if matches!(class, TargetClass::Thrust) { thrust } else { angle }
+        match (class, self) {
+            (TargetClass::Sensor(sensor), Self::Bias) => sensor.keys()[0],
+            (TargetClass::Sensor(sensor), Self::Rate) => sensor.keys()[1],
+            (TargetClass::Sensor(sensor), Self::Noise) => sensor.keys()[2],
+            (TargetClass::Thrust, _) => thrust,
+            _ => angle,
+        }
     }
 }
 
-/// Travel and rate of a healthy effector.
+/// Travel and rate of a healthy effector; largest errors of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Whether its values are angles, rad; those of an engine are thrusts, N.
-    pub is_angle: bool,
+    /// The class of the target: its values are angles, rad, thrusts, N, or in the SI unit of a sensor.
+    pub class: TargetClass,
     /// Lower end of its travel, rad or N.
     pub min: f64,
     /// Upper end of its travel, rad or N.
     pub max: f64,
     /// Largest rate, rad/s or N/s; `None` if unknown, and then the check accepts every rate.
     pub fastest: Option<f64>,
+}
+
+impl Reach {
+    /// The largest errors of a sensor, SI units.
+    #[must_use]
+    pub fn of_sensor(sensor: SensorKind) -> Self {
+        let largest = sensor.unit().to_si(sensor.largest());
+        let class = TargetClass::Sensor(sensor);
+        // Half of this "travel" is the largest error.
+        Self { class, min: -largest, max: largest, fastest: Some(largest) }
+    }
+
+    const fn is_angle(&self) -> bool {
+        matches!(self.class, TargetClass::Angle)
+    }
+}
+
+impl SensorKind {
+    /// The operator's unit of its output.
+    #[must_use]
+    pub const fn unit(self) -> Unit {
+        const DEG: f64 = 1.0_f64.to_radians();
+        match self {
+            Self::Gyro => Unit::new("deg/s", DEG, 1.0),
+            Self::Accelerometer => Unit::new("m/s2", 1.0, 1.0),
+            Self::Attitude | Self::Vanes => Unit::new("deg", DEG, 1.0),
+            Self::Gnss => Unit::new("m", 1.0, 1.0),
+            Self::Barometer | Self::Pitot => Unit::new("Pa", 1.0, 1.0),
+            Self::EngineMonitor => Unit::new("kN", 1.0e3, 1.0),
+            Self::Magnetometer => Unit::new("nT", 1.0, 1.0),
+        }
+    }
+
+    /// The operator's unit of a drift of its output.
+    #[must_use]
+    pub const fn unit_of_rate(self) -> Unit {
+        let Unit { times, over, .. } = self.unit();
+        let name = match self {
+            Self::Gyro => "deg/s2",
+            Self::Accelerometer => "m/s3",
+            Self::Attitude | Self::Vanes => "deg/s",
+            Self::Gnss => "m/s",
+            Self::Barometer | Self::Pitot => "Pa/s",
+            Self::EngineMonitor => "kN/s",
+            Self::Magnetometer => "nT/s",
+        };
+        Unit { name, times, over }
+    }
+
+    /// Largest error that a fault can give its output, in the operator's unit; of a drift, per second.
+    #[must_use]
+    pub const fn largest(self) -> f64 {
+        match self {
+            Self::Gyro | Self::Accelerometer | Self::EngineMonitor => 1_000.0,
+            Self::Attitude => 180.0,
+            Self::Vanes => 90.0,
+            Self::Gnss | Self::Barometer | Self::Pitot | Self::Magnetometer => 100_000.0,
+        }
+    }
+
+    /// Keys of bias, drift and noise in scenario files.
+    #[must_use]
+    pub const fn keys(self) -> [&'static str; 3] {
+        match self {
+            Self::Gyro => ["bias_deg_s", "rate_deg_s2", "noise_deg_s"],
+            Self::Accelerometer => ["bias_m_s2", "rate_m_s3", "noise_m_s2"],
+            Self::Attitude | Self::Vanes => ["bias_deg", "rate_deg_s", "noise_deg"],
+            Self::Gnss => ["bias_m", "rate_m_s", "noise_m"],
+            Self::Barometer | Self::Pitot => ["bias_pa", "rate_pa_s", "noise_pa"],
+            Self::EngineMonitor => ["bias_kn", "rate_kn_s", "noise_kn"],
+            Self::Magnetometer => ["bias_nt", "rate_nt_s", "noise_nt"],
+        }
+    }
 }
 
 /// A number with up to four decimals and no trailing zeros.

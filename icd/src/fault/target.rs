@@ -12,7 +12,7 @@ use crate::sensors::SensorKind;
 pub enum Target {
     /// An effector of the aircraft.
     Effector(Effector),
-    /// A sensor. They do not fail yet: the plant refuses it.
+    /// A sensor.
     Sensor(SensorKind),
 }
 
@@ -23,8 +23,8 @@ pub enum TargetClass {
     Angle,
     /// Engine: kN.
     Thrust,
-    /// Sensor.
-    Sensor,
+    /// Sensor: the unit of its output.
+    Sensor(SensorKind),
 }
 
 /// A number that stands for no target.
@@ -99,7 +99,7 @@ impl Target {
     pub fn class(self, effectors: &EffectorList) -> TargetClass {
         match self {
             Self::Effector(effector) => TargetClass::of(effectors.is_angle(effector)),
-            Self::Sensor(_) => TargetClass::Sensor,
+            Self::Sensor(sensor) => TargetClass::Sensor(sensor),
         }
     }
 }
@@ -131,7 +131,7 @@ impl SensorKind {
             Self::Pitot => (8, "airspeed"),
             Self::Attitude => (1_000, "attitude"),
             Self::Vanes => (1_001, "vanes"),
-            Self::EngineMonitor => (1_002, "engine_monitor"),
+            Self::EngineMonitor => (1_002, "engine_mon"),
         }
     }
 }

@@ -52,7 +52,7 @@ coded! { Refusal, "refusal":
     4 => ScheduleFull { capacity };
     5 => FlightOver;
     6 => NoSuchEffector { count };
-    7 => NoSensorFaults;
+    7 => NoSuchSensor;
 }
 
 /// Numbers of which every value is valid.

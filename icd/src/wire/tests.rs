@@ -98,7 +98,7 @@ fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
         FaultReply::Unchanged { at },
         FaultReply::Scheduled { at },
         FaultReply::Cleared { at },
-        FaultReply::Refused(Refusal::NoSensorFaults),
+        FaultReply::Refused(Refusal::NoSuchSensor),
         FaultReply::Refused(Refusal::OnsetInThePast { onset: at, now: SimTime::from_micros(9) }),
         FaultReply::Refused(Refusal::NotForThisEffector),
         FaultReply::Refused(Refusal::ScheduleFull { capacity: 64 }),

@@ -1,4 +1,4 @@
-//! The effect of each kind of fault while it is active; the entry of the kind is in [`icd::fault::CATALOGUE`].
+//! The effect of each kind of fault while it is active, on effectors and sensors; the entry of the kind is in [`icd::fault::CATALOGUE`].
 
 use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
@@ -18,6 +18,29 @@ pub(super) struct ActiveFault {
     /// Fastest speed of the healthy servo, rad/s or N/s.
     fastest: f64,
     slew: Option<Slew>,
+}
+
+/// The present effect of a fault on a sensor, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorEffect {
+    /// None now.
+    None,
+    /// No valid samples; the last value stands in.
+    Off,
+    /// Valid samples with the value of the onset.
+    Stuck,
+    /// Every axis is off by this much.
+    Offset(f64),
+    /// White noise on every axis.
+    Noise {
+        /// Root mean square.
+        rms: f64,
+    },
+    /// Samples of so long ago.
+    Delayed {
+        /// The delay, µs.
+        delay_us: u64,
+    },
 }
 
 /// The motion of an effector to the position where it sticks.
@@ -74,6 +97,33 @@ impl ActiveFault {
         active
     }
 
+    /// A fault of a sensor that begins at `now`.
+    pub fn of_sensor(kind: FaultKind, ramp_us: u64, now: SimTime) -> Self {
+        let ends = [f64::NEG_INFINITY, f64::INFINITY];
+        Self { kind, since: now, ramp_us, ends, fastest: f64::INFINITY, slew: None }
+    }
+
+    /// Its effect on a sensor at `now`.
+    pub fn on_sensor(&self, now: SimTime) -> SensorEffect {
+        match self.kind {
+            FaultKind::Off => SensorEffect::Off,
+            FaultKind::StuckHere => SensorEffect::Stuck,
+            FaultKind::Delayed { delay_s } => {
+                SensorEffect::Delayed { delay_us: micros(delay_s * self.size(now)) }
+            }
+            FaultKind::Intermittent { period_s, present } => {
+                let [gap_end, _] = self.period(period_s, present, now);
+                if now < gap_end { SensorEffect::Off } else { SensorEffect::None }
+            }
+            FaultKind::Biased { .. } | FaultKind::Drifting { .. } => {
+                SensorEffect::Offset(self.deviation(now))
+            }
+            FaultKind::Noisy { rms } => SensorEffect::Noise { rms: self.size(now) * rms },
+            // The others are only of effectors.
+            _ => SensorEffect::None,
+        }
+    }
+
     /// Since when it acts.
     pub fn since(&self) -> SimTime {
         self.since
@@ -111,7 +161,10 @@ impl ActiveFault {
             FaultKind::Slow { rate } => {
                 FaultEffect { rate_limit: ramped(size, self.fastest, rate), ..healthy }
             }
-            FaultKind::Delayed { .. } | FaultKind::FlameOut => healthy,
+            FaultKind::Delayed { .. }
+            | FaultKind::FlameOut
+            | FaultKind::Off
+            | FaultKind::Noisy { .. } => healthy,
             FaultKind::Intermittent { period_s, present } => {
                 let [gap_end, _] = self.period(period_s, present, now);
                 FaultEffect { following: if now < gap_end { 0.0 } else { 1.0 }, ..healthy }

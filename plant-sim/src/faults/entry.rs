@@ -1,7 +1,7 @@
-//! The faults of the scenario, of the list, and the present one of an effector.
+//! The faults of the scenario, of the list, and the present one of a target.
 
-use icd::fault::{FaultEntry, FaultKind, FaultState, PlantReport, Refusal, Target, Timing};
-use icd::{Effector, EffectorList, PerEffector, SimTime, fault};
+use icd::fault::{FaultEntry, FaultKind, FaultState, PlantReport, Reach, Refusal, Target, Timing};
+use icd::{EffectorList, PerEffector, Sensors, SimTime, fault};
 use serde::{Deserialize, Serialize};
 
 use super::active::ActiveFault;
@@ -11,7 +11,7 @@ use crate::servos::Servo;
 /// A fault of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
-    /// The effector that fails.
+    /// The effector or sensor that fails.
     #[serde(alias = "effector")]
     pub target: Target,
     /// How it fails.
@@ -35,45 +35,58 @@ impl ScheduledFault {
     }
 }
 
-/// The effector of a fault, if this aircraft can have the fault.
+/// Whether this aircraft can have the fault; `sensors` says which sensors it has.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
 pub fn check(
     list: &EffectorList,
     servos: &PerEffector<Servo>,
+    sensors: &[bool; Sensors::SENSORS],
     target: Target,
     kind: &FaultKind,
     timing: &Timing,
-) -> Result<Effector, Refusal> {
-    let effector = effector_of(list, target)?;
-    fault::check(kind, timing, &servos[effector].reach(list.is_angle(effector)))?;
-    Ok(effector)
+) -> Result<(), Refusal> {
+    check_target(list, sensors, target)?;
+    let reach = match target {
+        Target::Effector(effector) => servos[effector].reach(target.class(list)),
+        Target::Sensor(sensor) => Reach::of_sensor(sensor),
+    };
+    fault::check(kind, timing, &reach)
 }
 
-/// The effector that a target names.
+/// Whether this aircraft has the target.
 ///
 /// # Errors
-/// [`Refusal`] if the aircraft does not have it, or if the target is a sensor: sensors cannot fail yet.
-pub(super) fn effector_of(list: &EffectorList, target: Target) -> Result<Effector, Refusal> {
-    let effector = target.effector().ok_or(Refusal::NoSensorFaults)?;
+/// [`Refusal`] if it does not.
+pub(super) fn check_target(
+    list: &EffectorList,
+    sensors: &[bool; Sensors::SENSORS],
+    target: Target,
+) -> Result<(), Refusal> {
     #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
     let count = list.len() as u8;
-    if list.contains(effector) { Ok(effector) } else { Err(Refusal::NoSuchEffector { count }) }
+    match target {
+        Target::Effector(effector) if !list.contains(effector) => {
+            Err(Refusal::NoSuchEffector { count })
+        }
+        Target::Sensor(sensor) if !sensors[sensor as usize] => Err(Refusal::NoSuchSensor),
+        Target::Effector(_) | Target::Sensor(_) => Ok(()),
+    }
 }
 
 /// A fault of the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fault {
     pub id: u32,
-    pub effector: Effector,
+    pub target: Target,
     pub kind: FaultKind,
     /// Its onset is a time, never "at once".
     pub timing: Timing,
     pub plan: Plan,
 }
 
-/// The present fault of an effector.
+/// The present fault of a target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CurrentFault {
     pub fault: Fault,
@@ -85,8 +98,8 @@ pub(super) struct CurrentFault {
 
 impl Fault {
     pub fn entry(&self, state: FaultState) -> PlantReport {
-        let Self { id, effector, kind, timing, .. } = *self;
-        PlantReport::Fault(FaultEntry { id, target: effector.into(), kind, timing, state })
+        let Self { id, target, kind, timing, .. } = *self;
+        PlantReport::Fault(FaultEntry { id, target, kind, timing, state })
     }
 
     /// Whether the request was the same, apart from the onset.

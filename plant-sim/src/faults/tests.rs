@@ -19,6 +19,9 @@ fn jump(angle_rad: f64) -> FaultKind {
     FaultKind::StuckAt { angle_rad, travel: Travel::Jump }
 }
 
+/// All sensors but the vanes.
+const FITTED: [bool; Sensors::SENSORS] = [true, true, true, true, true, true, false, true, true];
+
 /// Faults with positions that all differ from zero, and the reports.
 struct Bench {
     faults: Faults,
@@ -31,7 +34,7 @@ impl Bench {
         let positions =
             PerEffector::from_values([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 27_000.0]);
         Self {
-            faults: Faults::none(&tvc_jet::effectors(), &servos(), &positions),
+            faults: Faults::none(&tvc_jet::effectors(), &servos(), &positions, &FITTED),
             positions,
             reports: Vec::new(),
         }
@@ -201,12 +204,23 @@ fn impossible_faults_are_refused_with_the_reason() {
     ] {
         assert_eq!(bench.inject(T0, effector, kind), FaultReply::Refused(refusal));
     }
-    let gyro = Target::Sensor(SensorKind::Gyro);
-    let refused = FaultReply::Refused(Refusal::NoSensorFaults);
+    let vanes = Target::Sensor(SensorKind::Vanes);
+    let refused = FaultReply::Refused(Refusal::NoSuchSensor);
     let (kind, timing) = (FaultKind::StuckHere, Timing::NOW);
-    let broken = FaultRequest::Inject { target: gyro, kind, timing };
+    let broken = FaultRequest::Inject { target: vanes, kind, timing };
     assert_eq!(bench.request(T0, broken), refused);
-    assert_eq!(bench.request(T0, FaultRequest::Clear { target: gyro }), refused);
+    assert_eq!(bench.request(T0, FaultRequest::Clear { target: vanes }), refused);
+    let gyro = Target::Sensor(SensorKind::Gyro);
+    let kind = FaultKind::PartialLoss { remaining: 0.5 };
+    let broken = FaultRequest::Inject { target: gyro, kind, timing };
+    assert_eq!(bench.request(T0, broken), FaultReply::Refused(Refusal::NotForThisEffector));
+    let kind = FaultKind::Biased { bias: 20.0 };
+    let too_large = bench.request(T0, FaultRequest::Inject { target: gyro, kind, timing });
+    assert!(matches!(too_large, FaultReply::Refused(Refusal::OutOfRange { .. })), "{too_large:?}");
+    assert_eq!(
+        bench.inject(T0, tvc_jet::RUDDER, FaultKind::Off),
+        FaultReply::Refused(Refusal::NotForThisEffector)
+    );
     let no_number = bench.inject(T0, tvc_jet::RUDDER, jump(f64::NAN));
     assert!(matches!(no_number, FaultReply::Refused(Refusal::OutOfRange { .. })));
     assert_eq!(*bench.faults.effects(), Effects::none());

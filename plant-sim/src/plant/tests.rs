@@ -9,6 +9,7 @@ mod air_and_sensors;
 mod effectiveness;
 mod faults;
 mod other_aircraft;
+mod sensor_faults;
 
 fn setup(earth: EarthModel) -> PlantSetup {
     let nominal =

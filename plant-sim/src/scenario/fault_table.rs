@@ -185,8 +185,12 @@ static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     let mut keys: Vec<Key> = TARGETS.map(|key| (key, Form::Name)).into();
     keys.push((KIND, Form::Word(CATALOGUE.iter().map(|info| info.key).collect())));
     for info in &CATALOGUE {
-        let numbers = info.numbers.iter().flat_map(|number| number.quantity.keys());
-        keys.extend(numbers.map(|key| (key, Form::Number)));
+        let sensors = SensorKind::ALL.into_iter().map(TargetClass::Sensor);
+        let classes = [TargetClass::Angle, TargetClass::Thrust].into_iter().chain(sensors);
+        for class in classes.filter(|class| info.targets.allow(*class)) {
+            let numbers = info.numbers.iter().map(|number| number.quantity.key(class));
+            keys.extend(numbers.map(|key| (key, Form::Number)));
+        }
         keys.extend(info.choice.iter().map(|choice| {
             (choice.key, Form::Word(choice.alternatives.iter().map(|one| one.key).collect()))
         }));

@@ -2,7 +2,8 @@
 
 use icd::fault::SensorKind;
 use icd::{
-    Attitude, Body, FlowAngles, GnssFix, ImpactPressure, Sample, Sensors, SimTime, StaticPressure,
+    Attitude, Body, FlowAngles, GnssFix, ImpactPressure, Ned, Sample, Sensors, SimTime,
+    StaticPressure,
 };
 
 use super::channel::{AxisErrors, Clock};
@@ -124,7 +125,7 @@ fn with<T: Copy, U>(sample: &Sample<T>, value: impl FnOnce(T) -> U) -> Sample<U>
 }
 
 /// True airspeed, m/s, of an air data computer that takes the temperature of US-1976 at the pressure altitude.
-fn airspeed_m_s(impact_pa: f64, static_pa: f64) -> f64 {
+pub(super) fn airspeed_m_s(impact_pa: f64, static_pa: f64) -> f64 {
     let ratio = 1.0 + (impact_pa / static_pa).max(0.0);
     // M² = 5 ((q_c/p + 1)^(2/7) - 1).
     let mach_2 = 2.0 / (HEAT_RATIO - 1.0) * (libm::exp(libm::log(ratio) / 3.5) - 1.0);
@@ -150,19 +151,8 @@ impl Sensor<3> {
 impl AttitudeUnit {
     fn step(&mut self, now: SimTime, exact: &Attitude) -> Sample<Attitude> {
         self.clock.step(now, || {
-            let [roll, pitch, yaw] = self.angles.apply(&[0.0; 3]);
-            if [roll, pitch, yaw] == [0.0; 3] {
-                return *exact;
-            }
-            let [w, x, y, z] = exact.wxyz();
-            // To first order; from_quaternion normalises.
-            let (a, b, c) = (0.5 * roll, 0.5 * pitch, 0.5 * yaw);
-            Attitude::from_quaternion(
-                w - x * a - y * b - z * c,
-                x + w * a + y * c - z * b,
-                y + w * b + z * a - x * c,
-                z + w * c + x * b - y * a,
-            )
+            let error = self.angles.apply(&[0.0; 3]);
+            turned(exact, error)
         })
     }
 }
@@ -172,17 +162,35 @@ impl Receiver {
         self.clock.step(now, || {
             let [north, east, down] = self.position.apply(&[0.0; 3]);
             let velocity = self.velocity.apply(&exact.velocity.0.into());
-            moved(exact, [north, east, self.vertical_factor * down], velocity)
+            moved(exact, [north, east, self.vertical_factor * down], Ned(velocity.into()))
         })
     }
 }
 
-/// The fix with this error of its position, m, NED, and this velocity, m/s, NED.
-pub(super) fn moved(fix: &GnssFix, [north, east, down]: [f64; 3], velocity: [f64; 3]) -> GnssFix {
+/// The attitude turned by these angles, rad, about the body axes.
+pub(super) fn turned(attitude: &Attitude, [roll, pitch, yaw]: [f64; 3]) -> Attitude {
+    if [roll, pitch, yaw] == [0.0; 3] {
+        return *attitude;
+    }
+    let angle = Body::new(roll, pitch, yaw).0;
+    let half = 0.5 * angle.norm();
+    let (sin, b) = (libm::sin(half), libm::cos(half));
+    let [i, j, k]: [f64; 3] = (angle * (0.5 * sin / half)).into();
+    let [w, x, y, z] = attitude.wxyz();
+    Attitude::from_quaternion(
+        w * b - x * i - y * j - z * k,
+        x * b + w * i + y * k - z * j,
+        y * b + w * j + z * i - x * k,
+        z * b + w * k + x * j - y * i,
+    )
+}
+
+/// The fix with this error of its position, m, NED, and this velocity.
+pub(super) fn moved(fix: &GnssFix, [north, east, down]: [f64; 3], velocity: Ned) -> GnssFix {
     let cosine = libm::cos(fix.latitude_rad).max(1.0e-3);
     GnssFix {
-        velocity: icd::Ned(velocity.into()),
-        position: icd::Ned(fix.position.0 + nalgebra::Vector3::new(north, east, down)),
+        velocity,
+        position: Ned(fix.position.0 + nalgebra::Vector3::new(north, east, down)),
         latitude_rad: fix.latitude_rad + north / EARTH_RADIUS_M,
         longitude_rad: fix.longitude_rad + east / (EARTH_RADIUS_M * cosine),
         altitude_m: fix.altitude_m - down,

@@ -1,7 +1,7 @@
 //! `[plant.sensors]` of a scenario, and what it becomes.
 
-use icd::Sensors;
 use icd::fault::SensorKind;
+use icd::{EffectorKind, EffectorList, Sensors};
 use serde::{Deserialize, Serialize};
 
 use super::{Date, Grade, GradeName, SensorTable};
@@ -51,10 +51,13 @@ impl SensorSettings {
         self.grade.as_ref().map_or(Ok(()), |grade| grade.check(period_us))
     }
 
-    /// Whether the aircraft has a sensor.
+    /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`].
     #[must_use]
-    pub const fn has(&self, sensor: SensorKind) -> bool {
-        self.fitted[sensor as usize]
+    pub fn of(&self, effectors: &EffectorList) -> [bool; Sensors::SENSORS] {
+        let mut fitted = self.fitted;
+        fitted[SensorKind::EngineMonitor as usize] &=
+            effectors.only(EffectorKind::Engine).is_some();
+        fitted
     }
 }
 

@@ -63,7 +63,7 @@ pub fn document(effectors: &EffectorList) -> String {
     }
     page += FAULTS_OPENING;
     for row in fault_parameters(effectors) {
-        page += &format!("| `{}` | {} |\n", row.name, effectors.name(row.effector));
+        page += &format!("| `{}` | {} |\n", row.name, row.target.name(effectors));
     }
     page += "\n| value | meaning |\n|---|---|\n";
     for choice in &FAULT_CHOICES {

@@ -5,7 +5,9 @@
 
 use std::sync::LazyLock;
 
-use icd::fault::{CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, TargetClass};
+use icd::fault::{
+    CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, TargetClass, Targets,
+};
 
 use super::Choice;
 
@@ -85,12 +87,24 @@ fn choice(
 fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Setting> {
     kind.numbers.iter().map(|number| {
         let NumberParameter { name, min, max, default, meaning } = number.parameter;
+        // One parameter for all sensors, whose units differ.
+        let of_sensors = kind.targets == Targets::SENSORS;
         let unit = number.quantity.measure().unit(TargetClass::Angle).name;
+        let unit = if of_sensors { "-" } else { unit };
         Setting { name, meaning, unit, min, max, default, choices: Vec::new() }
     })
 }
 
+/// The parameter with the size of every fault of a sensor, in the operator's unit of the sensor.
+const SENSOR_SIZE: &str = "FLT_SENSOR";
+
 impl FailureParameters {
+    /// Size of a fault of a sensor, in the operator's unit of the sensor.
+    #[must_use]
+    pub fn sensor_size(&self) -> f64 {
+        self.number(SENSOR_SIZE)
+    }
+
     pub(super) fn reference() -> Self {
         let mut numbers = [0.0; SETTINGS_MAX];
         for (number, setting) in numbers.iter_mut().zip(settings()) {

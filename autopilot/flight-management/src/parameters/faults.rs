@@ -1,12 +1,12 @@
-//! Parameters that inject a fault into an effector: setting one requests the fault from the plant, and the value is
-//! the fault on the effector.
+//! Parameters that inject a fault into an effector or a sensor: setting one requests the fault from the plant, and the value is
+//! its fault.
 //!
 //! They are not tunables: they are never saved, each flight begins with 0, and the command line cannot set them.
 
 use core::fmt::Write as _;
 
 use arrayvec::ArrayString;
-use icd::fault::FailureType;
+use icd::fault::{FailureType, SensorKind, Target};
 use icd::{Effector, EffectorList};
 
 use super::Choice;
@@ -16,8 +16,8 @@ use super::Choice;
 pub struct FaultParameter {
     /// Name, at most 16 characters.
     pub name: ParameterName,
-    /// Its effector.
-    pub effector: Effector,
+    /// Its effector or sensor.
+    pub target: Target,
 }
 
 /// Name of a parameter.
@@ -26,23 +26,41 @@ pub type ParameterName = ArrayString<16>;
 /// Beginning of the names: of servos and of motors.
 const BEGINNINGS: [(&str, bool); 2] = [("FLT_SERVO", true), ("FLT_MOTOR", false)];
 
-/// The fault parameter of an effector.
-#[must_use]
-pub fn fault_of(effector: Effector, effectors: &EffectorList) -> FaultParameter {
-    let is_angle = effectors.is_angle(effector);
-    let beginning = BEGINNINGS.into_iter().find(|(_, of_angles)| *of_angles == is_angle);
+/// The name of a sensor's fault parameter: that of its unit in MAVLink, of which there is one.
+fn of_sensor(sensor: SensorKind) -> ParameterName {
     let mut name = ParameterName::new();
-    let (beginning, _) = beginning.unwrap_or(BEGINNINGS[0]);
-    // Cannot fail: numbers have at most three digits.
-    let _fits = write!(name, "{beginning}{}", effectors.instance(effector));
-    FaultParameter { name, effector }
+    // Cannot fail: the longest is FLT_ENGINE_MON1.
+    let _fits = write!(name, "FLT_{}1", sensor.failure_unit().1);
+    name.make_ascii_uppercase();
+    name
 }
 
-/// The fault parameters of an aircraft, in the order of its effectors.
-pub fn fault_parameters(
-    effectors: &EffectorList,
-) -> impl ExactSizeIterator<Item = FaultParameter> + '_ {
-    effectors.all().map(|effector| fault_of(effector, effectors))
+/// The fault parameter of an effector or a sensor.
+#[must_use]
+pub fn fault_of(target: Target, effectors: &EffectorList) -> FaultParameter {
+    let name = match target {
+        Target::Effector(effector) => {
+            let is_angle = effectors.is_angle(effector);
+            let beginning = BEGINNINGS.into_iter().find(|(_, of_angles)| *of_angles == is_angle);
+            let (beginning, _) = beginning.unwrap_or(BEGINNINGS[0]);
+            let mut name = ParameterName::new();
+            // Cannot fail: numbers have at most three digits.
+            let _fits = write!(name, "{beginning}{}", effectors.instance(effector));
+            name
+        }
+        Target::Sensor(sensor) => of_sensor(sensor),
+    };
+    FaultParameter { name, target }
+}
+
+/// The fault parameters of an aircraft, in the order of its effectors, then those of the sensors.
+pub fn fault_parameters(effectors: &EffectorList) -> impl Iterator<Item = FaultParameter> + '_ {
+    targets(effectors).map(|target| fault_of(target, effectors))
+}
+
+/// What can fail: the effectors of an aircraft, and the sensors.
+pub fn targets(effectors: &EffectorList) -> impl Iterator<Item = Target> + '_ {
+    effectors.all().map(Target::from).chain(SensorKind::ALL.map(Target::from))
 }
 
 /// Whether a name is that of a fault parameter, of this aircraft or another.
@@ -50,7 +68,8 @@ pub fn fault_parameters(
 pub fn is_fault(name: &str) -> bool {
     let number = BEGINNINGS.into_iter().find_map(|(beginning, _)| name.strip_prefix(beginning));
     let number = number.and_then(|number| number.parse::<usize>().ok());
-    number.is_some_and(|number| (1..=Effector::MAX).contains(&number))
+    let of_effector = number.is_some_and(|number| (1..=Effector::MAX).contains(&number));
+    of_effector || SensorKind::ALL.into_iter().any(|sensor| &of_sensor(sensor) == name)
 }
 
 /// Their values: FAILURE_TYPE.

@@ -5,8 +5,8 @@ use core::cmp::Reverse;
 
 use icd::fault::Measure::{Milliseconds, Seconds};
 use icd::fault::{
-    CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece, Refusal, Repeat,
-    SensorKind, Target, TargetClass, Timing,
+    CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece, Repeat,
+    SensorKind, Target, TargetClass, Targets, Timing,
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
@@ -21,13 +21,8 @@ pub(super) fn fail(
     cursor: &mut Cursor,
     effectors: &EffectorList,
 ) -> Result<FaultRequest, ScriptError> {
-    let before = cursor.clone();
     let target = target(cursor, effectors, &names(effectors))?;
     let class = target.class(effectors);
-    if class == TargetClass::Sensor {
-        let why = Refusal::NoSensorFaults.described(class).to_string();
-        return Err(before.problem(Problem::NotForThisTarget(why)));
-    }
     let kind = kind(cursor, class)?;
     let timing = timing(cursor)?;
     Ok(FaultRequest::Inject { target, kind, timing })
@@ -59,7 +54,8 @@ fn names(effectors: &EffectorList) -> String {
             None => {}
         }
     }
-    format!("an effector: {}", names.join(", "))
+    let sensors = SensorKind::ALL.map(SensorKind::name).join(", ");
+    format!("an effector: {}, or a sensor: {sensors}", names.join(", "))
 }
 
 /// A target: an effector, or a sensor by its name.
@@ -121,8 +117,13 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
     };
     let info = all.iter().find(begins).ok_or_else(|| before.expected(kinds()))?;
     if !info.targets.allow(class) {
-        let only = if info.targets.thrust { "only" } else { "not" };
-        let why = format!("`{}` is {only} for the engine", words(info));
+        let why = match (class, info.targets) {
+            (TargetClass::Sensor(_), _) => "not for sensors",
+            (_, Targets::SENSORS) => "only for sensors",
+            (_, targets) if targets.thrust => "only for the engine",
+            _ => "not for the engine",
+        };
+        let why = format!("`{}` is {why}", words(info));
         return Err(before.problem(Problem::NotForThisTarget(why)));
     }
     let (mut values, mut alternative) = ([0.0; NUMBERS_MAX], 0);

@@ -10,23 +10,23 @@ use flight_control::AircraftModel;
 use flight_control::aircraft_model::{EffectorModel, ServoModel};
 use icd::fault::{
     FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Quantity, Reach, Refusal, Repeat,
-    SIZE_OPTION, TargetClass, Timing,
+    SIZE_OPTION, Target, TargetClass, Timing,
 };
-use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
+use icd::{Effector, EffectorList, FaultRequest, Sensors, SimTime, fault};
 
 use crate::codec::CommandError;
 use crate::convert;
 use crate::failure::{Reasons, units};
 use flight_management::parameters::{FailureParameters, Parameters};
 
-pub use crate::failure::units::{Effectors, Failure, Size, Unit, Value, ValueError};
+pub use crate::failure::units::{Failure, Size, Targets, Unit, Value, ValueError};
 
 /// Models come from files with nine digits, and numbers of commands have seven: a value this close to a limit,
 /// as a fraction of it, is left for the plant to decide.
 const ROUNDING: f64 = 1.0e-6;
 
-/// One request for each effector that a command names.
-pub type Requests = ArrayVec<FaultRequest, { Effector::MAX }>;
+/// One request for each target that a command names.
+pub type Requests = ArrayVec<FaultRequest, { Effector::MAX + Sensors::SENSORS }>;
 
 /// A fault command. `None` takes a value from its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,28 +102,26 @@ pub fn requests(
         return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
     }
     let list = &model.effectors.list;
-    let effectors = chosen(command, list)?;
+    let targets = chosen(command, list)?;
     if command.failure == Failure::OK {
         if !command.is_bare() {
             return Err(denied("a fault is mended at once, without value, ramp or time"));
         }
-        let clear =
-            effectors.into_iter().map(|effector| FaultRequest::Clear { target: effector.into() });
-        return Ok(clear.collect());
+        return Ok(targets.into_iter().map(|target| FaultRequest::Clear { target }).collect());
     }
     check_numbers(command)?;
     let mut requests = Requests::new();
     let mut reasons = Reasons::default();
-    for effector in effectors {
-        match kind(command, effector, parameters, model)? {
+    for target in targets {
+        match kind(command, target, parameters, model)? {
             Some(kind) => {
                 let timing = timing(command, &kind, parameters)?;
-                if let Err(refusal) = check(effector, &kind, &timing, model) {
-                    reasons.refuse(&refusal, Some(effector.into()), list);
+                if let Err(refusal) = check(target, &kind, &timing, model) {
+                    reasons.refuse(&refusal, Some(target), list);
                 }
-                requests.push(FaultRequest::Inject { target: effector.into(), kind, timing });
+                requests.push(FaultRequest::Inject { target, kind, timing });
             }
-            None => reasons.refuse(&Refusal::NotForThisEffector, Some(effector.into()), list),
+            None => reasons.refuse(&Refusal::NotForThisEffector, Some(target), list),
         }
     }
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
@@ -133,15 +131,17 @@ fn denied(reason: impl ToString) -> CommandError {
     CommandError::denied(format!("Fault refused: {}", reason.to_string()))
 }
 
-/// The effectors that a command names.
-fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Effectors, CommandError> {
-    let effectors = command.unit.check(list)?;
+/// The targets that a command names.
+fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Targets, CommandError> {
+    let targets = command.unit.check(list)?;
     // The unit "all" has no instances of its own, so they are counted.
-    let instance = |place: usize, effector: Effector| {
-        if command.unit == Unit::EVERYTHING { place + 1 } else { list.instance(effector).into() }
+    let instance = |place: usize, target: Target| match target {
+        _ if command.unit == Unit::EVERYTHING => place + 1,
+        Target::Effector(effector) => list.instance(effector).into(),
+        Target::Sensor(_) => 1,
     };
-    let bit = |place: usize, effector: Effector| 1_u32 << (instance(place, effector) - 1);
-    let bits = || effectors.iter().enumerate().map(|(place, effector)| bit(place, *effector));
+    let bit = |place: usize, target: Target| 1_u32 << (instance(place, target) - 1);
+    let bits = || targets.iter().enumerate().map(|(place, target)| bit(place, *target));
     let (all, last) = (bits().sum::<u32>(), bits().max().map_or(0, |bit| bit.ilog2() + 1));
     let bits = match command.instances {
         Instances::All => all,
@@ -159,8 +159,8 @@ fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Effectors, Comm
             return Err(denied(format!("mask {bits} names no instances of 1 to {last}")));
         }
     };
-    let named = |(place, effector): &(usize, &Effector)| bits & bit(*place, **effector) != 0;
-    Ok(effectors.iter().enumerate().filter(named).map(|(_, effector)| *effector).collect())
+    let named = |(place, target): &(usize, &Target)| bits & bit(*place, **target) != 0;
+    Ok(targets.iter().enumerate().filter(named).map(|(_, target)| *target).collect())
 }
 
 /// Checks for numbers that are invalid for every effector.
@@ -178,14 +178,14 @@ fn check_numbers(command: &FaultCommand) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The kind of fault for one effector; `None` if the effector has no such fault.
+/// The kind of fault for one target; `None` if it has no such fault.
 fn kind(
     command: &FaultCommand,
-    effector: Effector,
+    target: Target,
     parameters: &FailureParameters,
     model: &AircraftModel,
 ) -> Result<Option<FaultKind>, CommandError> {
-    let class = TargetClass::of(model.effectors.list.is_angle(effector));
+    let class = target.class(&model.effectors.list);
     let Some((info, alternative)) = entry(command, class, parameters)? else { return Ok(None) };
     let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
     if let Some((quantity, _)) =
@@ -238,8 +238,11 @@ fn entry(
         let (kind, usual) = usual(kind);
         is_it.then_some((kind, if kind.mavlink.mode.len() > 1 { alternative } else { usual }))
     });
-    // An engine has no angle: it sticks at its present thrust.
-    let bare = |kind: &&KindInfo| kind.numbers.is_empty() && kind.choice.is_none();
+    // An engine has no angle: it sticks at its present thrust. A sensor has one kind of each type.
+    let bare = |kind: &&KindInfo| {
+        let is_bare = kind.numbers.is_empty() && kind.choice.is_none();
+        is_bare || matches!(class, TargetClass::Sensor(_))
+    };
     let instead = || command.failure.kinds().filter(is_for).find(bare).map(|kind| (kind, 0));
     Ok(by_mode.or_else(instead))
 }
@@ -256,14 +259,14 @@ fn number(
     let engine_n = (class == TargetClass::Thrust).then(|| model.effectors.thrust_range_n()[1]);
     if number.option == SIZE_OPTION {
         match command.value.map(|value| value.size) {
-            Some(Size::Number(value)) => return Ok(units::to_si(value, measure, engine_n)),
+            Some(Size::Number(value)) => return Ok(units::to_si(value, measure, class, engine_n)),
             Some(Size::Si(value)) => return Ok(value),
             Some(Size::None | Size::Alternative(_)) | None => {}
         }
     }
     let given = command.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
     if let Some((_, value)) = given {
-        return Ok(units::to_si(*value, measure, engine_n));
+        return Ok(units::to_si(*value, measure, class, engine_n));
     }
     if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
         let is_signed = number.range.anywhere(measure, class)[0] < 0.0;
@@ -272,6 +275,9 @@ fn number(
         }
         return Ok(convert::fraction(parameters.engine_pct) * largest_n);
     }
+    if let (TargetClass::Sensor(_), true) = (class, measure.is_own()) {
+        return Ok(measure.unit(class).to_si(parameters.sensor_size()));
+    }
     let unit = measure.unit(TargetClass::Angle);
     Ok(unit.to_si(parameters.number(number.parameter.name)))
 }
@@ -279,11 +285,15 @@ fn number(
 /// Checks a fault as the plant does, with the model's effectors. Models are rounded: a value barely beyond a limit
 /// is left for the plant to decide.
 fn check(
-    effector: Effector,
+    target: Target,
     kind: &FaultKind,
     timing: &Timing,
     model: &AircraftModel,
 ) -> Result<(), Refusal> {
+    let effector = match target {
+        Target::Effector(effector) => effector,
+        Target::Sensor(sensor) => return fault::check(kind, timing, &Reach::of_sensor(sensor)),
+    };
     let check = |factor| fault::check(kind, timing, &reach(effector, model, factor));
     check(1.0).or_else(|refusal| {
         check(1.0 + ROUNDING).or_else(|_| check(1.0 - ROUNDING)).map_err(|_| refusal)
@@ -297,7 +307,8 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
     let ServoModel { lag_s, rate_limit, min, max } = servos[effector];
     let is_angle = list.is_angle(effector);
     let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
-    Reach { is_angle, min: factor * min, max: factor * max, fastest }
+    let class = TargetClass::of(is_angle);
+    Reach { class, min: factor * min, max: factor * max, fastest }
 }
 
 /// When a fault of a kind is active.

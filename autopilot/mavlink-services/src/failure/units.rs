@@ -6,13 +6,12 @@
 use core::fmt;
 
 use arrayvec::ArrayVec;
-use icd::fault::{
-    CATALOGUE, FailureType, KindInfo, Measure, Refusal, SensorKind, Target, TargetClass,
-};
-use icd::{Effector, EffectorList};
+use icd::fault::{CATALOGUE, FailureType, KindInfo, Measure, SensorKind, Target, TargetClass};
+use icd::{Effector, EffectorList, Sensors};
 
 use crate::codec::CommandError;
 use crate::convert;
+use flight_management::parameters::targets;
 
 /// FAILURE_UNIT: what can fail, on this vehicle or others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +22,7 @@ impl Unit {
     pub const MOTOR: Self = Self(101);
     /// The actuators that deflect: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
-    /// Every effector, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
+    /// Every effector and sensor, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
     pub const EVERYTHING: Self = Self(-1);
 
     /// Number, name, and why it cannot fail here.
@@ -63,7 +62,9 @@ impl Unit {
         }
     }
 
-    fn sensor(self) -> Option<SensorKind> {
+    /// The sensor that it is.
+    #[must_use]
+    pub fn sensor(self) -> Option<SensorKind> {
         let is_it = |sensor: &SensorKind| i32::from(sensor.failure_unit().0) == self.0;
         SensorKind::ALL.into_iter().find(is_it)
     }
@@ -94,31 +95,26 @@ impl Unit {
         all.into_iter()
     }
 
-    /// Its effectors, by instance. Empty if the unit cannot fail here.
+    /// Its targets, by instance. Empty if the unit cannot fail here.
     #[must_use]
-    pub fn effectors(self, all: &EffectorList) -> Effectors {
+    pub fn targets(self, all: &EffectorList) -> Targets {
         match self {
-            Self::SERVO => all.by_unit(true),
-            Self::MOTOR => all.by_unit(false),
-            Self::EVERYTHING => all.all().collect(),
-            _ => Effectors::new(),
+            Self::SERVO | Self::MOTOR => {
+                all.by_unit(self == Self::SERVO).iter().copied().map(Target::from).collect()
+            }
+            Self::EVERYTHING => targets(all).collect(),
+            _ => self.sensor().map(Target::from).into_iter().collect(),
         }
     }
 
-    /// Its effectors.
+    /// Its targets.
     ///
     /// # Errors
     /// Why the unit cannot fail here.
-    pub fn check(self, all: &EffectorList) -> Result<Effectors, CommandError> {
-        let effectors = self.effectors(all);
-        if !effectors.is_empty() {
-            return Ok(effectors);
-        }
-        if self.sensor().is_some() {
-            let why = Refusal::NoSensorFaults.described(TargetClass::Sensor);
-            return Err(CommandError::unsupported(format!(
-                "Fault refused: no failures of unit {self}: {why}"
-            )));
+    pub fn check(self, all: &EffectorList) -> Result<Targets, CommandError> {
+        let targets = self.targets(all);
+        if !targets.is_empty() {
+            return Ok(targets);
         }
         let row = Self::TABLE.iter().find(|(unit, ..)| *unit == self);
         let why = row.map_or("it is not known", |(.., why)| *why);
@@ -127,8 +123,8 @@ impl Unit {
     }
 }
 
-/// Some effectors.
-pub type Effectors = ArrayVec<Effector, { Effector::MAX }>;
+/// Some effectors and sensors.
+pub type Targets = ArrayVec<Target, { Effector::MAX + Sensors::SENSORS }>;
 
 /// `GPS (4)`; the bare number if there is no name.
 impl fmt::Display for Unit {
@@ -263,7 +259,23 @@ impl Value {
     /// # Errors
     /// [`ValueError`].
     pub fn parse(failure: Failure, text: &str) -> Result<Self, ValueError> {
-        let kinds = || failure.kinds();
+        Self::parse_for(failure, text, None)
+    }
+
+    /// The same for a sensor, in the unit of its output: `5deg/s`, `50m`, `200Pa`, `3` without a unit.
+    ///
+    /// # Errors
+    /// [`ValueError`].
+    pub fn parse_for(
+        failure: Failure,
+        text: &str,
+        sensor: Option<SensorKind>,
+    ) -> Result<Self, ValueError> {
+        let class = sensor.map(TargetClass::Sensor);
+        let kinds = || {
+            let kinds = failure.kinds();
+            kinds.filter(move |kind| class.is_none_or(|class| kind.targets.allow(class)))
+        };
         let has_size = kinds().any(|kind| kind.size().is_some());
         let no_value = || {
             let (failure, text) = (failure.name(), text.to_owned());
@@ -289,7 +301,10 @@ impl Value {
         let number: f64 =
             number.parse().map_err(|_| ValueError::NotANumber { text: text.to_owned() })?;
         let sized = kinds().find_map(|kind| {
-            let size = size(kind, number, suffix)?;
+            let size = match class {
+                Some(class) => size_for(kind, number, suffix, class),
+                None => size(kind, number, suffix),
+            }?;
             Some(Self { kind, size })
         });
         let named = || {
@@ -367,13 +382,29 @@ fn size(kind: &KindInfo, number: f64, suffix: &str) -> Option<Size> {
     }
 }
 
+/// A number with this suffix as the size of a fault of a sensor.
+fn size_for(kind: &KindInfo, number: f64, suffix: &str, class: TargetClass) -> Option<Size> {
+    let (_, info) = kind.size()?;
+    let measure = info.quantity.measure();
+    if !measure.is_own() {
+        return size(kind, number, suffix);
+    }
+    let unit = measure.unit(class);
+    (suffix.is_empty() || suffix == unit.name).then(|| Size::Si(unit.to_si(number)))
+}
+
 /// A number of a command or of the shell in SI units; for an engine with this largest thrust, N, percent of it.
-pub(super) fn to_si(number: f64, measure: Measure, engine_n: Option<f64>) -> f64 {
+pub(super) fn to_si(
+    number: f64,
+    measure: Measure,
+    class: TargetClass,
+    engine_n: Option<f64>,
+) -> f64 {
     match (measure, engine_n) {
         (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
         // Parameters and texts use milliseconds, commands seconds.
         (Measure::Milliseconds, _) => number,
-        (measure, _) => measure.unit(TargetClass::Angle).to_si(number),
+        (measure, _) => measure.unit(class).to_si(number),
     }
 }
 
@@ -390,7 +421,7 @@ mod tests {
             let unit = Unit::parse(name).unwrap();
             assert_eq!(unit.name(), Some(name));
             assert_eq!(Unit::of_code(unit.code()), unit);
-            assert_eq!(unit.check(&all).is_ok(), !unit.effectors(&all).is_empty(), "{name}");
+            assert_eq!(unit.check(&all).is_ok(), !unit.targets(&all).is_empty(), "{name}");
         }
         for failure in Failure::all() {
             assert_eq!(Failure::parse(failure.name()), Some(failure));
@@ -406,8 +437,8 @@ mod tests {
         let text =
             |code| Unit::of_code(code).check(&tvc_jet::effectors()).unwrap_err().reason.unwrap();
         assert_eq!(
-            text(4),
-            "Fault refused: no failures of unit GPS (4): the sensors of this aircraft do not fail"
+            text(5),
+            "Fault refused: no failures of unit OPTICAL_FLOW (5): there is no such sensor"
         );
         assert_eq!(text(77), "Fault refused: no failures of unit 77: it is not known");
     }

@@ -1,4 +1,4 @@
-//! The parameters FLT_SERVO1 to FLT_SERVO7 and FLT_MOTOR1: setting one injects a fault or clears it.
+//! The parameters FLT_SERVO1 to FLT_SERVO7, FLT_MOTOR1 and those of the sensors: setting one injects a fault or clears it.
 //!
 //! ```text
 //!  PARAM_SET ─> command ─> plant ─> outcome ─> its fault on the list ─> PARAM_VALUE, to everybody
@@ -10,8 +10,8 @@
 
 use core::time::Duration;
 
-use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, TargetClass};
-use icd::{Effector, EffectorList, PerEffector};
+use icd::EffectorList;
+use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, Target};
 
 use crate::failure::command;
 use crate::failure::command::{Failure, FaultCommand, Instances, Unit};
@@ -20,6 +20,7 @@ use crate::wall_time::WallTime;
 use crate::{Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
+use flight_management::parameters::targets;
 
 /// Commands that may be open.
 const OPEN_MAX: usize = 32;
@@ -32,9 +33,9 @@ struct Open {
     from: From,
     /// Number of the intent.
     number: u32,
-    effector: Effector,
+    target: Target,
     /// The value that was set.
-    target: u8,
+    value: u8,
     since: WallTime,
     /// The plant has executed it, but its report has not arrived yet.
     is_done: bool,
@@ -44,7 +45,7 @@ struct Open {
 #[derive(Debug)]
 pub(super) struct Answer {
     pub(super) from: From,
-    pub(super) effector: Effector,
+    pub(super) target: Target,
     /// Why it was not set; `None` if it was.
     pub(super) refused: Option<String>,
 }
@@ -53,20 +54,20 @@ pub(super) struct Answer {
 #[derive(Debug, Default)]
 pub(super) struct FaultParameters {
     open: Vec<Open>,
-    published: PerEffector<u8>,
+    published: Vec<(Target, u8)>,
 }
 
-/// FAILURE_TYPE of the active fault of an effector, else of the next one; 0 for none.
-pub(super) fn value(effector: Effector, faults: &FaultList) -> u8 {
-    faults.foremost(effector).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
+/// FAILURE_TYPE of the active fault of a target, else of the next one; 0 for none.
+pub(super) fn value(target: Target, faults: &FaultList) -> u8 {
+    faults.foremost(target).map_or(0, |entry| entry.kind.info().mavlink.failure_type.code())
 }
 
 /// The plant has accepted the command, but the list shows another fault, or none.
-fn not_as_set(effector: Effector, faults: &FaultList, effectors: &EffectorList) -> String {
-    let name = effectors.name(effector);
-    match faults.foremost(effector) {
+fn not_as_set(target: Target, faults: &FaultList, effectors: &EffectorList) -> String {
+    let name = target.name(effectors);
+    match faults.foremost(target) {
         Some(FaultEntry { kind, state, .. }) => {
-            let kind = kind.described(TargetClass::of(effectors.is_angle(effector)));
+            let kind = kind.described(target.class(effectors));
             format!("Not as set: {name}: there is another fault, {kind}, {state}")
         }
         None => format!("Not as set: {name}: the fault is over already"),
@@ -81,25 +82,25 @@ impl FaultParameters {
     pub(super) fn set(
         &mut self,
         from: From,
-        effector: Effector,
+        target: Target,
         value: f64,
         now: WallTime,
         shared: &mut Shared,
     ) -> Result<bool, String> {
-        let (unit, instance) = failure::unit_and_instance(effector, shared.effectors());
+        let (unit, instance) = failure::unit_and_instance(target, shared.effectors());
         let is_it = |known: &FailureType| f64::from(known.code()) == libm::round(value);
         let Some(failure_type) = FailureType::ALL.into_iter().find(is_it) else {
             let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
             return Err(format!("Not set: FLT_{name}{instance} = {value} is outside 0 to {last}"));
         };
-        let target = failure_type.code();
-        if target == 0 && !shared.aircraft.faults().names(effector) {
+        let value = failure_type.code();
+        if value == 0 && !shared.aircraft.faults().names(target) {
             // Nothing to clear: sending a whole parameter table back changes nothing.
             return Ok(false);
         }
         let instances = Instances::One(instance.into());
         let command = FaultCommand::new(
-            Unit::of(effector.into(), shared.effectors()),
+            Unit::of(target, shared.effectors()),
             Failure::Type(failure_type),
             instances,
         );
@@ -111,7 +112,7 @@ impl FaultParameters {
         for request in requests {
             let number = shared.intents.push(PlantAction::Fault(request));
             let number = number.ok_or("Not set: too many commands are waiting")?;
-            self.open.push(Open { from, number, effector, target, since: now, is_done: false });
+            self.open.push(Open { from, number, target, value, since: now, is_done: false });
         }
         Ok(true)
     }
@@ -127,7 +128,7 @@ impl FaultParameters {
         let open = self.open.get_mut(place)?;
         let refused = match outcome {
             Outcome::Plant(FaultReply::Refused(refusal)) => {
-                failure::refused(refusal, Some(open.effector.into()), effectors)
+                failure::refused(refusal, Some(open.target), effectors)
             }
             Outcome::Refused(refusal) => refusal.to_string(),
             Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
@@ -136,9 +137,9 @@ impl FaultParameters {
                 return None;
             }
         };
-        let Open { from, effector, .. } = self.open.remove(place);
-        let refused = Some(format!("Fault refused: {}: {refused}", effectors.name(effector)));
-        Some(Answer { from, effector, refused })
+        let Open { from, target, .. } = self.open.remove(place);
+        let refused = Some(format!("Fault refused: {}: {refused}", target.name(effectors)));
+        Some(Answer { from, target, refused })
     }
 
     /// Answers that are due: values that are on the list as they were set, and commands that have waited for too long.
@@ -149,34 +150,36 @@ impl FaultParameters {
         effectors: &EffectorList,
     ) -> Vec<Answer> {
         let is_over = |open: &mut Open| {
-            let is_there = open.is_done && value(open.effector, faults) == open.target;
+            let is_there = open.is_done && value(open.target, faults) == open.value;
             is_there || now.since(open.since) >= ANSWER_TIMEOUT
         };
         let over = self.open.extract_if(.., is_over);
-        over.map(|Open { from, effector, is_done, target, .. }| {
+        over.map(|Open { from, target, is_done, value: set, .. }| {
             let refused = if is_done {
-                (value(effector, faults) != target).then(|| not_as_set(effector, faults, effectors))
+                (value(target, faults) != set).then(|| not_as_set(target, faults, effectors))
             } else {
-                let name = effectors.name(effector);
+                let name = target.name(effectors);
                 Some(format!("Not confirmed: {name}: the aircraft does not answer"))
             };
-            Answer { from, effector, refused }
+            Answer { from, target, refused }
         })
         .collect()
     }
 
-    /// Effectors whose value differs from the published one. One with an open command waits for its answer:
+    /// Targets whose value differs from the published one. One with an open command waits for its answer:
     /// the value between the end of a fault and the onset of its replacement is not worth publishing.
-    pub(super) fn changed(
-        &mut self,
-        faults: &FaultList,
-        effectors: &EffectorList,
-    ) -> Vec<Effector> {
+    pub(super) fn changed(&mut self, faults: &FaultList, effectors: &EffectorList) -> Vec<Target> {
         let Self { open, published } = self;
-        let is_free = |effector: &Effector| open.iter().all(|open| open.effector != *effector);
-        let changed = effectors.all().filter(is_free).filter(|effector| {
-            let value = value(*effector, faults);
-            std::mem::replace(&mut published[*effector], value) != value
+        let is_free = |target: &Target| open.iter().all(|open| open.target != *target);
+        let changed = targets(effectors).filter(is_free).filter(|target| {
+            let value = value(*target, faults);
+            match published.iter_mut().find(|(known, _)| known == target) {
+                Some((_, before)) => std::mem::replace(before, value) != value,
+                None => {
+                    published.push((*target, value));
+                    value != 0
+                }
+            }
         });
         changed.collect()
     }

@@ -10,9 +10,10 @@ use crate::convert;
 use crate::peers::From;
 use flight_management::parameters::{
     COMPATIBILITY, FaultParameter, Kind, ParameterName, Parameters, fault_of, fault_parameters,
-    table,
+    table, targets,
 };
-use icd::{Effector, EffectorList};
+use icd::EffectorList;
+use icd::fault::Target;
 
 use super::faults;
 
@@ -34,13 +35,13 @@ pub(crate) enum Source {
     Own,
     /// Present for ground stations only, without effect.
     Compatibility,
-    /// A fault of this effector.
-    Fault(Effector),
+    /// A fault of this effector or sensor.
+    Fault(Target),
 }
 
 /// Rows of all tables.
 pub(super) fn count(effectors: &EffectorList) -> usize {
-    table().len() + COMPATIBILITY.len() + effectors.len()
+    table().len() + COMPATIBILITY.len() + targets(effectors).count()
 }
 
 /// A name of a table; none of the tables has a longer one.
@@ -67,10 +68,10 @@ pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -
         return Some(Row { index, name, kind: row.kind, value: row.value, source });
     }
     let effectors = shared.effectors();
-    let effector = effectors.all().nth(place.checked_sub(COMPATIBILITY.len())?)?;
-    let FaultParameter { name, effector } = fault_of(effector, effectors);
-    let value = faults::value(effector, shared.aircraft.faults()).into();
-    Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(effector) })
+    let target = targets(effectors).nth(place.checked_sub(COMPATIBILITY.len())?)?;
+    let FaultParameter { name, target } = fault_of(target, effectors);
+    let value = faults::value(target, shared.aircraft.faults()).into();
+    Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(target) })
 }
 
 /// All rows.
@@ -88,11 +89,11 @@ pub(super) fn find(id: &[u8; 16], shared: &Shared) -> Option<Row> {
     row(all.position(|candidate| candidate.as_bytes() == name)?, shared)
 }
 
-/// The fault parameter of the effector.
-pub(super) fn row_of(effector: Effector, shared: &Shared) -> Option<Row> {
+/// The fault parameter of a target.
+pub(super) fn row_of(target: Target, shared: &Shared) -> Option<Row> {
     let effectors = shared.effectors();
-    effectors.contains(effector).then_some(())?;
-    row(count(effectors) - effectors.len() + effector.index(), shared)
+    let place = targets(effectors).position(|other| other == target)?;
+    row(table().len() + COMPATIBILITY.len() + place, shared)
 }
 
 /// PARAM_VALUE.
@@ -151,7 +152,7 @@ mod tests {
     fn each_parameter_of_a_fault_has_the_name_of_its_effector_and_hides_no_other_parameter() {
         let list = tvc_jet::effectors();
         for row in fault_parameters(&list) {
-            let (unit, instance) = failure::unit_and_instance(row.effector, &list);
+            let (unit, instance) = failure::unit_and_instance(row.target, &list);
             assert_eq!(&row.name, format!("FLT_{}{instance}", unit.to_uppercase()).as_str());
             assert!(table().iter().all(|other| *other.name != *row.name), "{}", row.name);
             assert!(compatibility(&row.name).is_none() && is_fault(&row.name), "{}", row.name);

@@ -39,7 +39,7 @@ fn each_parameter_breaks_its_effector_with_each_type_and_mends_it() {
             let [Command::Plant(PlantAction::Fault(request))] = &commands[..] else {
                 panic!("{commands:?}")
             };
-            assert_eq!(request.target(), Some(row.effector.into()));
+            assert_eq!(request.target(), Some(row.target));
             world.send(&set_int(&row.name, 0));
             assert_eq!(values(&mut world), one(&row.name, 0), "mended");
         }

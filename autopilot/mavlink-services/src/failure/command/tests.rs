@@ -295,11 +295,11 @@ fn values_are_accepted_here_exactly_if_the_plant_accepts_them() {
         (tvc_jet::NOZZLE_YAW, 15.0, 60.0),
     ] {
         let max = travel_deg.to_radians();
-        let plant =
-            Reach { is_angle: true, min: -max, max, fastest: Some(rate_deg_s.to_radians()) };
+        let fastest = Some(rate_deg_s.to_radians());
+        let plant = Reach { class: TargetClass::Angle, min: -max, max, fastest };
         for kind in kinds_near_the_limits(effector, &plant) {
             let there = fault::check(&kind, &Timing::NOW, &plant);
-            let here = check(effector, &kind, &Timing::NOW, &model);
+            let here = check(effector.into(), &kind, &Timing::NOW, &model);
             assert_eq!(here.is_ok(), there.is_ok(), "{effector:?} {kind:?}: {here:?} {there:?}");
             refused += usize::from(there.is_err());
         }

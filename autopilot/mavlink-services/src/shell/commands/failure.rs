@@ -4,7 +4,8 @@
 use std::fmt::Write as _;
 
 use icd::fault::{
-    CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION, TargetClass,
+    CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION, SensorKind,
+    TargetClass,
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
@@ -28,13 +29,15 @@ pub(super) fn details(effectors: &EffectorList) -> String {
         let all = Failure::all().filter(|failure| matches!(failure, Failure::Kind(_)) == of_kind);
         all.map(Failure::name).collect::<Vec<_>>().join(" ")
     };
+    let sensors = SensorKind::ALL.map(|sensor| sensor.failure_unit().1).join(", ");
     let (servos, motors, types, kinds) =
         (unit("servo", true), unit("motor", false), names(false), names(true));
     let mut text = format!(
-        "Components: {servos}, {motors}.\nTypes: {types}; {kinds}.\n\
+        "Components: {servos}, {motors}, sensors ({sensors}).\nTypes: {types}; {kinds}.\n\
          \x20 -i N     instance; without -i and -m all of them\n\
          \x20 -m MASK  instances as bits, bit 0 the first\n\
-         \x20 -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -; without it by the parameters FLT_*\n"
+         \x20 -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -, of a sensor in its unit: 50m 200Pa;\n\
+         \x20          without it by the parameters FLT_*\n"
     );
     for (option, kind, number) in options() {
         let (unit, what) =
@@ -144,8 +147,9 @@ fn onset(seconds: f64) -> Result<Onset, String> {
 
 /// A size with its unit; thrusts are for motors.
 fn value(failure: Failure, unit: Unit, word: &str) -> Result<Value, String> {
-    let value = Value::parse(failure, word).map_err(|error| error.to_string())?;
-    if unit != Unit::MOTOR && matches!(value.size, Size::Si(_)) {
+    let sensor = unit.sensor();
+    let value = Value::parse_for(failure, word, sensor).map_err(|error| error.to_string())?;
+    if unit != Unit::MOTOR && sensor.is_none() && matches!(value.size, Size::Si(_)) {
         return Err(format!("{} of {unit} takes no thrust {word}", failure.name()));
     }
     Ok(value)
