@@ -2,7 +2,10 @@
 //!
 //! US Standard Atmosphere 1976, which is the ISA up to 32 km. Its height is the geopotential altitude; the
 //! Earth turns a height into that ([`crate::earth::Place::geopotential_altitude_m`]), so that on the flat
-//! Earth, where gravity is constant, both are the same.
+//! Earth, where gravity is constant, both are the same. A flight may have air that is warmer or colder by a constant
+//! ([`Atmosphere::new`]).
+
+use crate::range::{RangeError, check_range};
 
 /// Gas constant of dry air, J/(kg K): 8314.32 / 28.9644 (US-1976).
 const GAS_CONSTANT: f64 = 8_314.32 / 28.964_4;
@@ -69,43 +72,102 @@ fn inside(geopotential_altitude_m: f64) -> f64 {
     geopotential_altitude_m.clamp(LOWEST_M, HIGHEST_M)
 }
 
-/// Temperature (K) and pressure (Pa) at a geopotential altitude.
-fn temperature_and_pressure(geopotential_altitude_m: f64) -> (f64, f64) {
-    let altitude = inside(geopotential_altitude_m);
-    let at = &LAYERS[layer_at(altitude)];
-    let height = altitude - at.base_m;
-    let temperature = at.base_temperature + at.gradient * height;
-    // exp(y ln x) instead of pow: a third of the time, and good to 1e-15 for these small exponents.
-    let exponent = if at.gradient == 0.0 {
-        -STANDARD_GRAVITY * height / (GAS_CONSTANT * at.base_temperature)
-    } else {
-        -STANDARD_GRAVITY / (GAS_CONSTANT * at.gradient)
-            * libm::log(temperature / at.base_temperature)
-    };
-    (temperature, at.base_pressure * libm::exp(exponent))
+/// The still air of a flight: US-1976, warmer or colder by a constant at all altitudes.
+///
+/// The pressure at altitude zero stays that of the standard. Above and below it follows from the hydrostatic equation
+/// dp/dH = -g0 p / (R T) with the temperature that the air has, so it is another function of the altitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Atmosphere {
+    offset_k: f64,
+    /// At the base of each layer, Pa.
+    base_pressure: [f64; LAYERS.len()],
 }
 
-/// The air at a geopotential altitude in m.
-///
-/// Altitudes outside [`LOWEST_M`] to [`HIGHEST_M`] count as the nearer limit.
-#[must_use]
-pub fn isa(geopotential_altitude_m: f64) -> Air {
-    let (temperature, pressure) = temperature_and_pressure(geopotential_altitude_m);
-    Air {
-        density: pressure / (GAS_CONSTANT * temperature),
-        pressure,
-        temperature,
-        speed_of_sound: f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature),
+impl Atmosphere {
+    /// The standard atmosphere.
+    pub const STANDARD: Self = {
+        let mut base_pressure = [0.0; LAYERS.len()];
+        let mut index = 0;
+        while index < LAYERS.len() {
+            base_pressure[index] = LAYERS[index].base_pressure;
+            index += 1;
+        }
+        Self { offset_k: 0.0, base_pressure }
+    };
+
+    /// Warmer than the standard by this, K; colder if it is negative. Zero is [`Atmosphere::STANDARD`], to the bit.
+    #[must_use]
+    pub fn new(offset_k: f64) -> Self {
+        if offset_k == 0.0 {
+            return Self::STANDARD;
+        }
+        let mut air = Self { offset_k, ..Self::STANDARD };
+        for (below, next) in LAYERS[1..].iter().enumerate() {
+            air.base_pressure[below + 1] = air.in_layer(below, next.base_m).1;
+        }
+        air
+    }
+
+    /// Checks a temperature offset.
+    ///
+    /// # Errors
+    /// [`RangeError`] if it is outside -60 to 60 K.
+    pub fn check(offset_k: f64) -> Result<(), RangeError> {
+        check_range("plant.atmosphere", "temperature_offset_k", offset_k, -60.0, 60.0)
+    }
+
+    /// Temperature (K) and pressure (Pa) at an altitude by the law of one layer.
+    fn in_layer(&self, index: usize, altitude_m: f64) -> (f64, f64) {
+        let at = &LAYERS[index];
+        let base_temperature = at.base_temperature + self.offset_k;
+        let height = altitude_m - at.base_m;
+        let temperature = base_temperature + at.gradient * height;
+        // exp(y ln x) instead of pow: a third of the time, and good to 1e-15 for these small exponents.
+        let exponent = if at.gradient == 0.0 {
+            -STANDARD_GRAVITY * height / (GAS_CONSTANT * base_temperature)
+        } else {
+            -STANDARD_GRAVITY / (GAS_CONSTANT * at.gradient)
+                * libm::log(temperature / base_temperature)
+        };
+        (temperature, self.base_pressure[index] * libm::exp(exponent))
+    }
+
+    /// The air at a geopotential altitude in m.
+    ///
+    /// Altitudes outside [`LOWEST_M`] to [`HIGHEST_M`] count as the nearer limit.
+    #[must_use]
+    pub fn air(&self, geopotential_altitude_m: f64) -> Air {
+        let altitude_m = inside(geopotential_altitude_m);
+        let (temperature, pressure) = self.in_layer(layer_at(altitude_m), altitude_m);
+        Air {
+            density: pressure / (GAS_CONSTANT * temperature),
+            pressure,
+            temperature,
+            speed_of_sound: f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature),
+        }
+    }
+
+    /// Speed of sound at a geopotential altitude in m, as in [`Atmosphere::air`]; without the exponential of the pressure.
+    #[must_use]
+    pub fn speed_of_sound(&self, geopotential_altitude_m: f64) -> f64 {
+        let altitude = inside(geopotential_altitude_m);
+        let at = &LAYERS[layer_at(altitude)];
+        let temperature =
+            at.base_temperature + self.offset_k + at.gradient * (altitude - at.base_m);
+        f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
     }
 }
 
-/// Speed of sound at a geopotential altitude in m, as in [`isa`]; without the exponential of the pressure.
+/// The standard air at a geopotential altitude in m, as [`Atmosphere::air`].
+#[must_use]
+pub fn isa(geopotential_altitude_m: f64) -> Air {
+    Atmosphere::STANDARD.air(geopotential_altitude_m)
+}
+
+/// Speed of sound of the standard air at a geopotential altitude in m.
 #[must_use]
 pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
-    let altitude = inside(geopotential_altitude_m);
-    let at = &LAYERS[layer_at(altitude)];
-    let temperature = at.base_temperature + at.gradient * (altitude - at.base_m);
-    f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
+    Atmosphere::STANDARD.speed_of_sound(geopotential_altitude_m)
 }
 
 /// Pressure altitude: the geopotential altitude, m, with this static pressure, Pa; the nearer end of the model for a pressure
@@ -131,6 +193,7 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
 /// integration, which moves the aircraft by millimetres to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalDensity {
+    atmosphere: Atmosphere,
     altitude_m: f64,
     /// Range of the series up and down, m: never beyond the layer.
     up_m: f64,
@@ -144,14 +207,20 @@ pub struct LocalDensity {
 const SERIES_M: f64 = 10.0;
 
 impl LocalDensity {
-    /// Around a geopotential altitude in m.
+    /// Of the standard air around a geopotential altitude in m.
     #[must_use]
     pub fn around(geopotential_altitude_m: f64) -> Self {
+        Self::of(&Atmosphere::STANDARD, geopotential_altitude_m)
+    }
+
+    /// Of this air around a geopotential altitude in m.
+    #[must_use]
+    pub fn of(atmosphere: &Atmosphere, geopotential_altitude_m: f64) -> Self {
         let altitude_m = inside(geopotential_altitude_m);
         let index = layer_at(altitude_m);
         let top_m = LAYERS.get(index + 1).map_or(HIGHEST_M, |next| next.base_m);
         let bottom_m = if index == 0 { LOWEST_M } else { LAYERS[index].base_m };
-        let air = isa(altitude_m);
+        let air = atmosphere.air(altitude_m);
         // d(rho)/dH = -k rho / T with T linear: the binomial series, for any gradient including zero.
         let gradient = LAYERS[index].gradient;
         let k = STANDARD_GRAVITY / GAS_CONSTANT + gradient;
@@ -161,6 +230,7 @@ impl LocalDensity {
         let third = second * (k + 2.0 * gradient) * y / 3.0;
         let fourth = third * (k + 3.0 * gradient) * y / 4.0;
         Self {
+            atmosphere: *atmosphere,
             altitude_m,
             up_m: (top_m - altitude_m).min(SERIES_M),
             down_m: (bottom_m - altitude_m).max(-SERIES_M),
@@ -176,13 +246,13 @@ impl LocalDensity {
         (geopotential_altitude_m - self.altitude_m).abs() < 0.5 * SERIES_M
     }
 
-    /// Density at a geopotential altitude in m, kg/m³; that of [`isa`] to the last digits, anywhere.
+    /// Density at a geopotential altitude in m, kg/m³; that of [`Atmosphere::air`] to the last digits, anywhere.
     #[inline]
     #[must_use]
     pub fn at(&self, geopotential_altitude_m: f64) -> f64 {
         let x = geopotential_altitude_m - self.altitude_m;
         if x < self.down_m || x > self.up_m {
-            return isa(geopotential_altitude_m).density;
+            return self.atmosphere.air(geopotential_altitude_m).density;
         }
         let [c1, c2, c3, c4] = self.series;
         self.density * (1.0 + x * (c1 + x * (c2 + x * (c3 + x * c4))))
@@ -243,11 +313,41 @@ mod tests {
     }
 
     #[test]
+    fn warm_air_obeys_the_hydrostatic_equation_and_the_gas_law() {
+        for offset_k in [-60.0, -20.0, 15.0, 60.0] {
+            let atmosphere = Atmosphere::new(offset_k);
+            assert_eq!(atmosphere.air(0.0).pressure, 101_325.0, "the pressure at zero stays");
+            for altitude in [-1_000.0, 300.0, 5_000.0, 10_980.0, 15_000.0, 40_000.0, 80_000.0] {
+                let (here, standard) = (atmosphere.air(altitude), isa(altitude));
+                assert!((here.temperature - standard.temperature - offset_k).abs() < 1e-9);
+                let gas = here.pressure / (GAS_CONSTANT * here.temperature);
+                assert!((here.density / gas - 1.0).abs() < 1e-15, "{} kg/m3", here.density);
+                // Central difference over 20 m inside one layer: curvature of 1e-6.
+                let [below, above] = [-10.0, 10.0].map(|d| atmosphere.air(altitude + d).pressure);
+                let slope = (above - below) / 20.0;
+                let weight = -STANDARD_GRAVITY * here.density;
+                assert!((slope / weight - 1.0).abs() < 1e-5, "{offset_k} K, {altitude} m: {slope}");
+                let quick = atmosphere.speed_of_sound(altitude);
+                assert_eq!(quick, here.speed_of_sound, "{offset_k} K, {altitude} m");
+            }
+        }
+        // Warm air is thinner near the ground, and its pressure falls more slowly.
+        let warm = Atmosphere::new(20.0);
+        assert!(warm.air(0.0).density < isa(0.0).density);
+        assert!(warm.air(20_000.0).pressure > isa(20_000.0).pressure);
+        assert_eq!(Atmosphere::new(0.0), Atmosphere::STANDARD);
+    }
+
+    #[test]
     fn the_local_series_is_the_density_of_the_atmosphere() {
-        for centre in
+        for (centre, offset_k) in
             [-5_100.0, 0.0, 4_996.0, 10_999.0, 11_000.0, 15_000.0, 25_000.0, 84_851.0, 9e4]
+                .into_iter()
+                .flat_map(|centre| [(centre, 0.0), (centre, -35.0), (centre, 60.0)])
         {
-            let local = LocalDensity::around(centre);
+            let atmosphere = Atmosphere::new(offset_k);
+            let isa = |altitude_m: f64| atmosphere.air(altitude_m);
+            let local = LocalDensity::of(&atmosphere, centre);
             assert_eq!(local.at(centre), isa(centre).density, "{centre} m");
             for offset in [-300.0, -9.9, -1.5, 1e-3, 0.7, 9.9, 12.0, 500.0] {
                 let (ours, exact) = (local.at(centre + offset), isa(centre + offset).density);

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
-use crate::atmosphere::{self, LocalDensity};
+use crate::atmosphere::{Atmosphere, LocalDensity};
 use crate::earth::slopes::Slopes;
 use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
@@ -60,6 +60,7 @@ pub struct Dynamics {
     jet: Jet,
     needs_mach: bool,
     earth: Earth,
+    atmosphere: Atmosphere,
     /// Wind over the altitude, besides the steady one of [`StepInputs`].
     profile: WindProfile,
 }
@@ -137,8 +138,24 @@ impl Dynamics {
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
         let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref())?;
         let needs_mach = air.needs_mach() || jet.needs_mach();
-        let profile = WindProfile::default();
-        Ok(Self { mass, servo_dynamics, air, jet, needs_mach, airframe, earth, profile })
+        let (atmosphere, profile) = (Atmosphere::STANDARD, WindProfile::default());
+        Ok(Self {
+            mass,
+            servo_dynamics,
+            air,
+            jet,
+            needs_mach,
+            airframe,
+            earth,
+            atmosphere,
+            profile,
+        })
+    }
+
+    /// The same in warmer or colder air.
+    #[must_use]
+    pub fn in_air(self, atmosphere: Atmosphere) -> Self {
+        Self { atmosphere, ..self }
     }
 
     /// The same in a wind that changes with the altitude.
@@ -162,7 +179,7 @@ impl Dynamics {
         density: f64,
         altitude_m: f64,
     ) -> Option<f64> {
-        self.jet.lever_at(thrust_n, &engine_air(airspeed_m_s, density, altitude_m))
+        self.jet.lever_at(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
     }
 
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
@@ -189,7 +206,7 @@ impl Dynamics {
         altitude_m: f64,
         effective: &PerEffector<f64>,
     ) -> Coefficients {
-        let mach = air.airspeed_m_s / atmosphere::speed_of_sound(altitude_m);
+        let mach = air.airspeed_m_s / self.atmosphere.speed_of_sound(altitude_m);
         self.air.coefficients(air, mach, effective)
     }
 
@@ -203,6 +220,18 @@ impl Dynamics {
     #[must_use]
     pub fn earth(&self) -> &Earth {
         &self.earth
+    }
+
+    /// The still air.
+    #[must_use]
+    pub fn atmosphere(&self) -> &Atmosphere {
+        &self.atmosphere
+    }
+
+    /// The density of the still air around a geopotential altitude in m.
+    #[must_use]
+    pub fn density_around(&self, geopotential_altitude_m: f64) -> LocalDensity {
+        LocalDensity::of(&self.atmosphere, geopotential_altitude_m)
     }
 
     /// The engine and its nozzle.
@@ -223,7 +252,7 @@ impl Dynamics {
     pub fn thrust_range_n(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> [f64; 2] {
         let Some(engine) = self.jet.engine() else { return [0.0; 2] };
         let servo = &self.airframe.servos[engine];
-        let at = engine_air(airspeed_m_s, density, altitude_m);
+        let at = self.engine_air(airspeed_m_s, density, altitude_m);
         self.jet.thrust_range_n(&at).map_or([servo.min, servo.max], |[least, most]| {
             [servo.limited(least), servo.limited(most)]
         })
@@ -239,7 +268,7 @@ impl Dynamics {
         density: f64,
         altitude_m: f64,
     ) -> f64 {
-        self.jet.roll_n_m(thrust_n, &engine_air(airspeed_m_s, density, altitude_m))
+        self.jet.roll_n_m(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
     }
 
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
@@ -282,7 +311,7 @@ impl Dynamics {
         let earth_rate = self.earth.rotation_in(&e_from_body);
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
         let engine_air = match self.needs_mach {
-            true => engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
+            true => self.engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
             false => EngineAir::default(),
         };
         let thrust_limits = thrust_limits.unwrap_or_else(|| self.jet.limits(&engine_air));
@@ -379,11 +408,11 @@ impl Dynamics {
         let next = State::from_array(&x);
         State { rigid: next.rigid.normalised(), ..next }
     }
-}
 
-/// The air that the engine works in, with its Mach number.
-#[inline]
-fn engine_air(airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
-    let mach = airspeed_m_s / atmosphere::speed_of_sound(altitude_m);
-    EngineAir { airspeed_m_s, density, mach, altitude_m }
+    /// The air that the engine works in, with its Mach number.
+    #[inline]
+    fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
+        let mach = airspeed_m_s / self.atmosphere.speed_of_sound(altitude_m);
+        EngineAir { airspeed_m_s, density, mach, altitude_m }
+    }
 }

@@ -7,7 +7,7 @@ use icd::fault::Refusal;
 use icd::{Actuators, FaultReply, FaultRequest, Ned, Sensors, SimTime};
 
 use crate::airframe::Airframe;
-use crate::atmosphere::{LocalDensity, isa};
+use crate::atmosphere::Atmosphere;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::Earth;
 use crate::earth::slopes::Slopes;
@@ -19,7 +19,7 @@ use crate::setup::{self, PlantSetup, SetupError};
 use crate::step_limit;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
-use crate::wind::{self, DiscreteGust, DiscreteGusts, Turbulence, WindSettings};
+use crate::wind::{self, DiscreteGust, DiscreteGusts, MovingAir, Surroundings, WindSettings};
 
 mod released;
 
@@ -51,7 +51,7 @@ pub struct Plant {
     present: Evaluation,
     truth: Truth,
     pub(crate) faults: Faults,
-    turbulence: Turbulence,
+    turbulence: MovingAir,
     gusts: DiscreteGusts,
     sensors: SensorSet,
     reports: VecDeque<PlantReport>,
@@ -87,9 +87,11 @@ impl Plant {
     pub fn new(setup: &PlantSetup) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.start.geodetic());
-        let dynamics = Dynamics::new(setup.airframe.clone(), earth)?;
+        let dynamics = Dynamics::new(setup.airframe.clone(), earth)?
+            .in_air(Atmosphere::new(setup.temperature_offset_k))
+            .in_wind(setup.profile.clone());
         let start = dynamics.earth().place(&dynamics.earth().position(&setup.start.geodetic()));
-        let density = isa(start.geopotential_altitude_m).density;
+        let density = dynamics.atmosphere().air(start.geopotential_altitude_m).density;
         step_limit::check(&dynamics, &setup.start, density, setup.step_us)
             .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
         let steady = wind::steady(&setup.wind);
@@ -112,8 +114,9 @@ impl Plant {
             Some(gravity) => earth.tangent(gravity),
             None => earth,
         };
-        let mut dynamics =
-            Dynamics::new(setup.airframe.clone(), earth)?.in_wind(setup.profile.clone());
+        let mut dynamics = Dynamics::new(setup.airframe.clone(), earth)?
+            .in_air(Atmosphere::new(setup.temperature_offset_k))
+            .in_wind(setup.profile.clone());
         let steady = wind::steady(&setup.wind);
         let trim = released(&mut dynamics, setup, &steady)?;
         let airspeed_m_s = trim.airspeed_m_s;
@@ -135,21 +138,22 @@ impl Plant {
         let Settings { sensors, faults, seed, run, period_us, step_us } = *settings;
         let state = trim.state();
         let airframe = dynamics.airframe();
-        let mut turbulence = Turbulence::new(
-            air.wind.turbulence_m_s,
-            airframe.aero.geometry().span_m,
-            f64::from(period_us) / 1.0e6,
-            seed,
-            run,
-        );
-        let mut gusts = DiscreteGusts::new(air.gusts, f64::from(period_us) / 1.0e6);
+        let (span_m, period_s) = (airframe.aero.geometry().span_m, f64::from(period_us) / 1.0e6);
+        let mut turbulence = MovingAir::new(air.wind, span_m, period_s, seed, run);
+        let mut gusts = DiscreteGusts::new(air.gusts, period_s);
         let time = SimTime::ZERO;
         let place = dynamics.earth().place(&state.rigid.position);
+        let turbulent = turbulence.step(&Surroundings {
+            airspeed_m_s: air.airspeed_m_s,
+            height_m: place.altitude_m,
+            attitude: dynamics.earth().attitude(&place, &state.rigid.q_e_from_body),
+            wind: dynamics.wind(&air.steady, place.geopotential_altitude_m),
+        });
         let inputs = StepInputs {
             commands: state.positions,
             wind: air.steady,
-            gust: gusts.step(time, air.airspeed_m_s, turbulence.step(air.airspeed_m_s)),
-            density: LocalDensity::around(place.geopotential_altitude_m),
+            gust: gusts.step(time, air.airspeed_m_s, turbulent),
+            density: dynamics.density_around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
             effects: Effects::none(),
         };
@@ -163,7 +167,8 @@ impl Plant {
                 &state.positions,
                 &sensors.of(&airframe.effectors),
             ),
-            sensors: SensorSet::new(airframe, sensors, period_us, seed, run),
+            sensors: SensorSet::new(airframe, sensors, period_us, seed, run)
+                .in_air(*dynamics.atmosphere()),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
             period_us: u64::from(period_us),
@@ -300,7 +305,12 @@ impl Plant {
             self.state = before;
         }
         let airspeed_m_s = self.truth.airspeed_m_s;
-        let turbulence = self.turbulence.step(airspeed_m_s);
+        let turbulence = self.turbulence.step(&Surroundings {
+            airspeed_m_s,
+            height_m: self.truth.altitude_m,
+            attitude: self.truth.attitude,
+            wind: self.dynamics.wind(&self.inputs.wind, self.present.place.geopotential_altitude_m),
+        });
         self.inputs.gust = self.gusts.step(self.time, airspeed_m_s, turbulence);
         self.observe();
         // Forces and position can be absurd while the state is still finite.
@@ -415,7 +425,7 @@ impl Plant {
         self.present = self.dynamics.present(&self.state, &self.inputs);
         let altitude_m = self.present.place.geopotential_altitude_m;
         if !self.inputs.density.covers(altitude_m) {
-            self.inputs.density = LocalDensity::around(altitude_m);
+            self.inputs.density = self.dynamics.density_around(altitude_m);
         }
         let position = &self.state.rigid.position;
         if !self.inputs.slopes.cover(position) {

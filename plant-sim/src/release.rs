@@ -6,7 +6,7 @@ use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
-use crate::atmosphere::STANDARD_GRAVITY;
+use crate::atmosphere::{Atmosphere, STANDARD_GRAVITY};
 use crate::earth::{Earth, EarthModel};
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
@@ -35,6 +35,8 @@ pub struct ReleaseSetup {
     pub gusts: Vec<DiscreteGust>,
     /// Wind over the altitude, added to the steady one.
     pub profile: WindProfile,
+    /// How much warmer the air is than the standard, K.
+    pub temperature_offset_k: f64,
     /// The state at time zero.
     pub initial: InitialState,
     /// The controls at time zero; a trim adds its own.
@@ -113,6 +115,8 @@ impl ReleaseSetup {
     pub fn check(&self) -> Result<(), RangeError> {
         self.airframe.check()?;
         self.wind.check()?;
+        self.profile.check()?;
+        Atmosphere::check(self.temperature_offset_k)?;
         check_gusts(&self.gusts)?;
         self.initial.check()?;
         let gravity = self.flat_gravity.unwrap_or(STANDARD_GRAVITY);

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use serde::de::{Error as _, IgnoredAny};
 
 use crate::airframe::Airframe;
+use crate::atmosphere::Atmosphere;
 use crate::config::keys::gather;
 use crate::config::{self, ConfigError, units};
 use crate::earth::EarthModel;
@@ -20,7 +21,9 @@ use crate::range::check_range;
 use crate::sensors::{NoDate, SensorSettings, SensorsTable};
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
-use crate::wind::{DiscreteGust, WindLevel, WindProfile, WindSettings, check_gusts};
+use crate::wind::{
+    DiscreteGust, TurbulenceName, WindLevel, WindProfile, WindSettings, check_gusts,
+};
 
 pub mod case;
 mod fault_table;
@@ -58,6 +61,10 @@ pub struct PlantPart {
     pub earth: EarthModel,
     /// Wind and turbulence; calm if the file has none.
     pub wind: WindSettings,
+    /// Wind over the altitude, added to the steady one; none if the file has none.
+    pub profile: WindProfile,
+    /// How much warmer the air is than the standard, K.
+    pub temperature_offset_k: f64,
     /// Discrete gusts; none if the file has none.
     pub gusts: Vec<DiscreteGust>,
     /// Errors of the sensors; ideal if the file has none.
@@ -109,6 +116,8 @@ impl PlantPart {
             airframe,
             earth: self.earth,
             wind: self.wind,
+            profile: self.profile.clone(),
+            temperature_offset_k: self.temperature_offset_k,
             gusts: self.gusts.clone(),
             sensors: self.sensors,
             faults: self.faults.clone(),
@@ -153,7 +162,7 @@ impl ScenarioFile {
             let source = Box::new(toml::de::Error::missing_field("seed"));
             return Err(ConfigError::Toml { file: name.to_owned(), source });
         }
-        Ok(Scenario { plant: self.plant.into_part(name, effectors)?.0 })
+        Ok(Scenario { plant: self.plant.into_part(name, effectors)? })
     }
 }
 
@@ -188,6 +197,7 @@ struct PlantTable {
     controls: Option<BTreeMap<String, f64>>,
     #[serde(default)]
     control_step: Vec<ControlStepTable>,
+    atmosphere: Option<AtmosphereTable>,
     wind: Option<WindTable>,
     date: Option<String>,
     sensors: Option<SensorsTable>,
@@ -205,25 +215,28 @@ struct WindTable {
     towards_deg: f64,
     down_m_s: f64,
     turbulence_m_s: f64,
+    turbulence: Option<TurbulenceName>,
     level: Vec<WindLevel>,
+}
+
+/// Missing values are those of the standard.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct AtmosphereTable {
+    temperature_offset_k: f64,
 }
 
 impl PlantTable {
     /// Tables that only a check case has, and whether they are there.
-    fn of_cases(&self) -> [(&'static str, bool); 4] {
+    fn of_cases(&self) -> [(&'static str, bool); 3] {
         [
             ("plant.initial_state", self.initial_state.is_some()),
             ("plant.controls", self.controls.is_some()),
             ("plant.control_step", !self.control_step.is_empty()),
-            ("plant.wind.level", self.wind.as_ref().is_some_and(|wind| !wind.level.is_empty())),
         ]
     }
 
-    fn into_part(
-        self,
-        file: &str,
-        effectors: &EffectorList,
-    ) -> Result<(PlantPart, WindProfile), ConfigError> {
+    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, ConfigError> {
         let range = config::in_file(file);
         if let Some(duration_s) = self.duration_s {
             check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)
@@ -236,9 +249,12 @@ impl PlantTable {
             towards_rad: table.towards_deg.to_radians(),
             down_m_s: table.down_m_s,
             turbulence_m_s: table.turbulence_m_s,
+            turbulence: table.turbulence.and_then(TurbulenceName::level),
         };
         let profile = WindProfile::new(table.level).map_err(&range)?;
         wind.check().map_err(&range)?;
+        let temperature_offset_k = self.atmosphere.unwrap_or_default().temperature_offset_k;
+        Atmosphere::check(temperature_offset_k).map_err(&range)?;
         check_gusts(&self.gust).map_err(&range)?;
         let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
         if let Some(date) = &self.date {
@@ -247,19 +263,20 @@ impl PlantTable {
         }
         sensors.check(ControlPeriod::DEFAULT.as_micros()).map_err(&range)?;
         let faults = self.fault.iter().enumerate();
-        let part = PlantPart {
+        Ok(PlantPart {
             seed: self.seed.unwrap_or_default(),
             duration_s: self.duration_s,
             start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
             wind,
+            profile,
+            temperature_offset_k,
             gusts: self.gust,
             sensors,
             faults: faults
                 .map(|(i, f)| f.read(file, i + 1, effectors))
                 .collect::<Result<_, _>>()?,
-        };
-        Ok((part, profile))
+        })
     }
 }
 

@@ -14,7 +14,7 @@ use icd::{
 
 use crate::aerodynamics::AirState;
 use crate::airframe::{AirData, Airframe};
-use crate::atmosphere::{HEAT_RATIO, speed_of_sound};
+use crate::atmosphere::{Atmosphere, HEAT_RATIO};
 use crate::dynamics::{Evaluation, Motion};
 use crate::faults::Faults;
 use crate::noise::{Normals, Source};
@@ -43,6 +43,7 @@ const FIELD_EVERY_US: u64 = 1_000_000;
 #[derive(Debug, Clone)]
 pub struct SensorSet {
     places: AirData,
+    atmosphere: Atmosphere,
     engine: Option<Effector>,
     gyro_noise_rad_s: f64,
     gyro: Normals,
@@ -74,6 +75,7 @@ impl SensorSet {
             settings.grade.as_ref().map(|grade| RealSensors::new(grade, period_us, seed, run));
         Self {
             places: airframe.air_data,
+            atmosphere: Atmosphere::STANDARD,
             engine: airframe.effectors.only(EffectorKind::Engine),
             gyro_noise_rad_s: settings.gyro_noise_rad_s,
             gyro: Normals::new(seed, run, Source::Gyro),
@@ -83,6 +85,12 @@ impl SensorSet {
             real: real.map(Box::new),
             faulty: FaultySensors::new(period_us, seed, run),
         }
+    }
+
+    /// The same in warmer or colder air.
+    #[must_use]
+    pub fn in_air(self, atmosphere: Atmosphere) -> Self {
+        Self { atmosphere, ..self }
     }
 
     /// A sample of each sensor, taken now, with the effects of `faults`; draws the noise of this tick. `present` and `gust` are
@@ -145,7 +153,7 @@ impl SensorSet {
         };
         let angles =
             FlowAngles { angle_of_attack_rad: vanes.alpha_rad, sideslip_rad: vanes.beta_rad };
-        let sound_m_s = speed_of_sound(present.place.geopotential_altitude_m);
+        let sound_m_s = self.atmosphere.speed_of_sound(present.place.geopotential_altitude_m);
         let pressure_pa = present.density * sound_m_s * sound_m_s / HEAT_RATIO;
         let airspeed_m_s = pitot.airspeed_m_s;
         let impact_pa = impact_pressure_pa(pressure_pa, airspeed_m_s / sound_m_s);

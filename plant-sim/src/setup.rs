@@ -7,6 +7,7 @@ use icd::{ControlPeriod, EffectorList};
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
+use crate::atmosphere::Atmosphere;
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
 use crate::range::RangeError;
@@ -15,7 +16,7 @@ use crate::start::Start;
 use crate::step_limit::TooQuick;
 use crate::tables::TablesError;
 use crate::trim::TrimError;
-use crate::wind::{DiscreteGust, WindSettings, check_gusts};
+use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
 /// Longest default integration step, µs.
 pub const DEFAULT_STEP_US: u32 = 1_000;
@@ -39,6 +40,12 @@ pub struct PlantSetup {
     pub earth: EarthModel,
     /// Wind and turbulence.
     pub wind: WindSettings,
+    /// Wind over the altitude, added to the steady one.
+    #[serde(default)]
+    pub profile: WindProfile,
+    /// How much warmer the air is than the standard, K.
+    #[serde(default)]
+    pub temperature_offset_k: f64,
     /// Discrete gusts.
     #[serde(default)]
     pub gusts: Vec<DiscreteGust>,
@@ -128,6 +135,8 @@ impl PlantSetup {
         self.airframe.check()?;
         self.start.check()?;
         self.wind.check()?;
+        self.profile.check()?;
+        Atmosphere::check(self.temperature_offset_k)?;
         check_gusts(&self.gusts)?;
         self.sensors.check(self.period.as_micros())?;
         let period_us = self.period.as_micros();

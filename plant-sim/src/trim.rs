@@ -113,7 +113,9 @@ type Unknowns = SVector<f64, 6>;
 struct Problem<'a> {
     dynamics: &'a Dynamics,
     start: &'a Start,
+    /// Steady wind without that of the levels, m/s, and with it.
     wind: &'a Ned,
+    total_wind: Ned,
     /// Slope of the flight path through the air, rad: against a vertical wind.
     climb_rad: f64,
     density: LocalDensity,
@@ -130,13 +132,14 @@ struct Problem<'a> {
 /// # Errors
 /// [`TrimError`] if there is none, or the aircraft cannot hold it.
 pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, TrimError> {
-    let sine = (wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
     let earth = dynamics.earth();
     let place = earth.place(&earth.position(&start.geodetic()));
     let altitude_m = place.geopotential_altitude_m;
-    let density = LocalDensity::around(altitude_m);
+    let total_wind = dynamics.wind(wind, altitude_m);
+    let sine = (total_wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
+    let density = dynamics.density_around(altitude_m);
     let (dynamics, climb_rad) = (&dynamics.with_any_thrust(), libm::asin(sine));
-    let problem = Problem { dynamics, start, wind, climb_rad, density, altitude_m };
+    let problem = Problem { dynamics, start, wind, total_wind, climb_rad, density, altitude_m };
     let mut x = Unknowns::zeros();
     x[0] = 0.03;
     if let Some(engine) = dynamics.jet().engine() {
@@ -214,7 +217,7 @@ impl Problem<'_> {
         });
         let (sin_alpha, cos_alpha) = libm::sincos(alpha_rad);
         let air = Vector3::new(start.airspeed_m_s * cos_alpha, 0.0, start.airspeed_m_s * sin_alpha);
-        let wind = attitude.to_body(*self.wind).0;
+        let wind = attitude.to_body(self.total_wind).0;
         let velocity = Body(air + wind);
         let ground = attitude.to_ned(velocity).0;
         let relative = attitude.to_body(Ned::new(0.0, 0.0, turn_rate)).0;
@@ -233,7 +236,7 @@ impl Problem<'_> {
         let (rigid, relative) = self.rigid(x[0], x[5]);
         let positions = self.trim(x).positions();
         let e = self.dynamics.evaluate(&rigid, &positions, self.wind, &Gust::none(), &self.density);
-        let wind_body = e.motion.e_from_body.tr_mul(&(e.place.e_from_ned * self.wind.0));
+        let wind_body = e.motion.e_from_body.tr_mul(&(e.place.e_from_ned * self.total_wind.0));
         let linear = e.motion.derivative.velocity.0 + relative.cross(&wind_body);
         let angular = e.motion.derivative.rates.0;
         Unknowns::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)

@@ -9,9 +9,11 @@ use crate::range::{RangeError, check_range};
 
 mod filters;
 mod gust;
+pub mod level;
 mod profile;
 
 pub use gust::{DiscreteGust, DiscreteGusts, check as check_gusts};
+pub use level::{LevelTurbulence, Surroundings, TurbulenceLevel, TurbulenceName};
 pub use profile::{WindLevel, WindProfile};
 
 use filters::{Rotary, SecondOrder, Transition};
@@ -31,14 +33,28 @@ pub struct WindSettings {
     pub towards_rad: f64,
     /// Vertical speed of the steady wind, m/s, down positive.
     pub down_m_s: f64,
-    /// Intensity σ of the turbulence, m/s rms on each axis.
+    /// Intensity σ of turbulence that is the same at every altitude, m/s rms on each axis.
     pub turbulence_m_s: f64,
+    /// Turbulence of the standard at this level, instead of a constant intensity.
+    #[serde(default)]
+    pub turbulence: Option<TurbulenceLevel>,
 }
 
 impl WindSettings {
     /// No wind, no turbulence.
-    pub const CALM: Self =
-        Self { speed_m_s: 0.0, towards_rad: 0.0, down_m_s: 0.0, turbulence_m_s: 0.0 };
+    pub const CALM: Self = Self {
+        speed_m_s: 0.0,
+        towards_rad: 0.0,
+        down_m_s: 0.0,
+        turbulence_m_s: 0.0,
+        turbulence: None,
+    };
+
+    /// The same with turbulence of this rms on each axis, m/s, in place of any other.
+    #[must_use]
+    pub fn with_turbulence_m_s(self, turbulence_m_s: f64) -> Self {
+        Self { turbulence_m_s, turbulence: None, ..self }
+    }
 }
 
 impl WindSettings {
@@ -51,6 +67,11 @@ impl WindSettings {
         check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
         check_range(SECTION, "towards_deg", self.towards_rad.to_degrees(), -360.0, 360.0)?;
         check_range(SECTION, "down_m_s", self.down_m_s, -50.0, 50.0)?;
+        if self.turbulence.is_some() {
+            // Expected one of them; shipped scenarios have a zero.
+            let key = "turbulence_m_s beside turbulence";
+            return check_range(SECTION, key, self.turbulence_m_s, 0.0, 0.0);
+        }
         check_range(SECTION, "turbulence_m_s", self.turbulence_m_s, 0.0, 20.0)
     }
 }
@@ -95,7 +116,7 @@ impl Gust {
 /// The rotation is in the file `wind/filters.rs`. The filters are advanced by their exact solution from one control tick to the
 /// next, so that the gusts have their rms and spectrum at any period; between ticks the gust is constant.
 ///
-/// Left out: the low-altitude form (σ and L would change with height below 2000 ft).
+/// Its intensity is the same at every altitude. [`LevelTurbulence`] has the intensities of the standard, and its form below 2000 ft.
 /// The flight begins in calm air and reaches the full rms after some 2 T (4 s at 264 m/s), because a jump of
 /// the wind at the start would not be turbulence.
 #[derive(Debug, Clone)]
@@ -142,6 +163,40 @@ impl Turbulence {
         Gust {
             velocity: Body(Vector3::new(self.along, y, z) * self.intensity_m_s),
             rates: Body(self.rotation.rates(y, z) * self.intensity_m_s),
+        }
+    }
+}
+
+/// The turbulence of a flight.
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one in a flight, and it is the usual one")]
+pub enum MovingAir {
+    /// Of one intensity everywhere, or none.
+    Constant(Turbulence),
+    /// At a level of the standard.
+    Level(Box<LevelTurbulence>),
+}
+
+impl MovingAir {
+    /// Still at the start, advanced every `period_s`, around an aircraft of this span.
+    #[must_use]
+    pub fn new(settings: &WindSettings, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
+        match settings.turbulence {
+            None => {
+                let intensity_m_s = settings.turbulence_m_s;
+                Self::Constant(Turbulence::new(intensity_m_s, span_m, period_s, seed, run))
+            }
+            Some(level) => {
+                Self::Level(Box::new(LevelTurbulence::new(level, span_m, period_s, seed, run)))
+            }
+        }
+    }
+
+    /// Advances one control tick; returns the gust until the next tick.
+    pub fn step(&mut self, at: &Surroundings) -> Gust {
+        match self {
+            Self::Constant(turbulence) => turbulence.step(at.airspeed_m_s),
+            Self::Level(turbulence) => turbulence.step(at),
         }
     }
 }
@@ -222,7 +277,7 @@ mod tests {
             speed_m_s: 10.0,
             towards_rad: core::f64::consts::FRAC_PI_2,
             down_m_s: -1.0,
-            turbulence_m_s: 0.0,
+            ..WindSettings::CALM
         };
         assert!((steady(&east).0 - Vector3::new(0.0, 10.0, -1.0)).norm() < 1e-14);
     }

@@ -28,6 +28,7 @@ use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
+use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{false_alarms, isolation};
 use flight_analysis::{print_line, print_text};
 
@@ -96,6 +97,8 @@ enum Command {
     Jams(Box<JamsArgs>),
     /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
     Trimmable(Box<TrimmableArgs>),
+    /// Fly through turbulence of a level and draw its six spectra beside the formulas of the standard
+    Turbulence(TurbulenceArgs),
     /// Fly many flights drawn from a specification with several laws, and compare what they survive
     #[command(subcommand)]
     Campaign(flight_campaign::Command),
@@ -154,6 +157,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
+        Some(Command::Turbulence(args)) => turbulence::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
         Some(Command::Linearize(args)) => linearize::run(args)?,
         Some(Command::Campaign(command)) => flight_campaign::run(command)?,
@@ -208,6 +212,7 @@ mod tests {
             "false-alarms --out x",
             "isolation --out x",
             "trimmable --pairs-deg 10 --out x",
+            "turbulence --level light --altitude-m 100,5000 --airspeed-m-s 60 --out x",
             "campaign run jams --shard 1/2 --out x",
             "campaign merge jams --out x y z",
             "campaign replay jams --run 3 --out x",

@@ -106,7 +106,9 @@ impl PlantArgs {
         if let Some(noise) = self.gyro_noise_deg_s {
             setup.sensors.gyro_noise_rad_s = noise.to_radians();
         }
-        setup.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(setup.wind.turbulence_m_s);
+        if let Some(intensity_m_s) = self.turbulence_m_s {
+            setup.wind = setup.wind.with_turbulence_m_s(intensity_m_s);
+        }
         setup.check()?;
         let file = || self.scenario.clone();
         setup

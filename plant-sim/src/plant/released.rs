@@ -2,7 +2,6 @@
 
 use icd::Ned;
 
-use crate::atmosphere::LocalDensity;
 use crate::dynamics::Dynamics;
 use crate::release::ReleaseSetup;
 use crate::setup::SetupError;
@@ -42,7 +41,7 @@ pub(super) fn released(
     let here = earth.geodetic(&rigid.position);
     dynamics.hold_lever(controls.lever);
     let place = dynamics.earth().place(&rigid.position);
-    let density = LocalDensity::around(place.geopotential_altitude_m);
+    let density = dynamics.density_around(place.geopotential_altitude_m);
     let e = dynamics.evaluate(&rigid, &controls.positions, steady, &Gust::none(), &density);
     let airspeed_m_s = e.motion.air.airspeed_m_s;
     let start = Start {

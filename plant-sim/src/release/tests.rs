@@ -37,6 +37,7 @@ fn setup(body: &str, earth: EarthModel, initial: InitialState) -> ReleaseSetup {
         earth,
         flat_gravity: None,
         wind: WindSettings::CALM,
+        temperature_offset_k: 0.0,
         gusts: Vec::new(),
         profile: WindProfile::default(),
         initial,

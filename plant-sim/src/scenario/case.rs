@@ -1,7 +1,7 @@
 //! Check cases: scenarios that are flown without a controller, from any state, with prescribed controls.
 //!
-//! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]`, `[[plant.control_step]]` and
-//! `[[plant.wind.level]]` describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
+//! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]` and `[[plant.control_step]]`
+//! describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -202,14 +202,15 @@ impl CaseFile {
             steps.push(ControlStep { at, change: reader.change(&table.controls)? });
         }
         steps.sort_by_key(|step| step.at);
-        let (part, profile) = plant.into_part(&name, &airframe.effectors)?;
+        let part = plant.into_part(&name, &airframe.effectors)?;
         let setup = ReleaseSetup {
             airframe,
             earth,
             flat_gravity: case.flat_gravity_m_s2,
             wind: part.wind,
             gusts: part.gusts,
-            profile,
+            profile: part.profile,
+            temperature_offset_k: part.temperature_offset_k,
             initial,
             controls: given,
             faults: part.faults,

@@ -1,6 +1,7 @@
 //! Reading scenarios, and what is refused.
 
 use super::*;
+use crate::wind::TurbulenceLevel;
 use icd::fault::{FaultKind, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;
 
@@ -263,4 +264,31 @@ fn a_fault_that_ends_before_it_begins_is_refused() {
         refusal(CASE1, "onset_s = 3.0", "onset_s = 3.0\nclear_s = 2.0"),
         "my.toml: [[plant.fault]] number 1: clear_s = 2 is not after onset_s = 3"
     );
+}
+
+#[test]
+fn the_air_of_a_flight_has_levels_of_turbulence_shear_and_another_temperature() {
+    let text = format!(
+        "{}\n[[plant.wind.level]]\naltitude_m = 0\nvelocity_ned_m_s = [0, 2, 0]\n\
+         [plant.atmosphere]\ntemperature_offset_k = 15\n",
+        NOMINAL.replace("turbulence_m_s = 0.0", "turbulence = \"moderate\"\nturbulence_m_s = 0.0")
+    );
+    let part = |text: &str| Scenario::from_toml("my.toml", text, &Airframe::paper().effectors);
+    let plant = part(&text).unwrap().plant;
+    assert_eq!(plant.wind.turbulence, Some(TurbulenceLevel::Moderate));
+    assert_eq!(plant.profile.at(100.0), icd::Ned::new(0.0, 2.0, 0.0));
+    assert_eq!(plant.temperature_offset_k, 15.0);
+    let refused = |from: &str, to: &str| part(&text.replace(from, to)).unwrap_err().to_string();
+    assert_eq!(
+        refused("turbulence_m_s = 0.0", "turbulence_m_s = 1.5"),
+        "my.toml: [plant.wind] turbulence_m_s beside turbulence = 1.5 is outside 0 to 0"
+    );
+    assert_eq!(
+        refused("offset_k = 15", "offset_k = 99"),
+        "my.toml: [plant.atmosphere] temperature_offset_k = 99 is outside -60 to 60"
+    );
+    let mild = refused("\"moderate\"", "\"mild\"");
+    assert!(mild.contains("`none`, `light`, `moderate`, `severe`"), "{mild}");
+    let calm = part(&text.replace("\"moderate\"", "\"none\"")).unwrap().plant;
+    assert_eq!(calm.wind.turbulence, None);
 }

@@ -49,7 +49,7 @@ pub fn solve(
 ) -> Result<LongitudinalTrim, TrimError> {
     let free = dynamics.with_any_thrust();
     let place = dynamics.earth().place(&initial.place(dynamics.earth()));
-    let density = LocalDensity::around(place.geopotential_altitude_m);
+    let density = dynamics.density_around(place.geopotential_altitude_m);
     let problem = Problem { dynamics: &free, initial, given, wind, density };
     let thrust_n = dynamics.jet().engine().map_or(0.0, |engine| {
         let servo = &dynamics.airframe().servos[engine];

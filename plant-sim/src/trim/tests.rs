@@ -137,6 +137,7 @@ fn the_nearest_flight_names_the_limits_and_the_residual() {
         dynamics: &dynamics,
         start: &start,
         wind: &Ned::zero(),
+        total_wind: Ned::zero(),
         climb_rad: 0.0,
         density: LocalDensity::around(1_500.0),
         altitude_m: 1_500.0,

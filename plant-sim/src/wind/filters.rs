@@ -26,6 +26,7 @@ pub(super) struct SecondOrder {
 }
 
 /// Motion of the filters in one period: transition and Cholesky factor of the noise.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Transition {
     /// exp(-h/T).
     pub decay: f64,
@@ -72,9 +73,9 @@ const ROOT_3: f64 = 1.732_050_807_568_877_2;
 const OUTPUT: [f64; 2] = [ROOT_3, 1.0 - ROOT_3];
 
 /// Multiple of the span in the lag of p_g and q_g.
-const SPANS_ROLL_PITCH: f64 = 4.0;
+pub(super) const SPANS_ROLL_PITCH: f64 = 4.0;
 /// The same in that of r_g.
-const SPANS_YAW: f64 = 3.0;
+pub(super) const SPANS_YAW: f64 = 3.0;
 
 /// Filters of the three angular gusts, for a gust velocity of unit rms.
 #[derive(Debug, Clone)]
@@ -91,12 +92,18 @@ pub(super) struct Rotary {
 /// The lag after one gust across the flight path.
 #[derive(Debug, Clone)]
 struct Gradient {
-    /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
-    speed: f64,
-    /// Stationary covariance of (y1, y2, x).
-    stationary: Matrix3<f64>,
+    lag: Lag,
     noise: Normals,
     lagged: f64,
+}
+
+/// How a gust across the flight path and its lag belong together; the state is the lagged gust x, of the unit of the gust.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lag {
+    /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
+    pub speed: f64,
+    /// Stationary covariance of (y1, y2, x).
+    stationary: Matrix3<f64>,
 }
 
 impl Rotary {
@@ -104,16 +111,14 @@ impl Rotary {
         let speed = |spans: f64| core::f64::consts::PI * LENGTH_M / (spans * span_m);
         let noise = |source| Normals::new(seed, run, source);
         let roll_speed = speed(SPANS_ROLL_PITCH);
-        // Integral of Φ_p: σ²/L · 0.8 k^(1/3) · (π/2) k/L with k = πL/4b.
-        let variance = 0.4 * core::f64::consts::PI * roll_speed * libm::cbrt(roll_speed);
         Self {
             roll: 0.0,
             roll_noise: noise(Source::TurbulenceRoll),
-            roll_rms: variance.sqrt() / LENGTH_M,
+            roll_rms: roll_rms(roll_speed, LENGTH_M),
             roll_speed,
             gradients: [
-                Gradient::new(speed(SPANS_YAW), noise(Source::TurbulenceYaw)),
-                Gradient::new(speed(SPANS_ROLL_PITCH), noise(Source::TurbulencePitch)),
+                Gradient::new(Lag::new(speed(SPANS_YAW)), noise(Source::TurbulenceYaw)),
+                Gradient::new(Lag::new(speed(SPANS_ROLL_PITCH)), noise(Source::TurbulencePitch)),
             ],
         }
     }
@@ -134,8 +139,30 @@ impl Rotary {
     }
 }
 
+/// rms of p_g for unit intensity, rad/m, with k = πL/4b and the length L in m: the root of the integral of Φ_p, which is
+/// σ²/L · 0.8 k^(1/3) · (π/2) k/L.
+pub(super) fn roll_rms(roll_speed: f64, length_m: f64) -> f64 {
+    let variance = 0.4 * core::f64::consts::PI * roll_speed * libm::cbrt(roll_speed);
+    variance.sqrt() / length_m
+}
+
 impl Gradient {
-    fn new(speed: f64, noise: Normals) -> Self {
+    fn new(lag: Lag, noise: Normals) -> Self {
+        Self { lag, noise, lagged: 0.0 }
+    }
+
+    fn step(&mut self, t: &Transition, before: &SecondOrder, noise: &[f64; 2]) {
+        self.lagged = self.lag.next(t, before, self.lagged, noise, &mut self.noise);
+    }
+
+    /// Lagged slope of the gust along x, 1/m for unit rms: (gust − x) / (τ V), and τ V = L / speed.
+    fn slope(&self, gust: f64) -> f64 {
+        (gust - self.lagged) * self.lag.speed / LENGTH_M
+    }
+}
+
+impl Lag {
+    pub fn new(speed: f64) -> Self {
         let output = OUTPUT.map(|c| c * core::f64::consts::FRAC_1_SQRT_2);
         let gust_y1 = output[0] + 0.5 * output[1];
         let gust_y2 = 0.5 * (output[0] + output[1]);
@@ -149,7 +176,22 @@ impl Gradient {
             0.5,  0.5,  x_y2,
             x_y1, x_y2, x_x,
         );
-        Self { speed, stationary, noise, lagged: 0.0 }
+        Self { speed, stationary }
+    }
+
+    /// The lagged gust one period after it was `lagged`: `before` is the gust then, `noise` its excitation since.
+    pub fn next(
+        &self,
+        t: &Transition,
+        before: &SecondOrder,
+        lagged: f64,
+        [n1, n2]: &[f64; 2],
+        own: &mut Normals,
+    ) -> f64 {
+        let row = self.row(t);
+        let [l31, l32, l33] = self.spread(t, &row);
+        let from = Vector3::new(before.y1, before.y2, lagged);
+        row.dot(&from) + (l31 * n1 + l32 * n2 + l33 * own.draw())
     }
 
     /// Row of the transition matrix that makes the next x of (y1, y2, x): variation of constants with
@@ -157,17 +199,17 @@ impl Gradient {
     fn row(&self, t: &Transition) -> Vector3<f64> {
         let k = self.speed;
         let own = libm::exp(-k * t.ratio);
-        let response = k / (k - 1.0) * (t.decay - own);
-        let ramp = k / (k - 1.0) * (t.ratio * t.decay - (t.decay - own) / (k - 1.0));
+        let (response, ramp) = if (k - 1.0).abs() < NEARLY_EQUAL {
+            let x = (k - 1.0) * t.ratio;
+            let [first, second] = divided_differences(x);
+            (k * t.decay * t.ratio * first, k * t.decay * t.ratio * t.ratio * second)
+        } else {
+            let response = k / (k - 1.0) * (t.decay - own);
+            let ramp = k / (k - 1.0) * (t.ratio * t.decay - (t.decay - own) / (k - 1.0));
+            (response, ramp)
+        };
         let [c1, c2] = OUTPUT.map(|c| c * core::f64::consts::FRAC_1_SQRT_2);
         Vector3::new(c1 * response + c2 * ramp, c2 * response, own)
-    }
-
-    fn step(&mut self, t: &Transition, before: &SecondOrder, [n1, n2]: &[f64; 2]) {
-        let row = self.row(t);
-        let [l31, l32, l33] = self.spread(t, &row);
-        let from = Vector3::new(before.y1, before.y2, self.lagged);
-        self.lagged = row.dot(&from) + (l31 * n1 + l32 * n2 + l33 * self.noise.draw());
     }
 
     /// Third row of the Cholesky factor of the noise in a period; the first two are those of `t`.
@@ -186,11 +228,23 @@ impl Gradient {
         // A small difference of large terms; rounding must not make the root imaginary.
         [l31, l32, (q33 - l31 * l31 - l32 * l32).max(0.0).sqrt()]
     }
+}
 
-    /// Lagged slope of the gust along x, 1/m for unit rms: (gust − x) / (τ V), and τ V = L / speed.
-    fn slope(&self, gust: f64) -> f64 {
-        (gust - self.lagged) * self.speed / LENGTH_M
+/// Nearer than this to the gust's own lag, the second lag is solved by series: the closed form divides by the difference.
+const NEARLY_EQUAL: f64 = 0.5;
+
+/// (1 − e^−x)/x and (1 − (1 − e^−x)/x)/x, also where x is nearly zero.
+fn divided_differences(x: f64) -> [f64; 2] {
+    if x.abs() > 0.1 {
+        let first = -libm::expm1(-x) / x;
+        return [first, (1.0 - first) / x];
     }
+    // 1/2 − x/6 + x²/24 …, by Horner; the tenth power of 0.1 is below the rounding.
+    let mut second = 0.0;
+    for n in (2..=11).rev() {
+        second = (1.0 - x * second) / f64::from(n);
+    }
+    [1.0 - x * second, second]
 }
 
 #[cfg(test)]

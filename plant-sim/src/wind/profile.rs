@@ -18,7 +18,8 @@ pub struct WindLevel {
 }
 
 /// Wind over the altitude: linear between its levels, constant below the lowest and above the highest one.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct WindProfile {
     levels: Vec<WindLevel>,
 }
@@ -32,17 +33,27 @@ impl WindProfile {
     /// # Errors
     /// [`RangeError`] for the first number that cannot be.
     pub fn new(levels: Vec<WindLevel>) -> Result<Self, RangeError> {
-        let (count, max) = (levels.len() as f64, Self::LEVELS_MAX as f64);
+        let profile = Self { levels };
+        profile.check()?;
+        Ok(profile)
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first one that cannot be.
+    pub fn check(&self) -> Result<(), RangeError> {
+        let (count, max) = (self.levels.len() as f64, Self::LEVELS_MAX as f64);
         check_range("plant.wind", "number of levels", count, 0.0, max)?;
         let mut least = -5_000.0;
-        for level in &levels {
+        for level in &self.levels {
             check_range(SECTION, "altitude_m", level.altitude_m, least, 100_000.0)?;
             least = level.altitude_m.next_up();
             for speed in level.velocity_ned_m_s {
                 check_range(SECTION, "velocity_ned_m_s", speed, -200.0, 200.0)?;
             }
         }
-        Ok(Self { levels })
+        Ok(())
     }
 
     /// Whether there are no levels.

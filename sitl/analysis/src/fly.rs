@@ -369,7 +369,9 @@ impl FlyArgs {
         if let Some(noise) = self.gyro_noise_deg_s {
             plant.sensors.gyro_noise_rad_s = noise.to_radians();
         }
-        plant.wind.turbulence_m_s = self.turbulence_m_s.unwrap_or(plant.wind.turbulence_m_s);
+        if let Some(intensity_m_s) = self.turbulence_m_s {
+            plant.wind = plant.wind.with_turbulence_m_s(intensity_m_s);
+        }
         plant.check()?;
         plant.check_faults().map_err(|source| self.of_scenario(source.into()))?;
         let model = aircraft.model()?;

@@ -73,3 +73,4 @@ pub mod runner;
 pub mod settings;
 pub mod table;
 pub mod trimmable;
+pub mod turbulence;

@@ -1,6 +1,7 @@
 //! Gusts, noise, and the sensor values that follow from them.
 
 use super::*;
+use crate::wind::{TurbulenceLevel, WindLevel, WindProfile};
 
 #[test]
 fn another_run_has_another_gust_and_other_noise() {
@@ -139,4 +140,65 @@ fn a_gust_from_below_lifts_the_aircraft_and_its_vanes_feel_it() {
     assert!((0.025..0.042).contains(&rise), "{rise} rad");
     let pull = calm.iter().zip(&gusty).map(|(calm, gusty)| gusty.2 - calm.2).fold(0.0, f64::min);
     assert!(pull < -5.0, "{pull} m/s2");
+}
+
+#[test]
+fn warm_air_reaches_every_part_of_the_plant() {
+    let warm = PlantSetup { temperature_offset_k: 25.0, ..flat() };
+    let (standard, mut plant) = (plant(&flat()), plant(&warm));
+    let air = Atmosphere::new(25.0).air(plant.truth().altitude_m);
+    assert!((plant.truth().density_kg_m3 / air.density - 1.0).abs() < 1e-12);
+    assert!(plant.trim().alpha_rad > standard.trim().alpha_rad, "thin air needs more of it");
+    let dynamics = plant.dynamics();
+    let altitude_m = plant.truth().altitude_m;
+    assert_eq!(dynamics.atmosphere().speed_of_sound(altitude_m), air.speed_of_sound);
+    let pressure_pa = plant.sense().barometer.value.pressure_pa;
+    assert!((pressure_pa / air.pressure - 1.0).abs() < 1e-12, "{pressure_pa} Pa");
+    let reached = |setup: PlantSetup| {
+        let mut plant = super::plant(&setup);
+        coast(&mut plant, 500);
+        *plant.truth()
+    };
+    let truth = reached(warm);
+    assert!((truth.altitude_m - altitude_m).abs() < 1.0, "its trim holds: {} m", truth.altitude_m);
+    // The step limit knows the density: a light body that is slow enough in thin air.
+    assert!(Plant::new(&PlantSetup { temperature_offset_k: f64::NAN, ..flat() }).is_err());
+}
+
+#[test]
+fn a_flight_begins_steadily_in_a_shear_and_meets_its_wind() {
+    let levels = vec![
+        WindLevel { altitude_m: 0.0, velocity_ned_m_s: [0.0, 0.0, 0.0] },
+        WindLevel { altitude_m: 10_000.0, velocity_ned_m_s: [10.0, 20.0, 0.0] },
+    ];
+    let profile = WindProfile::new(levels).unwrap();
+    let setup = PlantSetup { profile, ..flat() };
+    let mut plant = plant(&setup);
+    let truth = *plant.truth();
+    let part = truth.altitude_m / 10_000.0;
+    assert!((truth.wind.0 - Vector3::new(10.0, 20.0, 0.0) * part).norm() < 1e-12);
+    assert!((truth.airspeed_m_s - setup.start.airspeed_m_s).abs() < 1e-9);
+    assert!(truth.beta_rad.abs() < 1e-12 && truth.angular_acceleration.0.norm() < 1e-9);
+    coast(&mut plant, 500);
+    assert!((plant.truth().altitude_m - truth.altitude_m).abs() < 1.0);
+}
+
+#[test]
+fn turbulence_of_a_level_reaches_the_flight_and_grows_with_the_level() {
+    let rms = |turbulence| {
+        let mut setup = flat();
+        setup.wind.turbulence = turbulence;
+        let mut plant = plant(&setup);
+        let mut sum = 0.0;
+        for _ in 0..4_000 {
+            coast(&mut plant, 1);
+            sum += plant.truth().wind.0.norm_squared() / 4_000.0;
+        }
+        sum.sqrt()
+    };
+    use TurbulenceLevel::{Light, Moderate, Severe};
+    let [calm, light, moderate, severe] =
+        [None, Some(Light), Some(Moderate), Some(Severe)].map(rms);
+    assert_eq!(calm, 0.0);
+    assert!(light > 0.5 && moderate > 1.2 * light && severe > 1.5 * moderate);
 }

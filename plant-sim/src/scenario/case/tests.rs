@@ -264,9 +264,6 @@ fn a_flight_with_a_controller_refuses_what_only_a_case_has() {
         "my.toml: [checkcase] has no meaning beside an autopilot: `sitl checkcase` flies it"
     );
     let nominal = crate::scenario::NOMINAL;
-    let shear =
-        format!("{nominal}\n[[plant.wind.level]]\naltitude_m = 1\nvelocity_ned_m_s = [0, 1, 0]");
-    assert!(refused(&shear).starts_with("my.toml: [plant.wind.level] has no meaning"));
     assert!(refused(&nominal.replace("seed = 1", "")).contains("missing field `seed`"));
 }
 

@@ -46,7 +46,8 @@ fn expected_rms() -> [f64; 3] {
 fn stationary_variances_are_the_integrals_of_the_spectra() {
     let rotary = Rotary::new(SPAN_M, 1, 0);
     let [p, q, r] = expected_rms();
-    let of = |axis: &Gradient| (1.0 - axis.stationary[(2, 2)]).sqrt() * axis.speed / LENGTH_M;
+    let of =
+        |axis: &Gradient| (1.0 - axis.lag.stationary[(2, 2)]).sqrt() * axis.lag.speed / LENGTH_M;
     // E[(g - x)²] = 1 - E[x²], because E[g x] = E[x²]. The midpoint rule is good to 1e-6 at the slow tail of Φ.
     let ours = [rotary.roll_rms, of(&rotary.gradients[1]), of(&rotary.gradients[0])];
     for ((name, ours), theirs) in ["p", "q", "r"].into_iter().zip(ours).zip([p, q, r]) {
@@ -98,7 +99,7 @@ fn pitch_gust_belongs_to_the_vertical_one_yaw_gust_to_the_lateral_one_and_roll_g
         product / (mean(&gusts, |g| g[i] * g[i]) * mean(&gusts, |g| g[j] * g[j])).sqrt()
     };
     // E[w q_g] = -(1 - E[g x]) k/L, so the coefficient is the root of 1 - E[x²]: 0.18 and 0.16.
-    let root = |axis: &Gradient| (1.0 - axis.stationary[(2, 2)]).sqrt();
+    let root = |axis: &Gradient| (1.0 - axis.lag.stationary[(2, 2)]).sqrt();
     let [of_v, of_w] = Rotary::new(SPAN_M, 3, 0).gradients;
     // 4000 independent samples of the slow gusts: 0.016, three times that allowed.
     assert!((correlation(1, 3) + root(&of_w)).abs() < 0.05, "w and q_g {}", correlation(1, 3));
@@ -136,7 +137,15 @@ fn pitch_and_yaw_gust_are_the_lagged_slopes_of_the_field_that_is_flown_through()
 #[test]
 fn a_long_tick_spreads_like_two_short_ones() {
     // Covariance of x with (y1, y2, x) that one tick adds, against that of two half ticks.
-    let axis = &Rotary::new(SPAN_M, 1, 0).gradients[1];
+    for lag in [Rotary::new(SPAN_M, 1, 0).gradients[1].lag].into_iter().chain(
+        // Near the ground the lag is as slow as the gust itself, and slower.
+        [0.2, 0.499, 0.501, 0.9, 1.0, 1.0 + 1.0e-9, 1.3, 1.499, 1.501, 4.0].map(Lag::new),
+    ) {
+        check_spread(&lag);
+    }
+}
+
+fn check_spread(axis: &Lag) {
     let added = |ratio: f64| {
         let t = Transition::new(ratio);
         let row = axis.row(&t);

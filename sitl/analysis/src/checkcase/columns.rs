@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use icd::Ned;
-use plant_sim::atmosphere::speed_of_sound;
 use plant_sim::{EarthModel, Plant};
 
 /// Columns after the position: velocity over the ground in local NED, attitude (yaw, pitch, roll, and the quaternion that turns
@@ -59,8 +58,11 @@ impl Columns {
         };
         let vector = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
         let angles = [euler.psi, euler.theta, euler.phi].map(f64::to_degrees);
-        let environment =
-            [earth.gravitation_m_s2(position), speed_of_sound(altitude_m), truth.density_kg_m3];
+        let environment = [
+            earth.gravitation_m_s2(position),
+            plant.dynamics().atmosphere().speed_of_sound(altitude_m),
+            truth.density_kg_m3,
+        ];
         let in_air =
             [truth.airspeed_m_s, truth.alpha_rad.to_degrees(), truth.beta_rad.to_degrees()];
         let list = &plant.dynamics().airframe().effectors;

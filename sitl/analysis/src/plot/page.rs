@@ -1,6 +1,7 @@
 //! The page: header, events, figures, what is missing, and the texts of the autopilot.
 
 use maud::{Markup, PreEscaped, html};
+use plant_sim::WindSettings;
 use ulog::reader::{Log, ParameterValue};
 
 use super::events::marks;
@@ -114,7 +115,7 @@ fn header(flight: &Flight) -> Markup {
             (fact("Duration", Some(seconds)))
             (fact("Control period", setup.map(|s| format!("{} ms", 1.0e3 * s.period.as_seconds()))))
             (fact("Rows of the log", rate))
-            (fact("Turbulence", setup.map(|s| format!("{} m/s rms", s.wind.turbulence_m_s))))
+            (fact("Turbulence", setup.map(|s| turbulence(&s.wind))))
             (fact("Autopilot", info("ver_sw").map(|v| format!("version {v}"))))
             (fact("Plant", flight.plant.as_ref().map(|plant| format!("version {}", plant.version))))
             (fact("Plant link", log.info_u64("ver_wire").map(|v| format!("version {v}"))))
@@ -248,5 +249,12 @@ fn parameters(log: &Log) -> Markup {
             } }
             @if log.parameters().len() > PARAMETERS_MAX { p { "The rest is not shown." } }
         }
+    }
+}
+/// The turbulence of a flight, in words.
+fn turbulence(wind: &WindSettings) -> String {
+    match wind.turbulence {
+        Some(level) => format!("{level} (MIL-F-8785C)"),
+        None => format!("{} m/s rms", wind.turbulence_m_s),
     }
 }

@@ -164,7 +164,7 @@ impl<'a> Search<'a> {
     pub fn new(dynamics: &'a Dynamics, bounds: FlightBounds, thrust_part: [f64; 2]) -> Self {
         let airframe = dynamics.airframe();
         let place = airframe.design_point;
-        let density = LocalDensity::around(place.altitude_m);
+        let density = dynamics.density_around(place.altitude_m);
         let at = density.at(place.altitude_m);
         let engine = dynamics.thrust_range_n(place.airspeed_m_s, at, place.altitude_m);
         let interval = |effector: Effector| {

@@ -1,0 +1,381 @@
+//! The spectra of the plant's turbulence beside those of the standard: `sitl turbulence`.
+//!
+//! ```text
+//! level, heights, airspeed ─> filters of the plant ─> six axes over time ─> Welch ─> bands ─┬─> table, picture
+//!                          └> formulas of MIL-F-8785C ─────────────────────────────> bands ─┘
+//! ```
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use host_io::file;
+use icd::{Attitude, Ned};
+use plant_sim::io::whole;
+use plant_sim::wind::level::{Scales, spectra};
+use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
+
+use crate::chart::panel::{Curve, Panel};
+use crate::chart::{Figure, Ink, Pattern, sheet};
+
+mod spectrum;
+
+use spectrum::Welch;
+
+/// Names of the axes, and the units of their spectra.
+pub const AXES: [(&str, &str); 6] = [
+    ("u", "log10 (m/s)²/(rad/m)"),
+    ("v", "log10 (m/s)²/(rad/m)"),
+    ("w", "log10 (m/s)²/(rad/m)"),
+    ("p", "log10 (rad/s)²/(rad/m)"),
+    ("q", "log10 (rad/s)²/(rad/m)"),
+    ("r", "log10 (rad/s)²/(rad/m)"),
+];
+
+/// Columns of `turbulence.csv`.
+const COLUMNS: &str = "altitude_m,axis,omega_rad_m,spectrum,formula,segments";
+/// Most heights in one picture.
+const HEIGHTS_MAX: usize = 3;
+/// Their colours.
+const COLOURS: [&str; HEIGHTS_MAX] = ["#0050aa", "#d95f02", "#3a8f5c"];
+/// The way between two samples, as a part of the span and of L_w: the bends of the spectra lie far below the highest frequency.
+const WAY_PER_SPAN: f64 = 0.05;
+const WAY_PER_LENGTH: f64 = 0.02;
+/// Lengths of turbulence in one segment of the estimate, times 2π.
+const LENGTHS: f64 = 50.0;
+/// Most samples, so that an absurd duration ends with a message.
+const SAMPLES_MAX: f64 = 2.0e8;
+
+/// Options of `sitl turbulence`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+pub struct TurbulenceArgs {
+    /// Level of the standard
+    #[arg(long, value_name = "light|moderate|severe", value_parser = level)]
+    pub level: TurbulenceLevel,
+    /// Height above the ground, m; up to three, separated by commas
+    #[arg(
+        long,
+        value_name = "M",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        required = true
+    )]
+    pub altitude_m: Vec<f64>,
+    /// True airspeed, m/s
+    #[arg(long, value_name = "M_S", allow_hyphen_values = true)]
+    pub airspeed_m_s: f64,
+    /// Span of the aircraft, m
+    #[arg(long, value_name = "M", default_value_t = 9.144, allow_hyphen_values = true)]
+    pub span_m: f64,
+    /// Duration of the flight through the air, s
+    #[arg(long, value_name = "S", default_value_t = 3_600.0, allow_hyphen_values = true)]
+    pub seconds: f64,
+    /// Seed of the random streams
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
+    /// Folder for turbulence.csv and the picture
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+fn level(text: &str) -> Result<TurbulenceLevel, String> {
+    let found = TurbulenceLevel::ALL.into_iter().find(|level| level.name() == text);
+    found.ok_or_else(|| "expected light, moderate or severe".to_owned())
+}
+
+/// One flight through the turbulence, straight and level in calm air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flight {
+    /// Level of the standard.
+    pub level: TurbulenceLevel,
+    /// Height above the ground, m.
+    pub height_m: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Span of the aircraft, m.
+    pub span_m: f64,
+    /// Duration, s.
+    pub seconds: f64,
+    /// Seed of the random streams.
+    pub seed: u64,
+}
+
+/// A spectrum in one band of frequencies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// Its middle, rad/m.
+    pub omega_rad_m: f64,
+    /// Estimated from the flight, (m/s)²/(rad/m) or (rad/s)²/(rad/m).
+    pub estimate: f64,
+    /// By the formula of the standard, averaged over the same frequencies.
+    pub formula: f64,
+    /// Estimates in the average, those of overlapping segments counted by half.
+    pub count: f64,
+}
+
+impl Flight {
+    /// Intensities and lengths at its height.
+    #[must_use]
+    pub fn scales(&self) -> Scales {
+        self.level.scales(self.height_m)
+    }
+
+    fn way_m(&self) -> f64 {
+        (WAY_PER_SPAN * self.span_m).min(WAY_PER_LENGTH * self.scales().vertical_m)
+    }
+
+    /// Spectra of the six axes.
+    #[must_use]
+    pub fn fly(&self) -> [Vec<Band>; 6] {
+        let (scales, way_m) = (self.scales(), self.way_m());
+        let period_s = way_m / self.airspeed_m_s;
+        let longest_m = scales.horizontal_m.max(scales.vertical_m);
+        let mut air = LevelTurbulence::new(self.level, self.span_m, period_s, self.seed, 0);
+        let at = Surroundings {
+            airspeed_m_s: self.airspeed_m_s,
+            height_m: self.height_m,
+            attitude: Attitude::identity(),
+            wind: Ned::zero(),
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited")]
+        let whole = |value: f64| value.min(SAMPLES_MAX) as usize;
+        let segment = whole(LENGTHS * longest_m / way_m).next_power_of_two();
+        // The filters start still.
+        for _ in 0..segment / 4 {
+            air.step(&at);
+        }
+        let mut welch = [(); 6].map(|()| Welch::new(segment));
+        for _ in 0..whole(self.seconds / period_s).max(segment) {
+            let gust = air.step(&at);
+            let values = gust.velocity.0.iter().chain(gust.rates.0.iter());
+            for (welch, value) in welch.iter_mut().zip(values) {
+                welch.add(*value);
+            }
+        }
+        let formula = |axis: usize, omega| spectra(&scales, self.span_m, omega)[axis];
+        let mut axis = 0;
+        welch.map(|welch| {
+            let bands = welch.bands(way_m, |omega| formula(axis, omega));
+            axis += 1;
+            bands
+        })
+    }
+}
+
+/// Flies, draws and writes.
+///
+/// # Errors
+/// An option that cannot be, with its range; what prevents the files.
+pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
+    args.check()?;
+    std::fs::create_dir_all(&args.out)
+        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let flown: Vec<(Flight, [Vec<Band>; 6])> = args
+        .altitude_m
+        .iter()
+        .map(|height_m| {
+            let TurbulenceArgs { level, airspeed_m_s, span_m, seconds, seed, .. } = *args;
+            let height_m = *height_m;
+            let flight = Flight { level, height_m, airspeed_m_s, span_m, seconds, seed };
+            (flight, flight.fly())
+        })
+        .collect();
+    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
+        let path = args.out.join(name);
+        file::write(&path, bytes, beginning)
+            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
+    };
+    write("turbulence.csv", csv(&flown).as_bytes(), COLUMNS.as_bytes())?;
+    for (name, bytes) in figure(&flown).files()? {
+        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
+        write(&name, &bytes, beginning)?;
+    }
+    print_text!("{}", summary(&flown));
+    print_line!("wrote {}", args.out.display());
+    Ok(())
+}
+
+impl TurbulenceArgs {
+    fn check(&self) -> Result<(), String> {
+        let check = |option: &str, value: f64, least: f64, most: f64| match value {
+            value if (least..=most).contains(&value) => Ok(()),
+            value => Err(format!("--{option} {value} is outside {least} to {most}")),
+        };
+        if self.altitude_m.len() > HEIGHTS_MAX {
+            let found = self.altitude_m.len();
+            return Err(format!("--altitude-m: {found} heights, at most {HEIGHTS_MAX}"));
+        }
+        for height_m in &self.altitude_m {
+            check("altitude-m", *height_m, 0.0, 25_000.0)?;
+        }
+        // Below 20 m/s the turbulence of the plant does not change more slowly.
+        check("airspeed-m-s", self.airspeed_m_s, 20.0, 1_000.0)?;
+        check("span-m", self.span_m, 0.5, 100.0)?;
+        check("seconds", self.seconds, 1.0, 1.0e6)
+    }
+}
+
+fn csv(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
+    let mut text = format!("{COLUMNS}\n");
+    for (flight, axes) in flown {
+        for (bands, (axis, _)) in axes.iter().zip(AXES) {
+            for Band { omega_rad_m, estimate, formula, count } in bands {
+                let height_m = flight.height_m;
+                let _ = writeln!(
+                    text,
+                    "{height_m},{axis},{omega_rad_m:.6e},{estimate:.6e},{formula:.6e},{count}"
+                );
+            }
+        }
+    }
+    text
+}
+
+/// The largest deviation of each axis, in the bands that have enough estimates.
+fn summary(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
+    let mut text = String::new();
+    for (flight, axes) in flown {
+        let scales = flight.scales();
+        let _ = writeln!(
+            text,
+            "{} at {} m: L {:.1} m, {:.1} m up; intensity {:.2} m/s, {:.2} m/s up",
+            flight.level,
+            flight.height_m,
+            scales.horizontal_m,
+            scales.vertical_m,
+            scales.horizontal_m_s,
+            scales.vertical_m_s
+        );
+        for (bands, (axis, _)) in axes.iter().zip(AXES) {
+            let far = |band: &Band| (band.estimate / band.formula - 1.0).abs();
+            let certain = bands.iter().filter(|band| band.count >= 100.0);
+            let worst = certain.map(far).fold(0.0, f64::max);
+            let _ = writeln!(text, "  {axis}: within {:.1} % of the formula", 100.0 * worst);
+        }
+    }
+    text
+}
+
+fn figure(flown: &[(Flight, [Vec<Band>; 6])]) -> Figure {
+    let title = match flown {
+        [(flight, _), ..] => {
+            let Flight { level, airspeed_m_s, span_m, .. } = flight;
+            format!("Turbulence, {level}, at {airspeed_m_s} m/s, span {span_m} m")
+        }
+        [] => String::new(),
+    };
+    let flown_ink = |place: usize| Ink::new(COLOURS[place % HEIGHTS_MAX], Pattern::Solid).wide(2.4);
+    let formula = Ink::new("#111111", Pattern::Dashed).wide(1.2);
+    let names: Vec<String> =
+        flown.iter().map(|(flight, _)| format!("flown at {} m", flight.height_m)).collect();
+    let mut legend: Vec<(&str, Ink)> =
+        names.iter().enumerate().map(|(place, name)| (name.as_str(), flown_ink(place))).collect();
+    legend.push(("MIL-F-8785C", formula));
+    let log = |omega: f64, value: f64| (omega.log10(), value.max(1.0e-300).log10());
+    let panels: Vec<Panel<'_>> = AXES
+        .iter()
+        .enumerate()
+        .map(|(axis, (name, y_label))| {
+            let mut curves = Vec::new();
+            for (place, (_, axes)) in flown.iter().enumerate() {
+                let of = |value: fn(&Band) -> f64| {
+                    axes[axis].iter().map(|band| log(band.omega_rad_m, value(band))).collect()
+                };
+                curves.push(Curve::unnamed(of(|band| band.estimate), flown_ink(place)));
+                curves.push(Curve::unnamed(of(|band| band.formula), formula));
+            }
+            let all = || curves.iter().flat_map(|curve| curve.points.iter());
+            let range = |values: &mut dyn Iterator<Item = f64>| {
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(value), high.max(value))
+                })
+            };
+            let (low, high) = range(&mut all().map(|point| point.1));
+            Panel {
+                title: format!("{name}_g"),
+                x_label: "log10 of the spatial frequency, rad/m",
+                y_label,
+                x: range(&mut all().map(|point| point.0)),
+                y: (low - 0.2, high + 0.2),
+                height: 240.0,
+                curves,
+                ..Panel::default()
+            }
+        })
+        .collect();
+    let caption = "Spectra of the six axes of turbulence against the standard".to_owned();
+    Figure { name: "turbulence", caption, svg: sheet(&title, &legend, 3, &panels) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flight(level: TurbulenceLevel, height_m: f64) -> Flight {
+        Flight { level, height_m, airspeed_m_s: 60.0, span_m: 3.0, seconds: 0.0, seed: 1 }
+    }
+
+    #[test]
+    fn val_spectra_of_all_six_axes_are_those_of_the_standard_at_every_level_low_and_high() {
+        for level in TurbulenceLevel::ALL {
+            for height_m in [30.0, 5_000.0] {
+                let flight = flight(level, height_m);
+                // Forty segments of the longest length.
+                let longest_m = flight.scales().horizontal_m;
+                let seconds = 40.0 * LENGTHS * longest_m / flight.airspeed_m_s;
+                let axes = Flight { seconds, ..flight }.fly();
+                for (bands, (axis, _)) in axes.iter().zip(AXES) {
+                    let certain: Vec<&Band> =
+                        bands.iter().filter(|band| band.count >= 100.0).collect();
+                    assert!(certain.len() > 8, "{level}, {height_m} m, {axis}: too few bands");
+                    for band in certain {
+                        // One over the root of the count is one deviation of the estimate; four are allowed, and 4 % for
+                        // the frequencies beyond the highest one, which fold back.
+                        let allowed = 4.0 / band.count.sqrt() + 0.04;
+                        let ratio = band.estimate / band.formula;
+                        assert!(
+                            (ratio - 1.0).abs() < allowed,
+                            "{level}, {height_m} m, {axis} at {} rad/m: {ratio} of the formula, {} estimates",
+                            band.omega_rad_m,
+                            band.count
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_option_that_cannot_be_is_named_with_its_range() {
+        let args = TurbulenceArgs {
+            level: TurbulenceLevel::Light,
+            altitude_m: vec![100.0],
+            airspeed_m_s: 50.0,
+            span_m: 3.0,
+            seconds: 10.0,
+            seed: 1,
+            out: PathBuf::new(),
+        };
+        assert_eq!(args.check(), Ok(()));
+        let refused = |args: TurbulenceArgs| args.check().unwrap_err();
+        let slow = TurbulenceArgs { airspeed_m_s: 3.0, ..args.clone() };
+        assert_eq!(refused(slow), "--airspeed-m-s 3 is outside 20 to 1000");
+        let nowhere = TurbulenceArgs { altitude_m: vec![f64::NAN], ..args.clone() };
+        assert!(refused(nowhere).contains("--altitude-m NaN"));
+        let many = TurbulenceArgs { altitude_m: vec![1.0; 4], ..args };
+        assert!(refused(many).contains("at most 3"));
+        assert!(level("mild").unwrap_err().contains("light, moderate or severe"));
+    }
+
+    #[test]
+    fn table_and_picture_have_all_axes() {
+        let flight = Flight { seconds: 1.0, ..flight(TurbulenceLevel::Light, 30.0) };
+        let flown = vec![(flight, flight.fly())];
+        let text = csv(&flown);
+        for (axis, _) in AXES {
+            assert!(text.contains(&format!("\n30,{axis},")), "{axis}");
+            assert!(figure(&flown).svg.contains(&format!("{axis}_g")));
+        }
+        assert!(summary(&flown).contains("light at 30 m"));
+    }
+}
