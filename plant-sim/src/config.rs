@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use icd::effector_list::EffectorListError;
 use serde::de::DeserializeOwned;
 
+use crate::date::NoDate;
 use crate::range::RangeError;
-use crate::sensors::NoDate;
 use crate::tables::TablesError;
 
 pub mod keys;

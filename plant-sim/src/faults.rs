@@ -42,7 +42,7 @@ pub use times::COMMANDS_MAX;
 use crate::servos::Servo;
 use active::ActiveFault;
 
-use entry::{CurrentFault, Fault};
+use entry::{CurrentFault, Fault, slot};
 use times::{Delayed, Plan};
 
 /// Longest delay of a sensor or an effector, s.
@@ -50,17 +50,6 @@ pub(crate) const DELAY_MAX_S: f64 = FaultKind::DELAY_MAX_S;
 
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
-
-/// Targets that can have a fault at a time.
-const SLOTS: usize = Effector::MAX + Sensors::SENSORS;
-
-/// Place of a target in a list of all of them.
-fn slot(target: impl Into<Target>) -> usize {
-    match target.into() {
-        Target::Effector(effector) => usize::from(effector.code()),
-        Target::Sensor(sensor) => Effector::MAX + sensor as usize,
-    }
-}
 
 /// The state of the aircraft that a change of a fault needs and modifies.
 pub struct FaultContext<'a> {
@@ -78,7 +67,7 @@ pub struct Faults {
     list: EffectorList,
     servos: PerEffector<Servo>,
     /// Of the effectors, then of the sensors ([`slot`]).
-    current: [Option<CurrentFault>; SLOTS],
+    current: [Option<CurrentFault>; Target::MAX],
     /// Which sensors the aircraft has.
     sensors: [bool; Sensors::SENSORS],
     /// Ordered by onset; faults with the same onset in the order of their requests.
@@ -108,7 +97,7 @@ impl Faults {
         Self {
             list: *list,
             servos: *servos,
-            current: [None; SLOTS],
+            current: [None; Target::MAX],
             sensors: *sensors,
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
@@ -290,7 +279,7 @@ impl Faults {
     }
 
     fn clear(&mut self, is_meant: impl Fn(Target) -> bool, context: &mut FaultContext<'_>) {
-        for index in 0..SLOTS {
+        for index in 0..Target::MAX {
             if self.current[index].is_some_and(|current| is_meant(current.fault.target)) {
                 self.remove(index, context);
             }
@@ -335,7 +324,7 @@ impl Faults {
         for effector in self.list.all() {
             self.refresh(effector, now, &mut context.positions[effector]);
         }
-        for index in 0..SLOTS {
+        for index in 0..Target::MAX {
             if let Some(current) = self.current[index]
                 && current.active.is_some()
                 && current.next_change().is_some_and(|end| end <= now)

@@ -15,10 +15,11 @@ use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::config::keys::gather;
 use crate::config::{self, ConfigError, units};
+use crate::date::NoDate;
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::range::check_range;
-use crate::sensors::{NoDate, SensorSettings, SensorsTable};
+use crate::sensors::{SensorSettings, SensorsTable};
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
 use crate::wind::{

@@ -22,13 +22,11 @@ use crate::truth::Truth;
 use crate::wind::Gust;
 
 mod channel;
-mod date;
 mod faulty;
 mod grade;
 mod real;
 mod settings;
 
-pub use date::{Date, NoDate};
 pub use grade::{Grade, GradeName, SensorTable};
 pub use settings::SensorSettings;
 pub(crate) use settings::SensorsTable;

@@ -3,12 +3,16 @@
 use std::collections::BTreeSet;
 
 use icd::fault::{
-    CATALOGUE, FailureType, KindInfo, Measure, NUMBERS_MAX, NumberInfo, Piece, Range, TargetClass,
+    self, CATALOGUE, FailureType, KindInfo, Measure, NUMBERS_MAX, NumberInfo, Piece, Range,
+    SensorKind, TargetClass, Targets,
 };
 
 use crate::sources::{assert_none, read, root};
 
 use TargetClass::{Angle, Thrust};
+
+/// A sensor stands for all of them: which kinds they have does not differ.
+const SENSOR: TargetClass = TargetClass::Sensor(SensorKind::Gnss);
 
 /// If this variable is set, the test writes the tables instead of comparing them.
 const WRITES: &str = "TWO_STEP_WRITE_DOCUMENTS";
@@ -17,9 +21,10 @@ const COMMAND: &str = "write them again: TWO_STEP_WRITE_DOCUMENTS=1 cargo test -
 /// A document, a table in it, and the function that generates it. The table is between `<!-- faults: NAME ... -->` and `<!-- end -->`.
 type Table = (&'static str, &'static str, fn() -> String);
 
-const TABLES: [Table; 7] = [
+const TABLES: [Table; 8] = [
     ("docs/faults.md", "kinds", kinds),
     ("docs/faults.md", "keys", keys),
+    ("docs/faults.md", "sensors", sensors),
     ("docs/commands.md", "types", types),
     ("docs/commands.md", "values", values),
     ("docs/break-something.md", "types", types),
@@ -83,9 +88,11 @@ fn kinds() -> String {
             let all = choice.alternatives.iter().map(|one| one.key.replace('_', " "));
             format!("{}: {}", choice.key, joined(all, " or "))
         });
-        let targets = match (kind.targets.angles, kind.targets.thrust) {
-            (true, true) => "all",
-            (true, false) => "all but the engine",
+        let targets = match kind.targets {
+            Targets::EVERY => "all, and sensors",
+            Targets::EFFECTORS => "all",
+            Targets::SENSORS => "sensors",
+            Targets { angles: true, .. } => "all but the engine",
             _ => "engine",
         };
         [
@@ -98,15 +105,8 @@ fn kinds() -> String {
             if kind.has_size() { kind.ramp.to_owned() } else { "-".to_owned() },
         ]
     });
-    let heads = [
-        "kind",
-        "code",
-        "effectors",
-        "numbers and ranges",
-        "what the servo does",
-        "what acts",
-        "ramp",
-    ];
+    let heads =
+        ["kind", "code", "of", "numbers and ranges", "what the servo does", "what acts", "ramp"];
     table(heads, rows)
 }
 
@@ -136,6 +136,9 @@ fn keys() -> String {
     for kind in &CATALOGUE {
         for number in kind.numbers {
             let (quantity, measure) = (number.quantity, number.quantity.measure());
+            if kind.targets == Targets::SENSORS {
+                continue;
+            }
             let (keys, units) = if quantity.key(Angle) == quantity.key(Thrust) {
                 (code(quantity.key(Angle)), measure.unit(Angle).name.to_owned())
             } else {
@@ -161,6 +164,33 @@ fn keys() -> String {
         }
     }
     table(["key", "unit", "kinds"], rows.into_iter())
+}
+
+fn sensors() -> String {
+    let rows = SensorKind::ALL.into_iter().map(|sensor| {
+        let (unit, word) = sensor.failure_unit();
+        let [bias, rate, noise] = sensor.keys().map(code);
+        let unit_of = |unit: fault::Unit| unit.name.to_owned();
+        [
+            code(sensor.key()),
+            format!("{unit} `{word}`"),
+            code(&format!("FLT_{}1", word.to_uppercase())),
+            format!("{bias}, {noise}"),
+            format!("{} up to {}", unit_of(sensor.unit()), sensor.largest()),
+            rate,
+            unit_of(sensor.unit_of_rate()),
+        ]
+    });
+    let heads = [
+        "sensor",
+        "unit (p1), word",
+        "parameter",
+        "keys of bias and noise",
+        "in",
+        "key of drift",
+        "in",
+    ];
+    table(heads, rows)
 }
 
 fn of_type(failure_type: FailureType) -> Vec<&'static KindInfo> {
@@ -190,10 +220,11 @@ fn types() -> String {
             failure_type.name().to_owned(),
             of(Angle),
             of(Thrust),
+            of(SENSOR),
             joined(mode.into_iter().chain(parameters), ", "),
         ]
     });
-    table(["p2", "type", "servo", "motor", "by the parameters"], rows)
+    table(["p2", "type", "servo", "motor", "sensor", "by the parameters"], rows)
 }
 
 fn values() -> String {
@@ -207,11 +238,14 @@ fn values() -> String {
             // Commands use seconds where texts use milliseconds.
             let unit = measure.unit(Angle).name;
             let unit = if unit == "ms" { "s" } else { unit };
-            let engine = if measure.is_own() && kind.targets.thrust {
-                format!("; engine {}", unit.replace("deg", "%"))
-            } else {
-                String::new()
-            };
+            let mut engine = String::new();
+            if measure.is_own() && kind.targets.thrust {
+                engine += &format!("; engine {}", unit.replace("deg", "%"));
+            }
+            if measure.is_own() && kind.targets.sensors {
+                engine += "; sensor: its unit";
+            }
+            let unit = if kind.targets == Targets::SENSORS { "" } else { unit };
             format!("{}, {unit}{engine}", number.quantity.name())
         });
         let choice = kind.choice.iter().flat_map(|choice| choice.alternatives);
@@ -237,12 +271,12 @@ fn words() -> String {
             _ => None,
         });
         let others = others.flatten().map(|words| format!(" (or `{words}`)"));
-        let [angle, engine] = [Angle, Thrust].map(of);
+        let [angle, engine, sensor] = [Angle, Thrust, SENSOR].map(of);
         let others = others.collect::<String>();
         let with = |text: String| if text == "-" { text } else { text + &others };
-        [name(kind), with(angle), with(engine)]
+        [name(kind), with(angle), with(engine), with(sensor)]
     });
-    table(["kind", "words", "for the engine"], rows)
+    table(["kind", "words", "for the engine", "for a sensor, here the gnss"], rows)
 }
 
 /// A kind with the numbers of its parameters, as text.
@@ -275,7 +309,10 @@ fn shell() -> String {
                 .filter(|class| kind.targets.allow(*class))
                 .map(|class| measure.unit(class).name)
                 .collect();
-            let units: Vec<&str> = units.into_iter().collect();
+            let mut units: Vec<&str> = units.into_iter().collect();
+            if kind.targets.sensors && measure.is_own() {
+                units.push("the unit of the sensor");
+            }
             all.push(format!(
                 "`{}` {} in {}",
                 number.option,

@@ -3,12 +3,11 @@
 //! The plant has the list; this is its mirror, built from [`EventKind::Fault`]. It is empty when a flight begins.
 
 use icd::fault::{FaultEntry, FaultState, Target};
-use icd::{Effector, Sensors};
 
 use crate::event::EventKind;
 
 /// Faults that the list can hold: all that the plant schedules, and an active one on each target.
-const FAULTS_MAX: usize = 64 + Effector::MAX + Sensors::SENSORS;
+const FAULTS_MAX: usize = 64 + Target::MAX;
 
 /// The list, by the number of the fault.
 #[derive(Debug, Clone, Default, PartialEq)]

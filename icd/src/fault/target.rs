@@ -76,6 +76,9 @@ impl From<SensorKind> for Target {
 }
 
 impl Target {
+    /// Most targets of an aircraft.
+    pub const MAX: usize = Effector::MAX + SensorKind::ALL.len();
+
     /// The effector, if it is one.
     #[must_use]
     pub const fn effector(self) -> Option<Effector> {

@@ -1,7 +1,7 @@
 //! The faults of the scenario, of the list, and the present one of a target.
 
 use icd::fault::{FaultEntry, FaultKind, FaultState, PlantReport, Reach, Refusal, Target, Timing};
-use icd::{EffectorList, PerEffector, Sensors, SimTime, fault};
+use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime, fault};
 use serde::{Deserialize, Serialize};
 
 use super::active::ActiveFault;
@@ -72,6 +72,14 @@ pub(super) fn check_target(
         }
         Target::Sensor(sensor) if !sensors[sensor as usize] => Err(Refusal::NoSuchSensor),
         Target::Effector(_) | Target::Sensor(_) => Ok(()),
+    }
+}
+
+/// Place of a target in a list of all of them: effectors, then sensors.
+pub(super) fn slot(target: impl Into<Target>) -> usize {
+    match target.into() {
+        Target::Effector(effector) => usize::from(effector.code()),
+        Target::Sensor(sensor) => Effector::MAX + sensor as usize,
     }
 }
 

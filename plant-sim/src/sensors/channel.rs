@@ -4,11 +4,8 @@ use std::collections::VecDeque;
 
 use icd::{Sample, SimTime};
 
-use super::grade::Errors;
+use super::grade::{Errors, QUEUE_MAX};
 use crate::noise::Normals;
-
-/// Most samples on their way from a sensor to the flight computer.
-pub(super) const QUEUE_MAX: usize = 64;
 
 /// Time between two changes of an error that wanders, s; its correlation time is much longer.
 const WANDER_EVERY_S: f64 = 0.1;
@@ -120,7 +117,7 @@ impl<const N: usize> AxisErrors<N> {
             kick: errors.instability * (1.0 - decay * decay).sqrt(),
             every,
             left: every,
-            noise: errors.noise.hypot(errors.density * rate_hz.sqrt()),
+            noise: libm::hypot(errors.noise, errors.density * rate_hz.sqrt()),
             relative_noise: errors.relative_noise,
             resolution: errors.resolution,
             range: errors.range,

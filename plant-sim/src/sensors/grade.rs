@@ -10,11 +10,13 @@ use icd::fault::SensorKind;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::channel::QUEUE_MAX;
 use crate::range::{RangeError, check_range};
 
 const TACTICAL: &str = include_str!("../../sensors/tactical.toml");
 const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
+
+/// Most samples on their way from a sensor to the flight computer.
+pub(super) const QUEUE_MAX: usize = 64;
 
 /// The grades that come with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

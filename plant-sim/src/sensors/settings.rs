@@ -4,8 +4,9 @@ use icd::fault::SensorKind;
 use icd::{EffectorKind, EffectorList, Sensors};
 use serde::{Deserialize, Serialize};
 
-use super::{Date, Grade, GradeName, SensorTable};
+use super::{Grade, GradeName, SensorTable};
 use crate::config::{self, ConfigError};
+use crate::date::Date;
 use crate::range::{RangeError, check_range};
 
 /// Errors of the sensors of a flight.

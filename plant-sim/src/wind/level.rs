@@ -329,7 +329,7 @@ impl Field {
 pub fn spectra(scales: &Scales, span_m: f64, omega_rad_m: f64) -> [f64; 6] {
     let pi = core::f64::consts::PI;
     let Scales { horizontal_m, vertical_m, horizontal_m_s, vertical_m_s } = *scales;
-    let square = |length_m: f64| (length_m * omega_rad_m).powi(2);
+    let square = |length_m: f64| length_m * omega_rad_m * (length_m * omega_rad_m);
     let u =
         2.0 * horizontal_m_s * horizontal_m_s * horizontal_m / pi / (1.0 + square(horizontal_m));
     let across = |intensity: f64, length_m: f64| {

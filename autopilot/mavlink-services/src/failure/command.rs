@@ -12,7 +12,7 @@ use icd::fault::{
     FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Quantity, Reach, Refusal, Repeat,
     SIZE_OPTION, Target, TargetClass, Timing,
 };
-use icd::{Effector, EffectorList, FaultRequest, Sensors, SimTime, fault};
+use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
 
 use crate::codec::CommandError;
 use crate::convert;
@@ -26,7 +26,7 @@ pub use crate::failure::units::{Failure, Size, Targets, Unit, Value, ValueError}
 const ROUNDING: f64 = 1.0e-6;
 
 /// One request for each target that a command names.
-pub type Requests = ArrayVec<FaultRequest, { Effector::MAX + Sensors::SENSORS }>;
+pub type Requests = ArrayVec<FaultRequest, { Target::MAX }>;
 
 /// A fault command. `None` takes a value from its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]

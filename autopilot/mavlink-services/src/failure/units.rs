@@ -6,8 +6,8 @@
 use core::fmt;
 
 use arrayvec::ArrayVec;
+use icd::EffectorList;
 use icd::fault::{CATALOGUE, FailureType, KindInfo, Measure, SensorKind, Target, TargetClass};
-use icd::{Effector, EffectorList, Sensors};
 
 use crate::codec::CommandError;
 use crate::convert;
@@ -124,7 +124,7 @@ impl Unit {
 }
 
 /// Some effectors and sensors.
-pub type Targets = ArrayVec<Target, { Effector::MAX + Sensors::SENSORS }>;
+pub type Targets = ArrayVec<Target, { Target::MAX }>;
 
 /// `GPS (4)`; the bare number if there is no name.
 impl fmt::Display for Unit {
