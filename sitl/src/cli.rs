@@ -27,6 +27,7 @@ use flight_analysis::mission::{self, MissionOptions};
 use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
+use flight_analysis::sensor_errors::{self, SensorsArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{false_alarms, isolation};
@@ -87,6 +88,8 @@ enum Command {
     FalseAlarms(false_alarms::Options),
     /// Break every effector in many ways, and count how often the isolation names the right one
     Isolation(isolation::Options),
+    /// Draw the errors of each sensor of a grade in a steady flight
+    Sensors(SensorsArgs),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -154,6 +157,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Isolation(args)) => isolation::run(args)?,
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::CompareCheckcases(args)) => report::run(args)?,
+        Some(Command::Sensors(args)) => sensor_errors::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
@@ -220,6 +224,7 @@ mod tests {
             "campaign compare x y",
             "campaign suite --out x",
             "campaign tune tuning --out x",
+            "sensors --grade tactical --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

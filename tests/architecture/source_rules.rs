@@ -155,6 +155,8 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         "autopilot/recorder/src/",
         "sitl/analysis/src/closed_loop/flight.rs",
         "sitl/analysis/src/replay/",
+        // The study of the sensors themselves.
+        "sitl/analysis/src/sensor_errors.rs",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
     ];

@@ -70,6 +70,7 @@ pub mod paper;
 pub mod plot;
 pub mod replay;
 pub mod runner;
+pub mod sensor_errors;
 pub mod settings;
 pub mod table;
 pub mod trimmable;
