@@ -162,7 +162,7 @@ impl Estimator {
             covariance: Covariance::new(&start::priors(gains)),
             transition: Transition::NONE,
             integrals: Integrals::at(SimTime::ZERO),
-            history: History::new(),
+            history: History::empty(),
             ground: None,
             sources: Sources::new(),
             rate: Vector3::zeros(),
@@ -181,6 +181,18 @@ impl Estimator {
     /// Takes other gains from the next step on.
     pub fn set_gains(&mut self, gains: &EstimatorGains) {
         self.gains = *gains;
+    }
+
+    /// Time of the last step.
+    #[must_use]
+    pub fn time(&self) -> SimTime {
+        self.state.time
+    }
+
+    /// The state of the last step.
+    #[must_use]
+    pub fn state(&self) -> NavigationState {
+        self.state
     }
 
     /// The estimate.
@@ -238,7 +250,7 @@ impl Estimator {
         self.fix_before = None;
         self.estimate = Estimate::zero();
         self.covariance = Covariance::new(&start::priors(&self.gains));
-        self.history = History::new();
+        self.history = History::empty();
         self.transition = Transition::NONE;
     }
 
@@ -365,7 +377,8 @@ impl Estimator {
     /// State and quality of the estimate.
     #[must_use]
     pub fn status(&self, time: SimTime) -> EstimatorStatus {
-        let mut status = EstimatorStatus { is_aligned: self.ground.is_some(), ..Default::default() };
+        let mut status =
+            EstimatorStatus { is_aligned: self.ground.is_some(), ..Default::default() };
         for (sensor, source) in self.sources.all() {
             let health = source.health(time);
             let place = &mut status.sources[sensor as usize];

@@ -82,7 +82,7 @@ impl Row {
 
     /// Without any state.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn empty() -> Self {
         Self { parts: [(0, 0.0); Self::MOST], count: 0 }
     }
 
@@ -306,7 +306,7 @@ mod tests {
     fn an_update_is_that_of_the_joseph_form() {
         let mut covariance = Covariance::new(&spreads());
         covariance.predict(&transition(), &[1.0e-4; STATES]);
-        let row = Row::new().with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5)).with(WIND, 3.0);
+        let row = Row::empty().with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5)).with(WIND, 3.0);
         let mut h = SMatrix::<f64, 1, STATES>::zeros();
         (h[0], h[1], h[2], h[WIND]) = (1.0, -2.0, 0.5, 3.0);
         let before = dense(&covariance);
@@ -327,7 +327,7 @@ mod tests {
         let mut covariance = Covariance::new(&spreads());
         for step in 0..20_000 {
             covariance.predict(&transition(), &[1.0e-14; STATES]);
-            let row = Row::new().with(step % STATES, 1.0).with((step * 7 + 1) % STATES, 1.0e3);
+            let row = Row::empty().with(step % STATES, 1.0).with((step * 7 + 1) % STATES, 1.0e3);
             let comparison = covariance.compare(&row, 0.0, 1.0e-10);
             covariance.take(&comparison);
             assert!(covariance.is_sound(), "step {step}");

@@ -244,13 +244,15 @@ mod tests {
         for shape in [EarthShape::Wgs84, EarthShape::Flat] {
             for latitude in [-1.2, 0.0, 0.609, 1.3] {
                 for position in [[0.0, 0.0, -5_000.0], [60_000.0, -40_000.0, -4_600.0]] {
-                    // The altitude that the position has on this Earth, by a first pass.
                     let rough = fix(position, [latitude, -2.058, 5_000.0]);
-                    let mut altitude = 5_000.0;
+                    // The altitude that the position has on this Earth, so that the start point is at altitude zero.
+                    let mut altitude = -position[2];
                     for _ in 0..5 {
-                        let earth = Earth::through(shape, &GnssFix { altitude_m: altitude, ..rough });
-                        // The start point is at altitude zero.
-                        altitude -= earth.place(&Vector3::zeros()).at.altitude;
+                        let fix = GnssFix { altitude_m: altitude, ..rough };
+                        if shape == EarthShape::Wgs84 {
+                            let start = Earth::through(shape, &fix).place(&Vector3::zeros());
+                            altitude -= start.at.altitude;
+                        }
                     }
                     let fix = GnssFix { altitude_m: altitude, ..rough };
                     let earth = Earth::through(shape, &fix);
@@ -279,9 +281,8 @@ mod tests {
     fn the_ellipsoid_falls_away_from_the_start_axes() {
         let earth = Earth::through(EarthShape::Wgs84, &fix([0.0; 3], [0.6, 0.1, 0.0]));
         // d²/2R after 10 km: 7.8 m.
-        let [.., altitude] = earth
-            .place(&Vector3::zeros())
-            .coordinates(&Vector3::new(10_000.0, 0.0, 0.0));
+        let [.., altitude] =
+            earth.place(&Vector3::zeros()).coordinates(&Vector3::new(10_000.0, 0.0, 0.0));
         assert!(altitude.abs() < 1.0e-6, "in the plane of the place: {altitude}");
         let away = Vector3::new(10_000.0, 0.0, 0.0);
         let [.., altitude] = earth.place(&away).coordinates(&away);

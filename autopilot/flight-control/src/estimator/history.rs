@@ -54,15 +54,13 @@ impl History {
 
     /// Without entries.
     #[must_use]
-    pub fn new() -> Self {
+    pub fn empty() -> Self {
         Self { entries: [Integrals::at(SimTime::ZERO); ENTRIES], next: 0, count: 0 }
     }
 
     /// Remembers the present where the last entry is old enough.
     pub fn remember(&mut self, now: &Integrals) {
-        let due = |last: &Integrals| {
-            now.time.as_micros() >= last.time.as_micros() + Self::EVERY_US
-        };
+        let due = |last: &Integrals| now.time.as_micros() >= last.time.as_micros() + Self::EVERY_US;
         if self.latest().is_none_or(due) {
             self.entries[self.next] = *now;
             self.next = (self.next + 1) % ENTRIES;
@@ -125,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_moment_of_a_constant_acceleration_is_found_exactly() {
-        let mut history = History::new();
+        let mut history = History::empty();
         let a = Vector3::new(1.0, -2.0, 0.5);
         let at = |micros: u64| {
             let t = micros as f64 * 1.0e-6;

@@ -26,7 +26,8 @@ impl Estimator {
         let lasting = |size: f64| size * size * seconds * MANOEUVRE_S;
         let inertial = self.inertial();
         let mut noise = [0.0; STATES];
-        let mut set = |from: usize, values: [f64; 3]| noise[from..from + 3].copy_from_slice(&values);
+        let mut set =
+            |from: usize, values: [f64; 3]| noise[from..from + 3].copy_from_slice(&values);
 
         let is_away = |source: &super::Source| {
             source.silence_s(now) > INERTIAL_SILENCE_S || source.is_stuck(now)

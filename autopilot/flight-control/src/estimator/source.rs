@@ -149,8 +149,9 @@ mod tests {
     #[test]
     fn new_samples_with_one_value_are_stuck_until_it_changes() {
         let mut source = Source::new();
-        let news: u32 =
-            (0..200).map(|step| u32::from(source.is_new(ms(10 * step), ms(10 * step), true, &[3.0]))).sum();
+        let news: u32 = (0..200)
+            .map(|step| u32::from(source.is_new(ms(10 * step), ms(10 * step), true, &[3.0])))
+            .sum();
         assert_eq!(news, 100, "one second");
         assert_eq!(source.health(ms(2_000)), SourceHealth::Stuck);
         assert!(source.is_new(ms(2_000), ms(2_000), true, &[3.1]));

@@ -134,7 +134,7 @@ impl Estimator {
         priors[ATTITUDE + 1] += turning;
         self.covariance = Covariance::new(&priors);
         (self.transition, self.integrals) = (super::Transition::NONE, Integrals::at(now));
-        self.history = History::new();
+        self.history = History::empty();
         self.history.remember(&self.integrals);
         self.ground = Some(Ground { earth, place });
         self.alignments = self.alignments.saturating_add(1);
@@ -146,6 +146,7 @@ impl Estimator {
     pub(super) fn write_before_alignment(&mut self, now: SimTime, sensors: &Sensors) {
         let thrust = sensors.engine_n.valid && sensors.engine_n.value == self.state.thrust_n;
         let flow = measured_flow(sensors).0;
+        let status = self.status(now);
         let state = &mut self.state;
         if let Some(alpha) = air::angle_of_attack(&flow) {
             state.alpha = alpha.value;
@@ -166,7 +167,7 @@ impl Estimator {
         let rates = gyro.silence_s(now) == 0.0;
         let specific_force = force.silence_s(now) == 0.0;
         state.valid = Validity { rates, specific_force, thrust, ..Validity::default() };
-        state.estimate = Some(self.status(now));
+        state.estimate = Some(status);
     }
 }
 

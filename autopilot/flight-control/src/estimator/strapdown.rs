@@ -145,7 +145,10 @@ fn turned_by(turn: &Vector3<f64>) -> Quaternion<f64> {
     let half_2 = 0.25 * turn.norm_squared();
     // A correction can be large; the series is for small turns.
     let (sine_ratio, cosine) = if half_2 < 0.01 {
-        (0.5 * (1.0 - half_2 / 6.0 * (1.0 - half_2 / 20.0)), 1.0 - 0.5 * half_2 * (1.0 - half_2 / 12.0))
+        (
+            0.5 * (1.0 - half_2 / 6.0 * (1.0 - half_2 / 20.0)),
+            1.0 - 0.5 * half_2 * (1.0 - half_2 / 12.0),
+        )
     } else {
         let half = libm::sqrt(half_2);
         (0.5 * libm::sin(half) / half, libm::cos(half))

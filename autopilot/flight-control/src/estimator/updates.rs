@@ -117,14 +117,13 @@ impl Estimator {
 
     /// Row and innovation of an axis of a GNSS velocity, m/s, NED.
     fn velocity_row(&self, measured: &Vector3<f64>, since: &Since, axis: usize) -> (Row, f64) {
-        let Some(Ground { place, .. }) = &self.ground else { return (Row::new(), 0.0) };
+        let Some(Ground { place, .. }) = &self.ground else { return (Row::empty(), 0.0) };
         let along: Vector3<f64> = place.start_from_ned.column(axis).into();
         let then = self.estimate.velocity - since.velocity;
         // δv(t - d) = δv + S × θ, where S = ∫ C f over the delay: what the acceleration has without gravity.
         let force = since.velocity - place.gravity * since.seconds;
-        let row = Row::new()
-            .with_vector(VELOCITY, &along)
-            .with_vector(ATTITUDE, &along.cross(&force));
+        let row =
+            Row::empty().with_vector(VELOCITY, &along).with_vector(ATTITUDE, &along.cross(&force));
         (row, measured[axis] - along.dot(&then))
     }
 
@@ -159,7 +158,7 @@ impl Estimator {
     fn position_row(&self, measured: &Vector3<f64>, since: &Since, axis: usize) -> (Row, f64) {
         let Since { seconds, bend, .. } = since;
         let then = self.estimate.position - self.estimate.velocity * *seconds - bend;
-        let row = Row::new().with(POSITION + axis, 1.0).with(VELOCITY + axis, -seconds);
+        let row = Row::empty().with(POSITION + axis, 1.0).with(VELOCITY + axis, -seconds);
         (row, measured[axis] - then[axis])
     }
 
@@ -206,7 +205,7 @@ impl Estimator {
         let then = altitude - up.dot(&self.estimate.velocity) * age;
         let expected = air::geopotential(then) + self.estimate.barometer_offset;
         let innovation = atmosphere::pressure_altitude(pressure) - expected;
-        let row = Row::new()
+        let row = Row::empty()
             .with_vector(POSITION, &up)
             .with_vector(VELOCITY, &(up * -age))
             .with(BAROMETER, 1.0);
@@ -244,7 +243,7 @@ impl Estimator {
             Some(ground) => -ground.place.start_from_ned.tr_mul(&along),
             None => Vector3::zeros(),
         };
-        Row::new()
+        Row::empty()
             .with_vector(VELOCITY, &along)
             .with_vector(WIND, &wind)
             .with_vector(ATTITUDE, &along.cross(&present.relative))
@@ -336,7 +335,7 @@ impl Estimator {
             let then = field + self.inertial().rate.cross(&field) * age;
             let innovation = values[axis] - then[axis] - self.estimate.magnetic_bias[axis];
             let along: Vector3<f64> = matrix.column(axis).into();
-            let row = Row::new()
+            let row = Row::empty()
                 .with_vector(ATTITUDE, &along.cross(&self.field.field))
                 .with(MAGNETIC_BIAS + axis, 1.0);
             let comparison = self.covariance.compare(&row, innovation, noise);
@@ -360,7 +359,8 @@ impl Estimator {
     fn find_field(&mut self) {
         let Some(Ground { place, .. }) = &self.ground else { return };
         let position = self.estimate.position;
-        let is_near = |at: Vector3<f64>| (position - at).norm_squared() < FIELD_EVERY_M * FIELD_EVERY_M;
+        let is_near =
+            |at: Vector3<f64>| (position - at).norm_squared() < FIELD_EVERY_M * FIELD_EVERY_M;
         if self.field.place.is_some_and(is_near) {
             return;
         }
@@ -372,8 +372,7 @@ impl Estimator {
 
     /// Without vanes: the flow that gives the specific force by the design model.
     fn compare_with_model(&mut self, now: SimTime) {
-        if self.sources.vanes.silence_s(now) < WITHOUT_VANES_S
-            && !self.sources.vanes.is_stuck(now)
+        if self.sources.vanes.silence_s(now) < WITHOUT_VANES_S && !self.sources.vanes.is_stuck(now)
             || now < self.model_due
         {
             return;
