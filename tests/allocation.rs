@@ -15,6 +15,7 @@ use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
 use icd::tvc_jet;
 use icd::{Actuators, FaultKind, FaultRequest};
+use plant_sim::sensors::{GradeName, SensorSettings};
 use plant_sim::{EarthModel, Plant};
 use sitl::closed_loop::settings;
 
@@ -70,6 +71,25 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
     }
     assert_eq!(allocations() - before, 0);
     assert!(woke, "the fault was part of it");
+}
+
+#[test]
+fn a_control_step_on_estimated_states_allocates_nothing() {
+    let mut setup = flights::case_1(EarthModel::Wgs84);
+    setup.plant.sensors = SensorSettings::of_grade(GradeName::Consumer);
+    let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
+    let mut autopilot = Autopilot::new(&settings(&setup));
+    autopilot.begin_flight(setup.plant.period, plant.time(), false);
+    let before = allocations();
+    for _ in 0..5_000 {
+        let sensors = plant.sense();
+        let log = *autopilot.step(plant.time(), &sensors);
+        while autopilot.pop_event().is_some() {}
+        plant.advance(&log.actuators());
+        while plant.pop_report().is_some() {}
+    }
+    assert_eq!(allocations() - before, 0);
+    assert!(autopilot.estimator().is_some(), "it was part of it");
 }
 
 #[test]

@@ -150,6 +150,8 @@ fn the_flight_software_never_names_the_truth() {
 fn all_modules_behind_the_navigator_read_the_navigation_state() {
     let allowed = [
         "autopilot/flight-control/src/navigation.rs",
+        "autopilot/flight-control/src/navigation_source.rs",
+        "autopilot/flight-control/src/estimator",
         // It forwards them to the navigator.
         "autopilot/flight-management/src/autopilot.rs",
         "autopilot/recorder/src/",

@@ -37,6 +37,9 @@ pub struct AircraftModel {
     pub engine: Option<EngineModel>,
     /// Steady level flight at the design point.
     pub trim: TrimModel,
+    /// Where the air data are measured; `None` in models of earlier versions.
+    #[serde(default)]
+    pub air_data: Option<AirDataModel>,
     /// The effectors: what they are, how the healthy ones move, what they do.
     #[serde(rename = "effector")]
     pub effectors: EffectorModel,
@@ -163,6 +166,19 @@ pub struct EngineModel {
     pub roll_per_thrust_m: f64,
 }
 
+/// Where the air data are measured, and what the air tells of the sideslip: for the estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AirDataModel {
+    /// Vanes of angle of attack and sideslip, m from the centre of gravity, body axes.
+    pub vanes_m: [f64; 3],
+    /// Pitot tube, m from the centre of gravity, body axes.
+    pub pitot_m: [f64; 3],
+    /// Side force per sideslip, per rad; zero if it is not known.
+    #[serde(default)]
+    pub c_side_beta: f64,
+}
+
 /// Steady level flight at the design point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -246,6 +262,15 @@ impl AircraftModel {
         if let Some(engine) = &self.engine {
             check("engine.roll_zero_n_m", engine.roll_zero_n_m, -1.0e6, 1.0e6)?;
             check("engine.roll_per_thrust_m", engine.roll_per_thrust_m, -100.0, 100.0)?;
+        }
+        if let Some(air_data) = &self.air_data {
+            for value in air_data.vanes_m {
+                check("air_data.vanes_m", value, -100.0, 100.0)?;
+            }
+            for value in air_data.pitot_m {
+                check("air_data.pitot_m", value, -100.0, 100.0)?;
+            }
+            check("air_data.c_side_beta", air_data.c_side_beta, -100.0, 100.0)?;
         }
         let effectors = &self.effectors;
         effectors.validate()?;

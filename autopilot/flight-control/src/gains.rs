@@ -12,6 +12,7 @@ pub use crate::activation::{ActivationGains, CompensatorMode};
 use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
+pub use crate::estimator::{EarthShape, EstimatorGains, StateSource};
 use crate::isolation::gains::IsolationGains;
 pub use crate::isolation::gains::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
@@ -47,6 +48,8 @@ pub struct Gains {
     pub relief: ReliefGains,
     /// Which effector it is.
     pub isolation: IsolationGains,
+    /// The estimator of the navigation state.
+    pub estimator: EstimatorGains,
     /// Which laws fly.
     pub selection: Selection,
 }
@@ -89,6 +92,12 @@ pub struct Selection {
     /// What the verdict of the isolation is good for.
     #[serde(default)]
     pub isolation: IsolationMode,
+    /// Where the navigation state comes from; counts at the start of a flight.
+    #[serde(default)]
+    pub state: StateSource,
+    /// The Earth that the estimator assumes; counts at the start of a flight.
+    #[serde(default)]
+    pub earth: EarthShape,
 }
 
 /// The compensation that the observer takes into account.
@@ -181,6 +190,7 @@ impl Gains {
         activation: ActivationGains::REFERENCE,
         relief: ReliefGains::REFERENCE,
         isolation: IsolationGains::REFERENCE,
+        estimator: EstimatorGains::REFERENCE,
         selection: Selection {
             compensator: CompensatorMode::Armed,
             observer: ObserverMode::Informed,
@@ -188,6 +198,8 @@ impl Gains {
             compensator_law: CompensatorLaw::Neso,
             allocation: AllocationMode::Paper,
             isolation: IsolationMode::Report,
+            state: StateSource::Automatic,
+            earth: EarthShape::Wgs84,
         },
     };
 

@@ -22,7 +22,7 @@
 //! | block of the paper | file |
 //! |---|---|
 //! | Fig. 1 | [`flight_control`] |
-//! | the "sensors" of Fig. 1: samples to state | [`navigation`] |
+//! | the "sensors" of Fig. 1: samples to state | [`navigation`]; from sensors with errors [`estimator`] |
 //! | Figs. 2, 3: main controller, step one | [`main_controller`]: the PID and the other laws |
 //! | NESO, step two a | [`compensator::neso`] |
 //! | automatic activation | [`activation`] |
@@ -81,6 +81,7 @@ pub mod altitude_limit;
 pub mod authority;
 pub mod compensator;
 pub mod design_model;
+pub mod estimator;
 pub mod flight_control;
 pub mod gains;
 pub mod guidance;
@@ -90,6 +91,7 @@ pub mod log;
 pub mod main_controller;
 pub mod mixer;
 pub mod navigation;
+pub mod navigation_source;
 pub mod oscillation;
 pub mod relief;
 pub mod signals;
@@ -101,6 +103,7 @@ pub use aircraft_model::AircraftModel;
 pub use altitude_limit::AltitudeLimit;
 pub use authority::Authority;
 pub use design_model::DesignModel;
+pub use estimator::{Estimator, EstimatorGains, EstimatorStatus};
 pub use flight_control::FlightControl;
 pub use gains::{
     AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
@@ -109,6 +112,7 @@ pub use guidance::GuidanceGains;
 pub use log::{Health, StepLog};
 pub use main_controller::{Demand, Law, LawInput, References};
 pub use navigation::{NavigationState, Navigator};
+pub use navigation_source::NavigationSource;
 pub use signals::{Compensation, MainCommand};
 
 /// Who looks at continuous states, one after the other, always in the same order.

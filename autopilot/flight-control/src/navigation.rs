@@ -1,8 +1,8 @@
 //! Samples of the sensors to the navigation state: what everybody on the control side knows of the aircraft.
 //!
-//! The laws, the vehicle with its guidance, scripts and telemetry read [`NavigationState`]; sensors are read here and
-//! nowhere else. The sensors are ideal so far, so this navigator takes the latest valid sample of each of them and
-//! guards the rest against values that no aircraft has.
+//! The laws, the vehicle with its guidance, scripts and telemetry read [`NavigationState`]; sensors are read here and in
+//! [`crate::estimator`], and nowhere else. The navigator is for an aircraft with an attitude unit: it takes the latest valid
+//! sample of each sensor and guards the rest against values that no aircraft has.
 
 use icd::{
     Attitude, Body, EulerAngles, FlowAngles, GnssFix, ImpactPressure, Ned, Sensors, SimTime,
@@ -10,6 +10,8 @@ use icd::{
 };
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+
+use crate::estimator::EstimatorStatus;
 
 /// What is known of the aircraft at one tick. Every number is finite and one that an aircraft can have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,8 +44,11 @@ pub struct NavigationState {
     pub beta: f64,
     /// T: thrust, N, measured.
     pub thrust_n: f64,
-    /// Which parts come from this tick's samples.
+    /// Which parts come from this tick's samples, or are estimated well enough.
     pub valid: Validity,
+    /// State and quality of the estimate; `None` where the parts are samples.
+    #[serde(default)]
+    pub estimate: Option<EstimatorStatus>,
 }
 
 /// Which parts of a [`NavigationState`] can be relied on; of the others the last good value stands in.
@@ -110,6 +115,7 @@ impl NavigationState {
             beta: 0.0,
             thrust_n: 0.0,
             valid: Validity::default(),
+            estimate: None,
         }
     }
 

@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{
-    AircraftModel, Authority, FlightControl, Gains, NavigationState, Navigator, StepLog,
+    AircraftModel, Authority, Estimator, FlightControl, Gains, NavigationSource, NavigationState,
+    StepLog,
 };
 use icd::fault::PlantRequest;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -59,7 +60,7 @@ pub struct Autopilot {
     model: AircraftModel,
     gains: Gains,
     rules: Rules,
-    navigator: Navigator,
+    navigation: NavigationSource,
     vehicle: Vehicle,
     flight: FlightControl,
     own_law: Option<Brought>,
@@ -90,7 +91,7 @@ impl Autopilot {
             model: *model,
             gains: *gains,
             rules: Rules::new(*limits, *navigation, gains),
-            navigator: Navigator::default(),
+            navigation: NavigationSource::new(model, gains),
             vehicle: Vehicle::new(references.clone()),
             flight: FlightControl::new(period, model, gains),
             own_law: None,
@@ -111,7 +112,7 @@ impl Autopilot {
     /// Begins a flight, or joins one that is in progress: resets the state of the laws
     /// and the vehicle. Gains and limits stay.
     pub fn begin_flight(&mut self, period: ControlPeriod, time: SimTime, joined_in_flight: bool) {
-        self.navigator = Navigator::default();
+        self.navigation = NavigationSource::new(&self.model, &self.gains);
         self.flight = FlightControl::new(period, &self.model, &self.gains);
         self.reset_own_law();
         self.period = period;
@@ -130,7 +131,7 @@ impl Autopilot {
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> &StepLog {
         self.time = time;
         self.on_ground = false;
-        let state = self.navigator.step(time, sensors);
+        let state = self.navigation.step(time, sensors);
         self.step_script(&state);
         self.fly(&state)
     }
@@ -167,8 +168,7 @@ impl Autopilot {
     /// Handles a packet without a control step: the simulation is paused. The commands stay unchanged; the
     /// snapshot shows the present sensors, which is the state at ground contact when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
-        // The navigator keeps no state of it: the number of packets during a pause depends on wall time.
-        let state = self.navigator.clone().step(self.time, sensors);
+        let state = self.navigation.look(self.time, sensors);
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
@@ -222,6 +222,7 @@ impl Autopilot {
                 self.gains = *gains;
                 self.rules.obey(&gains);
                 self.flight.set_gains(&gains);
+                self.navigation.set_gains(&gains);
             }
             Configuration::Limits(limits) => self.rules.limits = limits,
             Configuration::Navigation(navigation) => self.rules.navigation = navigation,
@@ -284,6 +285,12 @@ impl Autopilot {
     #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.latest.as_ref()
+    }
+
+    /// The estimator, where the navigation state of this flight comes from it.
+    #[must_use]
+    pub fn estimator(&self) -> Option<&Estimator> {
+        self.navigation.estimator()
     }
 
     /// The present settings: gains, limits and guidance as operators have set them.

@@ -10,8 +10,8 @@ use autopilot::config::PARAMETERS;
 use flight_control::AircraftModel;
 use flight_control::aircraft_model::schedule::POINTS_MAX;
 use flight_control::aircraft_model::{
-    AirframeModel, EffectorModel, EngineModel, GeometryModel, LiftModel, MassModel, NozzleModel,
-    Schedule, SchedulePoint, ServoModel, TrimModel,
+    AirDataModel, AirframeModel, EffectorModel, EngineModel, GeometryModel, LiftModel, MassModel,
+    NozzleModel, Schedule, SchedulePoint, ServoModel, TrimModel,
 };
 use host_io::file::{self, FileProblem};
 use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
@@ -188,6 +188,11 @@ fn linearize_at(setup: &PlantSetup) -> Result<AircraftModel, SetupError> {
         }),
         effectors: local.effector_model(&slopes),
         engine: local.engine_model(),
+        air_data: Some(AirDataModel {
+            vanes_m: airframe.air_data.vanes_m,
+            pitot_m: airframe.air_data.pitot_m,
+            c_side_beta: rounded(local.side_per_sideslip()),
+        }),
         schedule: Schedule::default(),
         trim: TrimModel {
             airspeed_m_s: setup.start.airspeed_m_s,
@@ -264,6 +269,13 @@ impl Local<'_> {
             stall_onset_rad: rounded(stall_onset_rad),
             stall_ceiling_rad: rounded(stall_ceiling_rad),
         }
+    }
+
+    /// Side force per sideslip.
+    fn side_per_sideslip(&self) -> f64 {
+        let alpha = self.plant.trim().alpha_rad;
+        let side = |beta| self.trimmed(alpha, beta, Body::zero()).side;
+        (side(ANGLE_STEP_RAD) - side(-ANGLE_STEP_RAD)) / (2.0 * ANGLE_STEP_RAD)
     }
 
     /// What the effectors add to a coefficient in the trim, by their slopes.

@@ -46,9 +46,30 @@ pub fn pressure(altitude_m: f64) -> f64 {
     density(altitude_m) * GAS_CONSTANT * temperature(altitude_m)
 }
 
+/// Altitude with this static pressure (Pa), m: the inverse of [`pressure`].
+#[must_use]
+pub fn pressure_altitude(pressure_pa: f64) -> f64 {
+    let sea_level = DENSITY_SEA_LEVEL * GAS_CONSTANT * TEMPERATURE_SEA_LEVEL;
+    let ratio = libm::exp(libm::log(pressure_pa.max(1.0) / sea_level) / PRESSURE_EXPONENT);
+    let troposphere = (1.0 - ratio) * TEMPERATURE_SEA_LEVEL / LAPSE;
+    if troposphere <= TROPOPAUSE_M {
+        return inside(troposphere);
+    }
+    inside(TROPOPAUSE_M + SCALE_HEIGHT_M * libm::log(pressure(TROPOPAUSE_M) / pressure_pa.max(1.0)))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{density, pressure, temperature};
+    use super::{density, pressure, pressure_altitude, temperature};
+
+    #[test]
+    fn the_pressure_altitude_is_the_inverse_of_the_pressure() {
+        for altitude_m in [-500.0, 0.0, 5_000.0, 10_999.0, 11_001.0, 19_000.0] {
+            let found = pressure_altitude(pressure(altitude_m));
+            assert!((found - altitude_m).abs() < 1.0e-6, "{altitude_m} m: {found} m");
+        }
+        assert!(pressure_altitude(0.0).is_finite());
+    }
 
     #[test]
     fn density_agrees_with_the_printed_table() {

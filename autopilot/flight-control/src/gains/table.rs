@@ -39,8 +39,19 @@ macro_rules! rows {
 }
 
 /// The rows of each block, in the order of the parameters.
-const BLOCKS: [&[Tunable]; 10] =
-    [REFERENCES, PID, NDI, LQR, NESO, LINEAR_ESO, INCREMENTAL, ACTIVATION, RELIEF, ISOLATION];
+const BLOCKS: [&[Tunable]; 11] = [
+    REFERENCES,
+    PID,
+    NDI,
+    LQR,
+    NESO,
+    LINEAR_ESO,
+    INCREMENTAL,
+    ACTIVATION,
+    RELIEF,
+    ISOLATION,
+    ESTIMATOR,
+];
 
 const REFERENCES: &[Tunable] = rows! { references:
     "ALT_SLEW", "m/s", 0.1, 1000.0, slew_m_s, "Slew limit of the altitude reference";
@@ -166,6 +177,41 @@ const ISOLATION: &[Tunable] = rows! { isolation:
     "ISO_CONF", "-", 0.5, 0.9999, confidence, "Probability from which on an effector is named";
     "ISO_PERSIST", "s", 0.1, 60.0, persistence_s, "The probability has to be exceeded this long";
     "ISO_TEST", "rad", 0.001, 0.2, test_rad, "Size of a test deflection";
+};
+
+const ESTIMATOR: &[Tunable] = rows! { estimator:
+    "EST_GYR_N", "deg/s/sqrt(Hz)", 1.0e-5, 1.0, gyro_noise_deg, "White noise of each gyro";
+    "EST_GYR_B", "deg/s", 1.0e-5, 10.0, gyro_bias_deg, "Constant error of each gyro at the start";
+    "EST_GYR_BW", "deg/s/sqrt(s)", 0.0, 0.1, gyro_walk_deg, "Random walk of that error";
+    "EST_GYR_SF", "-", 0.0, 0.1, gyro_scale, "Errors of scale and direction of the gyros, of the rate";
+    "EST_ACC_N", "m/s^2/sqrt(Hz)", 1.0e-5, 1.0, force_noise_m_s2, "White noise of each accelerometer";
+    "EST_ACC_B", "m/s^2", 1.0e-5, 5.0, force_bias_m_s2, "Constant error of each accelerometer at the start";
+    "EST_ACC_BW", "m/s^2/sqrt(s)", 0.0, 0.1, force_walk_m_s2, "Random walk of that error";
+    "EST_ACC_SF", "-", 0.0, 0.1, force_scale, "Errors of scale and direction of the accelerometers, of what differs from level flight";
+    "EST_GPS_P", "m", 0.01, 100.0, gnss_position_m, "White noise of a GNSS position";
+    "EST_GPS_D", "m", 0.0, 100.0, gnss_drift_m, "Error of a GNSS position that wanders too slowly to be averaged";
+    "EST_GPS_V", "m/s", 0.001, 10.0, gnss_velocity_m_s, "White noise of a GNSS velocity";
+    "EST_GPS_VF", "-", 0.1, 10.0, gnss_vertical, "Vertical over horizontal errors of a GNSS position";
+    "EST_BAR_N", "m", 0.01, 100.0, barometer_noise_m, "White noise of the barometer";
+    "EST_BAR_B", "m", 0.01, 1000.0, barometer_offset_m, "Offset of the pressure altitude at the start";
+    "EST_BAR_BW", "m/sqrt(s)", 0.0, 10.0, barometer_walk_m, "Random walk of that offset";
+    "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "Error of the impact pressure; 0.3 % of the pressure come on top";
+    "EST_VAN_N", "deg", 0.001, 20.0, vane_noise_deg, "White noise of the vanes";
+    "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Constant error of each vane at the start";
+    "EST_VAN_BW", "deg/sqrt(s)", 0.0, 1.0, vane_walk_deg, "Random walk of that error";
+    "EST_MAG_N", "nT", 0.1, 50000.0, magnetic_noise_nt, "White noise of the magnetometer";
+    "EST_MAG_B", "nT", 0.1, 50000.0, magnetic_bias_nt, "Constant error of each magnetometer axis at the start";
+    "EST_MAG_BW", "nT/sqrt(s)", 0.0, 1000.0, magnetic_walk_nt, "Random walk of that error";
+    "EST_WIND", "m/s", 0.1, 200.0, wind_m_s, "Horizontal wind at the start";
+    "EST_WIND_W", "m/s/sqrt(s)", 0.001, 50.0, wind_walk_m_s, "Random walk of the horizontal wind with its turbulence";
+    "EST_UPD", "m/s", 0.01, 50.0, updraught_m_s, "Vertical wind";
+    "EST_UPD_T", "s", 0.1, 1000.0, updraught_s, "Correlation time of the vertical wind";
+    "EST_ALN_TILT", "deg", 0.1, 45.0, tilt_deg, "Error of roll and pitch after the first alignment";
+    "EST_ALN_HEAD", "deg", 0.1, 90.0, heading_deg, "Error of the heading after the first alignment";
+    "EST_MDL_A", "deg", 0.1, 45.0, model_alpha_deg, "Error of the angle of attack by the design model, used without vanes";
+    "EST_MDL_B", "deg", 0.1, 45.0, model_beta_deg, "Error of the sideslip by the design model, used without vanes";
+    "EST_GATE", "-", 1.0, 100.0, gate, "Innovations beyond this many standard deviations are rejected";
+    "EST_REOPEN", "s", 0.1, 600.0, reopen_s, "A sensor that was rejected for this long is believed again";
 };
 
 /// All tunable gains.

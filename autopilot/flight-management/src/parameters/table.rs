@@ -1,8 +1,8 @@
 //! The rows of the parameter table.
 
 use super::{
-    AllocationMode, Choice, CompensatorLaw, CompensatorMode, Get, IsolationMode, Kind, MainLaw,
-    ObserverMode, Parameter, Set, SticksLossAction,
+    AllocationMode, Choice, CompensatorLaw, CompensatorMode, EarthShape, Get, IsolationMode, Kind,
+    MainLaw, ObserverMode, Parameter, Set, StateSource, SticksLossAction,
 };
 use crate::vehicle::LinkLossAction;
 use flight_control::gains::tunables;
@@ -34,6 +34,7 @@ pub fn table() -> &'static [Parameter] {
             .chain(stations.concat())
             .chain(STREAMS.iter().copied())
             .chain(gains)
+            .chain(ESTIMATOR.iter().copied())
             .collect()
     });
     &TABLE
@@ -53,6 +54,7 @@ fn law(name: &str) -> &'static str {
         Some("INC") => "Incremental compensator",
         Some("ACT") => "Activation",
         Some("ISO") => "Isolation",
+        Some("EST") => "Estimator",
         Some("RLF") => "Relief beyond the paper",
         _ => "Other gains",
     }
@@ -138,6 +140,16 @@ const LAWS: &[Parameter] = choices! { "Laws";
         0 IsolationMode::Report "reported, changes no command",
         1 IsolationMode::Test "the same, with test deflections where two effectors look alike",
         2 IsolationMode::Use "the same, and the allocations wls and relief use it";
+};
+
+const ESTIMATOR: &[Parameter] = choices! { "Estimator";
+    "EST_SOURCE", gains.selection.state, "Where the navigation state of the next flight comes from":
+        0 StateSource::Automatic "samples where the attitude unit is valid at the start, else the estimator",
+        1 StateSource::Samples "latest samples",
+        2 StateSource::Estimator "estimator";
+    "EST_EARTH", gains.selection.earth, "The Earth that the estimator assumes in the next flight":
+        0 EarthShape::Wgs84 "rotating WGS-84 ellipsoid",
+        1 EarthShape::Flat "plane that does not rotate";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";

@@ -1,0 +1,189 @@
+//! Air data: pressures to altitude and airspeed, the flow at a place of the aircraft, and what the design model says of it.
+
+use nalgebra::Vector3;
+
+use crate::aircraft_model::AircraftModel;
+use crate::design_model::atmosphere;
+
+/// Radius that turns geometric into geopotential altitude, m (US-1976).
+const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
+/// Ratio of the specific heats of air.
+const HEAT_RATIO: f64 = 1.4;
+/// Slower than this a flow has no direction that a vane could show, m/s.
+const FLOW_MIN_M_S: f64 = 5.0;
+
+/// Geopotential altitude of a geometric one, m.
+#[must_use]
+pub fn geopotential(altitude_m: f64) -> f64 {
+    GEOPOTENTIAL_RADIUS_M * altitude_m / (GEOPOTENTIAL_RADIUS_M + altitude_m)
+}
+
+/// An airspeed and how it changes with the impact pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Airspeed {
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// m/s per Pa.
+    pub per_pascal: f64,
+}
+
+/// True airspeed of an impact pressure (Pa) at a pressure altitude (m) with the temperature of US-1976.
+///
+/// M² = 5 ((q_c/p + 1)^(2/7) - 1); `None` for less than 5 m/s.
+#[must_use]
+pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
+    let static_pa = atmosphere::pressure(pressure_altitude_m);
+    let kelvin = atmosphere::temperature(pressure_altitude_m);
+    let sound_m_s = libm::sqrt(HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin);
+    let ratio = 1.0 + impact_pa.max(0.0) / static_pa;
+    let power = libm::exp(libm::log(ratio) / 3.5);
+    let mach = libm::sqrt(5.0 * (power - 1.0));
+    let airspeed_m_s = sound_m_s * mach;
+    if airspeed_m_s < FLOW_MIN_M_S {
+        return None;
+    }
+    // d(M²)/dq_c = 10/7 (q_c/p + 1)^(-5/7) / p.
+    let per_pascal = sound_m_s / (2.0 * mach) * (10.0 / 7.0) * power / ratio / static_pa;
+    Some(Airspeed { airspeed_m_s, per_pascal })
+}
+
+/// A quantity of the flow and its gradient with the velocity through the air, body axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flow {
+    /// The quantity.
+    pub value: f64,
+    /// Per m/s.
+    pub gradient: Vector3<f64>,
+}
+
+/// V of a velocity through the air, m/s.
+#[must_use]
+pub fn speed(v: &Vector3<f64>) -> Option<Flow> {
+    let value = v.norm();
+    (value > FLOW_MIN_M_S).then(|| Flow { value, gradient: v / value })
+}
+
+/// α = atan2(w, u).
+#[must_use]
+pub fn angle_of_attack(v: &Vector3<f64>) -> Option<Flow> {
+    let square = v.x * v.x + v.z * v.z;
+    (square > FLOW_MIN_M_S * FLOW_MIN_M_S).then(|| Flow {
+        value: icd::frames::atan2(v.z, v.x),
+        gradient: Vector3::new(-v.z, 0.0, v.x) / square,
+    })
+}
+
+/// β = asin(v / V).
+#[must_use]
+pub fn sideslip(v: &Vector3<f64>) -> Option<Flow> {
+    let in_plane_2 = v.x * v.x + v.z * v.z;
+    if in_plane_2 < FLOW_MIN_M_S * FLOW_MIN_M_S {
+        return None;
+    }
+    let in_plane = libm::sqrt(in_plane_2);
+    let square = in_plane_2 + v.y * v.y;
+    let part = v.y / (in_plane * square);
+    let gradient = Vector3::new(-v.x * part, in_plane / square, -v.z * part);
+    Some(Flow { value: icd::frames::atan2(v.y, in_plane), gradient })
+}
+
+/// The part of the aircraft model that tells the flow from the specific force.
+#[derive(Debug, Clone, Copy)]
+pub struct AirModel {
+    /// Reference area over mass, m²/kg.
+    area_per_mass: f64,
+    c_lift_0: f64,
+    c_lift_alpha: f64,
+    /// Zero if it is not known.
+    c_side_beta: f64,
+    stall_onset_rad: f64,
+    /// Vanes from the centre of gravity, m, body axes.
+    pub vanes_m: Vector3<f64>,
+    /// Pitot tube from the centre of gravity, m, body axes.
+    pub pitot_m: Vector3<f64>,
+}
+
+impl AirModel {
+    /// Of an aircraft model.
+    #[must_use]
+    pub fn new(aircraft: &AircraftModel) -> Self {
+        let data = aircraft.air_data.unwrap_or_default();
+        Self {
+            area_per_mass: aircraft.geometry.wing_area_m2 / aircraft.mass.mass_kg,
+            c_lift_0: aircraft.lift.c_lift_0,
+            c_lift_alpha: aircraft.lift.c_lift_alpha,
+            c_side_beta: data.c_side_beta,
+            stall_onset_rad: aircraft.airframe.stall_onset_rad,
+            vanes_m: data.vanes_m.into(),
+            pitot_m: data.pitot_m.into(),
+        }
+    }
+
+    /// Angle of attack and sideslip (rad) that give a specific force (m/s², body axes) at an airspeed (m/s) and an altitude
+    /// (m): α = (-f_z m / (q S) - C_L0) / C_Lα and β = f_y m / (q S C_Yβ). `None` where the model does not tell.
+    #[must_use]
+    pub fn flow(
+        &self,
+        force: &Vector3<f64>,
+        airspeed_m_s: f64,
+        altitude_m: f64,
+    ) -> [Option<f64>; 2] {
+        if airspeed_m_s < FLOW_MIN_M_S {
+            return [None; 2];
+        }
+        let pressure = 0.5 * atmosphere::density(altitude_m) * airspeed_m_s * airspeed_m_s;
+        let per_coefficient = pressure * self.area_per_mass;
+        let within = |angle: f64| (angle.abs() < self.stall_onset_rad).then_some(angle);
+        let alpha = (-force.z / per_coefficient - self.c_lift_0) / self.c_lift_alpha;
+        let beta = match self.c_side_beta < 0.0 {
+            true => force.y / (per_coefficient * self.c_side_beta),
+            false => 0.0,
+        };
+        [within(alpha), within(beta)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_airspeed_is_that_of_isentropic_flow() {
+        // M = 0.8 at 5000 m: p = 54,020 Pa (US-1976), q_c = p ((1 + 0.2 M²)^3.5 - 1), a = 320.5 m/s.
+        let impact = 54_020.0 * (libm::pow(1.0 + 0.2 * 0.64, 3.5) - 1.0);
+        let found = airspeed(impact, 5_000.0).unwrap();
+        assert!((found.airspeed_m_s - 0.8 * 320.53).abs() < 0.1, "{}", found.airspeed_m_s);
+        let beyond = airspeed(impact + 10.0, 5_000.0).unwrap();
+        let slope = (beyond.airspeed_m_s - found.airspeed_m_s) / 10.0;
+        assert!((slope / found.per_pascal - 1.0).abs() < 1.0e-3, "{slope}");
+        assert_eq!(airspeed(-50.0, 5_000.0), None);
+    }
+
+    #[test]
+    fn gradients_are_the_slopes_of_their_quantities() {
+        let v = Vector3::new(250.0, -12.0, 20.0);
+        for of in [speed, angle_of_attack, sideslip] {
+            let flow = of(&v).unwrap();
+            for axis in 0..3 {
+                let mut moved = v;
+                moved[axis] += 1.0e-3;
+                let slope = (of(&moved).unwrap().value - flow.value) / 1.0e-3;
+                assert!((slope - flow.gradient[axis]).abs() < 1.0e-5, "axis {axis}");
+            }
+            assert_eq!(of(&Vector3::new(0.1, 0.0, 0.1)), None);
+        }
+    }
+
+    #[test]
+    fn level_flight_of_the_design_point_has_its_angle_of_attack() {
+        let aircraft = crate::testing::aircraft_model();
+        let trim = aircraft.trim;
+        let weight = 9.79;
+        let force = Vector3::new(0.0, 0.0, -weight * libm::cos(trim.theta_rad));
+        let model = AirModel::new(&aircraft);
+        let [alpha, beta] = model.flow(&force, trim.airspeed_m_s, trim.altitude_m);
+        // The jet and the elevators carry a little of the weight.
+        assert!((alpha.unwrap() - trim.theta_rad).abs() < 0.002, "{alpha:?}");
+        assert_eq!(beta, Some(0.0));
+    }
+}

@@ -1,0 +1,338 @@
+//! The covariance of the error state: prediction, scalar updates, and what keeps it positive.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Number of error states.
+pub const STATES: usize = 24;
+/// Attitude error, rad, start axes: the true rotation is the estimated one turned by it.
+pub const ATTITUDE: usize = 0;
+/// Velocity over the ground, m/s, start axes.
+pub const VELOCITY: usize = 3;
+/// Position, m, start axes.
+pub const POSITION: usize = 6;
+/// Bias of the gyros, rad/s, body axes.
+pub const GYRO_BIAS: usize = 9;
+/// Bias of the accelerometers, m/s², body axes.
+pub const FORCE_BIAS: usize = 12;
+/// Wind, m/s, NED.
+pub const WIND: usize = 15;
+/// Bias of the magnetometer, nT, body axes.
+pub const MAGNETIC_BIAS: usize = 18;
+/// Offset of the pressure altitude, m.
+pub const BAROMETER: usize = 21;
+/// Biases of the vanes of angle of attack and sideslip, rad.
+pub const VANES: usize = 22;
+
+/// One number of each error state.
+pub type States = [f64; STATES];
+
+/// Smallest variance of a state as a part of its first one: below it rounding would decide the sign.
+const FLOOR: f64 = 1.0e-12;
+
+/// How the error state changes over a time: identity plus these blocks.
+#[derive(Debug, Clone, Copy)]
+pub struct Transition {
+    /// Time, s.
+    pub seconds: f64,
+    /// ∫ C dt, s: C turns body axes into start axes.
+    pub turned: Matrix3<f64>,
+    /// ∫ C f dt, m/s.
+    pub force: Vector3<f64>,
+    /// Factor of the vertical wind.
+    pub updraught: f64,
+}
+
+impl Transition {
+    /// Nothing has happened yet.
+    pub const NONE: Self = Self {
+        seconds: 0.0,
+        turned: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        force: Vector3::new(0.0, 0.0, 0.0),
+        updraught: 1.0,
+    };
+
+    /// Multiplies a vector of error states.
+    #[inline]
+    fn apply(&self, x: &mut States) {
+        let (m, s, t) = (&self.turned, &self.force, self.seconds);
+        let at = |x: &States, from: usize| Vector3::new(x[from], x[from + 1], x[from + 2]);
+        let (attitude, velocity) = (at(x, ATTITUDE), at(x, VELOCITY));
+        // δv loses S × θ and A b_a, θ loses A b_g, and δp gains δv T.
+        let slowed = s.cross(&attitude) + m * at(x, FORCE_BIAS);
+        let turned = m * at(x, GYRO_BIAS);
+        for axis in 0..3 {
+            x[POSITION + axis] += t * velocity[axis];
+            x[VELOCITY + axis] -= slowed[axis];
+            x[ATTITUDE + axis] -= turned[axis];
+        }
+        x[WIND + 2] *= self.updraught;
+    }
+}
+
+/// One row of a measurement matrix: the states that it has and their factors.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    parts: [(usize, f64); Self::MOST],
+    count: usize,
+}
+
+impl Row {
+    /// Most states of a measurement: attitude, velocity, wind and a bias.
+    const MOST: usize = 12;
+
+    /// Without any state.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self { parts: [(0, 0.0); Self::MOST], count: 0 }
+    }
+
+    /// The same with this factor of a state.
+    #[must_use]
+    pub fn with(mut self, state: usize, factor: f64) -> Self {
+        self.parts[self.count] = (state, factor);
+        self.count += 1;
+        self
+    }
+
+    /// The same with these factors of three states.
+    #[must_use]
+    pub fn with_vector(self, from: usize, factors: &Vector3<f64>) -> Self {
+        self.with(from, factors.x).with(from + 1, factors.y).with(from + 2, factors.z)
+    }
+
+    fn parts(&self) -> &[(usize, f64)] {
+        &self.parts[..self.count]
+    }
+}
+
+/// A measurement that was compared with the estimate.
+#[derive(Debug, Clone, Copy)]
+pub struct Comparison {
+    /// P hᵀ.
+    product: States,
+    /// h P hᵀ + r: variance of the innovation.
+    pub variance: f64,
+    /// Measured minus expected.
+    pub innovation: f64,
+}
+
+impl Comparison {
+    /// Innovation over its standard deviation.
+    #[must_use]
+    pub fn deviations(&self) -> f64 {
+        libm::fabs(self.innovation) / libm::sqrt(self.variance)
+    }
+}
+
+/// Covariance of the error state.
+#[derive(Debug, Clone)]
+pub struct Covariance {
+    /// Symmetric.
+    p: [States; STATES],
+    floor: States,
+}
+
+impl Covariance {
+    /// Independent states with these standard deviations.
+    #[must_use]
+    pub fn new(spreads: &States) -> Self {
+        let mut p = [[0.0; STATES]; STATES];
+        let mut floor = [0.0; STATES];
+        for (index, spread) in spreads.iter().enumerate() {
+            p[index][index] = spread * spread;
+            floor[index] = FLOOR * spread * spread;
+        }
+        Self { p, floor }
+    }
+
+    /// Variance of a state.
+    #[must_use]
+    pub fn variance(&self, state: usize) -> f64 {
+        self.p[state][state]
+    }
+
+    /// Standard deviations of all states.
+    #[must_use]
+    pub fn spreads(&self) -> States {
+        core::array::from_fn(|index| libm::sqrt(self.variance(index)))
+    }
+
+    /// Sum of three variances.
+    #[must_use]
+    pub fn sum_of_three(&self, from: usize) -> f64 {
+        (from..from + 3).map(|state| self.variance(state)).sum()
+    }
+
+    /// Covariance of three states.
+    #[must_use]
+    pub fn block(&self, from: usize) -> Matrix3<f64> {
+        Matrix3::from_fn(|row, column| self.p[from + row][from + column])
+    }
+
+    /// P becomes Φ P Φᵀ + Q.
+    pub fn predict(&mut self, transition: &Transition, noise: &States) {
+        // Rows are columns of a symmetric matrix: both multiplications go along rows.
+        for row in &mut self.p {
+            transition.apply(row);
+        }
+        self.transpose();
+        for row in &mut self.p {
+            transition.apply(row);
+        }
+        for (index, (row, noise)) in self.p.iter_mut().zip(noise).enumerate() {
+            row[index] += noise;
+        }
+        self.keep_symmetric();
+    }
+
+    fn transpose(&mut self) {
+        for row in 1..STATES {
+            for column in 0..row {
+                let other = self.p[column][row];
+                self.p[column][row] = self.p[row][column];
+                self.p[row][column] = other;
+            }
+        }
+    }
+
+    fn keep_symmetric(&mut self) {
+        for row in 0..STATES {
+            for column in 0..row {
+                self.p[row][column] = self.p[column][row];
+            }
+            self.p[row][row] = self.p[row][row].max(self.floor[row]);
+        }
+    }
+
+    /// Compares a measurement with variance `noise` with the estimate.
+    #[inline]
+    #[must_use]
+    pub fn compare(&self, row: &Row, innovation: f64, noise: f64) -> Comparison {
+        let mut product = [0.0; STATES];
+        for (state, factor) in row.parts() {
+            for (sum, covariance) in product.iter_mut().zip(&self.p[*state]) {
+                *sum += factor * covariance;
+            }
+        }
+        let part: f64 = row.parts().iter().map(|(state, factor)| factor * product[*state]).sum();
+        Comparison { product, variance: part.max(0.0) + noise, innovation }
+    }
+
+    /// Takes the measurement: P becomes P - K s Kᵀ with the optimal gain, and the correction of the state is returned.
+    #[inline]
+    pub fn take(&mut self, comparison: &Comparison) -> States {
+        let Comparison { product, variance, innovation } = comparison;
+        let mut correction = [0.0; STATES];
+        for (index, row) in self.p.iter_mut().enumerate() {
+            let gain = product[index] / variance;
+            for (covariance, part) in row.iter_mut().zip(product) {
+                *covariance -= gain * part;
+            }
+            row[index] = row[index].max(self.floor[index]);
+            correction[index] = gain * innovation;
+        }
+        correction
+    }
+
+    /// Forgets a state: this variance, and no correlation with any other.
+    pub fn forget(&mut self, state: usize, variance: f64) {
+        for other in 0..STATES {
+            self.p[state][other] = 0.0;
+            self.p[other][state] = 0.0;
+        }
+        self.p[state][state] = variance;
+    }
+
+    /// Raises the variance of a state to this one at least.
+    pub fn raise(&mut self, state: usize, variance: f64) {
+        self.p[state][state] = self.p[state][state].max(variance);
+    }
+
+    /// Whether every number is finite and every variance positive.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let finite = self.p.iter().flatten().all(|value| value.is_finite());
+        finite && (0..STATES).all(|state| self.variance(state) > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SMatrix;
+
+    type Square = SMatrix<f64, STATES, STATES>;
+
+    fn dense(covariance: &Covariance) -> Square {
+        Square::from_fn(|row, column| covariance.p[row][column])
+    }
+
+    fn spreads() -> States {
+        core::array::from_fn(|index| 0.1 + 0.05 * index as f64)
+    }
+
+    fn transition() -> Transition {
+        Transition {
+            seconds: 0.01,
+            turned: Matrix3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9) * 0.01,
+            force: Vector3::new(0.1, -0.2, -0.09),
+            updraught: 0.99,
+        }
+    }
+
+    #[test]
+    fn the_prediction_is_that_of_the_dense_product() {
+        let mut covariance = Covariance::new(&spreads());
+        let noise = core::array::from_fn(|index| 1.0e-6 * index as f64);
+        let mut phi = Square::zeros();
+        for column in 0..STATES {
+            let mut unit = [0.0; STATES];
+            unit[column] = 1.0;
+            transition().apply(&mut unit);
+            for row in 0..STATES {
+                phi[(row, column)] = unit[row];
+            }
+        }
+        let q = Square::from_diagonal(&noise.into());
+        let mut expected = dense(&covariance);
+        for _ in 0..50 {
+            covariance.predict(&transition(), &noise);
+            expected = phi * expected * phi.transpose() + q;
+        }
+        assert!((dense(&covariance) - expected).amax() < 1.0e-12);
+    }
+
+    #[test]
+    fn an_update_is_that_of_the_joseph_form() {
+        let mut covariance = Covariance::new(&spreads());
+        covariance.predict(&transition(), &[1.0e-4; STATES]);
+        let row = Row::empty().with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5)).with(WIND, 3.0);
+        let mut h = SMatrix::<f64, 1, STATES>::zeros();
+        (h[0], h[1], h[2], h[WIND]) = (1.0, -2.0, 0.5, 3.0);
+        let before = dense(&covariance);
+        let noise = 0.04;
+        let gain = before * h.transpose() / ((h * before * h.transpose())[0] + noise);
+        let rest = Square::identity() - gain * h;
+        let expected = rest * before * rest.transpose() + gain * noise * gain.transpose();
+        let comparison = covariance.compare(&row, 0.7, noise);
+        let correction = covariance.take(&comparison);
+        assert!((dense(&covariance) - expected).amax() < 1.0e-12);
+        for (index, value) in correction.iter().enumerate() {
+            assert!((value - 0.7 * gain[index]).abs() < 1.0e-12);
+        }
+    }
+
+    #[test]
+    fn it_stays_positive_through_very_good_measurements() {
+        let mut covariance = Covariance::new(&spreads());
+        for step in 0..20_000 {
+            covariance.predict(&transition(), &[1.0e-14; STATES]);
+            let row = Row::empty().with(step % STATES, 1.0).with((step * 7 + 1) % STATES, 1.0e3);
+            let comparison = covariance.compare(&row, 0.0, 1.0e-10);
+            covariance.take(&comparison);
+            assert!(covariance.is_sound(), "step {step}");
+        }
+        let lowest = dense(&covariance).symmetric_eigenvalues().min();
+        assert!(lowest > -1.0e-9, "{lowest}");
+    }
+}

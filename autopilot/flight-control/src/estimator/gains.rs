@@ -1,0 +1,166 @@
+//! Noise, priors and gates of the estimator.
+
+use serde::{Deserialize, Serialize};
+
+/// Where the navigation state comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StateSource {
+    /// The samples where the attitude unit is valid in the first control step of a flight, else the estimator.
+    #[default]
+    Automatic,
+    /// The latest samples.
+    Samples,
+    /// The estimator.
+    Estimator,
+}
+
+/// The Earth that the estimator assumes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EarthShape {
+    /// The rotating WGS-84 ellipsoid.
+    #[default]
+    Wgs84,
+    /// A plane that does not rotate.
+    Flat,
+}
+
+/// Gains of [`super::Estimator`]; rows `EST_*` of the parameter table. Spreads are one standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EstimatorGains {
+    /// White noise of each gyro, deg/s/√Hz.
+    pub gyro_noise_deg: f64,
+    /// Constant error of each gyro at the start, deg/s.
+    pub gyro_bias_deg: f64,
+    /// Its random walk, deg/s/√s.
+    pub gyro_walk_deg: f64,
+    /// Errors of scale and direction of the gyros, as a part of the rate.
+    pub gyro_scale: f64,
+    /// White noise of each accelerometer, m/s²/√Hz.
+    pub force_noise_m_s2: f64,
+    /// Constant error of each accelerometer at the start, m/s².
+    pub force_bias_m_s2: f64,
+    /// Its random walk, m/s²/√s.
+    pub force_walk_m_s2: f64,
+    /// Errors of scale and direction of the accelerometers, as a part of the specific force that differs from level flight's.
+    pub force_scale: f64,
+    /// White noise of a GNSS position, m.
+    pub gnss_position_m: f64,
+    /// Error of the GNSS position that wanders too slowly to be averaged, m.
+    pub gnss_drift_m: f64,
+    /// White noise of a GNSS velocity, m/s.
+    pub gnss_velocity_m_s: f64,
+    /// Vertical over horizontal errors of the GNSS position.
+    pub gnss_vertical: f64,
+    /// White noise of the barometer, m.
+    pub barometer_noise_m: f64,
+    /// Offset of the pressure altitude at the start, m.
+    pub barometer_offset_m: f64,
+    /// Its random walk, m/√s.
+    pub barometer_walk_m: f64,
+    /// Error of the impact pressure, Pa; 0.3 % of the pressure come on top.
+    pub pitot_noise_pa: f64,
+    /// White noise of the vanes, deg.
+    pub vane_noise_deg: f64,
+    /// Constant error of the vanes at the start, deg.
+    pub vane_bias_deg: f64,
+    /// Its random walk, deg/√s.
+    pub vane_walk_deg: f64,
+    /// White noise of the magnetometer, nT.
+    pub magnetic_noise_nt: f64,
+    /// Constant error of each magnetometer axis at the start, nT.
+    pub magnetic_bias_nt: f64,
+    /// Its random walk, nT/√s.
+    pub magnetic_walk_nt: f64,
+    /// Horizontal wind at the start, m/s.
+    pub wind_m_s: f64,
+    /// Random walk of the horizontal wind, turbulence included, m/s/√s.
+    pub wind_walk_m_s: f64,
+    /// Vertical wind, m/s.
+    pub updraught_m_s: f64,
+    /// Its correlation time, s.
+    pub updraught_s: f64,
+    /// Error of roll and pitch after the initial alignment, deg.
+    pub tilt_deg: f64,
+    /// Error of the heading after the initial alignment, deg.
+    pub heading_deg: f64,
+    /// Error of the angle of attack by the design model, deg; used without vanes.
+    pub model_alpha_deg: f64,
+    /// Error of the sideslip by the design model, deg; used without vanes.
+    pub model_beta_deg: f64,
+    /// An innovation beyond this many standard deviations is rejected.
+    pub gate: f64,
+    /// A sensor that was rejected for this long is believed again, s.
+    pub reopen_s: f64,
+}
+
+impl Default for EstimatorGains {
+    fn default() -> Self {
+        Self::REFERENCE
+    }
+}
+
+impl EstimatorGains {
+    /// For sensors of the tactical grade in light to moderate turbulence; docs/estimator.md says what they were chosen with.
+    pub const REFERENCE: Self = Self {
+        gyro_noise_deg: 0.002,
+        gyro_bias_deg: 0.004,
+        gyro_walk_deg: 5.0e-5,
+        gyro_scale: 6.0e-4,
+        force_noise_m_s2: 0.001,
+        force_bias_m_s2: 0.015,
+        force_walk_m_s2: 1.0e-4,
+        force_scale: 6.0e-4,
+        gnss_position_m: 0.4,
+        gnss_drift_m: 1.0,
+        gnss_velocity_m_s: 0.06,
+        gnss_vertical: 1.5,
+        barometer_noise_m: 0.7,
+        barometer_offset_m: 10.0,
+        barometer_walk_m: 0.05,
+        pitot_noise_pa: 40.0,
+        vane_noise_deg: 0.12,
+        vane_bias_deg: 0.2,
+        vane_walk_deg: 0.003,
+        magnetic_noise_nt: 70.0,
+        magnetic_bias_nt: 200.0,
+        magnetic_walk_nt: 4.0,
+        wind_m_s: 15.0,
+        wind_walk_m_s: 1.5,
+        updraught_m_s: 1.5,
+        updraught_s: 2.0,
+        tilt_deg: 3.0,
+        heading_deg: 5.0,
+        model_alpha_deg: 1.0,
+        model_beta_deg: 2.0,
+        gate: 5.0,
+        reopen_s: 3.0,
+    };
+
+    /// For sensors of the consumer grade.
+    pub const CONSUMER: Self = Self {
+        gyro_noise_deg: 0.013,
+        gyro_bias_deg: 0.25,
+        gyro_walk_deg: 0.002,
+        gyro_scale: 0.01,
+        force_noise_m_s2: 0.006,
+        force_bias_m_s2: 0.25,
+        force_walk_m_s2: 0.001,
+        force_scale: 0.01,
+        gnss_position_m: 1.0,
+        gnss_drift_m: 2.0,
+        gnss_velocity_m_s: 0.12,
+        barometer_noise_m: 0.8,
+        barometer_walk_m: 0.3,
+        pitot_noise_pa: 120.0,
+        vane_noise_deg: 0.35,
+        vane_bias_deg: 0.7,
+        vane_walk_deg: 0.016,
+        magnetic_noise_nt: 350.0,
+        magnetic_bias_nt: 1_500.0,
+        magnetic_walk_nt: 20.0,
+        ..Self::REFERENCE
+    };
+}

@@ -1,0 +1,66 @@
+//! What the inertial sensors and the air add to the uncertainty.
+
+use icd::SimTime;
+use nalgebra::Vector3;
+
+use super::covariance::{
+    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES, States, VANES,
+    VELOCITY, WIND,
+};
+use super::{Estimator, INERTIAL_SILENCE_S};
+
+/// Correlation time of errors that are a part of a rate or a force, s: that of a manoeuvre.
+const MANOEUVRE_S: f64 = 1.0;
+/// Rate and specific force that an aircraft may have while its sensor is away, rad/s and m/s²; they last as long as a manoeuvre.
+const UNKNOWN_RATE_RAD_S: f64 = 0.1;
+const UNKNOWN_FORCE_M_S2: f64 = 3.0;
+/// Correlation time of the slow error of a GNSS position, s; typical.
+const GNSS_DRIFT_S: f64 = 300.0;
+
+impl Estimator {
+    /// Q of the time since the last prediction.
+    pub(super) fn process_noise(&self, now: SimTime) -> States {
+        let gains = &self.gains;
+        let seconds = self.transition.seconds;
+        let walk = |density: f64| density * density * seconds;
+        let lasting = |size: f64| size * size * seconds * MANOEUVRE_S;
+        let inertial = self.inertial();
+        let mut noise = [0.0; STATES];
+        let mut set =
+            |from: usize, values: [f64; 3]| noise[from..from + 3].copy_from_slice(&values);
+
+        let is_away = |source: &super::Source| {
+            source.silence_s(now) > INERTIAL_SILENCE_S || source.is_stuck(now)
+        };
+        let white = walk(gains.gyro_noise_deg.to_radians());
+        let rate = match is_away(&self.sources.gyro) {
+            true => UNKNOWN_RATE_RAD_S,
+            false => gains.gyro_scale * inertial.rate.norm(),
+        };
+        set(ATTITUDE, [white + lasting(rate); 3]);
+        let white = walk(gains.force_noise_m_s2);
+        let force = match is_away(&self.sources.accelerometer) {
+            true => UNKNOWN_FORCE_M_S2,
+            false => gains.force_scale * self.extra_force(&inertial.force),
+        };
+        set(VELOCITY, [white + lasting(force); 3]);
+        let drift = 2.0 * gains.gnss_drift_m * gains.gnss_drift_m / GNSS_DRIFT_S * seconds;
+        set(POSITION, [drift, drift, drift * gains.gnss_vertical * gains.gnss_vertical]);
+        set(GYRO_BIAS, [walk(gains.gyro_walk_deg.to_radians()); 3]);
+        set(FORCE_BIAS, [walk(gains.force_walk_m_s2); 3]);
+        let horizontal = walk(gains.wind_walk_m_s);
+        let updraught = 2.0 * gains.updraught_m_s * gains.updraught_m_s / gains.updraught_s;
+        set(WIND, [horizontal, horizontal, updraught * seconds]);
+        set(MAGNETIC_BIAS, [walk(gains.magnetic_walk_nt); 3]);
+        noise[BAROMETER] = walk(gains.barometer_walk_m);
+        noise[VANES] = walk(gains.vane_walk_deg.to_radians());
+        noise[VANES + 1] = noise[VANES];
+        noise
+    }
+
+    /// How much the specific force differs from that of unaccelerated flight, m/s².
+    fn extra_force(&self, force: &Vector3<f64>) -> f64 {
+        let Some(ground) = &self.ground else { return 0.0 };
+        (self.estimate.matrix() * force + ground.place.gravity).norm()
+    }
+}

@@ -1,0 +1,184 @@
+//! The start of the estimate in flight: first fix, first attitude, generous covariance.
+
+use icd::geomagnetism::field_ned_nt;
+use icd::{Body, GnssFix, Ned, Sample, Sensors, SimTime};
+use nalgebra::Vector3;
+
+use super::alignment::{Direction, align};
+use super::covariance::{
+    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
+    States, VANES, VELOCITY, WIND,
+};
+use super::earth::Earth;
+use super::gains::EstimatorGains;
+use super::history::{History, Integrals};
+use super::strapdown::Estimate;
+use super::{Estimator, Ground, air, updates};
+use crate::navigation::Validity;
+
+/// Two fixes for an acceleration are at least this far apart, s.
+const BETWEEN_FIXES_S: f64 = 0.15;
+/// Fixes farther apart than this give no acceleration, s.
+const BETWEEN_FIXES_MAX_S: f64 = 2.0;
+/// Slower than this the track has no direction, m/s.
+const TRACK_MIN_M_S: f64 = 5.0;
+/// The heading by the track has this over that by the magnetometer.
+const TRACK_FACTOR: f64 = 2.0;
+/// A first fix may be older than the estimator could look back, s; an older one is waited out.
+const FIX_AGE_MAX_S: f64 = 1.0;
+
+/// Standard deviations of the error states at the start.
+pub(super) fn priors(gains: &EstimatorGains) -> States {
+    let mut priors = [0.0; STATES];
+    let mut set = |from: usize, values: [f64; 3]| priors[from..from + 3].copy_from_slice(&values);
+    let (tilt, heading) = (gains.tilt_deg.to_radians(), gains.heading_deg.to_radians());
+    set(ATTITUDE, [tilt, tilt, heading]);
+    set(VELOCITY, [2.0 * gains.gnss_velocity_m_s; 3]);
+    let position = 2.0 * gains.gnss_position_m;
+    set(POSITION, [position, position, position * gains.gnss_vertical]);
+    set(GYRO_BIAS, [gains.gyro_bias_deg.to_radians(); 3]);
+    set(FORCE_BIAS, [gains.force_bias_m_s2; 3]);
+    set(WIND, [gains.wind_m_s, gains.wind_m_s, gains.updraught_m_s]);
+    set(MAGNETIC_BIAS, [gains.magnetic_bias_nt; 3]);
+    priors[BAROMETER] = gains.barometer_offset_m;
+    priors[VANES] = gains.vane_bias_deg.to_radians();
+    priors[VANES + 1] = priors[VANES];
+    priors
+}
+
+impl Estimator {
+    /// Aligns as soon as there are specific force, a fix, and a direction for the heading.
+    ///
+    /// A flight begins in steady flight: its specific force is against gravity. Later on the acceleration comes from two fixes.
+    pub(super) fn align(&mut self, now: SimTime, sensors: &Sensors) {
+        let fix = sensors.gnss;
+        if !updates::is_possible(&fix.value) || !fix.valid {
+            return;
+        }
+        let seconds = |from: SimTime, to: SimTime| {
+            to.as_micros().saturating_sub(from.as_micros()) as f64 * 1.0e-6
+        };
+        let age = seconds(fix.time, now);
+        let has_force = self.sources.accelerometer.silence_s(now) == 0.0
+            && self.sources.gyro.silence_s(now) == 0.0;
+        if age > FIX_AGE_MAX_S || !has_force {
+            return;
+        }
+        let is_first = self.started == Some(now) && now == SimTime::ZERO;
+        let acceleration = match (is_first, self.fix_before) {
+            (true, _) => Vector3::zeros(),
+            (false, Some(before)) => {
+                let between = seconds(before.time, fix.time);
+                if between < BETWEEN_FIXES_S {
+                    return;
+                }
+                self.fix_before = Some(fix);
+                if between > BETWEEN_FIXES_MAX_S {
+                    return;
+                }
+                (fix.value.velocity.0 - before.value.velocity.0) / between
+            }
+            (false, None) => {
+                self.fix_before = Some(fix);
+                return;
+            }
+        };
+        self.align_with(now, sensors, &fix, age, acceleration);
+    }
+
+    fn align_with(
+        &mut self,
+        now: SimTime,
+        sensors: &Sensors,
+        fix: &Sample<GnssFix>,
+        age: f64,
+        acceleration: Vector3<f64>,
+    ) {
+        let GnssFix { velocity, position, latitude_rad, longitude_rad, altitude_m, decimal_year } =
+            fix.value;
+        let earth = Earth::through(self.shape, &fix.value);
+        let place = earth.place(&position.0);
+        // f = v̇ - g + 2 Ω × v, local axes.
+        let over_ground = place.start_from_ned * velocity.0;
+        let coriolis = earth.rotation.cross(&over_ground) * 2.0;
+        let expected = Ned(acceleration + place.ned(&(coriolis - place.gravity)).0);
+        let magnetic = sensors.magnetometer_nt;
+        let by_magnetometer = (magnetic.valid && updates::is_field(&magnetic.value)).then(|| {
+            let ned = field_ned_nt(latitude_rad, longitude_rad, altitude_m, decimal_year);
+            (Direction { body: magnetic.value, ned }, 1.0)
+        });
+        let by_track = (velocity.0.norm() > TRACK_MIN_M_S)
+            .then(|| (Direction { body: measured_flow(sensors), ned: velocity }, TRACK_FACTOR));
+        let Some((direction, factor)) = by_magnetometer.or(by_track) else { return };
+        let Some(attitude) = align(&Body(self.force), &expected, &direction) else { return };
+
+        let start_from_ned = nalgebra::Rotation3::from_matrix_unchecked(place.start_from_ned);
+        let to_start = nalgebra::UnitQuaternion::from_rotation_matrix(&start_from_ned);
+        let speeding = place.start_from_ned * acceleration;
+        self.estimate = Estimate {
+            start_from_body: to_start * attitude,
+            velocity: over_ground + speeding * age,
+            position: position.0 + over_ground * age + speeding * (0.5 * age * age),
+            ..Estimate::zero()
+        };
+        let mut priors = priors(&self.gains);
+        priors[ATTITUDE + 2] *= factor;
+        // The acceleration between the fix and now, and between two fixes.
+        let moved = acceleration.norm() * 0.5;
+        for axis in 0..3 {
+            priors[VELOCITY + axis] += moved * age;
+            priors[POSITION + axis] += moved * age * age;
+        }
+        let turning = (moved * 0.1).min(0.5);
+        priors[ATTITUDE] += turning;
+        priors[ATTITUDE + 1] += turning;
+        self.covariance = Covariance::new(&priors);
+        (self.transition, self.integrals) = (super::Transition::NONE, Integrals::at(now));
+        self.history = History::empty();
+        self.history.remember(&self.integrals);
+        self.ground = Some(Ground { earth, place });
+        self.alignments = self.alignments.saturating_add(1);
+        self.find_place();
+    }
+
+    /// Before the alignment: what single samples say, with wings level and the flight path along the ground. Nothing of it is valid
+    /// but rates, specific force and thrust.
+    pub(super) fn write_before_alignment(&mut self, now: SimTime, sensors: &Sensors) {
+        let thrust = sensors.engine_n.valid && sensors.engine_n.value == self.state.thrust_n;
+        let flow = measured_flow(sensors).0;
+        let status = self.status(now);
+        let state = &mut self.state;
+        if let Some(alpha) = air::angle_of_attack(&flow) {
+            state.alpha = alpha.value;
+        }
+        if state.estimate.is_none() {
+            let level = icd::EulerAngles { phi: 0.0, theta: state.alpha, psi: 0.0 };
+            (state.attitude, state.orientation) = (level, icd::Attitude::from_euler(level));
+        }
+        let airspeed = sensors.pitot.value.airspeed_m_s;
+        if sensors.pitot.valid && (0.0..=updates::SPEED_MAX_M_S).contains(&airspeed) {
+            state.airspeed_m_s = airspeed;
+        }
+        let altitude = sensors.barometer.value.altitude_m;
+        if sensors.barometer.valid && altitude.abs() <= updates::ALTITUDE_MAX_M {
+            state.altitude_m = altitude;
+        }
+        let (gyro, force) = (&self.sources.gyro, &self.sources.accelerometer);
+        let rates = gyro.silence_s(now) == 0.0;
+        let specific_force = force.silence_s(now) == 0.0;
+        state.valid = Validity { rates, specific_force, thrust, ..Validity::default() };
+        state.estimate = Some(status);
+    }
+}
+
+/// Direction of the flow by the vanes; along the body's x axis without them.
+fn measured_flow(sensors: &Sensors) -> Body {
+    let vanes = &sensors.vanes;
+    let [alpha, beta] = [vanes.value.angle_of_attack_rad, vanes.value.sideslip_rad];
+    if !(vanes.valid && updates::is_flow(&vanes.value)) {
+        return Body::new(1.0, 0.0, 0.0);
+    }
+    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
+    // Faster than what has no direction.
+    Body::new(cos_alpha * cos_beta * 100.0, sin_beta * 100.0, sin_alpha * cos_beta * 100.0)
+}

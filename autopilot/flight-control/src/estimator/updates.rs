@@ -1,0 +1,430 @@
+//! The measurements: what each sensor should have measured, and how that depends on the error state.
+
+use icd::geomagnetism::field_ned_nt;
+use icd::{Body, FlowAngles, GnssFix, Sample, Sensors, SimTime};
+use nalgebra::Vector3;
+
+use super::air::{self, Flow};
+use super::covariance::{
+    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, POSITION, Row, VANES, VELOCITY, WIND,
+};
+use super::history::Since;
+use super::{Estimator, Ground};
+use crate::design_model::atmosphere;
+
+/// Largest speed that is believed, m/s.
+pub(super) const SPEED_MAX_M_S: f64 = 5_000.0;
+/// Largest altitude either way that is believed, m.
+pub(super) const ALTITUDE_MAX_M: f64 = 200_000.0;
+/// Largest distance from the start point along an axis, m.
+const DISTANCE_MAX_M: f64 = 2.0e7;
+/// Pressures that air has, Pa.
+const PRESSURE_PA: [f64; 2] = [100.0, 200_000.0];
+/// Largest impact pressure, Pa.
+const IMPACT_MAX_PA: f64 = 1.0e6;
+/// Largest flow angle, rad: a little more than half a turn.
+const ANGLE_MAX_RAD: f64 = 3.2;
+/// Largest magnetic field along an axis, nT: ten times that of the Earth.
+const FIELD_MAX_NT: f64 = 600_000.0;
+/// The Earth's field is computed anew after so many metres, because it changes by 10 nT or less in a kilometre.
+const FIELD_EVERY_M: f64 = 1_000.0;
+/// Error of the pitot pressure that is a part of it.
+const PITOT_SCALE: f64 = 0.003;
+/// Without vanes for this long the design model stands in, s.
+const WITHOUT_VANES_S: f64 = 0.5;
+/// Then it is compared this often, µs: its errors last much longer than a control step.
+const MODEL_EVERY_US: u64 = 200_000;
+/// Samples of air data and magnetometer that are older than this are not used, s.
+const AGE_MAX_S: f64 = 0.2;
+
+/// The Earth's magnetic field where it was last computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MagneticField {
+    place: Option<Vector3<f64>>,
+    /// nT, start axes.
+    field: Vector3<f64>,
+    year: f64,
+}
+
+impl Default for MagneticField {
+    fn default() -> Self {
+        // The first fix brings the date.
+        Self { place: None, field: Vector3::zeros(), year: 2_025.0 }
+    }
+}
+
+/// What the aircraft does at this tick, for all comparisons of it.
+struct Present {
+    /// Body to start axes.
+    matrix: nalgebra::Matrix3<f64>,
+    /// Velocity through the air, start axes.
+    relative: Vector3<f64>,
+    /// The same in body axes.
+    through_air: Vector3<f64>,
+    /// Its change, m/s², body axes.
+    slope: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
+impl Estimator {
+    /// Compares every new sample with the estimate and corrects it.
+    pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
+        self.measure_gnss(now, &sensors.gnss);
+        self.measure_barometer(now, sensors);
+        self.measure_pitot(now, sensors);
+        self.measure_vanes(now, &sensors.vanes);
+        self.measure_field(now, &sensors.magnetometer_nt);
+        self.compare_with_model(now);
+    }
+
+    /// Takes a comparison that passes the gate; returns whether it did.
+    fn take(&mut self, comparison: &Comparison) -> bool {
+        let passes = comparison.deviations() <= self.gains.gate;
+        if passes {
+            let correction = self.covariance.take(comparison);
+            self.correct(&correction);
+        }
+        passes
+    }
+
+    fn ratio(&self, comparison: &Comparison) -> f64 {
+        comparison.deviations() / self.gains.gate
+    }
+
+    /// GNSS: velocity and position at the time of the fix.
+    fn measure_gnss(&mut self, now: SimTime, sample: &Sample<GnssFix>) {
+        let GnssFix { velocity, position, .. } = sample.value;
+        let is_good = sample.valid && is_possible(&sample.value);
+        let mut values = [0.0; 6];
+        values[..3].copy_from_slice(velocity.0.as_slice());
+        values[3..].copy_from_slice(position.0.as_slice());
+        let sources = &mut self.sources;
+        // Both watch the same samples.
+        let is_new = sources.gnss.is_new(now, sample.time, is_good, &values);
+        sources.gnss_velocity.is_new(now, sample.time, is_good, &values);
+        if !is_new {
+            return;
+        }
+        self.field.year = sample.value.decimal_year;
+        let Some(since) = self.history.since(sample.time, &self.integrals) else {
+            self.sources.gnss.come_late();
+            self.late = self.late.saturating_add(1);
+            return;
+        };
+        self.measure_velocity(now, &velocity.0, &since);
+        self.measure_position(now, &position.0, &since);
+    }
+
+    /// Row and innovation of an axis of a GNSS velocity, m/s, NED.
+    fn velocity_row(&self, measured: &Vector3<f64>, since: &Since, axis: usize) -> (Row, f64) {
+        let Some(Ground { place, .. }) = &self.ground else { return (Row::empty(), 0.0) };
+        let along: Vector3<f64> = place.start_from_ned.column(axis).into();
+        let then = self.estimate.velocity - since.velocity;
+        // δv(t - d) = δv + S × θ, where S = ∫ C f over the delay: what the acceleration has without gravity.
+        let force = since.velocity - place.gravity * since.seconds;
+        let row =
+            Row::empty().with_vector(VELOCITY, &along).with_vector(ATTITUDE, &along.cross(&force));
+        (row, measured[axis] - along.dot(&then))
+    }
+
+    fn measure_velocity(&mut self, now: SimTime, measured: &Vector3<f64>, since: &Since) {
+        let noise = self.gains.gnss_velocity_m_s * self.gains.gnss_velocity_m_s;
+        let mut ratio: f64 = 0.0;
+        for axis in 0..3 {
+            let (row, innovation) = self.velocity_row(measured, since, axis);
+            ratio = ratio.max(self.ratio(&self.covariance.compare(&row, innovation, noise)));
+        }
+        self.velocity_ratio = ratio;
+        if ratio <= 1.0 {
+            for axis in 0..3 {
+                let (row, innovation) = self.velocity_row(measured, since, axis);
+                let comparison = self.covariance.compare(&row, innovation, noise);
+                self.take(&comparison);
+            }
+            self.sources.gnss_velocity.believe(ratio);
+        } else if self.sources.gnss_velocity.reject(now, ratio, self.gains.reopen_s)
+            && let Some(Ground { place, .. }) = &self.ground
+        {
+            self.estimate.velocity = place.start_from_ned * measured + since.velocity;
+            for axis in 0..3 {
+                self.covariance.forget(VELOCITY + axis, 4.0 * noise);
+            }
+            self.doubt_inertial();
+            self.sources.gnss_velocity.believe(ratio);
+        }
+    }
+
+    /// Row and innovation of an axis of a GNSS position, m, start axes.
+    fn position_row(&self, measured: &Vector3<f64>, since: &Since, axis: usize) -> (Row, f64) {
+        let Since { seconds, bend, .. } = since;
+        let then = self.estimate.position - self.estimate.velocity * *seconds - bend;
+        let row = Row::empty().with(POSITION + axis, 1.0).with(VELOCITY + axis, -seconds);
+        (row, measured[axis] - then[axis])
+    }
+
+    fn measure_position(&mut self, now: SimTime, measured: &Vector3<f64>, since: &Since) {
+        let horizontal = self.gains.gnss_position_m;
+        let vertical = horizontal * self.gains.gnss_vertical;
+        let noise = [horizontal, horizontal, vertical].map(|spread| spread * spread);
+        let mut ratios = [0.0; 3];
+        for (axis, ratio) in ratios.iter_mut().enumerate() {
+            let (row, innovation) = self.position_row(measured, since, axis);
+            *ratio = self.ratio(&self.covariance.compare(&row, innovation, noise[axis]));
+        }
+        let ratio = ratios[0].max(ratios[1]).max(ratios[2]);
+        if ratio <= 1.0 {
+            for (axis, noise) in noise.into_iter().enumerate() {
+                let (row, innovation) = self.position_row(measured, since, axis);
+                let comparison = self.covariance.compare(&row, innovation, noise);
+                self.take(&comparison);
+            }
+            self.sources.gnss.believe(ratio);
+        } else if self.sources.gnss.reject(now, ratio, self.gains.reopen_s) {
+            let Since { seconds, bend, .. } = since;
+            self.estimate.position = measured + self.estimate.velocity * *seconds + bend;
+            for (axis, noise) in noise.into_iter().enumerate() {
+                self.covariance.forget(POSITION + axis, 4.0 * noise);
+            }
+            self.sources.gnss.believe(ratio);
+        }
+        self.find_place();
+    }
+
+    /// Barometer: pressure altitude, which has an offset.
+    fn measure_barometer(&mut self, now: SimTime, sensors: &Sensors) {
+        let sample = &sensors.barometer;
+        let pressure = sample.value.pressure_pa;
+        let is_good = sample.valid && (PRESSURE_PA[0]..=PRESSURE_PA[1]).contains(&pressure);
+        if !self.sources.barometer.is_new(now, sample.time, is_good, &[pressure]) {
+            return;
+        }
+        let Some(age) = age(sample.time, now) else { return };
+        let Some(Ground { place, .. }) = &self.ground else { return };
+        let up = place.up();
+        let [.., altitude] = place.coordinates(&self.estimate.position);
+        let then = altitude - up.dot(&self.estimate.velocity) * age;
+        let expected = air::geopotential(then) + self.estimate.barometer_offset;
+        let innovation = atmosphere::pressure_altitude(pressure) - expected;
+        let row = Row::empty()
+            .with_vector(POSITION, &up)
+            .with_vector(VELOCITY, &(up * -age))
+            .with(BAROMETER, 1.0);
+        let noise = self.gains.barometer_noise_m * self.gains.barometer_noise_m;
+        let comparison = self.covariance.compare(&row, innovation, noise);
+        let ratio = self.ratio(&comparison);
+        self.vertical_ratio = ratio;
+        if self.take(&comparison) {
+            self.sources.barometer.believe(ratio);
+        } else if self.sources.barometer.reject(now, ratio, self.gains.reopen_s) {
+            self.estimate.barometer_offset += innovation;
+            self.covariance.forget(BAROMETER, noise + innovation * innovation);
+            self.sources.barometer.believe(ratio);
+        }
+    }
+
+    fn present(&self) -> Option<Present> {
+        let ground = self.ground.as_ref()?;
+        let inertial = self.inertial();
+        let matrix = self.estimate.matrix();
+        let wind = ground.place.start_from_ned * self.estimate.wind;
+        let relative = self.estimate.velocity - wind;
+        let through_air = matrix.tr_mul(&relative);
+        let gravity = matrix.tr_mul(&ground.place.gravity);
+        let slope = inertial.force + gravity - inertial.rate.cross(&through_air);
+        Some(Present { matrix, relative, through_air, slope, rate: inertial.rate })
+    }
+
+    /// Row of a quantity of the flow: its gradient in body axes leads to velocity, wind and attitude.
+    ///
+    /// δ(Cᵀ (v - w)) = Cᵀ (δv - δw + (v - w) × θ).
+    fn flow_row(&self, present: &Present, flow: &Flow) -> Row {
+        let along = present.matrix * flow.gradient;
+        let wind = match &self.ground {
+            Some(ground) => -ground.place.start_from_ned.tr_mul(&along),
+            None => Vector3::zeros(),
+        };
+        Row::empty()
+            .with_vector(VELOCITY, &along)
+            .with_vector(WIND, &wind)
+            .with_vector(ATTITUDE, &along.cross(&present.relative))
+    }
+
+    /// Pitot tube: true airspeed where it is, from its impact pressure.
+    fn measure_pitot(&mut self, now: SimTime, sensors: &Sensors) {
+        let sample = &sensors.pitot;
+        let impact = sample.value.impact_pa;
+        let is_good = sample.valid && impact.abs() <= IMPACT_MAX_PA;
+        if !self.sources.pitot.is_new(now, sample.time, is_good, &[impact]) {
+            return;
+        }
+        let Some(age) = age(sample.time, now) else { return };
+        let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
+        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+        let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
+        let Some(measured) = air::airspeed(impact, pressure_altitude) else { return };
+        let there = present.at(&self.air.pitot_m, age);
+        let Some(flow) = air::speed(&there) else { return };
+        let row = self.flow_row(&present, &flow);
+        let (white, scale) = (self.gains.pitot_noise_pa, PITOT_SCALE * impact);
+        let slope = measured.per_pascal;
+        let noise = (white * white + scale * scale) * slope * slope;
+        let innovation = measured.airspeed_m_s - flow.value;
+        let comparison = self.covariance.compare(&row, innovation, noise);
+        let ratio = self.ratio(&comparison);
+        if self.take(&comparison) {
+            self.sources.pitot.believe(ratio);
+        } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
+            for axis in 0..2 {
+                let variance = self.covariance.variance(WIND + axis) + innovation * innovation;
+                self.covariance.raise(WIND + axis, variance);
+            }
+            self.sources.pitot.believe(ratio);
+        }
+    }
+
+    /// Vanes: angle of attack and sideslip where they are, each with a bias.
+    fn measure_vanes(&mut self, now: SimTime, sample: &Sample<FlowAngles>) {
+        let FlowAngles { angle_of_attack_rad, sideslip_rad } = sample.value;
+        let measured = [angle_of_attack_rad, sideslip_rad];
+        let is_good = sample.valid && is_flow(&sample.value);
+        if !self.sources.vanes.is_new(now, sample.time, is_good, &measured) {
+            return;
+        }
+        let Some(age) = age(sample.time, now) else { return };
+        let noise = self.gains.vane_noise_deg.to_radians();
+        let noise = noise * noise;
+        let mut worst: f64 = 0.0;
+        let mut innovations = [0.0; 2];
+        for (vane, of) in [air::angle_of_attack, air::sideslip].into_iter().enumerate() {
+            let Some(present) = self.present() else { return };
+            let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
+            let row = self.flow_row(&present, &flow).with(VANES + vane, 1.0);
+            let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
+            let comparison = self.covariance.compare(&row, innovation, noise);
+            worst = worst.max(self.ratio(&comparison));
+            self.take(&comparison);
+            innovations[vane] = innovation;
+        }
+        if worst <= 1.0 {
+            self.sources.vanes.believe(worst);
+        } else if self.sources.vanes.reject(now, worst, self.gains.reopen_s) {
+            for (vane, innovation) in innovations.into_iter().enumerate() {
+                let variance = self.covariance.variance(VANES + vane) + innovation * innovation;
+                self.covariance.raise(VANES + vane, variance);
+            }
+            self.sources.vanes.believe(worst);
+        }
+    }
+
+    /// Magnetometer: the Earth's field in body axes, with a bias.
+    fn measure_field(&mut self, now: SimTime, sample: &Sample<Body>) {
+        let is_good = sample.valid && is_field(&sample.value);
+        let values = sample.value.0;
+        if !self.sources.magnetometer.is_new(now, sample.time, is_good, values.as_ref()) {
+            return;
+        }
+        let Some(age) = age(sample.time, now) else { return };
+        self.find_field();
+        let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt;
+        let mut worst: f64 = 0.0;
+        let mut innovations = [0.0; 3];
+        for axis in 0..3 {
+            let matrix = self.estimate.matrix();
+            let field = matrix.tr_mul(&self.field.field);
+            // At the time of measurement the aircraft had turned less.
+            let then = field + self.inertial().rate.cross(&field) * age;
+            let innovation = values[axis] - then[axis] - self.estimate.magnetic_bias[axis];
+            let along: Vector3<f64> = matrix.column(axis).into();
+            let row = Row::empty()
+                .with_vector(ATTITUDE, &along.cross(&self.field.field))
+                .with(MAGNETIC_BIAS + axis, 1.0);
+            let comparison = self.covariance.compare(&row, innovation, noise);
+            worst = worst.max(self.ratio(&comparison));
+            self.take(&comparison);
+            innovations[axis] = innovation;
+        }
+        if worst <= 1.0 {
+            self.sources.magnetometer.believe(worst);
+        } else if self.sources.magnetometer.reject(now, worst, self.gains.reopen_s) {
+            for (axis, innovation) in innovations.into_iter().enumerate() {
+                let state = MAGNETIC_BIAS + axis;
+                let variance = self.covariance.variance(state) + innovation * innovation;
+                self.covariance.raise(state, variance);
+            }
+            self.sources.magnetometer.believe(worst);
+        }
+    }
+
+    /// The Earth's field, computed anew where the aircraft has moved far enough.
+    fn find_field(&mut self) {
+        let Some(Ground { place, .. }) = &self.ground else { return };
+        let position = self.estimate.position;
+        let is_near =
+            |at: Vector3<f64>| (position - at).norm_squared() < FIELD_EVERY_M * FIELD_EVERY_M;
+        if self.field.place.is_some_and(is_near) {
+            return;
+        }
+        let [latitude, longitude, altitude] = place.coordinates(&position);
+        let ned = field_ned_nt(latitude, longitude, altitude, self.field.year);
+        self.field.place = Some(position);
+        self.field.field = place.start_from_ned * ned.0;
+    }
+
+    /// Without vanes: the flow that gives the specific force by the design model.
+    fn compare_with_model(&mut self, now: SimTime) {
+        if self.sources.vanes.silence_s(now) < WITHOUT_VANES_S && !self.sources.vanes.is_stuck(now)
+            || now < self.model_due
+        {
+            return;
+        }
+        self.model_due = SimTime::from_micros(now.as_micros() + MODEL_EVERY_US);
+        let spreads = [self.gains.model_alpha_deg, self.gains.model_beta_deg];
+        for (angle, spread) in spreads.into_iter().enumerate() {
+            let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
+            let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+            let force = self.inertial().force;
+            let expected = self.air.flow(&force, present.through_air.norm(), altitude)[angle];
+            let of = [air::angle_of_attack, air::sideslip][angle];
+            let (Some(expected), Some(flow)) = (expected, of(&present.through_air)) else {
+                continue;
+            };
+            let row = self.flow_row(&present, &flow);
+            let noise = spread.to_radians() * spread.to_radians();
+            let comparison = self.covariance.compare(&row, expected - flow.value, noise);
+            self.take(&comparison);
+        }
+    }
+}
+
+impl Present {
+    /// Velocity through the air at a place of the aircraft, m/s, body axes, at an earlier time.
+    fn at(&self, place: &Vector3<f64>, age: f64) -> Vector3<f64> {
+        self.through_air - self.slope * age + self.rate.cross(place)
+    }
+}
+
+/// Age of a sample, s; `None` for one that is too old to be compared.
+fn age(measured: SimTime, now: SimTime) -> Option<f64> {
+    let age = now.as_micros().saturating_sub(measured.as_micros()) as f64 * 1.0e-6;
+    (age <= AGE_MAX_S).then_some(age)
+}
+
+/// Every number is one that a receiver can give.
+pub(super) fn is_possible(fix: &GnssFix) -> bool {
+    let within = |values: &[f64], max: f64| values.iter().all(|value| value.abs() <= max);
+    within(fix.velocity.0.as_ref(), SPEED_MAX_M_S)
+        && within(fix.position.0.as_ref(), DISTANCE_MAX_M)
+        && within(&[fix.latitude_rad, fix.longitude_rad], ANGLE_MAX_RAD)
+        && within(&[fix.altitude_m], ALTITUDE_MAX_M)
+        && fix.decimal_year.is_finite()
+}
+
+/// Both angles are some that a vane can have.
+pub(super) fn is_flow(angles: &FlowAngles) -> bool {
+    angles.angle_of_attack_rad.abs() <= ANGLE_MAX_RAD && angles.sideslip_rad.abs() <= ANGLE_MAX_RAD
+}
+
+/// The field is one that is near the Earth.
+pub(super) fn is_field(field: &Body) -> bool {
+    field.0.iter().all(|value| value.abs() <= FIELD_MAX_NT) && field.0.norm_squared() > 1.0
+}

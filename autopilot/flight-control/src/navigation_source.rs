@@ -1,0 +1,103 @@
+//! Which of the two makes the navigation state of a flight: the samples, or the estimator.
+
+use icd::{Sensors, SimTime};
+
+use crate::aircraft_model::AircraftModel;
+use crate::estimator::{Estimator, StateSource};
+use crate::gains::Gains;
+use crate::navigation::{NavigationState, Navigator};
+
+/// Sensors to [`NavigationState`], by [`Navigator`] or [`Estimator`]; the first control step of a flight decides.
+#[derive(Debug, Clone)]
+pub struct NavigationSource {
+    source: StateSource,
+    navigator: Navigator,
+    estimator: Estimator,
+    /// Whether the estimator flies; `None` before the first step.
+    estimates: Option<bool>,
+}
+
+impl NavigationSource {
+    /// Before the first samples of a flight. `aircraft` and `gains` are validated by the caller.
+    #[must_use]
+    pub fn new(aircraft: &AircraftModel, gains: &Gains) -> Self {
+        Self {
+            source: gains.selection.state,
+            navigator: Navigator::default(),
+            estimator: Estimator::new(aircraft, &gains.estimator, gains.selection.earth),
+            estimates: None,
+        }
+    }
+
+    /// Takes other gains of the estimator from the next step on; the choice between the two stays that of the flight.
+    pub fn set_gains(&mut self, gains: &Gains) {
+        self.estimator.set_gains(&gains.estimator);
+        if self.estimates.is_none() {
+            self.source = gains.selection.state;
+        }
+    }
+
+    /// One tick.
+    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> NavigationState {
+        let chosen = match self.source {
+            StateSource::Automatic => !sensors.attitude.valid,
+            StateSource::Samples => false,
+            StateSource::Estimator => true,
+        };
+        let estimates = *self.estimates.get_or_insert(chosen);
+        match estimates {
+            true => self.estimator.step(time, sensors),
+            false => self.navigator.step(time, sensors),
+        }
+    }
+
+    /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on
+    /// wall time.
+    #[must_use]
+    pub fn look(&self, time: SimTime, sensors: &Sensors) -> NavigationState {
+        match self.estimates {
+            Some(true) if self.estimator.time() >= time => self.estimator.state(),
+            None | Some(_) => self.clone().step(time, sensors),
+        }
+    }
+
+    /// The estimator, where it flies.
+    #[must_use]
+    pub fn estimator(&self) -> Option<&Estimator> {
+        (self.estimates == Some(true)).then_some(&self.estimator)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    fn first_state(source: StateSource, has_unit: bool) -> NavigationState {
+        let mut gains = Gains::REFERENCE;
+        gains.selection.state = source;
+        let mut sensors = testing::level_sensors();
+        sensors.attitude.valid = has_unit;
+        NavigationSource::new(&testing::aircraft_model(), &gains).step(SimTime::ZERO, &sensors)
+    }
+
+    #[test]
+    fn the_samples_are_the_state_where_there_is_an_attitude_unit() {
+        let samples = Navigator::default().step(SimTime::ZERO, &testing::level_sensors());
+        assert_eq!(first_state(StateSource::Automatic, true), samples);
+        assert_eq!(first_state(StateSource::Samples, true), samples);
+        assert!(first_state(StateSource::Samples, false).estimate.is_none());
+        assert!(first_state(StateSource::Automatic, false).estimate.is_some());
+        assert!(first_state(StateSource::Estimator, true).estimate.is_some());
+    }
+
+    #[test]
+    fn a_unit_that_fails_later_does_not_change_the_choice_of_the_flight() {
+        let mut source = NavigationSource::new(&testing::aircraft_model(), &Gains::REFERENCE);
+        let mut sensors = testing::level_sensors();
+        source.step(SimTime::ZERO, &sensors);
+        sensors.attitude.valid = false;
+        assert!(source.step(SimTime::from_micros(2_000), &sensors).estimate.is_none());
+        assert!(source.estimator().is_none());
+    }
+}
