@@ -72,10 +72,10 @@ def main():
         flight = (session, sequence)
         end = HEADER.size + 1 + data[HEADER.size] + 5  # Name of the aircraft, number and identity of its effectors.
         aircraft = data[HEADER.size:end]
-        period_us, *rest = struct.unpack_from("<I" + 8 * "QB" + "23d", data, end)
-        s = dict(zip(NAMES, rest[16:]))
+        period_us, *rest = struct.unpack_from("<I" + 9 * "QB" + "30d", data, end)
+        s = dict(zip(NAMES, rest[18:]))
         # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
-        s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:16:2])), dict(zip(SAMPLES, rest[1:16:2]))
+        s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:18:2])), dict(zip(SAMPLES, rest[1:18:2]))
         if phase == 0 or "commands" not in memory:  # Otherwise time stands still: the same commands.
             memory["commands"] = law(s, demand, memory, period_us * 1e-6)
         commands = struct.pack("<%dd" % aircraft[-5], *memory["commands"])
