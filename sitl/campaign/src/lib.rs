@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
+use flight_analysis::settings::Setting;
 use host_io::file;
 
 use crate::curves::Curves;
@@ -74,6 +75,9 @@ pub struct RunArgs {
     /// Fly only part K of N of the runs and write no tables, so that several machines share a campaign
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<Shard>,
+    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign merge`.
@@ -88,6 +92,9 @@ pub struct MergeArgs {
     /// Folders of shards
     #[arg(value_name = "FROM", required = true)]
     from: Vec<PathBuf>,
+    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign replay`.
@@ -102,6 +109,9 @@ pub struct ReplayArgs {
     /// Folder for outcome.json, flight.csv, flight.ulg and flight.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign worst`.
@@ -119,6 +129,9 @@ pub struct WorstArgs {
     /// Folder for worst.csv and the scenarios
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign tune`.
@@ -138,6 +151,9 @@ pub struct SuiteArgs {
     /// Folder for suite.md and a folder of each campaign
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign compare`.
@@ -158,7 +174,7 @@ pub struct CompareArgs {
 pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
     match command {
         Command::Run(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
             let store = Store::open(&plan, &args.out)?;
             let _ = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
@@ -170,7 +186,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             }
         }
         Command::Merge(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
             let store = Store::open(&plan, &args.out)?;
             for folder in &args.from {
                 let taken = store.take(folder)?;
@@ -181,11 +197,11 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
         }
         Command::Replay(args) => replay(args),
         Command::Worst(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
         Command::Tune(args) => tune::run(&SpecFile::read(&args.spec)?, &args.out),
-        Command::Suite(args) => suite::run(&args.out),
+        Command::Suite(args) => suite::run(&args.out, &args.settings),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);
             Ok(())
@@ -268,7 +284,7 @@ fn beginning_of(name: &str) -> &'static [u8] {
 }
 
 fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
-    let plan = Plan::new(SpecFile::read(&args.spec)?)?;
+    let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
     let last = plan.runs() - 1;
     let number = u64::try_from(args.run).ok().filter(|number| *number <= last);
     let number =

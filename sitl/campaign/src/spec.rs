@@ -237,6 +237,22 @@ impl SpecFile {
         Ok(Self { name: name.to_owned(), text, folder, spec })
     }
 
+    /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
+    /// are those of another one.
+    ///
+    /// # Errors
+    /// [`SpecError`] for a key that does not exist.
+    pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
+        for setting in settings {
+            check_key(&setting.key, "--set")?;
+            let value = Toml::String(setting.value.clone());
+            drop(self.spec.set.insert(setting.key.clone(), value));
+            self.text += &format!("\n# --set {setting}\n");
+            self.spec.name += &format!(", {setting}");
+        }
+        Ok(self)
+    }
+
     /// A file that the specification names.
     #[must_use]
     pub fn beside(&self, path: &Path) -> PathBuf {

@@ -84,6 +84,24 @@ fn shards_in_folders_of_their_own_give_the_bytes_of_one_run() {
 }
 
 #[test]
+fn a_setting_of_the_command_line_is_flown_and_makes_another_campaign() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| folder.path().join(name).display().to_string();
+    let tactical = ["--set", "plant.sensors.grade=tactical"];
+    let run = |name: &str, more: &[&str]| {
+        try_command(&[&["run", "smoke", "--out", &out(name)][..], more].concat())
+    };
+    assert_eq!(run("ideal", &[]), Ok(()));
+    assert_eq!(run("real", &tactical), Ok(()));
+    let table = |name: &str| fs::read(folder.path().join(name).join("runs.parquet")).expect("it");
+    assert!(table("ideal") != table("real"));
+    let refused = run("ideal", &tactical);
+    assert!(refused.as_ref().is_err_and(|e| e.contains("fingerprint")), "{refused:?}");
+    let unknown = run("x", &["--set", "plant.sensors.grad=tactical"]);
+    assert!(unknown.as_ref().is_err_and(|e| e.contains("plant.sensors.grade")), "{unknown:?}");
+}
+
+#[test]
 fn what_an_interrupted_campaign_lost_or_damaged_is_flown_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
