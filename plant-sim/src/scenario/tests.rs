@@ -59,6 +59,98 @@ fn every_kind_of_the_catalogue_is_read_by_its_keys() {
 }
 
 #[test]
+fn every_fault_of_every_sensor_is_read_by_the_keys_of_its_unit() {
+    for code in 1..=u8::MAX {
+        let Some(kind) = FaultKind::from_code(code, [0.5, 0.5]) else { break };
+        for sensor in SensorKind::ALL.into_iter().filter(|_| kind.info().targets.sensors) {
+            let class = TargetClass::Sensor(sensor);
+            let mut lines =
+                format!("sensor = \"{}\"\nkind = \"{}\"\n", sensor.key(), kind.info().key);
+            for (number, value) in kind.info().numbers.iter().zip(kind.values()) {
+                let (key, measure) = (number.quantity.key(class), number.quantity.measure());
+                lines += &format!("{key} = {:?}\n", measure.unit(class).from_si(value));
+            }
+            let read = with_fault(&lines).unwrap();
+            assert_eq!((read.target, read.kind.code()), (sensor.into(), code), "{lines}");
+            let off = read.kind.values().into_iter().zip(kind.values()).map(|(a, b)| a - b);
+            assert!(off.into_iter().all(|off| off.abs() < 1.0e-9), "{lines}: {:?}", read.kind);
+        }
+    }
+}
+
+#[test]
+fn errors_of_sensors_that_cannot_be_are_refused_with_file_key_value_and_range() {
+    let with = |lines: &str| {
+        let text = format!("[plant]\nseed = 1\n{lines}");
+        let read = Scenario::from_toml("my.toml", &text, &tvc_jet::effectors());
+        read.map_err(|error| error.to_string()).map(|scenario| scenario.plant)
+    };
+    let flown = |lines: &str| {
+        let airframe = crate::Airframe::paper();
+        let setup = with(lines).unwrap().setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
+        setup.check().and_then(|()| setup.check_faults()).unwrap_err().to_string()
+    };
+    for (lines, expected) in [
+        (
+            "[plant.sensors.gyro]\nrate_hz = -1",
+            "my.toml: [plant.sensors.gyro] rate_hz = -1 is outside 0.01 to 10000",
+        ),
+        (
+            "[plant.sensors.gnss]\nnoise_m = -2.0",
+            "[plant.sensors.gnss] noise_m = -2 is outside 0 to 10000",
+        ),
+        (
+            "[plant.sensors.vanes]\nbias_deg = nan",
+            "[plant.sensors.vanes] bias_deg = NaN is outside 0 to 45",
+        ),
+        (
+            "[plant.sensors.pitot]\nnoise_deg = 1.0",
+            "unknown field `noise_deg`, expected one of `fitted`, `rate_hz`",
+        ),
+        (
+            "[plant.sensors]\ngrade = \"best\"",
+            "unknown variant `best`, expected one of `ideal`, `tactical`, `consumer`",
+        ),
+        ("[plant.sensors.radar]\nrate_hz = 1.0", "unknown field `radar`"),
+        (
+            "[plant.sensors]\ngrade = \"tactical\"\ngyro_noise_deg_s = 0.1",
+            "gyro_noise_deg_s is of ideal sensors",
+        ),
+        (
+            "[plant.sensors.gyro]\nrate_hz = 500.0\ndelay_ms = 200.0",
+            "[plant.sensors.gyro] delay_ms = 200 is outside 0 to 128",
+        ),
+        (
+            "date = \"2031-01-01\"",
+            "my.toml: [plant] date = \"2031-01-01\", expected YYYY-MM-DD from 2025-01-01 to 2029-12-31",
+        ),
+        ("date = 7", "invalid type"),
+    ] {
+        let error = with(lines).unwrap_err();
+        assert!(error.contains(expected), "{lines}: {error}");
+    }
+    let lacking = "[plant.sensors.vanes]\nfitted = false\n[[plant.fault]]\nsensor = \"vanes\"\nkind = \"off\"\nonset_s = 1";
+    assert!(
+        flown(lacking).contains("fault 1 (vanes, off): the aircraft does not have this sensor"),
+        "{}",
+        flown(lacking)
+    );
+    let attitude = "[plant.sensors]\ngrade = \"tactical\"\n[[plant.fault]]\nsensor = \"attitude\"\nkind = \"off\"\nonset_s = 1";
+    assert!(flown(attitude).contains("does not have this sensor"), "{}", flown(attitude));
+    let large =
+        "[[plant.fault]]\nsensor = \"gyro\"\nkind = \"biased\"\nbias_deg_s = 2000\nonset_s = 1";
+    assert!(
+        with(large).unwrap_err().contains("bias_deg_s = 2000 is outside -1000 to 1000"),
+        "{large}"
+    );
+    let plant =
+        with("[plant.sensors]\ngrade = \"consumer\"\n[plant.sensors.gnss]\nrate_hz = 1.0").unwrap();
+    let grade = plant.sensors.grade.unwrap();
+    assert_eq!(grade.of(SensorKind::Gnss).rate_hz, 1.0);
+    assert!((grade.of(SensorKind::Gyro).bias - 0.2_f64.to_radians()).abs() < 1.0e-12);
+}
+
+#[test]
 fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
     let table = "sensor = \"gnss\"\nkind = \"stuck_here\"";
     assert_eq!(with_fault(table).unwrap().target, SensorKind::Gnss.into());

@@ -95,7 +95,8 @@ impl SensorsTable {
         let is_real = of_file.is_some() || has_numbers;
         settings.grade = is_real.then_some(grade);
         if let Some(noise_deg_s) = self.gyro_noise_deg_s {
-            if is_real {
+            // The shipped scenarios have a noise of zero.
+            if is_real && noise_deg_s != 0.0 {
                 return Err(ConfigError::Key {
                     file: file.to_owned(),
                     section: "plant.sensors",
