@@ -1,5 +1,4 @@
-//! The faults. Faults of effectors act here and nowhere else: between the commands and the forces. Those of sensors begin and end
-//! here too; [`SensorEffect`] is what they do to samples.
+//! The faults. Those of effectors act here and nowhere else, between commands and forces; [`SensorEffect`] is what others do.
 //!
 //! ```text
 //! commands -> received ─> servos ──> positions ──> effective deflections ──> air and jet
@@ -154,7 +153,6 @@ impl Faults {
     }
 
     /// Whether a sensor has a fault.
-    #[inline]
     #[must_use]
     pub fn has_sensor_faults(&self) -> bool {
         self.current[Effector::MAX..].iter().any(Option::is_some)
@@ -474,9 +472,9 @@ impl Faults {
                 .min()
         };
         let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
-        // Sensors are sampled once in a control period; only onset and end of their faults are events.
-        let of_sensors = self.current[Effector::MAX..].iter().flatten();
-        let of_sensors = of_sensors.filter_map(CurrentFault::next_change);
+        // Of the faults of sensors only onset and end are events.
+        let of_sensors =
+            self.current[Effector::MAX..].iter().flatten().filter_map(CurrentFault::next_change);
         let of_effectors = self.list.all().filter_map(of_effector);
         self.next_event = of_effectors.chain(of_sensors).chain(onset).min();
     }

@@ -27,7 +27,7 @@ use flight_analysis::mission::{self, MissionOptions};
 use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
-use flight_analysis::sensor_errors::{self, SensorsArgs};
+use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{false_alarms, isolation};
@@ -89,7 +89,8 @@ enum Command {
     /// Break every effector in many ways, and count how often the isolation names the right one
     Isolation(isolation::Options),
     /// Draw the errors of each sensor of a grade in a steady flight
-    Sensors(SensorsArgs),
+    #[command(name = "sensors")]
+    SensorErrors(SensorErrorsArgs),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -157,7 +158,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Isolation(args)) => isolation::run(args)?,
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::CompareCheckcases(args)) => report::run(args)?,
-        Some(Command::Sensors(args)) => sensor_errors::run(args)?,
+        Some(Command::SensorErrors(args)) => sensor_errors::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,

@@ -57,7 +57,9 @@ def main():
         for line, answer in [
             ("long INJECT_FAILURE 102 2 5", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
             ("long INJECT_FAILURE 102 0 5", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
-            ("long INJECT_FAILURE 0 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: UNSUPPORTED"),
+            ("long INJECT_FAILURE 4 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
+            ("long INJECT_FAILURE 4 0 0", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
+            ("long INJECT_FAILURE 5 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: UNSUPPORTED"),
             ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
             ("long DO_CHANGE_SPEED 0 262 0", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
             ("setspeed 264", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),

@@ -13,8 +13,17 @@ from checks import Checks, wait_until
 SERVO, MOTOR = FailureUnit.SYSTEM_SERVO, FailureUnit.SYSTEM_MOTOR
 T, R = FailureType, FailureResult
 
+# Sensors, with their names in texts.
+SENSORS = {
+    FailureUnit.SENSOR_GYRO: "gyro",
+    FailureUnit.SENSOR_ACCEL: "accelerometer",
+    FailureUnit.SENSOR_MAG: "magnetometer",
+    FailureUnit.SENSOR_BARO: "barometer",
+    FailureUnit.SENSOR_GPS: "gnss",
+    FailureUnit.SENSOR_AIRSPEED: "pitot",
+}
 # Units of the aircraft that cannot fail in this vehicle.
-OTHER_UNITS = [unit for unit in FailureUnit if unit not in (SERVO, MOTOR)]
+OTHER_UNITS = [unit for unit in FailureUnit if unit not in (SERVO, MOTOR, *SENSORS)]
 
 
 def result_of(failure, unit, kind, instance):
@@ -66,11 +75,17 @@ def main():
     expect(SERVO, T.SLOW, 0, R.SUCCESS)
     expect(SERVO, T.OK, 0, R.SUCCESS)
 
+    for unit, name in SENSORS.items():
+        for kind in [T.OFF, T.STUCK, T.GARBAGE, T.WRONG, T.DELAYED, T.INTERMITTENT]:
+            expect(unit, kind, 1, R.SUCCESS, f"Injected: {name}")
+        expect(unit, T.SLOW, 1, R.DENIED, "this sensor has no such fault")
+        expect(unit, T.OK, 1, R.SUCCESS, f"Cleared: {name}")
+
     for unit in OTHER_UNITS:
         expect(unit, T.OFF, 1, R.UNSUPPORTED)
     texts.clear()
-    result_of(failure, FailureUnit.SENSOR_GPS, T.OFF, 0)
-    c.expect("the text says which unit has no failures", has_text("GPS"), texts)
+    result_of(failure, FailureUnit.SENSOR_OPTICAL_FLOW, T.OFF, 0)
+    c.expect("the text says which unit has no failures", has_text("OPTICAL_FLOW"), texts)
 
     expect(SERVO, T.STUCK, 8, R.DENIED, "instance")
     expect(MOTOR, T.STUCK, 2, R.DENIED, "instance")

@@ -202,7 +202,7 @@ def main():
     failure.inject(FailureUnit.SYSTEM_SERVO, FailureType.OK, 5)
     c.expect("failure: a servo sticks and is cleared", True)
     for unit, instance, result in [
-        (FailureUnit.SENSOR_GYRO, 0, FailureResult.UNSUPPORTED),
+        (FailureUnit.SENSOR_OPTICAL_FLOW, 0, FailureResult.UNSUPPORTED),
         (FailureUnit.SYSTEM_SERVO, 77, FailureResult.DENIED),
     ]:
         try:

@@ -228,7 +228,14 @@ def faults(s, c):
     c.expect("fault: rudder stuck (420)", result == ACCEPTED, result)
     result = s.command(420, [102.0, 0.0, 5.0, NAN])
     c.expect("fault: cleared", result == ACCEPTED, result)
-    result = s.command(420, [0.0, 1.0, 0.0, NAN])
+    result = s.command(420, [4.0, 1.0, 1.0, NAN])
+    c.expect("fault: the satellites are off", result == ACCEPTED, result)
+    result = s.command(31010, [8.0, 4.0, 1.0, 3.0, -500.0])
+    c.expect("fault: a bias of the pitot tube, Pa (USER_1)", result == ACCEPTED, result)
+    for unit in [4.0, 8.0]:
+        result = s.command(420, [unit, 0.0, 1.0, NAN])
+        c.expect("fault: the sensor is repaired", result == ACCEPTED, result)
+    result = s.command(420, [5.0, 1.0, 0.0, NAN])
     c.expect("fault: a unit that cannot fail here", result == UNSUPPORTED, result)
 
 

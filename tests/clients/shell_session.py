@@ -70,7 +70,8 @@ def qgroundcontrol(c, connect):
     c.expect("it is on the list", "rudder" in (run("failure list") or ""))
     later = run("failure servo loss -m 3 -v 40% -t 100000s -d 5s -e 20s -n 3") or ""
     c.expect("two are scheduled", later.count("acts at") == 2, later)
-    c.expect("a component that does not fail here", "do not fail" in (run("failure gyro off") or ""))
+    c.expect("a component that does not fail here", "there is no such sensor" in (run("failure optical_flow off") or ""))
+    c.expect("a sensor that fails", (run("failure gps wrong -v 50m") or "").startswith("gnss: acts since"))
     c.expect("everything is mended", "healthy since" in (run("failure clear") or ""))
     c.expect("and the list is empty", run("list") == "No faults\n")
     c.expect("time stands still", run("pause") == "Simulation paused\n")

@@ -43,12 +43,11 @@ pub mod history;
 mod noise;
 mod source;
 mod start;
-pub mod status;
 pub mod strapdown;
 mod updates;
 
+pub use crate::estimator_status::{EstimatorStatus, SourceHealth};
 pub use gains::{EarthShape, EstimatorGains, StateSource};
-pub use status::{EstimatorStatus, SourceHealth};
 
 /// The covariance and the measurements follow after this time, µs.
 const UPDATE_EVERY_US: u64 = 10_000;

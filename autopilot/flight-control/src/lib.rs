@@ -82,6 +82,7 @@ pub mod authority;
 pub mod compensator;
 pub mod design_model;
 pub mod estimator;
+pub mod estimator_status;
 pub mod flight_control;
 pub mod gains;
 pub mod guidance;

@@ -11,7 +11,7 @@ use icd::{
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::estimator::EstimatorStatus;
+use crate::estimator_status::EstimatorStatus;
 
 /// What is known of the aircraft at one tick. Every number is finite and one that an aircraft can have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -86,7 +86,7 @@ fn errors_of_sensors_that_cannot_be_are_refused_with_file_key_value_and_range() 
         read.map_err(|error| error.to_string()).map(|scenario| scenario.plant)
     };
     let flown = |lines: &str| {
-        let airframe = crate::Airframe::paper();
+        let airframe = Airframe::paper();
         let setup = with(lines).unwrap().setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
         setup.check().and_then(|()| setup.check_faults()).unwrap_err().to_string()
     };

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::file;
-use icd::{Actuators, ControlPeriod, Sensors, tvc_jet};
+use icd::{Actuators, ControlPeriod, Sensors};
 use plant_sim::io::whole;
 use plant_sim::{Airframe, GradeName, Plant, Scenario, SensorSettings, scenario};
 
@@ -22,7 +22,7 @@ const ROW_EVERY_S: f64 = 0.1;
 
 /// Options of `sitl sensors`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
-pub struct SensorsArgs {
+pub struct SensorErrorsArgs {
     /// Grade of the sensors
     #[arg(long, value_name = "ideal|tactical|consumer", value_parser = grade)]
     pub grade: GradeName,
@@ -89,10 +89,11 @@ fn sensor_of(place: usize) -> usize {
 /// # Errors
 /// What prevents the flight.
 pub fn fly(grade: GradeName, seconds: f64, seed: u64) -> Result<Vec<Errors>, Box<dyn Error>> {
+    let airframe = Airframe::paper();
     let nominal =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors())?.plant;
+        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?.plant;
     let period = ControlPeriod::DEFAULT;
-    let mut setup = nominal.setup(Airframe::paper(), 0, period, 1_000);
+    let mut setup = nominal.setup(airframe, 0, period, 1_000);
     setup.seed = seed;
     let mut exact = Plant::new(&setup)?;
     setup.sensors = SensorSettings::of_grade(grade);
@@ -127,7 +128,7 @@ pub fn fly(grade: GradeName, seconds: f64, seed: u64) -> Result<Vec<Errors>, Box
 ///
 /// # Errors
 /// What prevents flight or files.
-pub fn run(args: &SensorsArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&args.out)
         .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
     let rows = fly(args.grade, args.seconds, args.seed)?;
@@ -161,7 +162,7 @@ pub fn run(args: &SensorsArgs) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn figure(args: &SensorsArgs, rows: &[Errors]) -> Figure {
+fn figure(args: &SensorErrorsArgs, rows: &[Errors]) -> Figure {
     let ink = |place: usize| Ink::new(COLOURS[place % COLOURS.len()], Pattern::Solid).wide(1.1);
     let legend: Vec<(&str, Ink)> =
         ROWS[0].3.iter().enumerate().map(|(place, (name, _))| (*name, ink(place))).collect();
@@ -176,8 +177,9 @@ fn figure(args: &SensorsArgs, rows: &[Errors]) -> Figure {
             .collect();
         let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
         let y = crate::chart::axis::range(values, 1.0e-9);
-        let (title, height) = (format!("{title}, {unit}"), 170.0);
-        Panel { title, x: (0.0, args.seconds), y, height, curves, ..Panel::default() }
+        let (title, height) = ((*title).to_owned(), 170.0);
+        let x = (0.0, args.seconds);
+        Panel { title, y_label: unit, x, y, height, curves, ..Panel::default() }
     };
     let panels: Vec<Panel<'_>> = ROWS.iter().map(panel).collect();
     let (grade, seed) = (args.grade.key(), args.seed);

@@ -203,7 +203,7 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
         ("set = { FTC_MODE = 1 }", "fault_known = true", "fault_known = true needs FTC_MODE = 0"),
         (
             "\"plant.wind.turbulence_m_s\"\n",
-            "\"plant.wind.turbulence\"\n",
+            "\"plant.wind.turbulence_ms\"\n",
             "nearest is plant.wind.turbulence_m_s",
         ),
         ("values = [0.0, 3.0]", "values = []", "expected 1 to"),

@@ -2,7 +2,7 @@
 
 use icd::SimTime;
 
-use super::status::SourceHealth;
+use crate::estimator_status::SourceHealth;
 
 /// Without a valid new sample for this long a sensor is lost, µs.
 const LOST_US: u64 = 1_000_000;

@@ -5,7 +5,7 @@ use core::time::Duration;
 use ::mavlink::dialects::common::MavResult;
 use arrayvec::ArrayVec;
 use icd::fault::{FaultReply, Refusal, Target};
-use icd::{Effector, EffectorList, FaultRequest};
+use icd::{EffectorList, FaultRequest};
 
 use crate::codec::{CommandError, CommandMessage, Encoded, Identity};
 use crate::failure::Reasons;
@@ -63,7 +63,7 @@ struct Open {
     /// Time of the last progress report, or of the command.
     reported: WallTime,
     on_acceptance: OnAcceptance,
-    parts: ArrayVec<Part, { Effector::MAX }>,
+    parts: ArrayVec<Part, { Target::MAX }>,
     verdict: Verdict,
 }
 
@@ -131,7 +131,7 @@ impl Pending {
         &mut self,
         from: From,
         command: Option<&CommandMessage>,
-        parts: ArrayVec<Part, { Effector::MAX }>,
+        parts: ArrayVec<Part, { Target::MAX }>,
         on_acceptance: OnAcceptance,
         now: WallTime,
     ) {

@@ -69,7 +69,7 @@ fn zero_is_all_instances_and_a_mask_counts_only_without_an_instance() {
 
 #[test]
 fn unknown_units_and_types_are_unsupported_and_odd_numbers_denied() {
-    for unit in [0.0, 4.0, 8.0, 100.0, 103.0, 104.0, 105.0, 106.0, 107.0, 5_000.0, -3.0] {
+    for unit in [5.0, 6.0, 7.0, 100.0, 103.0, 104.0, 105.0, 106.0, 107.0, 5_000.0, -3.0] {
         assert_eq!(inject(unit, 2.0, 1.0, 0.0), Err(UNSUPPORTED), "unit {unit}");
     }
     for failure_type in [9.0, 99.0, -1.0] {
@@ -143,7 +143,7 @@ fn user_1_refuses_what_it_cannot_do() {
     assert_eq!(user(5.0, 4.0, 0.0, 0.0, 0.0), Err(DENIED), "no speed at all");
     assert_eq!(user(6.0, 5.0, 1.5, 0.0, 0.0), Err(DENIED), "too late");
     assert_eq!(user(0.0, 0.0, 0.0, 0.0, 5.0), Err(DENIED), "clear later");
-    for kind in [11.0, -1.0, 77.0] {
+    for kind in [13.0, -1.0, 77.0] {
         assert_eq!(user(2.0, kind, 5.0, 0.0, 0.0), Err(UNSUPPORTED), "kind {kind}");
     }
     for onset in [-1.0, f32::INFINITY, 1.0e9] {

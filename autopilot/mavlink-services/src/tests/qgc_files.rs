@@ -4,9 +4,10 @@ use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavResult};
 use flight_management::command::Command;
-use icd::fault::PlantAction;
+use flight_management::parameters::targets;
+use icd::FaultRequest;
+use icd::fault::{PlantAction, Target};
 use icd::tvc_jet;
-use icd::{Effector, FaultRequest};
 use serde_json::Value;
 
 const MAVLINK_ACTIONS: &str =
@@ -71,15 +72,15 @@ fn everything_ok_mends_every_effector() {
     let mut world = World::flying();
     world.send_command(*command, *params);
     world.run_ms(10);
-    let mended: Vec<Effector> = world
+    let mended: Vec<Target> = world
         .take_commands()
         .iter()
         .filter_map(|command| match command {
-            Command::Plant(PlantAction::Fault(FaultRequest::Clear { target })) => target.effector(),
+            Command::Plant(PlantAction::Fault(FaultRequest::Clear { target })) => Some(*target),
             _ => None,
         })
         .collect();
-    assert_eq!(mended, tvc_jet::ALL);
+    assert_eq!(mended, targets(&tvc_jet::effectors()).collect::<Vec<_>>());
 }
 
 #[test]

@@ -116,7 +116,11 @@ fn the_engines_sizes_are_percent_of_its_largest_thrust() {
 #[test]
 fn every_kind_can_be_commanded_by_its_value_its_name_and_the_mode_of_its_type() {
     for info in &CATALOGUE {
-        let unit = if info.targets.angles { Unit::SERVO } else { Unit::MOTOR };
+        let unit = match info.targets {
+            fault::Targets { angles: true, .. } => Unit::SERVO,
+            fault::Targets { thrust: true, .. } => Unit::MOTOR,
+            _ => Unit::parse("gps").unwrap(),
+        };
         let mavlink = &info.mavlink;
         let failure = Failure::Type(mavlink.failure_type);
         let by_type = FaultCommand::new(unit, failure, Instances::One(1));
