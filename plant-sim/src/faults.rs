@@ -167,9 +167,7 @@ impl Faults {
 
     /// Reports every fault that acts, rests or is scheduled.
     pub fn list(&self, report: &mut dyn FnMut(PlantReport)) {
-        for current in self.current.iter().flatten() {
-            report(current.fault.entry(current.state()));
-        }
+        self.current.iter().flatten().for_each(|one| report(one.fault.entry(one.state())));
         for fault in &self.schedule {
             report(fault.entry(FaultState::Scheduled { at: fault.plan.onset(0) }));
         }
