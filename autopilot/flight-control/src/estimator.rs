@@ -47,7 +47,7 @@ pub mod status;
 pub mod strapdown;
 mod updates;
 
-pub use gains::{EarthShape, EstimatorGains, StateSource};
+pub use gains::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
 pub use status::{EstimatorStatus, SourceHealth};
 
 /// The covariance and the measurements follow after this time, µs.

@@ -139,10 +139,6 @@ impl Flight {
         self.attitude().to_body(Ned(relative)).0
     }
 
-    pub fn alpha(&self) -> f64 {
-        air::angle_of_attack(&self.through_air()).unwrap().value
-    }
-
     /// A number with mean zero and spread one, from a generator of xorshift type.
     fn normal(&mut self) -> f64 {
         let mut sum = 0.0;
