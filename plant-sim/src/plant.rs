@@ -273,6 +273,13 @@ impl Plant {
         self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, &self.faults)
     }
 
+    /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
+    /// an estimator.
+    #[must_use]
+    pub fn inertial_biases(&self) -> [icd::Body; 2] {
+        self.sensors.inertial_biases()
+    }
+
     /// The true state of this instant.
     #[must_use]
     pub fn truth(&self) -> &Truth {

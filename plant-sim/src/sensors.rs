@@ -115,6 +115,13 @@ impl SensorSet {
         self.faulty.apply(truth.time, faults, sensors)
     }
 
+    /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
+    /// an estimator.
+    #[must_use]
+    pub fn inertial_biases(&self) -> [Body; 2] {
+        self.real.as_deref().map_or([Body::zero(); 2], RealSensors::inertial_biases)
+    }
+
     /// Everything exactly, apart from the noise of the gyros.
     fn ideal(&mut self, truth: &Truth, present: &Evaluation, gust: &Gust) -> Sensors {
         let motion = &present.motion;

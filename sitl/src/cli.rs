@@ -30,7 +30,7 @@ use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
-use flight_analysis::{false_alarms, isolation};
+use flight_analysis::{estimator, false_alarms, isolation};
 use flight_analysis::{print_line, print_text};
 
 /// Two-Step: a jet that keeps flying when a surface jams.
@@ -91,6 +91,8 @@ enum Command {
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
+    /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
+    Estimator(estimator::Options),
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -156,6 +158,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
         Some(Command::Isolation(args)) => isolation::run(args)?,
+        Some(Command::Estimator(args)) => estimator::run(args)?,
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::CompareCheckcases(args)) => report::run(args)?,
         Some(Command::SensorErrors(args)) => sensor_errors::run(args)?,
@@ -216,6 +219,7 @@ mod tests {
             "envelope --out x",
             "false-alarms --out x",
             "isolation --out x",
+            "estimator --flights 10 --out x",
             "trimmable --pairs-deg 10 --out x",
             "turbulence --level light --altitude-m 100,5000 --airspeed-m-s 60 --out x",
             "campaign run jams --shard 1/2 --out x",

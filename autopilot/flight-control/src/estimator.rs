@@ -47,7 +47,7 @@ pub mod strapdown;
 mod updates;
 
 pub use crate::estimator_status::{EstimatorStatus, SourceHealth};
-pub use gains::{EarthShape, EstimatorGains, StateSource};
+pub use gains::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
 
 /// The covariance and the measurements follow after this time, µs.
 const UPDATE_EVERY_US: u64 = 10_000;

@@ -12,7 +12,7 @@ pub use crate::activation::{ActivationGains, CompensatorMode};
 use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
-pub use crate::estimator::{EarthShape, EstimatorGains, StateSource};
+pub use crate::estimator::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
 use crate::isolation::gains::IsolationGains;
 pub use crate::isolation::gains::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
@@ -98,6 +98,9 @@ pub struct Selection {
     /// The Earth that the estimator assumes; counts at the start of a flight.
     #[serde(default)]
     pub earth: EarthShape,
+    /// Which numbers the estimator uses.
+    #[serde(default)]
+    pub estimator: EstimatorPreset,
 }
 
 /// The compensation that the observer takes into account.
@@ -200,8 +203,18 @@ impl Gains {
             isolation: IsolationMode::Report,
             state: StateSource::Automatic,
             earth: EarthShape::Wgs84,
+            estimator: EstimatorPreset::Parameters,
         },
     };
+
+    /// Noise and priors of the estimator that are selected.
+    #[must_use]
+    pub fn of_estimator(&self) -> &EstimatorGains {
+        match self.selection.estimator {
+            EstimatorPreset::Parameters => &self.estimator,
+            EstimatorPreset::Consumer => &EstimatorGains::CONSUMER,
+        }
+    }
 
     /// Bandwidth of the estimator that is selected, rad/s.
     #[must_use]

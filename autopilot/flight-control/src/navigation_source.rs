@@ -24,14 +24,14 @@ impl NavigationSource {
         Self {
             source: gains.selection.state,
             navigator: Navigator::default(),
-            estimator: Estimator::new(aircraft, &gains.estimator, gains.selection.earth),
+            estimator: Estimator::new(aircraft, gains.of_estimator(), gains.selection.earth),
             estimates: None,
         }
     }
 
     /// Takes other gains of the estimator from the next step on; the choice between the two stays that of the flight.
     pub fn set_gains(&mut self, gains: &Gains) {
-        self.estimator.set_gains(&gains.estimator);
+        self.estimator.set_gains(gains.of_estimator());
         if self.estimates.is_none() {
             self.source = gains.selection.state;
         }

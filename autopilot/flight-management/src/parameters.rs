@@ -1,7 +1,7 @@
 //! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
 
 use flight_control::compensator::neso::Lemma1Warning;
-use flight_control::gains::{EarthShape, GainError, StateSource};
+use flight_control::gains::{EarthShape, EstimatorPreset, GainError, StateSource};
 use flight_control::{
     AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
 };

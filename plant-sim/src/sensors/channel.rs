@@ -143,6 +143,16 @@ impl<const N: usize> AxisErrors<N> {
         out
     }
 
+    /// The error of the present output at these exact values, without noise, resolution and range.
+    pub fn systematic(&self, exact: &[f64; N]) -> [f64; N] {
+        let mut out = [0.0; N];
+        for (axis, out) in out.iter_mut().enumerate() {
+            let value: f64 = self.matrix[axis].iter().zip(exact).map(|(part, x)| part * x).sum();
+            *out = value - exact[axis] + self.bias[axis] + self.wandering[axis];
+        }
+        out
+    }
+
     fn wander(&mut self) {
         self.left -= 1;
         if self.left > 0 {

@@ -8,7 +8,7 @@ use icd::{
 
 use super::channel::{AxisErrors, Clock};
 use super::grade::{Errors, Grade};
-use crate::atmosphere::{HEAT_RATIO, pressure_altitude_m, speed_of_sound};
+use crate::atmosphere::{HEAT_RATIO, STANDARD_GRAVITY, pressure_altitude_m, speed_of_sound};
 use crate::noise::{Normals, Source};
 
 /// Radius that turns an error of a position in m into one of latitude and longitude, m.
@@ -84,6 +84,15 @@ impl RealSensors {
             engine_monitor: Sensor::new(errors(SensorKind::EngineMonitor)),
             magnetometer: Sensor::new(errors(SensorKind::Magnetometer)),
         }
+    }
+
+    /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise.
+    pub fn inertial_biases(&self) -> [Body; 2] {
+        let of = |sensor: &Sensor<3>, exact: [f64; 3]| {
+            let [x, y, z] = sensor.errors.systematic(&exact);
+            Body::new(x, y, z)
+        };
+        [of(&self.gyro, [0.0; 3]), of(&self.accelerometer, [0.0, 0.0, -STANDARD_GRAVITY])]
     }
 
     /// The samples that have arrived, of exact values of this instant.

@@ -17,7 +17,7 @@ use plant_sim::io::whole;
 use plant_sim::{Airframe, SetupError};
 
 use crate::chart::RasterError;
-use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
 
 pub mod detectors;
@@ -73,6 +73,9 @@ pub enum StudyError {
     /// A shipped autopilot file is not what it should be.
     #[error(transparent)]
     AutopilotConfig(#[from] autopilot::config::ConfigError),
+    /// A file of the aircraft or a setting cannot be used.
+    #[error(transparent)]
+    Configuration(#[from] ConfigurationError),
     /// A flight could not start.
     #[error(transparent)]
     Setup(#[from] SetupError),

@@ -57,6 +57,7 @@ pub mod closed_loop;
 pub mod configuration;
 pub mod design;
 pub mod envelope;
+pub mod estimator;
 pub mod false_alarms;
 pub mod fault_known;
 pub mod fly;

@@ -26,6 +26,17 @@ pub enum EarthShape {
     Flat,
 }
 
+/// Which numbers the estimator uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EstimatorPreset {
+    /// Those of the parameters `EST_*`.
+    #[default]
+    Parameters,
+    /// [`EstimatorGains::CONSUMER`].
+    Consumer,
+}
+
 /// Gains of [`super::Estimator`]; rows `EST_*` of the parameter table. Spreads are one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -60,8 +71,10 @@ pub struct EstimatorGains {
     pub barometer_offset_m: f64,
     /// Its random walk, m/√s.
     pub barometer_walk_m: f64,
-    /// Error of the impact pressure, Pa; 0.3 % of the pressure come on top.
+    /// Error of the impact pressure, Pa.
     pub pitot_noise_pa: f64,
+    /// Error of the impact pressure that is a part of it.
+    pub pitot_scale: f64,
     /// White noise of the vanes, deg.
     pub vane_noise_deg: f64,
     /// Constant error of the vanes at the start, deg.
@@ -74,6 +87,8 @@ pub struct EstimatorGains {
     pub magnetic_bias_nt: f64,
     /// Its random walk, nT/√s.
     pub magnetic_walk_nt: f64,
+    /// Errors of its scale and direction, as a part of the field; they change with the attitude.
+    pub magnetic_scale: f64,
     /// Horizontal wind at the start, m/s.
     pub wind_m_s: f64,
     /// Random walk of the horizontal wind, turbulence included, m/s/√s.
@@ -121,12 +136,14 @@ impl EstimatorGains {
         barometer_offset_m: 10.0,
         barometer_walk_m: 0.05,
         pitot_noise_pa: 40.0,
+        pitot_scale: 0.003,
         vane_noise_deg: 0.12,
         vane_bias_deg: 0.2,
         vane_walk_deg: 0.003,
         magnetic_noise_nt: 70.0,
         magnetic_bias_nt: 200.0,
         magnetic_walk_nt: 4.0,
+        magnetic_scale: 0.003,
         wind_m_s: 15.0,
         wind_walk_m_s: 1.5,
         updraught_m_s: 1.5,
@@ -154,13 +171,15 @@ impl EstimatorGains {
         gnss_velocity_m_s: 0.12,
         barometer_noise_m: 0.8,
         barometer_walk_m: 0.3,
-        pitot_noise_pa: 120.0,
+        pitot_noise_pa: 200.0,
+        pitot_scale: 0.03,
         vane_noise_deg: 0.35,
         vane_bias_deg: 0.7,
         vane_walk_deg: 0.016,
         magnetic_noise_nt: 350.0,
         magnetic_bias_nt: 1_500.0,
         magnetic_walk_nt: 20.0,
+        magnetic_scale: 0.03,
         ..Self::REFERENCE
     };
 }

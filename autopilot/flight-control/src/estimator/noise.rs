@@ -10,7 +10,7 @@ use super::covariance::{
 use super::{Estimator, INERTIAL_SILENCE_S};
 
 /// Correlation time of errors that are a part of a rate or a force, s: that of a manoeuvre.
-const MANOEUVRE_S: f64 = 1.0;
+const MANOEUVRE_S: f64 = 2.0;
 /// Rate and specific force that an aircraft may have while its sensor is away, rad/s and m/s²; they last as long as a manoeuvre.
 const UNKNOWN_RATE_RAD_S: f64 = 0.1;
 const UNKNOWN_FORCE_M_S2: f64 = 3.0;
@@ -51,7 +51,10 @@ impl Estimator {
         let horizontal = walk(gains.wind_walk_m_s);
         let updraught = 2.0 * gains.updraught_m_s * gains.updraught_m_s / gains.updraught_s;
         set(WIND, [horizontal, horizontal, updraught * seconds]);
-        set(MAGNETIC_BIAS, [walk(gains.magnetic_walk_nt); 3]);
+        // Errors of scale and direction look like another bias after a turn by a radian.
+        let part = gains.magnetic_scale * self.field.strength();
+        let turning = part * part * inertial.rate.norm() * seconds;
+        set(MAGNETIC_BIAS, [walk(gains.magnetic_walk_nt) + turning; 3]);
         noise[BAROMETER] = walk(gains.barometer_walk_m);
         noise[VANES] = walk(gains.vane_walk_deg.to_radians());
         noise[VANES + 1] = noise[VANES];

@@ -28,8 +28,6 @@ const ANGLE_MAX_RAD: f64 = 3.2;
 const FIELD_MAX_NT: f64 = 600_000.0;
 /// The Earth's field is computed anew after so many metres, because it changes by 10 nT or less in a kilometre.
 const FIELD_EVERY_M: f64 = 1_000.0;
-/// Error of the pitot pressure that is a part of it.
-const PITOT_SCALE: f64 = 0.003;
 /// Without vanes for this long the design model stands in, s.
 const WITHOUT_VANES_S: f64 = 0.5;
 /// Then it is compared this often, µs: its errors last much longer than a control step.
@@ -50,6 +48,13 @@ impl Default for MagneticField {
     fn default() -> Self {
         // The first fix brings the date.
         Self { place: None, field: Vector3::zeros(), year: 2_025.0 }
+    }
+}
+
+impl MagneticField {
+    /// nT; zero before the first sample.
+    pub(super) fn strength(&self) -> f64 {
+        self.field.norm()
     }
 }
 
@@ -265,7 +270,7 @@ impl Estimator {
         let there = present.at(&self.air.pitot_m, age);
         let Some(flow) = air::speed(&there) else { return };
         let row = self.flow_row(&present, &flow);
-        let (white, scale) = (self.gains.pitot_noise_pa, PITOT_SCALE * impact);
+        let (white, scale) = (self.gains.pitot_noise_pa, self.gains.pitot_scale * impact);
         let slope = measured.per_pascal;
         let noise = (white * white + scale * scale) * slope * slope;
         let innovation = measured.airspeed_m_s - flow.value;

@@ -195,13 +195,15 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_BAR_N", "m", 0.01, 100.0, barometer_noise_m, "White noise of the barometer";
     "EST_BAR_B", "m", 0.01, 1000.0, barometer_offset_m, "Offset of the pressure altitude at the start";
     "EST_BAR_BW", "m/sqrt(s)", 0.0, 10.0, barometer_walk_m, "Random walk of that offset";
-    "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "Error of the impact pressure; 0.3 % of the pressure come on top";
+    "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "Error of the impact pressure";
+    "EST_PIT_SF", "-", 0.0, 0.5, pitot_scale, "The same as a part of the pressure, on top";
     "EST_VAN_N", "deg", 0.001, 20.0, vane_noise_deg, "White noise of the vanes";
     "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Constant error of each vane at the start";
     "EST_VAN_BW", "deg/sqrt(s)", 0.0, 1.0, vane_walk_deg, "Random walk of that error";
     "EST_MAG_N", "nT", 0.1, 50000.0, magnetic_noise_nt, "White noise of the magnetometer";
     "EST_MAG_B", "nT", 0.1, 50000.0, magnetic_bias_nt, "Constant error of each magnetometer axis at the start";
     "EST_MAG_BW", "nT/sqrt(s)", 0.0, 1000.0, magnetic_walk_nt, "Random walk of that error";
+    "EST_MAG_SF", "-", 0.0, 0.5, magnetic_scale, "Errors of scale and direction of the magnetometer, of the field";
     "EST_WIND", "m/s", 0.1, 200.0, wind_m_s, "Horizontal wind at the start";
     "EST_WIND_W", "m/s/sqrt(s)", 0.001, 50.0, wind_walk_m_s, "Random walk of the horizontal wind with its turbulence";
     "EST_UPD", "m/s", 0.01, 50.0, updraught_m_s, "Vertical wind";

@@ -1,8 +1,8 @@
 //! The rows of the parameter table.
 
 use super::{
-    AllocationMode, Choice, CompensatorLaw, CompensatorMode, EarthShape, Get, IsolationMode, Kind,
-    MainLaw, ObserverMode, Parameter, Set, StateSource, SticksLossAction,
+    AllocationMode, Choice, CompensatorLaw, CompensatorMode, EarthShape, EstimatorPreset, Get,
+    IsolationMode, Kind, MainLaw, ObserverMode, Parameter, Set, StateSource, SticksLossAction,
 };
 use crate::vehicle::LinkLossAction;
 use flight_control::gains::tunables;
@@ -150,6 +150,9 @@ const ESTIMATOR: &[Parameter] = choices! { "Estimator";
     "EST_EARTH", gains.selection.earth, "The Earth that the estimator assumes in the next flight":
         0 EarthShape::Wgs84 "rotating WGS-84 ellipsoid",
         1 EarthShape::Flat "plane that does not rotate";
+    "EST_PRESET", gains.selection.estimator, "Noise and priors of the estimator":
+        0 EstimatorPreset::Parameters "those of the parameters EST_*, by default for sensors of the tactical grade",
+        1 EstimatorPreset::Consumer "those for sensors of the consumer grade, whatever the parameters are";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";

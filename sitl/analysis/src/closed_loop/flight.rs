@@ -14,7 +14,7 @@ use autopilot::command::{Command, Intent};
 use autopilot::event::{Event, Snapshot};
 use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Moment, Recorded};
-use flight_control::StepLog;
+use flight_control::{Estimator, StepLog};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -44,6 +44,8 @@ pub struct Tick<'a> {
     pub log: &'a StepLog,
     /// What the autopilot shows.
     pub snapshot: &'a Snapshot,
+    /// The estimator, where the navigation state is its.
+    pub estimator: Option<&'a Estimator>,
     /// Events since the tick before.
     pub events: &'a [Event],
     /// The plant at the tick, for its truth.
@@ -212,6 +214,7 @@ impl Flight {
             sensors,
             log,
             snapshot,
+            estimator: self.autopilot.estimator(),
             events: &self.events,
             plant: &self.plant,
         })?;

@@ -1,0 +1,105 @@
+//! Whether the estimator knows how wrong it is: `sitl estimator`.
+//!
+//! ```text
+//! grade, seed ─> flight with manoeuvres in turbulence, on estimated states ─> error and covariance, once a second
+//!                       many seeds ─> normalised squares against their 95 % band ─> table, figure
+//! ```
+//!
+//! The normalised estimation error squared (NEES) of a group of three states is eᵀ P⁻¹ e. For a consistent filter it is distributed as
+//! χ² with three degrees of freedom: its mean over N flights is 3 within a band that narrows with N (Bar-Shalom, Li, Kirubarajan,
+//! Estimation with Applications to Tracking and Navigation, 2001, section 5.4.2).
+
+use std::fs;
+use std::path::PathBuf;
+
+use plant_sim::GradeName;
+use plant_sim::io::whole;
+
+use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
+use crate::false_alarms::{StudyError, cannot_write, write};
+use crate::runner;
+
+pub mod flights;
+mod results;
+
+use flights::{Flown, Sides};
+
+/// Most flights of each case.
+const FLIGHTS_MAX: u32 = 10_000;
+
+/// Options of `sitl estimator`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+pub struct Options {
+    /// Folder for table and figure
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Flights of each case, up to 10000
+    #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 50, value_parser = whole(1, FLIGHTS_MAX))]
+    pub flights: u32,
+    /// Turbulence, m/s rms: light 1.5, moderate 3
+    #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 1.5, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
+    pub turbulence_m_s: f64,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    pub aircraft: AircraftArgs,
+    /// Seed of the first flight; each has its own
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
+}
+
+/// Sensors of a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Case {
+    /// For people.
+    pub name: &'static str,
+    /// Grade of the sensors.
+    pub grade: GradeName,
+    /// Whether there are vanes.
+    pub vanes: bool,
+}
+
+/// Both grades, with vanes and without.
+pub const CASES: [Case; 4] = [
+    Case { name: "tactical", grade: GradeName::Tactical, vanes: true },
+    Case { name: "tactical without vanes", grade: GradeName::Tactical, vanes: false },
+    Case { name: "consumer", grade: GradeName::Consumer, vanes: true },
+    Case { name: "consumer without vanes", grade: GradeName::Consumer, vanes: false },
+];
+
+/// Flies every case.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown.
+pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
+    options.aircraft.check()?;
+    let sides = Sides::of(&options.aircraft)?;
+    let each = u64::from(options.flights);
+    let items: Vec<(usize, u64)> = (0..CASES.len())
+        .flat_map(|case| (0..each).map(move |number| (case, number)))
+        .map(|(case, number)| (case, options.seed.wrapping_add(number)))
+        .collect();
+    let one = |(case, seed): &(usize, u64)| sides.fly(&CASES[*case], options.turbulence_m_s, *seed);
+    let mut flown: [Vec<Flown>; CASES.len()] = Default::default();
+    for ((case, _), result) in items.iter().zip(runner::map("estimator", &items, one)) {
+        flown[*case].push(result?);
+    }
+    Ok(flown)
+}
+
+/// Flies everything, writes table and figure, prints the table.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
+pub fn run(options: &Options) -> Result<(), StudyError> {
+    let out = options.out.as_path();
+    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let flown = study(options)?;
+    for (name, bytes) in results::figure(&flown).files()? {
+        write(&out.join(name), &bytes)?;
+    }
+    let summary = results::summary(options, &flown);
+    write(&out.join("estimator.md"), summary.as_bytes())?;
+    write(&out.join("nees.csv"), results::csv(&flown).as_bytes())?;
+    print_line!("{summary}\nwrote {}", out.display());
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! One flight on estimated states, judged once a second.
+
+use core::ops::ControlFlow;
+
+use autopilot::parameters::Parameters;
+use flight_control::estimator::EstimatorPreset;
+use flight_control::estimator::covariance::{ATTITUDE, FORCE_BIAS, GYRO_BIAS, VELOCITY, WIND};
+use flight_control::{AircraftModel, CompensatorMode, Estimator, NavigationState};
+use icd::sensors::SensorKind;
+use icd::{ControlPeriod, SimTime};
+use nalgebra::{Matrix3, Vector3};
+use plant_sim::setup::default_step_us;
+use plant_sim::{Airframe, GradeName, Plant, PlantPart, SensorSettings, Start, scenario};
+
+use super::Case;
+use crate::closed_loop::{FlightSetup, Operator, Tick, run, settings};
+use crate::configuration::{AircraftArgs, Named};
+use crate::false_alarms::StudyError;
+use crate::false_alarms::flights::{draws, entry};
+
+/// Groups of three states, with the unit in which their error is shown, and its size in SI units.
+pub const GROUPS: [(&str, &str, f64); 6] = [
+    ("attitude", "deg", core::f64::consts::PI / 180.0),
+    ("velocity", "m/s", 1.0),
+    ("position", "m", 1.0),
+    ("gyro bias", "deg/h", core::f64::consts::PI / 180.0 / 3_600.0),
+    ("accelerometer bias", "mg", 9.806_65e-3),
+    ("wind", "m/s", 1.0),
+];
+/// Length of a flight, s.
+pub const FLIGHT_S: f64 = 180.0;
+/// The estimate is judged from this time on, s.
+pub const SETTLED_S: f64 = 20.0;
+/// Largest steady wind, m/s.
+const WIND_MAX_M_S: f64 = 20.0;
+
+/// Numbers of each group.
+pub type PerGroup<T> = [T; GROUPS.len()];
+
+/// What a flight came to.
+#[derive(Debug, Clone, Default)]
+pub struct Flown {
+    /// NEES of each group, once a second from its start.
+    pub nees: Vec<PerGroup<f64>>,
+    /// Squared errors, SI units.
+    pub squares: Vec<PerGroup<f64>>,
+    /// Sums of three variances by the filter, SI units.
+    pub variances: Vec<PerGroup<f64>>,
+    /// Squared errors of airspeed, m/s, angle of attack and sideslip, rad.
+    pub flow: Vec<[f64; 3]>,
+    /// The aircraft came to the ground or beyond its limits.
+    pub lost: bool,
+    /// The estimator aligned itself again.
+    pub realigned: u32,
+}
+
+/// Turns, climbs and changes of speed about a start, drawn by the seed, with straight flight between them.
+fn programme(start: &Start, seed: u64) -> String {
+    let Start { altitude_m, airspeed_m_s, .. } = *start;
+    let mut between = draws(seed, *b"--------two-step sitl--4");
+    let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
+    for part in 0..6 {
+        let at_s = 5.0 + 30.0 * f64::from(part);
+        let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+        let roll_deg = side * between(10.0, 40.0);
+        let altitude = altitude_m + between(-300.0, 300.0);
+        let airspeed = airspeed_m_s * (1.0 + between(-0.06, 0.06));
+        text += &entry(at_s, roll_deg, altitude, airspeed);
+        text += &entry(at_s + 15.0, 0.0, altitude, airspeed);
+    }
+    text
+}
+
+/// Aircraft, model and parameters of the study.
+#[derive(Debug, Clone)]
+pub struct Sides {
+    airframe: Airframe,
+    model: AircraftModel,
+    plant: PlantPart,
+    parameters: Parameters,
+}
+
+impl Sides {
+    /// Of a command line.
+    ///
+    /// # Errors
+    /// [`StudyError`] names file, key, value and range.
+    pub fn of(args: &AircraftArgs) -> Result<Self, StudyError> {
+        let airframe = args.airframe()?;
+        let model = args.model()?;
+        let nominal = Named::shipped("nominal", scenario::NOMINAL);
+        let plant = args.scenario(&nominal, &airframe.effectors)?.plant;
+        let parameters = args.parameters(model.defaults)?;
+        Ok(Self { airframe, model: model.aircraft, plant, parameters })
+    }
+
+    /// The setup of a flight.
+    ///
+    /// # Errors
+    /// [`StudyError`] if it cannot be flown.
+    pub fn setup(
+        &self,
+        case: &Case,
+        turbulence_m_s: f64,
+        seed: u64,
+    ) -> Result<FlightSetup, StudyError> {
+        let mut plant = self.plant.clone();
+        let mut between = draws(seed, *b"--------two-step sitl--5");
+        plant.wind.speed_m_s = between(0.0, WIND_MAX_M_S);
+        plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
+        plant.wind.turbulence_m_s = turbulence_m_s;
+        plant.sensors = SensorSettings::of_grade(case.grade);
+        plant.sensors.fitted[SensorKind::Vanes as usize] = case.vanes;
+        plant.seed = seed;
+        let mut parameters = self.parameters;
+        parameters.gains.selection.compensator = CompensatorMode::Off;
+        if case.grade == GradeName::Consumer {
+            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
+        }
+        let period = ControlPeriod::DEFAULT;
+        let plant = plant.setup(self.airframe.clone(), 0, period, default_step_us(period));
+        let programme = programme(&plant.start, seed);
+        Ok(FlightSetup {
+            plant,
+            model: self.model,
+            parameters,
+            references: autopilot::config::references("the study", &programme)?,
+            script: None,
+            duration: SimTime::from_seconds(FLIGHT_S).unwrap_or(SimTime::ZERO),
+        })
+    }
+
+    /// Flies and judges.
+    ///
+    /// # Errors
+    /// [`StudyError`] if it cannot be flown.
+    pub fn fly(&self, case: &Case, turbulence_m_s: f64, seed: u64) -> Result<Flown, StudyError> {
+        let setup = self.setup(case, turbulence_m_s, seed)?;
+        let mut judge = Judge { flown: Flown::default() };
+        let end = run(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+        let mut flown = judge.flown;
+        flown.lost = end.end.on_ground;
+        Ok(flown)
+    }
+}
+
+struct Judge {
+    flown: Flown,
+}
+
+impl Operator for Judge {
+    type Stop = ();
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let time = tick.exchange.time.as_micros();
+        if let Some(estimator) = tick.estimator
+            && time.is_multiple_of(1_000_000)
+        {
+            self.judge(estimator, &tick.log.state, tick.plant);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl Judge {
+    fn judge(&mut self, estimator: &Estimator, state: &NavigationState, plant: &Plant) {
+        let truth = plant.truth();
+        let (estimate, covariance) = (estimator.estimate(), estimator.covariance());
+        let [gyro, force] = plant.inertial_biases();
+        // The covariance is in start axes, which differ from the local ones by less than half a degree in these flights.
+        let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
+        let errors: PerGroup<(Vector3<f64>, Matrix3<f64>)> = [
+            (turned.scaled_axis(), covariance.block(ATTITUDE)),
+            (truth.velocity.0 - state.velocity.0, covariance.block(VELOCITY)),
+            (truth.position.0 - state.position.0, estimator.position_covariance()),
+            (gyro.0 - estimate.gyro_bias, covariance.block(GYRO_BIAS)),
+            (force.0 - estimate.force_bias, covariance.block(FORCE_BIAS)),
+            (truth.wind.0 - estimate.wind, covariance.block(WIND)),
+        ];
+        let nees = |(error, block): &(Vector3<f64>, Matrix3<f64>)| {
+            let inverse = block.try_inverse().unwrap_or_else(Matrix3::zeros);
+            error.dot(&(inverse * error))
+        };
+        let flown = &mut self.flown;
+        flown.nees.push(core::array::from_fn(|group| nees(&errors[group])));
+        flown.squares.push(core::array::from_fn(|group| errors[group].0.norm_squared()));
+        flown.variances.push(core::array::from_fn(|group| errors[group].1.trace()));
+        let square = |difference: f64| difference * difference;
+        flown.flow.push([
+            square(truth.airspeed_m_s - state.airspeed_m_s),
+            square(truth.alpha_rad - state.alpha),
+            square(truth.beta_rad - state.beta),
+        ]);
+        flown.realigned = state.estimate.map_or(0, |status| status.realigned);
+    }
+}
