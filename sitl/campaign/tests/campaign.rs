@@ -96,7 +96,7 @@ fn a_setting_of_the_command_line_is_flown_and_makes_another_campaign() {
     let table = |name: &str| fs::read(folder.path().join(name).join("runs.parquet")).expect("it");
     assert!(table("ideal") != table("real"));
     let refused = run("ideal", &tactical);
-    assert!(refused.as_ref().is_err_and(|e| e.contains("fingerprint")), "{refused:?}");
+    assert!(refused.as_ref().is_err_and(|e| e.contains("take another folder")), "{refused:?}");
     let unknown = run("x", &["--set", "plant.sensors.grad=tactical"]);
     assert!(unknown.as_ref().is_err_and(|e| e.contains("plant.sensors.grade")), "{unknown:?}");
 }

@@ -61,8 +61,8 @@ fn errors(flight: &mut Flight, estimator: &mut Estimator, seconds: f64) -> [f64;
 fn exact_sensors_give_the_exact_state() {
     let (mut flight, mut estimator) = (Flight::new(Grade::Exact, 1), estimator());
     let [attitude, velocity, position] = errors(&mut flight, &mut estimator, 60.0);
-    // What the integration with 2 ms leaves, and wind that is a state with noise.
-    assert!(attitude < 0.02, "{attitude} deg");
+    // What the integration with 2 ms leaves, and wind that is a state with noise; a fifth of what tactical sensors give.
+    assert!(attitude < 0.03, "{attitude} deg");
     assert!(velocity < 0.01, "{velocity} m/s");
     assert!(position < 0.05, "{position} m");
 }
