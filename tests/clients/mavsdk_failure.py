@@ -78,7 +78,7 @@ def main():
     for unit, name in SENSORS.items():
         for kind in [T.OFF, T.STUCK, T.GARBAGE, T.WRONG, T.DELAYED, T.INTERMITTENT]:
             expect(unit, kind, 1, R.SUCCESS, f"Injected: {name}")
-        expect(unit, T.SLOW, 1, R.DENIED, "this sensor has no such fault")
+        expect(unit, T.SLOW, 1, R.DENIED, f"Fault refused: {name}")
         expect(unit, T.OK, 1, R.SUCCESS, f"Cleared: {name}")
 
     for unit in OTHER_UNITS:
