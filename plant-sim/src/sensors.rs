@@ -3,7 +3,7 @@
 //! Of the grade `ideal` everything is exact, apart from white noise on the gyros if the scenario has some. Vanes and pitot tube are
 //! away from the centre of gravity and measure the gust at their places: the part of p_g, q_g and r_g there remains in
 //! the air data. The air data computer of the ideal unit corrects for the rotation of the aircraft itself, exactly and with the true
-//! rates; so without turbulence its air data are the truth to the bit. Real vanes and pitot tubes ([`real`]) feel that
+//! rates; so without turbulence its air data are the truth to the bit. Real vanes and pitot tubes feel that
 //! rotation too.
 
 use icd::geomagnetism::field_ned_nt;
