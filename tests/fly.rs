@@ -22,6 +22,10 @@ fn fly(words: &[&str]) -> Output {
     sitl(&all)
 }
 
+fn err(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
 fn out(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
@@ -118,6 +122,19 @@ fn an_aircraft_of_eleven_kilograms_flies_by_its_files_and_survives_a_jammed_aile
     });
     assert!(armed < 0.015, "{armed} rad");
     assert!(off > 10.0 * armed, "{off} rad without the compensator, {armed} rad with it");
+}
+
+#[test]
+fn an_aircraft_that_comes_with_the_program_flies_by_its_name_with_its_model() {
+    let by_name = fly(&["nominal", "--airframe", "f16", "--set", "plant.duration_s=2"]);
+    let expected = "nominal, seed 1: kept, 2.000 s flown, altitude 4000 m, reference 4000 m\n";
+    assert_eq!(out(&by_name), expected, "{}", err(&by_name));
+    // The model of another aircraft is refused, whichever of the two is named.
+    let mixed = fly(&["nominal", "--airframe", "f16", "--model", "aerosonde"]);
+    assert!(err(&mixed).contains("aerosonde") && err(&mixed).contains("f16"), "{}", err(&mixed));
+    let unknown = fly(&["nominal", "--airframe", "f15"]);
+    let names = "the names that come with the program are tvc_jet, tvc_jet_mach, f16, aerosonde";
+    assert!(err(&unknown).contains(names), "{}", err(&unknown));
 }
 
 #[test]

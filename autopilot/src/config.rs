@@ -19,6 +19,16 @@ pub fn read(path: &Path) -> Result<String, ConfigError> {
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source: source.into() })
 }
 
+/// The model that comes with the program under this name, or else the model in this file.
+///
+/// # Errors
+/// [`ConfigError`] names the file, and key, value and range; or the names that there are.
+pub fn named_model(name: &Path) -> Result<Model, ConfigError> {
+    let (name, text) = file::shipped_or_read(name, &MODELS)
+        .map_err(|source| ConfigError::Read { path: name.to_path_buf(), source: source.into() })?;
+    model(&name, &text)
+}
+
 /// Reads a script for an aircraft with these effectors; a file over the limit is not read.
 ///
 /// # Errors

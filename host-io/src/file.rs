@@ -5,6 +5,7 @@
 //! overwrite is an [`OwnFile`]. Symbolic links are followed to their target, which has to be a regular file; the target is
 //! replaced and the link stays.
 
+use std::borrow::Cow;
 use std::fs::{self, DirBuilder, File, FileType, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Read as _, Seek as _, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, FileTypeExt as _, OpenOptionsExt as _};
@@ -27,6 +28,14 @@ pub enum FileProblem {
     /// The system's error.
     #[error("{0}")]
     System(#[from] io::Error),
+    /// Neither a name that comes with the program nor a file.
+    #[error("{source}; the names that come with the program are {known}")]
+    NoSuchName {
+        /// The system's error.
+        source: io::Error,
+        /// The names.
+        known: String,
+    },
     /// Not a regular file.
     #[error("this is {0}, and an ordinary file is needed")]
     NotOrdinary(&'static str),
@@ -53,7 +62,8 @@ impl FileProblem {
     /// Whether the file does not exist.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
-        matches!(self, Self::System(error) if error.kind() == ErrorKind::NotFound)
+        matches!(self, Self::System(error) | Self::NoSuchName { source: error, .. }
+            if error.kind() == ErrorKind::NotFound)
     }
 }
 
@@ -121,6 +131,27 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
     let bytes = read(path, limit)?;
     String::from_utf8(bytes)
         .map_err(|error| FileProblem::NotText { at: error.utf8_error().valid_up_to() })
+}
+
+/// The text that comes with the program under this name, or else that of the file at this path; and what messages call it.
+///
+/// # Errors
+/// As [`read_text`]; if there is no such file, [`FileProblem::NoSuchName`] has the names.
+pub fn shipped_or_read(
+    name: &Path,
+    shipped: &[(&str, &'static str)],
+) -> Result<(String, Cow<'static, str>), FileProblem> {
+    if let Some((known, text)) = shipped.iter().find(|(known, _)| Path::new(known) == name) {
+        return Ok((format!("{known}.toml"), Cow::Borrowed(text)));
+    }
+    match read_text(name, TEXT_MAX) {
+        Ok(text) => Ok((name.display().to_string(), Cow::Owned(text))),
+        Err(FileProblem::System(source)) if source.kind() == ErrorKind::NotFound => {
+            let known: Vec<_> = shipped.iter().map(|(known, _)| *known).collect();
+            Err(FileProblem::NoSuchName { source, known: known.join(", ") })
+        }
+        Err(problem) => Err(problem),
+    }
 }
 
 /// Opens a file for writing from its beginning: a new one, or an existing one that is empty or begins as

@@ -1,5 +1,7 @@
 //! The aircraft as data: an airframe file becomes an [`Airframe`].
 
+use std::path::Path;
+
 use icd::effector_list::Name;
 use icd::wire::Aircraft;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
@@ -30,6 +32,23 @@ pub const MACH_AIRFRAME: &str = include_str!("../airframes/tvc_jet_mach.toml");
 
 /// Text of the airframe file of the F-16, which has tables.
 pub const F16_AIRFRAME: &str = include_str!("../airframes/f16.toml");
+
+/// Name of the aircraft that flies unless another one is named.
+pub const DEFAULT_NAME: &str = "tvc_jet";
+
+/// The airframe files that come with the crate, by name.
+pub const AIRFRAMES: [(&str, &str); 4] = [
+    (DEFAULT_NAME, DEFAULT_AIRFRAME),
+    ("tvc_jet_mach", MACH_AIRFRAME),
+    ("f16", F16_AIRFRAME),
+    ("aerosonde", include_str!("../airframes/aerosonde.toml")),
+];
+
+/// Whether an aircraft of this name comes with the crate. Its model comes with the autopilot under the same name.
+#[must_use]
+pub fn is_shipped(name: &Path) -> bool {
+    AIRFRAMES.iter().any(|(known, _)| Path::new(known) == name)
+}
 
 /// Shortest lag of a servo, s: RK4 with the longest step (4 ms) is stable down to 1.5 ms.
 const LAG_MIN_S: f64 = 0.005;

@@ -15,6 +15,15 @@ use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError}
 /// The shipped model; written by `sitl linearize`.
 pub const DEFAULT_MODEL: &str = include_str!("../../models/tvc_jet.toml");
 
+/// The model files that come with the program, by the names of their aircraft. The variant of the jet with Mach effects has the
+/// jet's model, which lacks them.
+pub const MODELS: [(&str, &str); 4] = [
+    ("tvc_jet", DEFAULT_MODEL),
+    ("tvc_jet_mach", DEFAULT_MODEL),
+    ("f16", include_str!("../../models/f16.toml")),
+    ("aerosonde", include_str!("../../models/aerosonde.toml")),
+];
+
 /// Why a file cannot be used. Each message names the file, and the key, value and range where there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {

@@ -12,7 +12,7 @@ use tracing::warn;
 
 use super::RunError;
 use super::ground_stations::{ConfigFile, GroundStationArgs};
-use crate::config::{self, ConfigError, Model};
+use crate::config::{self, ConfigError, MODELS, Model};
 use crate::io::gcs_link::Links;
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
 use ::recorder::LogRate;
@@ -20,9 +20,6 @@ use flight_management::autopilot::Settings;
 use flight_management::own_law::OwnLaw;
 use flight_management::parameters::{self, Parameters};
 use flight_management::script::Script;
-
-/// Name of the model that comes with the program, for messages.
-const DEFAULT_MODEL_NAME: &str = "tvc_jet.toml";
 
 /// Files and folder inside the user's data folder.
 const PARAMETER_FILE: &str = "two-step/parameters.toml";
@@ -165,9 +162,9 @@ pub struct AutopilotArgs {
     /// Where to wait for the plant
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9960")]
     pub plant_link: SocketAddr,
-    /// The controller's model of the aircraft, instead of what comes with the program
-    #[arg(long, visible_alias = "belief", value_name = "FILE")]
-    pub model: Option<PathBuf>,
+    /// The controller's model of the aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
+    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE", default_value = MODELS[0].0)]
+    pub model: PathBuf,
     /// References by time: nominal, case1, case2, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     pub scenario: String,
@@ -256,10 +253,7 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names file, key, value and allowed range.
     pub fn model(&self) -> Result<Model, RunError> {
-        Ok(match &self.model {
-            None => config::model(DEFAULT_MODEL_NAME, config::DEFAULT_MODEL)?,
-            Some(path) => config::model(&path.display().to_string(), &config::read(path)?)?,
-        })
+        Ok(config::named_model(&self.model)?)
     }
 
     /// The saved parameters of ground stations; `None` if they are not saved.

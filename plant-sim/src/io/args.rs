@@ -10,14 +10,12 @@ use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
 use super::RunError;
-use crate::airframe::{Airframe, DEFAULT_AIRFRAME};
+use crate::airframe::{AIRFRAMES, Airframe, DEFAULT_NAME};
 use crate::earth::EarthModel;
 use crate::plant::Plant;
 use crate::scenario::{PlantPart, SCENARIOS, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
 
-/// Name of the airframe that comes with the program, for messages.
-const DEFAULT_AIRFRAME_NAME: &str = "tvc_jet.toml";
 /// Run number of a live flight; campaigns count from 0.
 const RUN: u64 = 0;
 
@@ -27,9 +25,9 @@ pub struct PlantArgs {
     /// What is flown: nominal, case1, case2, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     pub scenario: String,
-    /// The aircraft, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
-    pub airframe: Option<PathBuf>,
+    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    pub airframe: PathBuf,
     /// Where the autopilot listens
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:9960")]
     pub autopilot: String,
@@ -129,10 +127,10 @@ impl PlantArgs {
     }
 
     fn read_airframe(&self) -> Result<Airframe, RunError> {
-        Ok(match &self.airframe {
-            None => Airframe::from_toml(DEFAULT_AIRFRAME_NAME, DEFAULT_AIRFRAME)?,
-            Some(path) => Airframe::from_toml(&path.display().to_string(), &read(path)?)?,
-        })
+        let path = &self.airframe;
+        let (name, text) = file::shipped_or_read(path, &AIRFRAMES)
+            .map_err(|source| RunError::Read { path: path.clone(), source })?;
+        Ok(Airframe::from_toml(&name, &text)?)
     }
 
     fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, RunError> {
@@ -160,8 +158,7 @@ impl PlantArgs {
 
     /// Name of the airframe for messages.
     pub(super) fn airframe_name(&self) -> String {
-        let path = self.setup.as_ref().or(self.airframe.as_ref());
-        path.map_or_else(|| DEFAULT_AIRFRAME_NAME.to_owned(), |path| path.display().to_string())
+        self.setup.as_ref().unwrap_or(&self.airframe).display().to_string()
     }
 }
 

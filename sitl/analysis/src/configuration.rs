@@ -3,30 +3,27 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use autopilot::config::{self, DEFAULT_MODEL, Model};
+use autopilot::config::{self, MODELS, Model};
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::EffectorList;
-use plant_sim::airframe::{self, DEFAULT_AIRFRAME};
+use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
 use plant_sim::scenario::{self, SCENARIOS};
 use plant_sim::{Airframe, PlantPart, Scenario};
 use toml::Table;
 
 use crate::settings::{self, Setting, SettingError, Target};
 
-/// Name of the aircraft and of the model that come with the program.
-const SHIPPED: &str = "tvc_jet.toml";
-
 /// Which aircraft, which model of it, and what is changed in all that is flown.
 #[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
 pub struct AircraftArgs {
-    /// The aircraft, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
+    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file [default: tvc_jet]
+    #[arg(long, value_name = "NAME|FILE")]
     pub airframe: Option<PathBuf>,
-    /// The controller's model of the aircraft, instead of the one that comes with the program
-    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
+    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE")]
     pub model: Option<PathBuf>,
     /// Set a key of the scenario (plant.wind.turbulence_m_s), the airframe (airframe.mass.mass_kg) or the model (model.…), or a
     /// parameter (FTC_MODE); may be repeated
@@ -152,8 +149,18 @@ impl Named {
         Ok(Self { name: path.display().to_string(), text: Cow::Owned(text) })
     }
 
-    fn of(path: Option<&PathBuf>, shipped: &'static str) -> Result<Self, ConfigurationError> {
-        path.map_or_else(|| Ok(Self::shipped(SHIPPED, shipped)), |path| Self::read(path))
+    /// One of the files that come with the program by name, or a file of the user.
+    ///
+    /// # Errors
+    /// [`ConfigurationError::Read`] names it, and the names that there are.
+    pub fn shipped_or_read(
+        name: &Path,
+        shipped: &[(&str, &'static str)],
+    ) -> Result<Self, ConfigurationError> {
+        let (name, text) = file::shipped_or_read(name, shipped).map_err(|source| {
+            ConfigurationError::Read { path: name.to_path_buf(), source }
+        })?;
+        Ok(Self { name, text })
     }
 }
 
@@ -188,7 +195,7 @@ impl AircraftArgs {
     /// # Errors
     /// [`ConfigurationError`] names file, key, value and range.
     pub fn airframe(&self) -> Result<Airframe, ConfigurationError> {
-        let file = Named::of(self.airframe.as_ref(), DEFAULT_AIRFRAME)?;
+        let file = self.airframe_file()?;
         Ok(match self.changed(&file, Target::Airframe, "airframe.")? {
             None => Airframe::from_toml(&file.name, &file.text)?,
             Some((name, table)) => Airframe::from_table(&name, table)?,
@@ -200,11 +207,21 @@ impl AircraftArgs {
     /// # Errors
     /// [`ConfigurationError`] names file, key, value and range.
     pub fn model(&self) -> Result<Model, ConfigurationError> {
-        let file = Named::of(self.model.as_ref(), DEFAULT_MODEL)?;
+        let file = self.model_file()?;
         Ok(match self.changed(&file, Target::Model, "model.")? {
             None => config::model(&file.name, &file.text)?,
             Some((name, table)) => config::model_of(&name, table)?,
         })
+    }
+
+    fn airframe_file(&self) -> Result<Named, ConfigurationError> {
+        Named::shipped_or_read(self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()), &AIRFRAMES)
+    }
+
+    fn model_file(&self) -> Result<Named, ConfigurationError> {
+        let of_aircraft = self.airframe.as_deref().filter(|name| airframe::is_shipped(name));
+        let name = self.model.as_deref().or(of_aircraft);
+        Named::shipped_or_read(name.unwrap_or(DEFAULT_NAME.as_ref()), &MODELS)
     }
 
     /// The airframe file with what is set in it.
@@ -212,7 +229,7 @@ impl AircraftArgs {
     /// # Errors
     /// As [`AircraftArgs::airframe`].
     pub fn airframe_table(&self) -> Result<Table, ConfigurationError> {
-        self.table(&Named::of(self.airframe.as_ref(), DEFAULT_AIRFRAME)?, Target::Airframe)
+        self.table(&self.airframe_file()?, Target::Airframe)
     }
 
     /// The file of the controller's model with what is set in it.
@@ -220,7 +237,7 @@ impl AircraftArgs {
     /// # Errors
     /// As [`AircraftArgs::model`].
     pub fn model_table(&self) -> Result<Table, ConfigurationError> {
-        self.table(&Named::of(self.model.as_ref(), DEFAULT_MODEL)?, Target::Model)
+        self.table(&self.model_file()?, Target::Model)
     }
 
     /// A scenario file with what is set in it.

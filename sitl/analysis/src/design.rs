@@ -16,6 +16,7 @@ use flight_control::{AircraftModel, DesignModel, Gains, NavigationState};
 use host_io::file;
 use icd::ControlPeriod;
 use nalgebra::{SMatrix, SVector, Vector3};
+use plant_sim::airframe::DEFAULT_NAME;
 
 /// By this line a file of gains is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl design lqr`";
@@ -40,9 +41,9 @@ const DIGITS: usize = 6;
 /// Options of `sitl design lqr`.
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
-    /// The controller's model, instead of the one that comes with the program
-    #[arg(long, visible_alias = "belief", value_name = "FILE")]
-    model: Option<PathBuf>,
+    /// The controller's model: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
+    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    model: PathBuf,
     /// Where the gains go; `--gains FILE` flies them
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -64,10 +65,7 @@ pub enum DesignError {
 /// # Errors
 /// What is wrong with the model file or the place of the gains.
 pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
-    let aircraft = match &args.model {
-        None => config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)?,
-        Some(path) => config::aircraft_model(&path.display().to_string(), &config::read(path)?)?,
-    };
+    let aircraft = config::named_model(&args.model)?.aircraft;
     let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT)?);
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;

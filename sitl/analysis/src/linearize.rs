@@ -16,6 +16,7 @@ use flight_control::aircraft_model::{
 use host_io::file::{self, FileProblem};
 use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
 use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
+use plant_sim::airframe::{AIRFRAMES, DEFAULT_NAME};
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, Start, scenario};
 
 use crate::configuration::Named;
@@ -64,9 +65,9 @@ pub struct LinearizeArgs {
     /// Where the model goes
     #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
     out: PathBuf,
-    /// The aircraft, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
-    airframe: Option<PathBuf>,
+    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    airframe: PathBuf,
     /// Flight condition of the model instead of the design point of the airframe; several make a model that is scheduled
     /// between them
     #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
@@ -94,13 +95,8 @@ const DIGITS: i32 = 9;
 /// # Errors
 /// What is wrong with the airframe, the conditions or the place of the model.
 pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
-    let airframe = match &args.airframe {
-        None => Airframe::paper(),
-        Some(path) => {
-            let file = Named::read(path)?;
-            Airframe::from_toml(&file.name, &file.text)?
-        }
-    };
+    let file = Named::shipped_or_read(&args.airframe, &AIRFRAMES)?;
+    let airframe = Airframe::from_toml(&file.name, &file.text)?;
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
     let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
     let at = |condition: &Condition| {
@@ -112,7 +108,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         setup.start = only;
         points.clear();
     }
-    let file = args.airframe.as_ref().map_or("tvc_jet.toml".into(), |path| path.to_string_lossy());
+    let file = &file.name;
     let model = linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
     model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
     let parameters = parameters_of(&args.out)

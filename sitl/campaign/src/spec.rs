@@ -20,6 +20,7 @@ pub use variable::{Each, Grid, Meaning, Normal, Variable};
 pub const SHIPPED: [(&str, &str); 7] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
+    ("aircraft", include_str!("../campaigns/aircraft.toml")),
     ("robustness", include_str!("../campaigns/robustness.toml")),
     ("delay", include_str!("../campaigns/delay.toml")),
     ("tuning", include_str!("../campaigns/tuning.toml")),
@@ -122,9 +123,9 @@ pub enum Design {
 pub struct AirframeSpec {
     /// Name in tables.
     pub name: String,
-    /// Airframe file; without one, that of the program.
+    /// An aircraft that comes with the program by name, or an airframe file beside this one; without it, `tvc_jet`.
     pub file: Option<PathBuf>,
-    /// File of the controller's model; without one, that of the program.
+    /// The controller's model in the same way; without it, that of the aircraft's name.
     pub model: Option<PathBuf>,
     /// What its flights have.
     #[serde(default)]

@@ -4,9 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use autopilot::config;
+use flight_analysis::design;
 use flight_campaign::plan::Plan;
 use flight_campaign::spec::{SUITE, SpecFile};
 use flight_campaign::tune;
+use icd::ControlPeriod;
 
 const SPEC: &str = r#"
 name = "small tuning"
@@ -117,10 +120,22 @@ fn no_flight_of_the_tuning_set_is_in_the_suite_or_in_the_map() {
     let (conditions, seeds) = flights("tuning");
     assert_eq!(conditions.len(), 20);
     for name in
-        SUITE.iter().map(|(name, _)| *name).chain(["jams", "jams-tuned", "robustness", "delay"])
+        SUITE.iter().map(|(name, _)| *name).chain(["jams", "jams-tuned", "aircraft", "robustness", "delay"])
     {
         let (others, other_seeds) = flights(name);
         assert!(conditions.is_disjoint(&others), "{name} has a flight of the tuning set");
         assert!(seeds.is_disjoint(&other_seeds), "{name} has a seed of the tuning set");
+    }
+}
+
+/// The regulator of each aircraft in the campaign over aircraft has the gains that `sitl design lqr` finds for it.
+#[test]
+fn the_regulators_of_the_campaign_over_aircraft_are_those_of_the_design() {
+    let spec = SpecFile::read("aircraft").expect("it comes with the program").spec;
+    for airframe in spec.airframe.iter().filter(|airframe| airframe.name != "tvc_jet") {
+        let model = config::named_model(Path::new(&airframe.name)).expect("a shipped model");
+        let gains = design::design(&model.aircraft, ControlPeriod::DEFAULT).expect("a solution");
+        let designed: toml::Table = design::to_toml(&gains).parse().expect("TOML");
+        assert_eq!(airframe.set, designed, "{}", airframe.name);
     }
 }

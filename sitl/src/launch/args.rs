@@ -1,8 +1,11 @@
 //! Options of `sitl` itself, and what they become for the two processes.
 
+use std::path::Path;
+
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
+use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
 
 use super::keys::PaceState;
@@ -25,7 +28,7 @@ pub struct LaunchArgs {
     /// Estimator of the compensator: neso, linear-eso, incremental [default: neso]
     #[arg(long, value_name = "LAW")]
     compensator: Option<String>,
-    /// Allocation of the compensating demand: paper, wls [default: as the model file says, else paper]
+    /// Allocation of the compensating demand: paper, wls, relief [default: as the model file says, else paper]
     #[arg(long, value_name = "HOW")]
     allocation: Option<String>,
     /// Parameters from a file, as `sitl design` writes them
@@ -58,11 +61,11 @@ pub struct LaunchArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<String>,
-    /// The aircraft, instead of the one that comes with the program
-    #[arg(long, value_name = "FILE")]
+    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file [default: tvc_jet]
+    #[arg(long, value_name = "NAME|FILE")]
     airframe: Option<String>,
-    /// The controller's model of the aircraft, instead of what comes with the program
-    #[arg(long, visible_alias = "belief", value_name = "FILE")]
+    /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
+    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE")]
     model: Option<String>,
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
@@ -183,7 +186,8 @@ impl LaunchArgs {
         add(&mut words, "--gains", &self.gains);
         add(&mut words, "--compensator", &self.compensator);
         add(&mut words, "--allocation", &self.allocation);
-        add(&mut words, "--model", &self.model);
+        let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
+        add(&mut words, "--model", &self.model.clone().or(named));
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);
         add(&mut words, "--signing-key", &self.signing_key);

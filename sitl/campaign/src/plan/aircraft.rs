@@ -6,7 +6,7 @@ use autopilot::config::Model;
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::measures::Measures;
 use icd::{Effector, EffectorKind};
-use plant_sim::Airframe;
+use plant_sim::{Airframe, airframe};
 
 use super::{Plan, PlanError, Value};
 use crate::spec::{AirframeSpec, Each, Meaning, SpecFile, Variable, settings_of, text_of};
@@ -46,11 +46,17 @@ impl Aircraft {
         file: &SpecFile,
         first: u64,
     ) -> Result<Self, PlanError> {
-        let beside = |path: &Option<PathBuf>| path.as_deref().map(|path: &Path| file.beside(path));
+        // The name of an aircraft that comes with the program, or a file beside the specification.
+        let named = |name: &Option<PathBuf>| {
+            name.as_deref().map(|name: &Path| match airframe::is_shipped(name) {
+                true => name.to_path_buf(),
+                false => file.beside(name),
+            })
+        };
         let mut settings = settings_of(&file.spec.set, &file.name)?;
         settings.extend(settings_of(&spec.set, &file.name)?);
         let args =
-            AircraftArgs { airframe: beside(&spec.file), model: beside(&spec.model), settings };
+            AircraftArgs { airframe: named(&spec.file), model: named(&spec.model), settings };
         let (airframe, model) = (args.airframe()?, args.model()?);
         let lists: Vec<_> =
             file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
