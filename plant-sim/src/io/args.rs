@@ -270,6 +270,7 @@ impl Display for Speed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::airframe::DEFAULT_AIRFRAME;
     use crate::scenario::NOMINAL;
     use clap::{Args, Command, FromArgMatches};
     use std::fs;

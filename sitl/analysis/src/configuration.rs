@@ -157,9 +157,8 @@ impl Named {
         name: &Path,
         shipped: &[(&str, &'static str)],
     ) -> Result<Self, ConfigurationError> {
-        let (name, text) = file::shipped_or_read(name, shipped).map_err(|source| {
-            ConfigurationError::Read { path: name.to_path_buf(), source }
-        })?;
+        let (name, text) = file::shipped_or_read(name, shipped)
+            .map_err(|source| ConfigurationError::Read { path: name.to_path_buf(), source })?;
         Ok(Self { name, text })
     }
 }
@@ -215,7 +214,10 @@ impl AircraftArgs {
     }
 
     fn airframe_file(&self) -> Result<Named, ConfigurationError> {
-        Named::shipped_or_read(self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()), &AIRFRAMES)
+        Named::shipped_or_read(
+            self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()),
+            &AIRFRAMES,
+        )
     }
 
     fn model_file(&self) -> Result<Named, ConfigurationError> {

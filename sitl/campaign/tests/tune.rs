@@ -119,9 +119,13 @@ fn flights(name: &str) -> (BTreeSet<String>, BTreeSet<u64>) {
 fn no_flight_of_the_tuning_set_is_in_the_suite_or_in_the_map() {
     let (conditions, seeds) = flights("tuning");
     assert_eq!(conditions.len(), 20);
-    for name in
-        SUITE.iter().map(|(name, _)| *name).chain(["jams", "jams-tuned", "aircraft", "robustness", "delay"])
-    {
+    for name in SUITE.iter().map(|(name, _)| *name).chain([
+        "jams",
+        "jams-tuned",
+        "aircraft",
+        "robustness",
+        "delay",
+    ]) {
         let (others, other_seeds) = flights(name);
         assert!(conditions.is_disjoint(&others), "{name} has a flight of the tuning set");
         assert!(seeds.is_disjoint(&other_seeds), "{name} has a seed of the tuning set");
