@@ -74,11 +74,17 @@ pub(super) fn measure(
         "estimator, mean of a control step {estimator_us:.2} us; control step {control_us:.2} us; ratio {:.1}, wanted at most 10",
         estimator_us / control_us
     )?;
-    writeln!(out, "closed loop with tactical sensors, estimator and turbulence, in process, one core")?;
+    writeln!(
+        out,
+        "closed loop with tactical sensors, estimator and turbulence, in process, one core"
+    )?;
     for step_us in [2_000, 1_000] {
         let setup = flight_setup(&jet, step_us, f64::from(flight_s))?;
         let factor = median(repeat, || in_process(&setup))?;
-        writeln!(out, "  plant step {step_us} us: {factor:.0} times real time, wanted at least 500")?;
+        writeln!(
+            out,
+            "  plant step {step_us} us: {factor:.0} times real time, wanted at least 500"
+        )?;
     }
     Ok(())
 }
@@ -157,7 +163,10 @@ impl Recorded {
         run(&setup.plant, &settings(setup), setup.duration, &mut flown)?;
         match flown.0.last() {
             Some((_, _, state, _)) if flown.0.len() > WARM && state.estimate.is_some() => Ok(flown),
-            _ => Err("the flight that is measured ended early, or was not on estimated states".into()),
+            _ => {
+                Err("the flight that is measured ended early, or was not on estimated states"
+                    .into())
+            }
         }
     }
 
@@ -178,10 +187,7 @@ impl Recorded {
         })
     }
 
-    fn mean_us(
-        &self,
-        mut step: impl FnMut(&(SimTime, Sensors, NavigationState, Demand)),
-    ) -> f64 {
+    fn mean_us(&self, mut step: impl FnMut(&(SimTime, Sensors, NavigationState, Demand))) -> f64 {
         let (warm, measured) = self.0.split_at(WARM);
         warm.iter().for_each(&mut step);
         let began = clock::now();
