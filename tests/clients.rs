@@ -91,6 +91,12 @@ fn pymavlink_holds_the_whole_conversation() {
 }
 
 #[test]
+fn pymavlink_sees_the_estimate_become_less_accurate_without_satellites() {
+    let options = ["--speed", "5", "--set", "plant.sensors.grade=tactical"];
+    holds(run("clients/estimator_status.py", "udpin:", &options, &[]));
+}
+
+#[test]
 fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
     holds(run("clients/mavsdk_flight.py", "udpin://", &["--speed", "5"], &[]));
 }
