@@ -42,7 +42,7 @@ pub(super) fn measure(
     let aircraft = AircraftArgs::default();
     let jet = aircraft.airframe()?;
     let f16 = Airframe::from_toml("f16.toml", F16_AIRFRAME)?;
-    for (name, airframe) in [("tvc_jet", &jet), ("F-16", &f16)] {
+    for (name, airframe) in [("default", &jet), ("F-16", &f16)] {
         for step_us in [2_000, 1_000] {
             let plain = plant_setup(airframe, step_us, false)?;
             let all = plant_setup(airframe, step_us, true)?;
@@ -213,7 +213,7 @@ mod tests {
         let mut out = Vec::new();
         measure(&mut out, 1, 1).unwrap();
         let text = String::from_utf8(out).unwrap();
-        for part in ["tvc_jet", "F-16", "estimator, mean", "plant step 1000 us"] {
+        for part in ["default", "F-16", "estimator, mean", "plant step 1000 us"] {
             assert!(text.contains(part), "{part} in {text}");
         }
         assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
