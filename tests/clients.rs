@@ -91,6 +91,16 @@ fn pymavlink_holds_the_whole_conversation() {
 }
 
 #[test]
+fn pymavlink_sees_the_estimate_become_less_accurate_without_satellites() {
+    let scenario = tempfile::NamedTempFile::with_suffix(".toml").expect("a file");
+    let tactical = "[plant]\nseed = 1\n[plant.sensors]\ngrade = \"tactical\"\n";
+    std::fs::write(scenario.path(), tactical).expect("it is written");
+    let scenario = scenario.path().to_str().expect("a path in UTF-8");
+    let options = ["--speed", "5", "--scenario", scenario];
+    holds(run("clients/estimator_status.py", "udpin:", &options, &[]));
+}
+
+#[test]
 fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
     holds(run("clients/mavsdk_flight.py", "udpin://", &["--speed", "5"], &[]));
 }

@@ -15,12 +15,14 @@ pub struct Ned(pub Vector3<f64>);
 
 impl Body {
     /// From components along x (forward), y (right), z (down).
+    #[inline]
     #[must_use]
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self(Vector3::new(x, y, z))
     }
 
     /// The zero vector.
+    #[inline]
     #[must_use]
     pub const fn zero() -> Self {
         Self::new(0.0, 0.0, 0.0)
@@ -29,12 +31,14 @@ impl Body {
 
 impl Ned {
     /// From components along north, east, down.
+    #[inline]
     #[must_use]
     pub const fn new(north: f64, east: f64, down: f64) -> Self {
         Self(Vector3::new(north, east, down))
     }
 
     /// The zero vector.
+    #[inline]
     #[must_use]
     pub const fn zero() -> Self {
         Self::new(0.0, 0.0, 0.0)
@@ -88,12 +92,14 @@ impl Attitude {
     }
 
     /// From a quaternion that is already of unit length, bit for bit.
+    #[inline]
     #[must_use]
     pub fn from_unit_wxyz([w, x, y, z]: [f64; 4]) -> Self {
         Self { q_ned_from_body: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)) }
     }
 
     /// Scalar part first, as in MAVLink and in the packets.
+    #[inline]
     #[must_use]
     pub fn wxyz(&self) -> [f64; 4] {
         let q = self.q_ned_from_body.quaternion();
@@ -120,12 +126,14 @@ impl Attitude {
     }
 
     /// Transforms a body vector to NED.
+    #[inline]
     #[must_use]
     pub fn to_ned(&self, v: Body) -> Ned {
         Ned(self.matrix() * v.0)
     }
 
     /// Transforms a NED vector to body axes.
+    #[inline]
     #[must_use]
     pub fn to_body(&self, v: Ned) -> Body {
         Body(self.matrix().tr_mul(&v.0))

@@ -116,7 +116,12 @@ impl State {
     /// The first quantity that is not finite; `None` if all are.
     #[must_use]
     pub fn first_not_finite(&self) -> Option<&'static str> {
-        let index = self.to_array::<STATES>().iter().position(|x| !x.is_finite())?;
+        let numbers = self.to_array::<STATES>();
+        // All at once: a look at each with a jump takes three times as many instructions.
+        if numbers.iter().fold(true, |all, x| all & x.is_finite()) {
+            return None;
+        }
+        let index = numbers.iter().position(|x| !x.is_finite())?;
         Some(match index {
             0..3 => "position",
             3..7 => "attitude",

@@ -4,13 +4,14 @@
     pip install jsbsim
     python3 sitl/benches/jsbsim_f16.py target/release/sitl
 
-Both integrate the same aircraft type over a round Earth with the same step and print how much faster than real time one core
-is. What each computes in a step is different; docs/performance.md says what. Neither result is a measure of accuracy.
+Both integrate the same aircraft type over a round Earth with the same step. It prints steps a second of one core, how much
+faster than real time that is, the ratio, and what a step of each includes. Neither result is a measure of accuracy.
 """
 
 import argparse
 import csv
 import os
+import re
 import statistics
 import subprocess
 import tempfile
@@ -19,6 +20,13 @@ from pathlib import Path
 
 import jsbsim
 
+INCLUDES = {
+    "plant alone": "aerodynamics and thrust by tables, servos, faults, WGS-84 with J2, truth; four evaluations of the derivative (RK4)",
+    "plant, sensors": "the same, with tactical sensors every 2 ms and turbulence",
+    "campaign": "the plant with exact sensors, and every 2 ms guidance, laws, observer, detector and all measures; setup of each run",
+    "JSBSim": "aerodynamics by tables, engine, flight control system, fuel, ground contacts, oblate Earth; one evaluation "
+    "(Adams-Bashforth), called step by step from Python",
+}
 # Flights of one campaign; what starts and ends the program is measured with a campaign of one flight and taken off.
 FLIGHTS = 20
 SPEC = """
@@ -73,6 +81,14 @@ def campaign(program, duration_s, step_us):
     return FLIGHTS * duration_s / (times[1] - times[0])
 
 
+def plant(program, step_us):
+    """Steps a second of the F-16's plant, alone and with sensors and turbulence."""
+    out = subprocess.run([program, "bench", "--parts", "--repeat", "1"], check=True, capture_output=True, text=True).stdout
+    found = re.search(rf"F-16 +step {step_us} us: plain +(\d+)/s.* all +(\d+)/s", out)
+    assert found, out
+    return [float(number) for number in found.groups()]
+
+
 def jsbsim_f16(duration_s, step_us):
     """The same of JSBSim's F-16, trimmed in level flight, with its own flight control system."""
     aircraft = jsbsim.FGFDMExec(None)
@@ -99,17 +115,27 @@ def main():
     parser.add_argument("--duration-s", type=float, default=40.0)
     parser.add_argument("--repeat", type=int, default=5)
     args = parser.parse_args()
-    print(f"JSBSim {jsbsim.__version__}; medians of {args.repeat} turns, times real time")
+    print(f"JSBSim {jsbsim.__version__}; medians of {args.repeat} turns; ratio to JSBSim in the same turn, and its range")
     for step_us in [1_000, 2_000]:
-        ours, theirs = [], []
+        turns = {name: [] for name in INCLUDES}
+        step_s = step_us * 1.0e-6
         for _ in range(args.repeat):
-            ours.append(campaign(args.program.resolve(), args.duration_s, step_us))
-            theirs.append(jsbsim_f16(args.duration_s, step_us))
-        ratios = sorted(one / other for one, other in zip(ours, theirs))
-        print(
-            f"  step {step_us} us: campaign {statistics.median(ours):.0f}, JSBSim {statistics.median(theirs):.0f}, "
-            f"ratio {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})"
-        )
+            alone, with_sensors = plant(args.program.resolve(), step_us)
+            turns["plant alone"].append(alone)
+            turns["plant, sensors"].append(with_sensors)
+            turns["campaign"].append(campaign(args.program.resolve(), args.duration_s, step_us) / step_s)
+            turns["JSBSim"].append(jsbsim_f16(args.duration_s, step_us) / step_s)
+        print(f"steps of {step_us} us")
+        for name, rates in turns.items():
+            rate = statistics.median(rates)
+            ratios = sorted(ours / theirs for ours, theirs in zip(rates, turns["JSBSim"]))
+            print(
+                f"  {name:<14} {rate:9.0f} steps/s, {rate * step_s:6.0f} times real time, "
+                f"ratio {statistics.median(ratios):5.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})"
+            )
+    print("a step includes")
+    for name, what in INCLUDES.items():
+        print(f"  {name:<14} {what}")
 
 
 if __name__ == "__main__":

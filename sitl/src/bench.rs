@@ -16,6 +16,8 @@ use crate::arrangement::{self, Arrangement};
 use crate::udp_flight::time_udp;
 use flight_analysis::closed_loop::{FlightSetup, fly};
 
+mod parts;
+
 /// The scenario that is flown as a command.
 const COMMAND: &str = "case2";
 /// Time for each echo, ms.
@@ -33,6 +35,9 @@ pub struct BenchArgs {
     /// Measure the link in all arrangements of processes and cores, not only in the fastest
     #[arg(long)]
     all: bool,
+    /// Measure what runs in one process only
+    #[arg(long, conflicts_with = "all")]
+    parts: bool,
 }
 
 /// Measures and prints.
@@ -47,6 +52,10 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
         let setup = setup(step_us)?;
         let factor = median(args.repeat, || in_process(&setup))?;
         writeln!(out, "  plant step {step_us} us, control period 2000 us   {factor:10.0}")?;
+    }
+    parts::measure(&mut out, args.repeat, args.flight_s)?;
+    if args.parts {
+        return Ok(());
     }
     let ms = median(args.repeat, || command(program))?;
     writeln!(

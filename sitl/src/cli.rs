@@ -237,7 +237,7 @@ mod tests {
             "autopilot --cpu 0",
             "plant-sim --cpu 0 --step-us 500 --seed 3",
             "parameters",
-            "bench",
+            "bench --parts",
             "echo --to 127.0.0.1:9 --cpu 0",
         ];
         for line in lines {

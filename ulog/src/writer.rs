@@ -107,6 +107,8 @@ impl Row {
         u64: u64;
         /// `int32_t`.
         i32: i32;
+        /// `float`.
+        f32: f32;
         /// `double`.
         f64: f64;
     }

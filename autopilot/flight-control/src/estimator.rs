@@ -26,7 +26,8 @@ use crate::aircraft_model::AircraftModel;
 use crate::navigation::{NavigationState, Validity};
 use air::AirModel;
 use covariance::{
-    ATTITUDE, Covariance, FORCE_BIAS, GYRO_BIAS, POSITION, States, Transition, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, States,
+    Transition, VANES, VELOCITY, WIND,
 };
 use earth::{Earth, Place};
 use history::{History, Integrals};
@@ -404,6 +405,11 @@ impl Estimator {
             horizontal_m: root(position(0) + position(1) + 2.0 * drift * drift),
             vertical_m: root(vertical),
             wind_m_s: root(covariance.sum_of_three(WIND)),
+            gyro_bias_rad_s: root(covariance.sum_of_three(GYRO_BIAS)),
+            force_bias_m_s2: root(covariance.sum_of_three(FORCE_BIAS)),
+            magnetic_bias_nt: root(covariance.sum_of_three(MAGNETIC_BIAS)),
+            barometer_offset_m: root(covariance.variance(BAROMETER)),
+            vane_bias_rad: root(covariance.variance(VANES) + covariance.variance(VANES + 1)),
             late: self.late,
             realigned: self.alignments.saturating_sub(1),
             ..status

@@ -73,6 +73,16 @@ pub struct EstimatorStatus {
     pub vertical_m: f32,
     /// Standard deviation of the wind: root of the sum of its three variances, m/s.
     pub wind_m_s: f32,
+    /// The same of the biases of the gyros, rad/s.
+    pub gyro_bias_rad_s: f32,
+    /// The same of the biases of the accelerometers, m/s².
+    pub force_bias_m_s2: f32,
+    /// The same of the biases of the magnetometer, nT.
+    pub magnetic_bias_nt: f32,
+    /// Standard deviation of the offset of the pressure altitude, m.
+    pub barometer_offset_m: f32,
+    /// The same of the biases of the two vanes, rad.
+    pub vane_bias_rad: f32,
     /// Samples that were rejected since the start of the flight.
     pub rejected: u32,
     /// GNSS samples that were older than what the estimator remembers.

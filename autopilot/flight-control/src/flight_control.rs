@@ -249,7 +249,8 @@ impl FlightControl {
             }
             AllocationMode::Relief => {
                 let (model, mixer) = (&self.model, &self.mixer);
-                self.relief.observe(z2, fade, &self.gains.activation, &self.gains.relief);
+                let Gains { activation, relief, .. } = &self.gains;
+                self.relief.observe(z2, fade, model, activation, relief);
                 let input = ReliefInput {
                     state,
                     at,

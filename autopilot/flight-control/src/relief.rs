@@ -161,10 +161,13 @@ impl Relief {
         &mut self,
         z2: &Vector3<f64>,
         fade: f64,
+        model: &DesignModel,
         activation: &ActivationGains,
         gains: &ReliefGains,
     ) {
-        (self.z2, self.quiet) = self.watch.step(z2, &activation.levels(), fade, gains, self.h);
+        let one_nozzle = model.nozzle_effectors().iter().all(Option::is_some);
+        let levels = activation.levels();
+        (self.z2, self.quiet) = self.watch.step(z2, &levels, fade, one_nozzle, gains, self.h);
     }
 
     /// One control period: the commands of both steps.

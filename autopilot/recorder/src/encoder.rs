@@ -78,6 +78,7 @@ struct Topics {
     control: Topic,
     truth: Topic,
     vehicle: Topic,
+    estimator_status: Topic,
     fault: Topic,
     recorded: Topic,
     hash: Topic,
@@ -116,6 +117,7 @@ impl<W: Write> Encoder<W> {
             topics::control(&effectors),
             topics::truth(&effectors),
             topics::vehicle(),
+            topics::estimator_status(),
             topics::fault(),
             topics::recorded(),
             topics::hash(),
@@ -128,13 +130,15 @@ impl<W: Write> Encoder<W> {
         }
         let mut data = log.data();
         let mut subscribe = |format: &Format| data.subscribe(format);
-        let [sensors, commands, control, truth, vehicle, fault, recorded, hash] = &formats;
+        let [sensors, commands, control, truth, vehicle, estimate, fault, recorded, hash] =
+            &formats;
         let topics = Topics {
             sensors: subscribe(sensors)?,
             commands: subscribe(commands)?,
             control: subscribe(control)?,
             truth: subscribe(truth)?,
             vehicle: subscribe(vehicle)?,
+            estimator_status: subscribe(estimate)?,
             fault: subscribe(fault)?,
             recorded: subscribe(recorded)?,
             hash: subscribe(hash)?,
@@ -247,6 +251,10 @@ impl<W: Write> Encoder<W> {
         data.row(topics.control, row)?;
         topics::vehicle_row(row, step.time, step.mode, step.references, step.terminated);
         data.row(topics.vehicle, row)?;
+        if let Some(status) = &step.log.state.estimate {
+            topics::estimator_status_row(row, step.time, status);
+            data.row(topics.estimator_status, row)?;
+        }
         if let Some(truth) = &step.truth {
             topics::truth_row(row, step.time, truth);
             data.row(topics.truth, row)?;

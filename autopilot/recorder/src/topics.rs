@@ -4,8 +4,10 @@
 
 use arrayvec::ArrayVec;
 use flight_control::StepLog;
+use flight_control::estimator::EstimatorStatus;
 use icd::fault::{FaultEntry, FaultState};
 use icd::record::{FieldName, TruthRow, effector_field, truth_fields};
+use icd::sensors::SensorKind;
 use icd::{Actuators, Effector, EffectorList, Sensors, SimTime};
 use ulog::format::{Field, FieldType, Format};
 use ulog::writer::Row;
@@ -235,6 +237,69 @@ pub fn vehicle() -> Format {
     topic("vehicle", columns.map(|(kind, name)| Field::new(kind, name)))
 }
 
+/// Standard deviations and ratios of the estimate, in the order of [`estimator_status_row`]. A standard deviation of several states is the
+/// root of the sum of their variances; a ratio is an innovation over its gate, and above 1 the sample is rejected.
+const ESTIMATE: [&str; 16] = [
+    "attitude_std_rad",
+    "velocity_std_m_s",
+    "position_horizontal_std_m",
+    "altitude_std_m",
+    "wind_std_m_s",
+    "gyro_bias_std_rad_s",
+    "accelerometer_bias_std_m_s2",
+    "magnetometer_bias_std_nt",
+    "barometer_offset_std_m",
+    "vane_bias_std_rad",
+    "velocity_ratio",
+    "position_horizontal_ratio",
+    "altitude_ratio",
+    "magnetometer_ratio",
+    "airspeed_ratio",
+    "vanes_ratio",
+];
+
+/// Covariance, innovations and sources of the estimate in a control step; no rows where the navigation state is that of the samples.
+#[must_use]
+pub fn estimator_status() -> Format {
+    use FieldType::{Bool, F32, U8, U32};
+    let numbers = ESTIMATE.map(|name| Field::new(F32, name));
+    let counts = ["rejected", "late", "realigned"].map(|name| Field::new(U32, name));
+    let sources = SensorKind::ALL.map(|sensor| Field::new(U8, format!("{}_health", sensor.key())));
+    let aligned = Field::new(Bool, "aligned");
+    topic("estimator_status", numbers.into_iter().chain(counts).chain(sources).chain([aligned]))
+}
+
+/// Row of [`estimator_status`].
+pub fn estimator_status_row(row: &mut Row, time: SimTime, status: &EstimatorStatus) {
+    let numbers: [f32; ESTIMATE.len()] = [
+        status.attitude_rad,
+        status.velocity_m_s,
+        status.horizontal_m,
+        status.vertical_m,
+        status.wind_m_s,
+        status.gyro_bias_rad_s,
+        status.force_bias_m_s2,
+        status.magnetic_bias_nt,
+        status.barometer_offset_m,
+        status.vane_bias_rad,
+        status.velocity_ratio,
+        status.horizontal_ratio,
+        status.vertical_ratio,
+        status.magnetic_ratio,
+        status.airspeed_ratio,
+        status.flow_ratio,
+    ];
+    row.begin(time.as_micros());
+    for number in numbers {
+        row.f32(number);
+    }
+    row.u32(status.rejected).u32(status.late).u32(status.realigned);
+    for sensor in SensorKind::ALL {
+        row.u8(status.source(sensor) as u8);
+    }
+    row.bool(status.is_aligned);
+}
+
 /// A change of a fault on the plant's list: scheduled, active, pausing, or over.
 #[must_use]
 pub fn fault() -> Format {
@@ -405,6 +470,8 @@ mod tests {
         assert_eq!(row.bytes().len(), commands(&list).size());
         truth_row(&mut row, time, &[0.0; 59].into_iter().collect());
         assert_eq!(row.bytes().len(), truth(&list).size());
+        estimator_status_row(&mut row, time, &EstimatorStatus::default());
+        assert_eq!(row.bytes().len(), estimator_status().size());
         vehicle_row(&mut row, time, Mode::Hold, [1.0, 2.0, 3.0], true);
         assert_eq!(row.bytes().len(), vehicle().size());
         let place = Place { time, step: 2, moment: Moment::Step };

@@ -38,13 +38,13 @@ impl<T: Copy> Clock<T> {
     /// The first sample of a flight arrives at once, because the sensors run since before it.
     pub fn step(&mut self, now: SimTime, measure: impl FnOnce() -> T) -> Sample<T> {
         // A millionth of a sample against rounding.
-        let number = libm::floor(now.as_seconds() * self.rate_hz + 1.0e-6);
+        let reached = now.as_seconds() * self.rate_hz + 1.0e-6;
         let Some(last) = &mut self.last else {
-            self.number = number;
+            self.number = libm::floor(reached);
             return *self.last.insert(Sample::at(now, measure()));
         };
-        if number > self.number {
-            self.number = number;
+        if reached >= self.number + 1.0 {
+            self.number = libm::floor(reached);
             let sample = Sample::at(now, measure());
             if self.delay_us == 0 {
                 *last = sample;

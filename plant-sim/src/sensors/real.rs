@@ -26,6 +26,18 @@ pub(super) struct RealSensors {
     vanes: Sensor<2>,
     engine_monitor: Sensor<1>,
     magnetometer: Sensor<3>,
+    air_data: AirDataComputer,
+}
+
+/// What an air data computer makes of its pressures: a function of them, kept until one changes.
+#[derive(Debug, Clone, Copy)]
+struct AirDataComputer {
+    static_pa: f64,
+    impact_pa: f64,
+    /// Pressure altitude, m.
+    altitude_m: f64,
+    /// True airspeed, m/s.
+    airspeed_m_s: f64,
 }
 
 /// A sensor with axes.
@@ -83,6 +95,8 @@ impl RealSensors {
             vanes: Sensor::new(errors(SensorKind::Vanes)),
             engine_monitor: Sensor::new(errors(SensorKind::EngineMonitor)),
             magnetometer: Sensor::new(errors(SensorKind::Magnetometer)),
+            // Of no pressures yet.
+            air_data: AirDataComputer::new(f64::NAN, f64::NAN),
         }
     }
 
@@ -103,8 +117,7 @@ impl RealSensors {
         let pitot = self.pitot.step(now, [exact.pitot.value.impact_pa]);
         let vanes = self.vanes.step(now, [angle_of_attack_rad, sideslip_rad]);
         let engine = self.engine_monitor.step(now, [exact.engine_n.value]);
-        // The air data computer takes the static pressure that it has.
-        let static_pa = barometer.value[0].max(1.0);
+        let air_data = self.air_data.of(barometer.value[0], pitot.value[0]);
         Sensors {
             gyro: self.gyro.body(now, &exact.gyro.value),
             accelerometer: self.accelerometer.body(now, &exact.accelerometer.value),
@@ -112,11 +125,11 @@ impl RealSensors {
             gnss: self.gnss.step(now, &exact.gnss.value),
             barometer: with(&barometer, |[pressure_pa]| StaticPressure {
                 pressure_pa,
-                altitude_m: pressure_altitude_m(pressure_pa),
+                altitude_m: air_data.altitude_m,
             }),
             pitot: with(&pitot, |[impact_pa]| ImpactPressure {
                 impact_pa,
-                airspeed_m_s: airspeed_m_s(impact_pa, static_pa),
+                airspeed_m_s: air_data.airspeed_m_s,
             }),
             vanes: with(&vanes, |[angle_of_attack_rad, sideslip_rad]| FlowAngles {
                 angle_of_attack_rad,
@@ -124,6 +137,29 @@ impl RealSensors {
             }),
             engine_n: with(&engine, |[thrust_n]| thrust_n),
             magnetometer_nt: self.magnetometer.body(now, &exact.magnetometer_nt.value),
+        }
+    }
+}
+
+impl AirDataComputer {
+    /// What follows from a static and an impact pressure, Pa. Both sensors are slower than the controller, so usually neither
+    /// has changed.
+    fn of(&mut self, static_pa: f64, impact_pa: f64) -> Self {
+        if [static_pa, impact_pa].map(f64::to_bits)
+            != [self.static_pa, self.impact_pa].map(f64::to_bits)
+        {
+            *self = Self::new(static_pa, impact_pa);
+        }
+        *self
+    }
+
+    fn new(static_pa: f64, impact_pa: f64) -> Self {
+        Self {
+            static_pa,
+            impact_pa,
+            altitude_m: pressure_altitude_m(static_pa),
+            // The air data computer takes the static pressure that it has.
+            airspeed_m_s: airspeed_m_s(impact_pa, static_pa.max(1.0)),
         }
     }
 }
@@ -204,5 +240,33 @@ pub(super) fn moved(fix: &GnssFix, [north, east, down]: [f64; 3], velocity: Ned)
         longitude_rad: fix.longitude_rad + east / (EARTH_RADIUS_M * cosine),
         altitude_m: fix.altitude_m - down,
         ..*fix
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn air_data_follow_each_change_of_a_pressure_to_the_bit() {
+        let mut computer = AirDataComputer::new(f64::NAN, f64::NAN);
+        let (low, high, slow, fast) = (60_000.0, 30_000.0, 500.0, 20_000.0);
+        let (broken, zero) = (f64::NAN, 0.0);
+        for (static_pa, impact_pa) in [
+            (low, slow),
+            (low, slow),
+            (low, fast),
+            (high, fast),
+            (broken, fast),
+            (broken, broken),
+            (zero, -zero),
+            (zero, zero),
+        ] {
+            let AirDataComputer { altitude_m, airspeed_m_s: speed_m_s, .. } =
+                computer.of(static_pa, impact_pa);
+            let expected =
+                [pressure_altitude_m(static_pa), airspeed_m_s(impact_pa, static_pa.max(1.0))];
+            assert_eq!([altitude_m, speed_m_s].map(f64::to_bits), expected.map(f64::to_bits));
+        }
     }
 }

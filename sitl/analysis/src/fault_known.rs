@@ -81,7 +81,7 @@ impl FaultKnown {
         let at = self.model.condition(&log.state);
         let (main, z2) = self.with_rudder(&failed, &log.main, &at);
         let Gains { activation, relief, .. } = &self.gains;
-        self.relief.observe(&z2, 1.0, activation, relief);
+        self.relief.observe(&z2, 1.0, &failed.model, activation, relief);
         let input = ReliefInput {
             state: &log.state,
             at: &at,

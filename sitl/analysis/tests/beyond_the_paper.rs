@@ -267,6 +267,22 @@ fn a_late_nozzle_and_a_jammed_rudder_are_kept_at_the_roll_angle_that_is_asked_fo
     }
 }
 
+/// A late nozzle swings with the elevator's jam on both of its axes.
+#[test]
+fn a_late_nozzle_and_a_jammed_elevator_are_kept_without_the_swing_of_the_papers_compensator() {
+    let flights = [200.0, 250.0, 300.0, 350.0].map(|ms| {
+        let nozzle = late(["nozzle_pitch", "nozzle_yaw"], ms);
+        let text = level() + &jam("left_elevator", 30.0) + &nozzle;
+        (format!("nozzle {ms} ms late, elevator 30"), text)
+    });
+    for [paper, relief] in fly_all(&flights, BEFORE_AND_AFTER, 60.0) {
+        assert!(!paper.kept() || paper.roll_rate_rms_deg_s > 4.0, "{paper:?}");
+        assert!(relief.kept() && relief.roll_rate_rms_deg_s < 2.0, "{relief:?}");
+        assert!(relief.altitude_m.abs() < 20.0, "{relief:?}");
+        assert!(relief.has(EventKind::CompensatorYields), "{:?}", relief.events);
+    }
+}
+
 /// The demonstration mission with its turns of 45 deg.
 #[test]
 fn the_mission_is_flown_to_its_end_with_a_jammed_elevator() {

@@ -37,7 +37,7 @@ impl Bench {
 
     fn step(&mut self, z2: Vector3<f64>, fade: f64) -> Relieved {
         let Self { model, mixer, state, main, gains, .. } = self;
-        self.relief.observe(&z2, fade, &ActivationGains::REFERENCE, gains);
+        self.relief.observe(&z2, fade, model, &ActivationGains::REFERENCE, gains);
         let at = &model.condition(state);
         let airspeed_reference_m_s = 264.0;
         let known = &Known::nothing();

@@ -10,7 +10,9 @@ use ::mavlink::dialects::common::{
     MavVtolState, MissionState, PROTOCOL_VERSION_DATA, SYS_STATUS_DATA, SYSTEM_TIME_DATA,
     VIBRATION_DATA,
 };
+use flight_control::estimator::SourceHealth;
 use flight_control::navigation::Validity;
+use icd::sensors::SensorKind;
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::Encoded;
@@ -37,6 +39,16 @@ const CONTROL: Sensor = Sensor::MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
     .union(Sensor::MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL)
     .union(Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS);
 
+/// Sensors that the estimator reads, with their bits.
+const SOURCES: [(SensorKind, Sensor); 6] = [
+    (SensorKind::Gyro, Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO),
+    (SensorKind::Accelerometer, Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL),
+    (SensorKind::Magnetometer, Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG),
+    (SensorKind::Barometer, Sensor::MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE),
+    (SensorKind::Pitot, Sensor::MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE),
+    (SensorKind::Gnss, Sensor::MAV_SYS_STATUS_SENSOR_GPS),
+];
+
 /// Which parts of the navigation state are valid; none while no packets arrive.
 fn validity(aircraft: &Aircraft) -> Validity {
     let state = aircraft.snapshot();
@@ -44,8 +56,8 @@ fn validity(aircraft: &Aircraft) -> Validity {
     state.map_or(Validity::default(), |state| state.motion().valid)
 }
 
-/// SYS_STATUS. A sensor is healthy while its measurement is valid; control while the aircraft flies
-/// and has not been terminated. The same condition makes it ready.
+/// SYS_STATUS. A sensor is healthy while its measurement is valid, and where the estimator flies, while that uses it; control while the
+/// aircraft flies and has not been terminated. The same condition makes it ready.
 pub fn sys_status(view: &View) -> Option<Encoded> {
     let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = &view.shared.aircraft;
@@ -61,6 +73,13 @@ pub fn sys_status(view: &View) -> Option<Encoded> {
         (valid.position && valid.velocity, Sensor::MAV_SYS_STATUS_SENSOR_GPS),
     ] {
         health.set(sensor, is_valid);
+    }
+    let estimate = aircraft.snapshot().and_then(|state| state.motion().estimate);
+    if let Some(estimate) = estimate {
+        for (source, sensor) in SOURCES {
+            let is_used = estimate.source(source) == SourceHealth::Used;
+            health.set(sensor, is_used && aircraft.phase() == Phase::Flying);
+        }
     }
     if aircraft.phase() == Phase::Flying && !aircraft.is_terminated() {
         health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
@@ -126,9 +145,10 @@ pub fn battery_status(_: &View) -> Option<Encoded> {
     }))
 }
 
-/// ESTIMATOR_STATUS. The navigation unit is ideal: no innovation, no error. Its outputs are good while they
-/// are valid.
+/// ESTIMATOR_STATUS. Where the estimator flies: its innovations over their gates, one standard deviation of the position, and what is
+/// wrong with a source. Where the navigation unit is ideal there is no innovation and no error. Outputs are good while they are valid.
 pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
+    let estimate = &state.motion().estimate;
     let valid = validity(&view.shared.aircraft);
     let mut flags = Estimate::empty();
     flags.set(Estimate::ESTIMATOR_ATTITUDE, valid.attitude);
@@ -141,17 +161,30 @@ pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
     flags.set(horizontal, valid.position);
     let vertical = Estimate::ESTIMATOR_POS_VERT_ABS | Estimate::ESTIMATOR_POS_VERT_AGL;
     flags.set(vertical, valid.altitude);
+    let Some(estimate) = estimate else {
+        return Encoded::new(&ESTIMATOR_STATUS_DATA {
+            time_usec: state.time.as_micros(),
+            flags,
+            ..ESTIMATOR_STATUS_DATA::DEFAULT
+        });
+    };
+    let is_off = |sensor| estimate.source(sensor) == SourceHealth::Rejected;
+    flags.set(Estimate::ESTIMATOR_GPS_GLITCH, is_off(SensorKind::Gnss));
+    let accelerometer = estimate.source(SensorKind::Accelerometer);
+    flags.set(Estimate::ESTIMATOR_ACCEL_ERROR, accelerometer.is_gone());
+    // Before the alignment there is nothing to be accurate, and nobody measures the height above the ground.
+    let known = |value: f32| if estimate.is_aligned { value } else { f32::NAN };
     Encoded::new(&ESTIMATOR_STATUS_DATA {
         time_usec: state.time.as_micros(),
         flags,
-        vel_ratio: 0.0,
-        pos_horiz_ratio: 0.0,
-        pos_vert_ratio: 0.0,
-        mag_ratio: 0.0,
-        hagl_ratio: 0.0,
-        tas_ratio: 0.0,
-        pos_horiz_accuracy: 0.0,
-        pos_vert_accuracy: 0.0,
+        vel_ratio: known(estimate.velocity_ratio),
+        pos_horiz_ratio: known(estimate.horizontal_ratio),
+        pos_vert_ratio: known(estimate.vertical_ratio),
+        mag_ratio: known(estimate.magnetic_ratio),
+        hagl_ratio: f32::NAN,
+        tas_ratio: known(estimate.airspeed_ratio),
+        pos_horiz_accuracy: known(estimate.horizontal_m),
+        pos_vert_accuracy: known(estimate.vertical_m),
     })
 }
 

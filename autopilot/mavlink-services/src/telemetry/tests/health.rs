@@ -121,6 +121,83 @@ fn a_sensor_whose_values_are_no_numbers_is_not_healthy_and_the_others_are() {
     assert!(estimate.flags.contains(EstimatorStatusFlags::ESTIMATOR_ATTITUDE));
 }
 
+/// An aircraft without an attitude unit, with the magnetometer and the air data of level flight.
+fn on_estimated_states() -> World {
+    let mut world = World::waiting();
+    world.sensors.attitude.valid = false;
+    world.sensors.accelerometer.value = icd::Body::new(0.0, 0.0, -9.797);
+    world.sensors.gnss.value.velocity = icd::Ned::new(264.0, 0.0, 0.0);
+    world.sensors.gnss.value.altitude_m = 5_000.0;
+    world.sensors.gnss.value.decimal_year = 2_026.5;
+    world.sensors.magnetometer_nt.value = icd::Body::new(22_000.0, 4_500.0, 40_000.0);
+    world.autopilot.begin_flight(icd::ControlPeriod::DEFAULT, icd::SimTime::ZERO, false);
+    fly(&mut world, 600);
+    world
+}
+
+/// Level flight to the north, with samples of each step; samples of one value bit for bit would count as stuck.
+fn fly(world: &mut World, milliseconds: u32) {
+    for step in 0..milliseconds / 2 {
+        let time = world.sim + icd::ControlPeriod::DEFAULT;
+        let seconds = time.as_micros() as f64 * 1.0e-6;
+        let other = if step % 2 == 0 { 1.0e-9 } else { -1.0e-9 };
+        let sensors = &mut world.sensors;
+        sensors.gnss.value.position.0.x = 264.0 * seconds;
+        sensors.gyro.value.0.x = other;
+        sensors.accelerometer.value.0.x = other;
+        sensors.magnetometer_nt.value.0.x += other;
+        for stamp in [
+            &mut sensors.gyro.time,
+            &mut sensors.accelerometer.time,
+            &mut sensors.gnss.time,
+            &mut sensors.magnetometer_nt.time,
+        ] {
+            *stamp = time;
+        }
+        world.step();
+    }
+}
+
+#[test]
+fn on_estimated_states_the_innovations_and_the_accuracy_are_those_of_the_estimator() {
+    let mut world = on_estimated_states();
+    world.send_command(512, [230.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let status: ESTIMATOR_STATUS_DATA = last(&world);
+    let estimate = world.autopilot.snapshot().and_then(|state| state.motion().estimate).unwrap();
+    assert!(estimate.is_aligned);
+    assert_eq!(status.pos_horiz_accuracy, estimate.horizontal_m);
+    assert_eq!(status.pos_vert_accuracy, estimate.vertical_m);
+    assert!((0.5..10.0).contains(&status.pos_horiz_accuracy), "{}", status.pos_horiz_accuracy);
+    let ratios = [status.vel_ratio, status.pos_horiz_ratio, status.mag_ratio, status.tas_ratio];
+    assert_eq!(
+        ratios,
+        [
+            estimate.velocity_ratio,
+            estimate.horizontal_ratio,
+            estimate.magnetic_ratio,
+            estimate.airspeed_ratio
+        ]
+    );
+    assert!(status.mag_ratio > 0.0);
+    assert!(status.hagl_ratio.is_nan(), "nothing measures it");
+    assert!(status.flags.contains(EstimatorStatusFlags::ESTIMATOR_ATTITUDE), "{:?}", status.flags);
+}
+
+#[test]
+fn on_estimated_states_a_sensor_is_healthy_while_the_estimator_uses_it() {
+    let mut world = on_estimated_states();
+    let health = |world: &mut World| {
+        world.send_command(512, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        last::<SYS_STATUS_DATA>(world).onboard_control_sensors_health
+    };
+    let magnetometer = Sensor::MAV_SYS_STATUS_SENSOR_3D_MAG;
+    assert!(health(&mut world).contains(magnetometer | GPS));
+    world.sensors.magnetometer_nt.valid = false;
+    fly(&mut world, 1_100);
+    let now = health(&mut world);
+    assert!(!now.contains(magnetometer) && now.contains(Sensor::MAV_SYS_STATUS_AHRS), "{now:?}");
+}
+
 #[test]
 fn a_terminated_flight_has_healthy_sensors_and_no_control() {
     let mut world = World::flying();
