@@ -8,6 +8,7 @@ use clap::Args;
 use host_io::file;
 use ulog::reader::Log;
 
+mod errors;
 mod events;
 mod flight;
 mod page;

@@ -17,7 +17,7 @@ use crate::closed_loop;
 use crate::replay;
 
 /// Topics that have a row in each control step.
-const TICKING: [&str; 4] = ["sensors", "control", "commands", "truth"];
+const TICKING: [&str; 5] = ["sensors", "control", "commands", "truth", "estimator_status"];
 
 /// The flight of a log.
 #[derive(Debug)]
@@ -103,6 +103,25 @@ impl Flight {
     /// The log has a topic with rows.
     pub fn has(&self, topic: &str) -> bool {
         self.log.topic(topic).is_some_and(|topic| !topic.is_empty())
+    }
+
+    /// The autopilot flew on an estimate of the state.
+    pub fn is_estimated(&self) -> bool {
+        self.has("estimator_status")
+    }
+
+    /// Columns of a topic at the times of its rows, us.
+    pub fn rows<const N: usize>(&self, topic: &str, columns: [&str; N]) -> Vec<(u64, [f64; N])> {
+        let Some(topic) = self.log.topic(topic).filter(|topic| !topic.is_empty()) else {
+            return Vec::new();
+        };
+        let columns = columns.map(|column| self.column(&topic, column));
+        if columns.iter().any(Option::is_none) {
+            return Vec::new();
+        }
+        let columns = columns.map(Option::unwrap_or_default);
+        let times = self.times_us(&topic).into_iter().enumerate();
+        times.map(|(k, us)| (us, std::array::from_fn(|n| columns[n][k]))).collect()
     }
 
     /// A signal over time, multiplied by `scale`; `None` if the log does not have it.

@@ -4,6 +4,7 @@ use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
+use super::errors;
 use super::events::spans;
 use super::flight::{FaultSpan, Flight, Kind};
 use crate::chart::axis::range;
@@ -24,8 +25,8 @@ const REFERENCE: Ink = Ink::new("#c81e1e", Pattern::Dashed);
 const SECOND: Ink = Ink::new("#c86e00", Pattern::Solid);
 /// A third one.
 const THIRD: Ink = Ink::new("#007d37", Pattern::Solid);
-/// An estimate, with the noise of its source.
-const ESTIMATED: Ink = Ink::new("#6ea0d7", Pattern::Solid).wide(1.0);
+/// A noisy signal under others: an estimate of the observer, or what a sensor reports.
+const NOISY: Ink = Ink::new("#6ea0d7", Pattern::Solid).wide(1.0);
 /// The truth beside an estimate.
 const TRUE: Ink = Ink::new("#964600", Pattern::Solid).wide(1.0);
 
@@ -42,18 +43,23 @@ pub struct Group {
 
 /// All figures over time.
 pub fn groups(flight: &Flight) -> Vec<Group> {
-    vec![
+    let all = [
         path(flight),
         attitude(flight),
         air(flight),
         rates(flight),
+        navigation(flight),
         estimate(flight),
         compensator(flight),
         effectors(flight),
-    ]
+    ];
+    // Of a flight without an estimator there is nothing to say about one.
+    let is_there = |group: &Group| group.title != NAVIGATION || flight.is_estimated();
+    all.into_iter().filter(is_there).collect()
 }
 
 /// One signal of a panel.
+#[derive(Clone, Copy)]
 struct Signal<'a> {
     topic: &'a str,
     column: &'a str,
@@ -82,6 +88,23 @@ fn curves(flight: &Flight, signals: &[Signal<'_>]) -> Vec<Curve> {
     signals.iter().filter_map(curve).collect()
 }
 
+/// A quantity of the state: what its sensor reports; where the autopilot flies on an estimate, that and the truth too.
+fn state<'a>(
+    flight: &Flight,
+    [measured, estimated, truth]: [&'a str; 3],
+    scale: f64,
+    name: &'static str,
+) -> Vec<Signal<'a>> {
+    if !flight.is_estimated() {
+        return vec![signal("sensors", measured, scale, name, MAIN)];
+    }
+    vec![
+        signal("sensors", measured, scale, "measured", NOISY),
+        signal("truth", truth, scale, "truth", TRUE.wide(1.5)),
+        signal("control", estimated, scale, "estimate", MAIN),
+    ]
+}
+
 /// A panel around its curves, or nothing if there is none.
 fn panel(
     title: impl Into<String>,
@@ -107,16 +130,15 @@ fn group(flight: &Flight, title: &'static str, caption: &str, plans: &[Plan<'_>]
     Group { title, caption: caption.to_owned(), panels: panels.collect() }
 }
 
-/// Measured, or the truth where the log has it: the truth is what the sensors report, but for the gyros.
+/// What ideal sensors report is the truth, but for the gyros; of others the truth stands beside it.
 fn path(flight: &Flight) -> Group {
-    let altitude = [
-        signal("sensors", "altitude_m", 1.0, "altitude", MAIN),
-        signal("control", "altitude_reference_m", 1.0, "reference", REFERENCE),
-    ];
-    let speed = [
-        signal("sensors", "airspeed_m_s", 1.0, "true airspeed", MAIN),
-        signal("control", "airspeed_reference_m_s", 1.0, "reference", REFERENCE),
-    ];
+    let with_reference = |column, reference, name| {
+        let mut signals = state(flight, [column; 3], 1.0, name);
+        signals.push(signal("control", reference, 1.0, "reference", REFERENCE));
+        signals
+    };
+    let altitude = with_reference("altitude_m", "altitude_reference_m", "altitude");
+    let speed = with_reference("airspeed_m_s", "airspeed_reference_m_s", "true airspeed");
     let plans: [Plan<'_>; 2] = [
         ("Altitude above the ellipsoid", "altitude, m", 20.0, TALL, &altitude),
         ("True airspeed", "airspeed, m/s", 5.0, TALL, &speed),
@@ -127,7 +149,8 @@ fn path(flight: &Flight) -> Group {
 
 fn attitude(flight: &Flight) -> Group {
     let names = ["attitude_w", "attitude_x", "attitude_y", "attitude_z"];
-    let angles = flight.angles("sensors", names).unwrap_or_default();
+    let is_estimated = flight.is_estimated();
+    let angles = flight.angles("sensors", names).filter(|_| !is_estimated).unwrap_or_default();
     let thinned = |value: fn(&icd::EulerAngles) -> f64| {
         let points = angles.iter().map(|(t_s, angles)| (*t_s, value(angles) * DEG));
         broken_at_wraps(thin(points, flight.span.0, flight.span.1))
@@ -137,6 +160,16 @@ fn attitude(flight: &Flight) -> Group {
     if !angles.is_empty() {
         roll.push(curve("roll angle", |angles| angles.phi));
         pitch.push(curve("pitch angle", |angles| angles.theta));
+    }
+    if is_estimated {
+        for (curves_of, column) in [(&mut roll, "roll_rad"), (&mut pitch, "pitch_rad")] {
+            let truth = signal("truth", column, DEG, "truth", TRUE.wide(1.5));
+            let estimate = signal("control", column, DEG, "estimate", MAIN);
+            let curves = curves(flight, &[truth, estimate]).into_iter();
+            curves_of.extend(
+                curves.map(|curve| Curve { points: broken_at_wraps(curve.points), ..curve }),
+            );
+        }
     }
     let reference = signal("control", "roll_reference_rad", DEG, "reference", REFERENCE);
     roll.extend(curves(flight, &[reference]));
@@ -164,10 +197,22 @@ fn broken_at_wraps(points: Vec<Point>) -> Vec<Point> {
 }
 
 fn air(flight: &Flight) -> Group {
-    let attack = [
-        signal("sensors", "angle_of_attack_rad", DEG, "angle of attack", MAIN),
-        signal("sensors", "sideslip_rad", DEG, "sideslip (wind from the right positive)", SECOND),
-    ];
+    let sideslip = "sideslip (wind from the right positive)";
+    let attack = if flight.is_estimated() {
+        [
+            signal("truth", "alpha_rad", DEG, "true angle of attack", TRUE.wide(1.5)),
+            signal("control", "alpha_rad", DEG, "estimated angle of attack", MAIN),
+            signal("truth", "beta_rad", DEG, "true sideslip", SECOND),
+            signal("control", "beta_rad", DEG, "estimated sideslip", THIRD),
+        ]
+        .to_vec()
+    } else {
+        [
+            signal("sensors", "angle_of_attack_rad", DEG, "angle of attack", MAIN),
+            signal("sensors", "sideslip_rad", DEG, sideslip, SECOND),
+        ]
+        .to_vec()
+    };
     // Measured: minus the z component of the accelerometers.
     let measured = -1.0 / 9.806_65;
     let name = "normal load factor, measured";
@@ -193,6 +238,31 @@ fn rates(flight: &Flight) -> Group {
     group(flight, "Body rates", "As the gyros report them, with their noise.", &plans)
 }
 
+const NAVIGATION: &str = "Error of the estimated state";
+
+/// Estimate minus truth, beside the standard deviation that the estimator gives itself.
+fn navigation(flight: &Flight) -> Group {
+    let panels = errors::QUANTITIES.iter().filter_map(|quantity| {
+        let [error, deviation] = errors::of(flight, quantity)?;
+        let curve = |name, ink, points| {
+            let points = thin(points, flight.span.0, flight.span.1);
+            Curve { name, ink, points }
+        };
+        let curves = vec![
+            curve("error", MAIN, error),
+            curve("standard deviation of the estimator", REFERENCE, deviation),
+        ];
+        panel(quantity.title, quantity.y_label, quantity.span_min, LOW, curves)
+    });
+    Group {
+        title: NAVIGATION,
+        caption: "Magnitude of estimate minus truth. The estimator knows the standard deviation only; of several \
+                  components it is the root of the sum of their variances. An error of up to twice as much is usual."
+            .to_owned(),
+        panels: panels.collect(),
+    }
+}
+
 /// Axes of the estimate: name, letter, column of z2.
 const AXES: [(&str, &str); 3] =
     [("roll", "z2_roll_rad_s2"), ("pitch", "z2_pitch_rad_s2"), ("yaw", "z2_yaw_rad_s2")];
@@ -200,7 +270,7 @@ const AXES: [(&str, &str); 3] =
 fn estimate(flight: &Flight) -> Group {
     let truth = flight.true_fault_acceleration();
     let panels = AXES.into_iter().enumerate().filter_map(|(axis, (name, column))| {
-        let estimate = signal("control", column, 1.0, "estimate z2", ESTIMATED);
+        let estimate = signal("control", column, 1.0, "estimate z2", NOISY);
         let mut curves_here = curves(flight, &[estimate]);
         if let Some(truth) = &truth {
             let points = truth.iter().map(|(t_s, f): &(f64, Vector3<f64>)| (*t_s, f[axis]));

@@ -47,6 +47,27 @@ fn the_page_has_every_figure_and_needs_no_network() {
     assert_eq!(links, page.matches("http://www.w3.org/2000/svg").count(), "a name and no link");
 }
 
+/// On an estimated state truth and estimate stand beside each other, and the errors beside the standard deviations.
+#[test]
+fn the_page_of_a_flight_on_estimates_has_truth_and_estimate() {
+    let mut flown = setup(3);
+    flown.plant.sensors = plant_sim::SensorSettings::of_grade(plant_sim::GradeName::Tactical);
+    let page = page_of(testing::log(&flown, &commands(), Without::default()));
+    for word in [
+        "measured",
+        "truth",
+        "estimated sideslip",
+        "Error of the estimated state",
+        "Attitude: angle between estimate and truth",
+        "Horizontal position",
+        "standard deviation of the estimator",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    let ideal = page_of(testing::log(&setup(1), &commands(), Without::default()));
+    assert!(!ideal.contains("Error of the estimated state") && !ideal.contains(">measured<"));
+}
+
 #[test]
 fn every_drawing_is_one_that_a_rasteriser_understands() {
     let page = page_of(testing::log(&setup(1), &commands(), Without::default()));
