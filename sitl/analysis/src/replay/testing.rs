@@ -94,6 +94,10 @@ pub fn log(setup: &FlightSetup, commands: &[StepCommand], without: Without) -> V
                         [snapshot.demand.altitude_m, 0.0, snapshot.demand.airspeed_m_s];
                     topics::vehicle_row(row, time, snapshot.mode, references, snapshot.terminated);
                     writer.data.row(writer.vehicle, row).unwrap();
+                    if let Some(estimate) = &log.state.estimate {
+                        topics::estimator_status_row(row, time, estimate);
+                        writer.data.row(writer.estimate, row).unwrap();
+                    }
                     if let Some(truth) = writer.truth {
                         let values = plant.truth().to_row(plant.on_ground(), plant.is_broken());
                         topics::truth_row(row, time, &values);
@@ -143,6 +147,7 @@ struct Writer {
     fault: Topic,
     recorded: Topic,
     hash: Topic,
+    estimate: Topic,
     truth: Option<Topic>,
 }
 
@@ -158,6 +163,7 @@ impl Writer {
             topics::recorded(),
             topics::truth(effectors),
             topics::hash(),
+            topics::estimator_status(),
         ];
         let mut log = Definitions::begin(Vec::new(), 0).unwrap();
         log.info("sys_name", Value::Text("Two-Step")).unwrap();
@@ -171,7 +177,8 @@ impl Writer {
             log.format(format).unwrap();
         }
         let mut data = log.data();
-        let [sensors, commands, control, vehicle, fault, recorded, truth, hash] = &formats;
+        let [sensors, commands, control, vehicle, fault, recorded, truth, hash, estimate] =
+            &formats;
         let writer = Self {
             row: Row::default(),
             sensors: data.subscribe(sensors).unwrap(),
@@ -181,6 +188,7 @@ impl Writer {
             fault: data.subscribe(fault).unwrap(),
             recorded: data.subscribe(recorded).unwrap(),
             hash: data.subscribe(hash).unwrap(),
+            estimate: data.subscribe(estimate).unwrap(),
             truth: (!without.truth).then(|| data.subscribe(truth).unwrap()),
             data,
         };
