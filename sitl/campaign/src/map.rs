@@ -43,7 +43,7 @@ pub fn figure(
     let mut drawing = Drawing::default();
     let title = format!("Which law survives which jam: {}", aircraft.name);
     drawing.text((14.0, 25.0), "start", r#" font-size="20""#, &title);
-    drawing.text((14.0, 46.0), "start", "", &about(plan, jams));
+    drawing.text((14.0, 46.0), "start", "", &about(plan, jams, airframe));
     legend(&mut drawing, limits);
     let mut y = 104.0;
     let laws = plan.laws();
@@ -102,7 +102,7 @@ pub fn figure(
 }
 
 /// What the flights have in common, and over what a cell counts.
-fn about(plan: &Plan, jams: Jams) -> String {
+fn about(plan: &Plan, jams: Jams, airframe: usize) -> String {
     let spec = &plan.file.spec;
     let others = plan.variables().iter().enumerate().filter(|(place, _)| jams.is_other(*place));
     let others: Vec<&str> = others.map(|(_, variable)| variable.key.as_str()).collect();
@@ -116,7 +116,7 @@ fn about(plan: &Plan, jams: Jams) -> String {
         spec.name,
         spec.duration_s,
         spec.scenario,
-        plan.flights()
+        plan.flights_of(airframe).len()
     )
 }
 
