@@ -42,6 +42,8 @@ const SETTLES_US: u32 = 60_000;
 const LAG_S: f64 = 0.05;
 /// How late the estimate may be in addition, s.
 const LATE_S: f64 = 0.03;
+/// Lag behind which the estimate is compared with itself, s: about that of a compensating effector.
+const AIR_LAG_S: f64 = 0.1;
 /// Longest memory of the mean while asleep, samples.
 const ASLEEP_SAMPLES: f64 = 500.0;
 /// The mean is only taken below this level: what is above may be the beginning of something.
@@ -160,6 +162,8 @@ struct Late {
     /// The two poles of the observer, and the common lag.
     stages: [PerEffector<f64>; 3],
     z2: Vector3<f64>,
+    /// z2 behind a further lag.
+    z2_lagged: Vector3<f64>,
 }
 
 /// The isolation with what it remembers.
@@ -267,7 +271,8 @@ impl Isolation {
 
 impl Awake {
     fn new(input: &IsolationInput<'_>, asleep: &Asleep) -> Self {
-        let late = Late { stages: [*input.positions; 3], z2: input.z2 - asleep.mean };
+        let z2 = input.z2 - asleep.mean;
+        let late = Late { stages: [*input.positions; 3], z2, z2_lagged: z2 };
         Self {
             late,
             sums: Sums::default(),
@@ -322,7 +327,8 @@ impl Awake {
             libm::sqrt(asleep.variance[axis] + square)
         });
         self.z2_before = z2;
-        self.sums.add(&self.columns(input), &z2, &deviation, share, keep);
+        let lagged = &self.late.z2_lagged;
+        self.sums.add(&self.columns(input), &z2, lagged, &deviation, share, keep);
     }
 
     /// How wrong the estimate may be on each axis because the model is, rad/s².
@@ -394,6 +400,7 @@ impl Late {
     /// The common lag begins here.
     fn catch_up(&mut self, input: &IsolationInput<'_>, asleep: &Asleep) {
         self.z2 = input.z2 - asleep.mean;
+        self.z2_lagged = self.z2;
         self.stages[2] = self.stages[1];
     }
 
@@ -401,6 +408,7 @@ impl Late {
         let observer = h / (h + 1.0 / input.bandwidth);
         let lag = h / (h + LAG_S);
         self.z2 += (input.z2 - asleep.mean - self.z2) * lag;
+        self.z2_lagged += (self.z2 - self.z2_lagged) * (h / (h + AIR_LAG_S));
         let list = &input.model.aircraft().effectors.list;
         for effector in list.all() {
             let mut before = input.positions[effector];

@@ -66,7 +66,7 @@ pub enum Command {
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// What is flown: jams, jams-tuned, aircraft, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
@@ -83,7 +83,7 @@ pub struct RunArgs {
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What was flown: jams, jams-tuned, aircraft, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results
@@ -100,7 +100,7 @@ pub struct MergeArgs {
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    /// What was flown: jams, jams-tuned, aircraft, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Number of the run
@@ -117,7 +117,7 @@ pub struct ReplayArgs {
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    /// What is flown: jams, jams-tuned, aircraft, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together

@@ -17,9 +17,10 @@ pub use joint::{Joint, JointMeaning};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 8] = [
+pub const SHIPPED: [(&str, &str); 9] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
+    ("combinations", include_str!("../campaigns/combinations.toml")),
     ("aircraft", include_str!("../campaigns/aircraft.toml")),
     ("robustness", include_str!("../campaigns/robustness.toml")),
     ("delay", include_str!("../campaigns/delay.toml")),

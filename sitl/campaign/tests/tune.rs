@@ -122,6 +122,7 @@ fn no_flight_of_the_tuning_set_is_in_the_suite_or_in_the_map() {
     for name in SUITE.iter().map(|(name, _)| *name).chain([
         "jams",
         "jams-tuned",
+        "combinations",
         "aircraft",
         "robustness",
         "delay",

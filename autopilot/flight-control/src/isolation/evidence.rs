@@ -10,8 +10,12 @@
 //! moves by itself       z = B_i s(t)
 //! two stuck             z = B_i (θ_i - m_i) + B_j (θ_j - m_j)
 //! a pair stuck together z = B_i (θ - m_i) + B_j (±θ - m_j)
+//! air                   z = c ζ on each axis, ζ: z behind a lag
 //! anything              z = d(t)
 //! ```
+//!
+//! The last but one is healthy flight in rough air: the compensating effector follows the estimate late, so z moves with
+//! its position as it would if a part of its effect were gone. The air resembles what it was just before on every axis.
 //!
 //! Bayesian linear regression gives the evidence of each in closed form: with the misfit J that the best parameters
 //! leave, the prior variance r² of each parameter and the curvature A of J,
@@ -86,7 +90,7 @@ pub struct Candidate {
 const CANDIDATES_MAX: usize = Behaviour::ALL.len() * Effector::MAX
     + Effector::MAX * Effector::MAX / 2
     + Effector::MAX / 2
-    + 2;
+    + 3;
 
 /// All hypotheses.
 pub type Candidates = ArrayVec<Candidate, CANDIDATES_MAX>;
@@ -103,6 +107,11 @@ const LOG_PRIOR_ANYTHING: f64 = -4.0;
 const LOSS: [f64; 2] = [0.5, 0.3];
 /// Smallest loss that counts as one.
 const LOSS_MIN: f64 = 0.05;
+/// The same for the air.
+const LOG_PRIOR_AIR: f64 = 0.0;
+/// How much of the estimate of just before the air may leave: prior mean, which is also the deviation. It lies between
+/// nothing and twice this; more of it is a fault that stays.
+const AIR_PERSISTS: f64 = 0.2;
 /// What no effector explains may be as large as this, in the deviations that it is compared with.
 const ANYTHING: f64 = 30.0;
 /// An angle may lie beyond the travel by this part of it: the model of its effect is not exact.
@@ -113,6 +122,8 @@ const BEYOND: f64 = 0.15;
 pub struct Sums {
     /// Σ zᵀ W z.
     zz: f64,
+    /// Σ W of z z, ζ z, ζ ζ and ζ on each axis.
+    air: [Vector3<f64>; 4],
     /// Σ W.
     w: Vector3<f64>,
     /// Σ W z.
@@ -130,12 +141,13 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds a sample of the estimate `z`, rad/s², with its deviation on each axis, that counts as `share` of an
-    /// independent one; all before it fade to the part `keep`.
+    /// Adds a sample of the estimate `z`, rad/s², of the same behind a lag and of its deviation on each axis, that
+    /// counts as `share` of an independent one; all before it fade to the part `keep`.
     pub fn add(
         &mut self,
         columns: &[Column],
         z: &Vector3<f64>,
+        lagged: &Vector3<f64>,
         deviation: &Vector3<f64>,
         share: f64,
         keep: f64,
@@ -144,6 +156,16 @@ impl Sums {
         let weighted = weight.component_mul(z);
         let zz = z.dot(&weighted);
         self.zz = keep * self.zz + zz;
+        let lagged_weighted = weight.component_mul(lagged);
+        let air = [
+            weighted.component_mul(z),
+            lagged_weighted.component_mul(z),
+            lagged_weighted.component_mul(lagged),
+            lagged_weighted,
+        ];
+        for (sum, now) in self.air.iter_mut().zip(air) {
+            *sum = keep * *sum + now;
+        }
         self.w = keep * self.w + weight;
         self.wz = keep * self.wz + weighted;
         self.anything = keep * self.anything + 3.0 * share * libm::log(1.0 + ANYTHING * ANYTHING);
@@ -181,6 +203,10 @@ impl Sums {
         let part = self.w.zip_map(deviation, |w, deviation| 1.0 / (w + 1.0 / square(deviation)));
         let of = |u: &Vector3<f64>, v: &Vector3<f64>| u.component_mul(v).dot(&part);
         sums.zz -= of(&self.wz, &self.wz);
+        let [zz, lz, ll, l] = &mut sums.air;
+        for (sum, (u, v)) in [(zz, (&self.wz, &self.wz)), (lz, (&*l, &self.wz)), (ll, (&*l, &*l))] {
+            *sum -= u.component_mul(v).component_mul(&part);
+        }
         for i in 0..count {
             let [b_i, bm_i] = &self.wb[i];
             sums.bz[i][0] -= of(b_i, &self.wz);
@@ -208,6 +234,7 @@ impl Sums {
         };
         let mut add = |candidate| _ = all.try_push(candidate);
         add(none(-0.5 * self.zz));
+        add(none(LOG_PRIOR_AIR + self.of_air()));
         add(none(LOG_PRIOR_ANYTHING - 0.5 * self.anything));
         for (i, column) in columns.iter().enumerate() {
             for (behaviour, log_prior) in Behaviour::ALL.into_iter().zip(LOG_PRIOR) {
@@ -237,6 +264,20 @@ impl Sums {
             }
         }
         all
+    }
+
+    /// Evidence of air that resembles what it was just before.
+    fn of_air(&self) -> f64 {
+        let [zz, lz, ll, _] = &self.air;
+        let prior = 1.0 / square(AIR_PERSISTS);
+        let of_axis = |axis: usize| {
+            let best = (lz[axis] + prior * AIR_PERSISTS) / (ll[axis] + prior);
+            let part = best.clamp(0.0, 2.0 * AIR_PERSISTS);
+            let misfit = zz[axis] - 2.0 * part * lz[axis] + part * part * ll[axis];
+            let from_prior = prior * square(part - AIR_PERSISTS);
+            -0.5 * (misfit + from_prior) - 0.5 * libm::log(1.0 + ll[axis] / prior)
+        };
+        of_axis(0) + of_axis(1) + of_axis(2)
     }
 
     /// Parameter and evidence of one effector; `None` where the parameter is impossible.
