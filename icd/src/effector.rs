@@ -117,6 +117,12 @@ impl<T> PerEffector<T> {
         Effector::first(Effector::MAX).zip(self.0.iter())
     }
 
+    /// The same, to change the values.
+    #[inline]
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Effector, &mut T)> {
+        Effector::first(Effector::MAX).zip(self.0.iter_mut())
+    }
+
     /// The values in the order of the list.
     #[inline]
     pub const fn as_array(&self) -> &[T; Effector::MAX] {

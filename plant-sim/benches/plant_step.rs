@@ -49,7 +49,7 @@ fn bench(c: &mut Criterion) {
             b.iter(|| {
                 let (state, inputs) = (black_box(&state), black_box(&inputs));
                 let present = dynamics.present(state, inputs);
-                dynamics.step(state, &present, inputs, black_box(0.002))
+                dynamics.step(state, &mut PerEffector::default(), &present, inputs, 0.002)
             });
         });
         c.bench_function(&format!("sense_and_truth/{name}"), |b| {

@@ -15,7 +15,7 @@ use crate::limits::FlightLimits;
 use crate::mach::MachEffects;
 use crate::range::{RangeError, check_range};
 use crate::rigid_body::MassProperties;
-use crate::servos::Servo;
+use crate::servos::{DELAY_MAX_S, Imperfections, Servo};
 use crate::start::Start;
 use crate::tables::thrust::Propulsion;
 use crate::tables::{TablesError, stored};
@@ -52,6 +52,10 @@ pub fn is_shipped(name: &Path) -> bool {
 
 /// Shortest lag of a servo, s: RK4 with the longest step (4 ms) is stable down to 1.5 ms.
 const LAG_MIN_S: f64 = 0.005;
+
+/// Quickest second-order servo. Together they have a pole at -524 1/s: 2.1 over the longest step, and RK4 is stable to 2.78.
+const NATURAL_FREQUENCY_MAX_RAD_S: f64 = 200.0;
+const DAMPING_RATIO_MAX: f64 = 1.5;
 
 /// Mass and moments of inertia about the centre of gravity, body axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -318,7 +322,19 @@ impl Airframe {
             let section = self.section(effector);
             let servo = &self.servos[effector];
             let check = |key, value, min, max| check_range(&section, key, value, min, max);
-            check("lag_s", servo.lag_s, LAG_MIN_S, 60.0)?;
+            let Imperfections { delay_s, deadband, hysteresis, bias, stall_pressure_pa } =
+                servo.imperfections;
+            if let Some(order) = &servo.second_order {
+                let omega = order.natural_frequency_rad_s;
+                check("natural_frequency_rad_s", omega, 0.5, NATURAL_FREQUENCY_MAX_RAD_S)?;
+                check("damping_ratio", order.damping_ratio, 0.1, DAMPING_RATIO_MAX)?;
+            } else {
+                check("lag_s", servo.lag_s, LAG_MIN_S, 60.0)?;
+            }
+            check("delay_s", delay_s, 0.0, DELAY_MAX_S)?;
+            if let Some(pressure_pa) = stall_pressure_pa {
+                check("stall_dynamic_pressure_pa", pressure_pa, 1.0, 1.0e7)?;
+            }
             if self.effectors.kind(effector) == Some(EffectorKind::Engine) {
                 check("thrust_min_n", servo.min, -1.0e7, 1.0e7)?;
                 check("thrust_max_n", servo.max, servo.min, 1.0e7)?;
@@ -327,6 +343,10 @@ impl Airframe {
                 check("travel_deg (lower end)", servo.min.to_degrees(), -90.0, 0.0)?;
                 let [lower, upper] = [servo.min, servo.max].map(f64::to_degrees);
                 check("travel_deg (upper end)", upper, (lower + 0.1).max(0.0), 90.0)?;
+                let half = 0.5 * (upper - lower);
+                check("deadband_deg", deadband.to_degrees(), 0.0, half)?;
+                check("hysteresis_deg", hysteresis.to_degrees(), 0.0, half)?;
+                check("bias_deg", bias.to_degrees(), -half, half)?;
             }
             for (key, gain) in self.gains[effector].named() {
                 check(key, gain, -10.0, 10.0)?;

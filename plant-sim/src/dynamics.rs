@@ -14,7 +14,7 @@ use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
-use crate::servos::ServoDynamics;
+use crate::servos::{Inert, ServoDynamics};
 use crate::tables::TablesError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
@@ -22,6 +22,8 @@ use crate::wind::{Gust, WindProfile};
 /// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
 const FEW_STATES: usize = rigid_body::STATES + 8;
 const STATES: usize = rigid_body::STATES + Effector::MAX;
+/// The same with the rates of servos that have inertia.
+const STATES_WITH_RATES: usize = STATES + Effector::MAX;
 
 /// The integrated state: the rigid body and the effectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +58,8 @@ pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
     servo_dynamics: ServoDynamics,
+    /// The servos of second order.
+    inert: Vec<Inert>,
     air: AirForces,
     jet: Jet,
     needs_mach: bool,
@@ -95,13 +99,19 @@ pub struct Motion {
     pub derivative: RigidDerivative,
 }
 
+/// Effectors among `N` states.
+const fn effectors_of<const N: usize>() -> usize {
+    if N == STATES_WITH_RATES { Effector::MAX } else { N - rigid_body::STATES }
+}
+
 impl State {
     /// The first `N` numbers of it.
     #[inline]
     fn to_array<const N: usize>(self) -> [f64; N] {
         let mut x = [0.0; N];
         x[..rigid_body::STATES].copy_from_slice(&self.rigid.to_array());
-        x[rigid_body::STATES..].copy_from_slice(self.positions.first(N - rigid_body::STATES));
+        let count = effectors_of::<N>();
+        x[rigid_body::STATES..][..count].copy_from_slice(self.positions.first(count));
         x
     }
 
@@ -109,7 +119,8 @@ impl State {
     fn from_array<const N: usize>(x: &[f64; N]) -> Self {
         let (mut rigid, mut positions) = ([0.0; rigid_body::STATES], [0.0; Effector::MAX]);
         rigid.copy_from_slice(&x[..rigid_body::STATES]);
-        positions[..N - rigid_body::STATES].copy_from_slice(&x[rigid_body::STATES..]);
+        let count = effectors_of::<N>();
+        positions[..count].copy_from_slice(&x[rigid_body::STATES..][..count]);
         Self { rigid: RigidState::from_array(&rigid), positions: PerEffector::new(positions) }
     }
 
@@ -139,6 +150,7 @@ impl Dynamics {
         airframe.check()?;
         let mass = airframe.mass_properties().expect("the check refuses impossible masses");
         let servo_dynamics = ServoDynamics::new(&airframe.servos);
+        let inert = Inert::all(&airframe.servos);
         let air = AirForces::new(&airframe)?;
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
         let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref())?;
@@ -147,6 +159,7 @@ impl Dynamics {
         Ok(Self {
             mass,
             servo_dynamics,
+            inert,
             air,
             jet,
             needs_mach,
@@ -363,7 +376,7 @@ impl Dynamics {
         let effective = self.effective(&state, &inputs.effects);
         let limits = self.jet.lever().is_none().then_some(present.motion.thrust_limits);
         let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
-        self.with_servos(&motion.derivative, &state, inputs)
+        self.with_servos(&motion.derivative, x, &state, inputs)
     }
 
     /// The complete derivative, from that of the body.
@@ -371,47 +384,85 @@ impl Dynamics {
     fn with_servos<const N: usize>(
         &self,
         body: &RigidDerivative,
+        x: &[f64; N],
         state: &State,
         inputs: &StepInputs,
     ) -> [f64; N] {
         let mut rates = [0.0; N];
         rates[..rigid_body::STATES].copy_from_slice(&body.to_array());
-        let count = N - rigid_body::STATES;
-        let servos = self.servo_dynamics.rates(count, &inputs.commands, &state.positions);
+        let count = effectors_of::<N>();
+        let mut servos = self.servo_dynamics.rates(count, &inputs.commands, &state.positions);
+        if N == STATES_WITH_RATES {
+            for inert in &self.inert {
+                let e = inert.effector;
+                let (command, at) = (inputs.commands[e], state.positions[e]);
+                let (rate, limit) = (STATES + e.index(), inputs.effects.of(e).rate_limit);
+                [servos[e], rates[rate]] = inert.derivative(command, at, x[rate], limit);
+            }
+        }
         let servos = inputs.effects.rates(count, &servos);
-        rates[rigid_body::STATES..].copy_from_slice(servos.first(count));
+        rates[rigid_body::STATES..][..count].copy_from_slice(servos.first(count));
         rates
     }
 
     /// The state `step_s` seconds later. `present` is [`Dynamics::present`] of `state`, which a caller that evaluates
-    /// every state has already.
+    /// every state has already. `rates` are those of second-order servos, rad/s and N/s, which move on too.
     #[must_use]
     pub fn step(
         &self,
         state: &State,
+        rates: &mut PerEffector<f64>,
         present: &Evaluation,
         inputs: &StepInputs,
         step_s: f64,
     ) -> State {
+        if !self.inert.is_empty() {
+            return self.step_with_rates(state, rates, present, inputs, step_s);
+        }
         match self.airframe.effectors.len() {
-            ..=8 => self.step_of::<FEW_STATES>(state, present, inputs, step_s),
-            _ => self.step_of::<STATES>(state, present, inputs, step_s),
+            ..=8 => self.step_of::<FEW_STATES>(&state.to_array(), state, present, inputs, step_s).0,
+            _ => self.step_of::<STATES>(&state.to_array(), state, present, inputs, step_s).0,
         }
     }
 
-    /// The same with the first `N` states.
+    /// The same with servos of second order.
+    #[cold]
+    fn step_with_rates(
+        &self,
+        state: &State,
+        rates: &mut PerEffector<f64>,
+        present: &Evaluation,
+        inputs: &StepInputs,
+        step_s: f64,
+    ) -> State {
+        let mut x: [f64; STATES_WITH_RATES] = state.to_array();
+        x[STATES..].copy_from_slice(rates.as_array());
+        let (mut next, x) = self.step_of(&x, state, present, inputs, step_s);
+        for inert in &self.inert {
+            let (e, effect) = (inert.effector, inputs.effects.of(inert.effector));
+            // A servo that a fault holds or moves has no rate of its own.
+            rates[e] = effect.following * x[STATES + e.index()];
+            let (at, rate) = (&mut next.positions[e], &mut rates[e]);
+            inert.settle(inputs.commands[e], at, rate, effect.rate_limit);
+        }
+        next
+    }
+
+    /// The same with the first `N` states, and their numbers.
+    #[inline]
     fn step_of<const N: usize>(
         &self,
+        x: &[f64; N],
         state: &State,
         present: &Evaluation,
         inputs: &StepInputs,
         step_s: f64,
-    ) -> State {
-        let k1 = self.with_servos::<N>(&present.motion.derivative, state, inputs);
+    ) -> (State, [f64; N]) {
+        let k1 = self.with_servos(&present.motion.derivative, x, state, inputs);
         let start = &state.rigid.position;
-        let x = rk4(&state.to_array(), &k1, step_s, |x| self.stage(x, start, present, inputs));
+        let x = rk4(x, &k1, step_s, |x| self.stage(x, start, present, inputs));
         let next = State::from_array(&x);
-        State { rigid: next.rigid.normalised(), ..next }
+        (State { rigid: next.rigid.normalised(), ..next }, x)
     }
 
     /// The air that the engine works in, with its Mach number.

@@ -29,6 +29,7 @@ use icd::fault::{
 use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime};
 
 mod active;
+mod commands;
 mod effects;
 mod entry;
 mod times;
@@ -36,16 +37,17 @@ mod times;
 pub use active::SensorEffect;
 pub use effects::{Effects, FaultEffect};
 pub use entry::{ScheduledFault, check};
-pub use times::COMMANDS_MAX;
+pub(crate) use times::micros;
 
-use crate::servos::Servo;
+use crate::servos::{self, Delayed, Servo};
 use active::ActiveFault;
 
 use entry::{CurrentFault, Fault, slot};
-use times::{Delayed, Plan};
+use times::Plan;
 
-/// Longest delay of a sensor or an effector, s.
+/// Longest delay of a sensor or an effector, s. The buffer of a late effector holds it.
 pub(crate) const DELAY_MAX_S: f64 = FaultKind::DELAY_MAX_S;
+const _: () = assert!(DELAY_MAX_S <= servos::DELAY_MAX_S);
 
 /// Faults that can wait for their onset.
 pub const SCHEDULE_MAX: usize = 64;
@@ -65,6 +67,8 @@ pub struct FaultContext<'a> {
 pub struct Faults {
     list: EffectorList,
     servos: PerEffector<Servo>,
+    /// Ends of the travel that the hinge moments leave now, rad and N.
+    travel: PerEffector<[f64; 2]>,
     /// Of the effectors, then of the sensors ([`slot`]).
     current: [Option<CurrentFault>; Target::MAX],
     /// Which sensors the aircraft has.
@@ -96,6 +100,7 @@ impl Faults {
         Self {
             list: *list,
             servos: *servos,
+            travel: PerEffector::from_fn(|e| [servos[e].min, servos[e].max]),
             current: [None; Target::MAX],
             sensors: *sensors,
             schedule: Vec::with_capacity(SCHEDULE_MAX),
@@ -289,22 +294,6 @@ impl Faults {
         });
     }
 
-    /// Sets the commands (inside the travel, rad and N) that apply from `now` on.
-    pub fn command(&mut self, commands: &PerEffector<f64>, now: SimTime) {
-        self.commands = *commands;
-        if !self.alters_commands {
-            self.received = *commands;
-            return;
-        }
-        for effector in self.list.all() {
-            if let Some(due) = self.active_fault(effector).and_then(|active| active.due(now)) {
-                self.delayed[effector].push(due, commands[effector]);
-            }
-            self.update_received(effector, now);
-        }
-        self.look_ahead(now);
-    }
-
     /// Updates the faults that change smoothly to `now`; the plant calls it after each step without an event.
     pub fn vary(&mut self, now: SimTime, positions: &mut PerEffector<f64>) {
         for effector in self.list.all() {
@@ -383,6 +372,7 @@ impl Faults {
             plan.ramp_us,
             now,
             &self.servos[effector],
+            self.travel[effector],
             effective,
             &mut position,
         );
@@ -435,18 +425,6 @@ impl Faults {
             self.effects.set(effector, &active.effect(now), fault.kind.code());
             self.update_received(effector, now);
         }
-    }
-
-    /// Sets the command that an effector's servo receives in spite of its fault.
-    fn update_received(&mut self, effector: Effector, now: SimTime) {
-        let command = self.commands[effector];
-        self.received[effector] = match self.active_fault(effector) {
-            None => command,
-            Some(active) if active.is_delayed() => {
-                self.delayed[effector].due(now).unwrap_or(self.received[effector])
-            }
-            Some(active) => active.command(command, now),
-        };
     }
 
     fn active_fault(&self, effector: Effector) -> Option<&ActiveFault> {

@@ -4,9 +4,8 @@ use std::collections::VecDeque;
 
 use icd::fault::PlantReport;
 use icd::fault::Refusal;
-use icd::{Actuators, FaultReply, FaultRequest, Ned, Sensors, SimTime};
+use icd::{Actuators, FaultReply, FaultRequest, Ned, PerEffector, Sensors, SimTime};
 
-use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::Earth;
@@ -14,15 +13,16 @@ use crate::earth::slopes::Slopes;
 use crate::faults::{Effects, FaultContext, Faults, ScheduledFault};
 use crate::release::{Controls, ReleaseSetup};
 use crate::sensors::{SensorSet, SensorSettings};
-use crate::servos;
 use crate::setup::{self, PlantSetup, SetupError};
 use crate::step_limit;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
 use crate::wind::{self, DiscreteGust, DiscreteGusts, MovingAir, Surroundings, WindSettings};
 
+mod actuation;
 mod released;
 
+use actuation::CommandPath;
 use released::released;
 
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
@@ -46,11 +46,15 @@ pub struct Plant {
     step_us: u64,
     time: SimTime,
     state: State,
+    /// Of second-order servos, rad/s and N/s.
+    pub(crate) rates: PerEffector<f64>,
     inputs: StepInputs,
     /// Of `state` with `inputs`: the first stage of the next step needs it as much as `truth`.
     present: Evaluation,
     truth: Truth,
     pub(crate) faults: Faults,
+    /// Of the commands; empty if all actuators are ideal.
+    paths: Vec<CommandPath>,
     turbulence: MovingAir,
     gusts: DiscreteGusts,
     sensors: SensorSet,
@@ -167,6 +171,7 @@ impl Plant {
                 &state.positions,
                 &sensors.of(&airframe.effectors),
             ),
+            paths: CommandPath::all(airframe, &state.positions),
             sensors: SensorSet::new(airframe, sensors, period_us, seed, run)
                 .in_air(*dynamics.atmosphere()),
             reports: VecDeque::with_capacity(REPORTS_MAX),
@@ -179,12 +184,14 @@ impl Plant {
             trim,
             time,
             state,
+            rates: PerEffector::default(),
             inputs,
             turbulence,
             gusts,
         };
         let positions = plant.trim.positions();
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
+        plant.feel_hinge_moments();
         plant.schedule(faults)?;
         plant.let_events_happen();
         plant.observe();
@@ -300,11 +307,7 @@ impl Plant {
         if self.on_ground {
             return;
         }
-        let Airframe { effectors, servos, .. } = self.dynamics.airframe();
-        let count = effectors.len();
-        let commands = servos::accepted(count, servos, &actuators.commands, self.faults.commands());
-        self.faults.command(&commands, self.time);
-        self.inputs.commands = *self.faults.received();
+        self.command(actuators);
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
         let mut broken = self.state.first_not_finite();
@@ -370,11 +373,16 @@ impl Plant {
         while now_us < end_us {
             let grid_us = (now_us / self.step_us + 1) * self.step_us;
             let event_us = self.faults.next_event().map_or(u64::MAX, SimTime::as_micros);
-            let next_us = grid_us.min(end_us).min(event_us.max(now_us + 1));
+            let arrival_us = self.next_arrival().map_or(u64::MAX, SimTime::as_micros);
+            let next_us = grid_us.min(end_us).min(event_us.min(arrival_us).max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
-            self.state = self.dynamics.step(&self.state, &self.present, &self.inputs, step_s);
+            let Self { dynamics, state, rates, present, inputs, .. } = self;
+            *state = dynamics.step(state, rates, present, inputs, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
+            if arrival_us <= now_us {
+                self.let_commands_arrive();
+            }
             if event_us <= now_us {
                 self.let_events_happen();
             } else if self.faults.varies() {
@@ -412,7 +420,7 @@ impl Plant {
     /// Copies the effects of the faults, which stay constant until the next event.
     fn hold_faults(&mut self) {
         self.inputs.effects = *self.faults.effects();
-        self.inputs.commands = *self.faults.received();
+        self.receive();
     }
 
     /// Puts the faults of the setup on the list.

@@ -1,13 +1,39 @@
-//! Command to position: lag, rate limit, travel. This is the healthy actuator; [`crate::faults`] has its faults.
+//! Command to position: lag or second order, rate limit, travel. This is the healthy actuator; [`crate::faults`] has its faults.
+//!
+//! ```text
+//! command ─> travel ─> delay ─> deadband ─> hysteresis ─> bias ─> faults ─> stall ─> lag or second order, rate ─> position
+//! ```
+//!
+//! Delay to bias are [`Imperfections`], which act on commands; the plant passes the commands through them only where an
+//! actuator has one.
 
-use icd::PerEffector;
 use icd::fault::{Reach, TargetClass};
+use icd::{ControlPeriod, PerEffector};
 use serde::{Deserialize, Serialize};
+
+mod delay;
+mod second_order;
+
+pub(crate) use delay::Delayed;
+pub(crate) use second_order::Inert;
+pub use second_order::SecondOrder;
+
+/// Longest transport delay of an actuator, s: what the buffer of its commands holds.
+pub const DELAY_MAX_S: f64 = 1.0;
+
+/// Most commands that can be pending: those of the longest delay at the shortest control period, and the latest one.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a thousand and one, from two constants"
+)]
+pub const COMMANDS_MAX: usize =
+    (DELAY_MAX_S * 1.0e6) as usize / ControlPeriod::MIN_MICROS as usize + 1;
 
 /// One actuator: angles in rad, the engine in newton. An unused slot is all zeros and stays at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Servo {
-    /// Time constant of the first-order lag, s.
+    /// Time constant of the first-order lag, s; of a second-order servo [`SecondOrder::lag_s`].
     pub lag_s: f64,
     /// Rate limit in either direction, rad/s or N/s; infinite for none.
     #[serde(with = "limit")]
@@ -16,6 +42,35 @@ pub struct Servo {
     pub min: f64,
     /// Upper end of the travel, rad or N.
     pub max: f64,
+    /// Second-order dynamics in the place of the lag.
+    #[serde(default)]
+    pub second_order: Option<SecondOrder>,
+    /// What happens to a command before it reaches the servo.
+    #[serde(default)]
+    pub imperfections: Imperfections,
+}
+
+/// Errors of an actuator, all zero or `None` in an ideal one.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Imperfections {
+    /// Transport delay of a command, s, 0 to [`DELAY_MAX_S`].
+    pub delay_s: f64,
+    /// A command that differs by no more than this from the last one that was followed is not followed, rad.
+    pub deadband: f64,
+    /// Width of the play between command and servo (backlash), rad.
+    pub hysteresis: f64,
+    /// Added to the command, rad.
+    pub bias: f64,
+    /// Dynamic pressure at which the hinge moment leaves just the full travel, Pa.
+    pub stall_pressure_pa: Option<f64>,
+}
+
+impl Imperfections {
+    /// Whether commands reach the servo unchanged.
+    #[must_use]
+    pub fn are_none(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl Servo {
@@ -28,10 +83,27 @@ impl Servo {
         if above > self.max { self.max } else { above }
     }
 
-    /// Largest rate, rad/s or N/s. Without a rate limit it is that at the start of a step over the whole travel.
+    /// Largest rate, rad/s or N/s. Without a rate limit it is that in a step over the whole travel.
     #[must_use]
     pub fn fastest(&self) -> f64 {
-        self.rate_limit.min((self.max - self.min) / self.lag_s)
+        let span = self.max - self.min;
+        let free = self.second_order.map_or(span / self.lag_s, |order| span * order.fastest());
+        self.rate_limit.min(free)
+    }
+
+    /// Ends of the travel that the hinge moment leaves at a dynamic pressure (Pa), rad or N.
+    ///
+    /// The hinge moment q S c C_hδ δ of a deflection δ grows with the dynamic pressure q, the moment of the actuator does not
+    /// (B. Etkin, L. D. Reid, Dynamics of Flight, 3rd ed., chapter 2: hinge moments). Beyond the pressure q_s of the full
+    /// travel a fraction q_s/q of it is left, to either side.
+    #[must_use]
+    pub fn travel_at(&self, pressure_pa: f64) -> [f64; 2] {
+        match self.imperfections.stall_pressure_pa {
+            Some(stall_pa) if pressure_pa > stall_pa => {
+                [self.min, self.max].map(|end| end * (stall_pa / pressure_pa))
+            }
+            _ => [self.min, self.max],
+        }
     }
 
     /// Its travel and largest rate; `class` is that of its effector.
@@ -124,7 +196,20 @@ mod tests {
     use super::*;
     use icd::tvc_jet;
 
-    const SERVO: Servo = Servo { lag_s: 0.05, rate_limit: 1.4, min: -0.5, max: 0.5 };
+    const SERVO: Servo = Servo {
+        lag_s: 0.05,
+        rate_limit: 1.4,
+        min: -0.5,
+        max: 0.5,
+        second_order: None,
+        imperfections: Imperfections {
+            delay_s: 0.0,
+            deadband: 0.0,
+            hysteresis: 0.0,
+            bias: 0.0,
+            stall_pressure_pa: None,
+        },
+    };
 
     /// Speed of one of these servos.
     fn rate(command: f64, position: f64) -> f64 {
@@ -148,6 +233,17 @@ mod tests {
     #[test]
     fn commands_end_at_the_travel() {
         assert_eq!((SERVO.limited(9.0), SERVO.limited(-9.0), SERVO.limited(0.1)), (0.5, -0.5, 0.1));
+    }
+
+    #[test]
+    fn the_hinge_moment_leaves_a_travel_that_falls_with_the_dynamic_pressure() {
+        let imperfections =
+            Imperfections { stall_pressure_pa: Some(20.0e3), ..Imperfections::default() };
+        let servo = Servo { min: -0.3, imperfections, ..SERVO };
+        assert_eq!(servo.travel_at(0.0), [-0.3, 0.5]);
+        assert_eq!(servo.travel_at(20.0e3), [-0.3, 0.5]);
+        assert_eq!(servo.travel_at(40.0e3), [-0.15, 0.25]);
+        assert_eq!(SERVO.travel_at(1.0e6), [-0.5, 0.5]);
     }
 
     #[test]

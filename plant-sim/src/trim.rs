@@ -181,7 +181,13 @@ impl Problem<'_> {
     /// Checks that the effectors can reach the positions of the trim.
     fn in_reach(&self, trim: &Trim) -> Result<(), RangeError> {
         let airframe = self.dynamics.airframe();
-        check_reach(airframe, &trim.positions, self.thrust_range_n(), trim.alpha_rad)
+        let pressure_pa = self.pressure_pa();
+        check_reach(airframe, &trim.positions, self.thrust_range_n(), pressure_pa, trim.alpha_rad)
+    }
+
+    /// Dynamic pressure, Pa.
+    fn pressure_pa(&self) -> f64 {
+        0.5 * self.density.at(self.altitude_m) * self.start.airspeed_m_s * self.start.airspeed_m_s
     }
 
     fn thrust_range_n(&self) -> [f64; 2] {
@@ -257,18 +263,20 @@ impl Problem<'_> {
     }
 }
 
-/// Checks that effectors and angle of attack (rad) are inside their limits; `thrust_range` is that of the engine, N.
+/// Checks that effectors and angle of attack (rad) are inside their limits; `thrust_range` is that of the engine, N,
+/// and the dynamic pressure (Pa) that of the flight, whose hinge moments may limit the travel.
 fn check_reach(
     airframe: &Airframe,
     positions: &PerEffector<f64>,
     thrust_range: [f64; 2],
+    pressure_pa: f64,
     alpha_rad: f64,
 ) -> Result<(), RangeError> {
     let list = &airframe.effectors;
     for effector in list.all() {
         let servo = &airframe.servos[effector];
         let (key, unit, [min, max]) = if list.is_angle(effector) {
-            ("deflection_deg", 1.0_f64.to_degrees(), [servo.min, servo.max])
+            ("deflection_deg", 1.0_f64.to_degrees(), servo.travel_at(pressure_pa))
         } else {
             ("thrust_n", 1.0, thrust_range)
         };

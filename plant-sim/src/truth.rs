@@ -63,6 +63,12 @@ impl Truth {
         self.attitude.euler()
     }
 
+    /// Dynamic pressure, Pa.
+    #[must_use]
+    pub fn dynamic_pressure_pa(&self) -> f64 {
+        0.5 * self.density_kg_m3 * self.airspeed_m_s * self.airspeed_m_s
+    }
+
     /// Whether the quantities computed from the state are within [`BOUND`]: forces, accelerations, position and motion in the air.
     #[inline]
     #[must_use]

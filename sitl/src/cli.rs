@@ -15,6 +15,7 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
+use flight_analysis::actuators::{self, ActuatorsArgs};
 use flight_analysis::checkcase::report::{self, CompareArgs};
 use flight_analysis::checkcase::{self, CheckcaseArgs};
 use flight_analysis::design::{self, DesignArgs};
@@ -91,6 +92,8 @@ enum Command {
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
+    /// Draw what each property of an actuator does to a step and a triangle
+    Actuators(Box<ActuatorsArgs>),
     /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
     Estimator(estimator::Options),
     /// Draw the flight of a log into a page
@@ -162,6 +165,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::CompareCheckcases(args)) => report::run(args)?,
         Some(Command::SensorErrors(args)) => sensor_errors::run(args)?,
+        Some(Command::Actuators(args)) => actuators::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,
         Some(Command::Trimmable(args)) => trimmable::run(args)?,
@@ -230,6 +234,7 @@ mod tests {
             "campaign suite --out x",
             "campaign tune tuning --out x",
             "sensors --grade tactical --out x",
+            "actuators --effector rudder --out x",
             "plot a.ulg",
             "replay a.ulg",
             "linearize",

@@ -14,7 +14,7 @@ use crate::config::keys::gather;
 use crate::config::{self, ConfigError, units};
 use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
-use crate::servos::Servo;
+use crate::servos::{Imperfections, SecondOrder, Servo};
 use crate::start::{Start, StartTable};
 use crate::tables::aerodynamics::TableAero;
 use crate::tables::thrust::{Propeller, Propulsion, ThrustTables};
@@ -50,9 +50,16 @@ struct EffectorTable {
     instance: u8,
     #[serde(default)]
     gains: AxisGains,
-    lag_s: f64,
+    lag_s: Option<f64>,
+    natural_frequency_rad_s: Option<f64>,
+    damping_ratio: Option<f64>,
     rate_limit_deg_s: Option<f64>,
     travel_deg: Option<[f64; 2]>,
+    delay_s: Option<f64>,
+    deadband_deg: Option<f64>,
+    hysteresis_deg: Option<f64>,
+    bias_deg: Option<f64>,
+    stall_dynamic_pressure_pa: Option<f64>,
     thrust_min_n: Option<f64>,
     thrust_max_n: Option<f64>,
     c_lift: Option<f64>,
@@ -259,7 +266,8 @@ impl EffectorTable {
         if let Some((key, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
             return Err(self.error(file, key, "has no meaning for this kind"));
         }
-        let lag_s = self.lag_s;
+        let (second_order, lag_s) = self.order(file)?;
+        let imperfections = self.imperfections(file)?;
         Ok(if is_angle {
             let [min, max] = self.travel_deg.unwrap_or_default();
             Servo {
@@ -268,11 +276,62 @@ impl EffectorTable {
                 // The negative of the same number has the same bits.
                 min: if min == -max { -max.to_radians() } else { min.to_radians() },
                 max: max.to_radians(),
+                second_order,
+                imperfections,
             }
         } else {
             let (min, max) = (self.thrust_min_n, self.thrust_max_n);
             let (min, max) = (min.unwrap_or_default(), max.unwrap_or_default());
-            Servo { lag_s, rate_limit: f64::INFINITY, min, max }
+            Servo { lag_s, rate_limit: f64::INFINITY, min, max, second_order, imperfections }
+        })
+    }
+
+    /// The order of the servo, and its lag, which a second order replaces.
+    fn order(&self, file: &str) -> Result<(Option<SecondOrder>, f64), ConfigError> {
+        match (self.natural_frequency_rad_s, self.damping_ratio, self.lag_s) {
+            (Some(natural_frequency_rad_s), damping_ratio, _) => {
+                let damping_ratio = damping_ratio.unwrap_or(DAMPING_RATIO);
+                let order = SecondOrder { natural_frequency_rad_s, damping_ratio };
+                Ok((Some(order), order.lag_s()))
+            }
+            (None, Some(_), _) => Err(self.error(
+                file,
+                "damping_ratio",
+                "has no meaning without natural_frequency_rad_s",
+            )),
+            (None, None, Some(lag_s)) => Ok((None, lag_s)),
+            (None, None, None) => {
+                Err(self.error(file, "lag_s", "or natural_frequency_rad_s is missing"))
+            }
+        }
+    }
+
+    fn imperfections(&self, file: &str) -> Result<Imperfections, ConfigError> {
+        let of_angles = [
+            ("deadband_deg", self.deadband_deg),
+            ("hysteresis_deg", self.hysteresis_deg),
+            ("bias_deg", self.bias_deg),
+        ];
+        let misplaced = |(key, value): (&'static str, Option<f64>)| value.is_some().then_some(key);
+        let misplaced = match self.kind {
+            kind if kind.is_surface() => None,
+            kind => {
+                let stall = ("stall_dynamic_pressure_pa", self.stall_dynamic_pressure_pa);
+                let angles = of_angles.into_iter().filter(|_| !kind.is_angle());
+                angles.chain([stall]).find_map(misplaced)
+            }
+        };
+        if let Some(key) = misplaced {
+            return Err(self.error(file, key, "has no meaning for this kind"));
+        }
+        let [deadband, hysteresis, bias] =
+            of_angles.map(|(_, value)| value.unwrap_or_default().to_radians());
+        Ok(Imperfections {
+            delay_s: self.delay_s.unwrap_or_default(),
+            deadband,
+            hysteresis,
+            bias,
+            stall_pressure_pa: self.stall_dynamic_pressure_pa,
         })
     }
 
@@ -301,6 +360,9 @@ impl EffectorTable {
         Ok(SurfaceDerivatives { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll })
     }
 }
+
+/// Damping ratio of a second-order servo whose file has none: the usual one, with an overshoot of 5 %.
+const DAMPING_RATIO: f64 = 0.7;
 
 /// Tables of earlier versions.
 const OLD_TABLES: [&str; 4] = ["aileron", "elevator", "rudder", "engine"];

@@ -51,6 +51,66 @@ fn a_vane_far_outside_the_aircraft_is_refused() {
 }
 
 #[test]
+fn a_number_of_an_actuator_that_cannot_be_is_refused_with_effector_key_value_and_range() {
+    for (key, range) in [
+        ("delay_s = 1.5", "delay_s = 1.5 is outside 0 to 1"),
+        ("delay_s = nan", "delay_s = NaN is outside 0 to 1"),
+        ("deadband_deg = -1", "deadband_deg = -1 is outside 0 to 30"),
+        ("hysteresis_deg = 31", "hysteresis_deg = 31 is outside 0 to 30"),
+        ("bias_deg = inf", "bias_deg = inf is outside -30 to 30"),
+        ("stall_dynamic_pressure_pa = 0", "stall_dynamic_pressure_pa = 0 is outside 1 to 10000000"),
+        ("natural_frequency_rad_s = 500", "natural_frequency_rad_s = 500 is outside 0.5 to 200"),
+        ("natural_frequency_hz = 5\ndamping_ratio = 0", "damping_ratio = 0 is outside 0.1 to 1.5"),
+    ] {
+        let message = refusal("name = \"rudder\"", &format!("name = \"rudder\"\n{key}"));
+        assert_eq!(message, format!("jet.toml: [effector.rudder] {range}"));
+    }
+}
+
+#[test]
+fn a_key_of_an_actuator_that_has_no_meaning_is_refused() {
+    let with = |name: &str, key: &str| {
+        refusal(&format!("name = \"{name}\""), &format!("name = \"{name}\"\n{key}"))
+    };
+    for (name, key) in [
+        ("engine", "deadband_deg"),
+        ("engine", "hysteresis_deg"),
+        ("engine", "bias_deg"),
+        ("engine", "stall_dynamic_pressure_pa"),
+        ("nozzle pitch", "stall_dynamic_pressure_pa"),
+    ] {
+        assert_eq!(
+            with(name, &format!("{key} = 1.0")),
+            format!("jet.toml: effector `{name}`: {key} has no meaning for this kind")
+        );
+    }
+    assert_eq!(
+        with("rudder", "damping_ratio = 0.7"),
+        "jet.toml: effector `rudder`: damping_ratio has no meaning without natural_frequency_rad_s"
+    );
+    assert_eq!(
+        with("rudder", "natural_frequency_m = 3"),
+        "jet.toml: effector.5.natural_frequency_m: the unit m does not fit, expected one of \
+         natural_frequency_deg_s, natural_frequency_rad_s, natural_frequency_hz"
+    );
+    let without = DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "", 1);
+    assert_eq!(
+        Airframe::from_toml("jet.toml", &without).unwrap_err().to_string(),
+        "jet.toml: effector `left aileron`: lag_s or natural_frequency_rad_s is missing"
+    );
+}
+
+#[test]
+fn a_second_order_takes_the_place_of_the_lag_with_the_same_delay_of_slow_commands() {
+    let text = DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "natural_frequency_hz = 5", 1);
+    let servo = Airframe::from_toml("jet.toml", &text).unwrap().servos[tvc_jet::LEFT_AILERON];
+    let order = servo.second_order.unwrap();
+    assert!((order.natural_frequency_rad_s - 31.415_926_535_9).abs() < 1.0e-9);
+    assert_eq!(order.damping_ratio, 0.7);
+    assert_eq!(servo.lag_s, 2.0 * 0.7 / order.natural_frequency_rad_s);
+}
+
+#[test]
 fn a_misspelt_key_is_refused_with_its_line() {
     let message = refusal("span_m", "spann_m");
     assert!(message.contains("jet.toml") && message.contains("line"), "{message}");

@@ -23,7 +23,7 @@ const POUND_FORCE: f64 = POUND * 9.806_65;
 const SLUG: f64 = POUND_FORCE / FOOT;
 
 /// All quantities.
-const QUANTITIES: [Quantity; 10] = [
+const QUANTITIES: [Quantity; 11] = [
     &[("m", 1.0), ("ft", FOOT), ("in", FOOT / 12.0), ("km", 1_000.0), ("nmi", NAUTICAL_MILE)],
     &[("m2", 1.0), ("ft2", FOOT * FOOT)],
     &[("m_s", 1.0), ("ft_s", FOOT), ("kt", NAUTICAL_MILE / 3_600.0), ("km_h", 1.0 / 3.6)],
@@ -32,8 +32,9 @@ const QUANTITIES: [Quantity; 10] = [
     &[("kg_m2", 1.0), ("slug_ft2", SLUG * FOOT * FOOT), ("lb_ft2", POUND * FOOT * FOOT)],
     &[("n", 1.0), ("kn", 1_000.0), ("lbf", POUND_FORCE)],
     &[("deg", DEGREE), ("rad", 1.0)],
-    &[("deg_s", DEGREE), ("rad_s", 1.0)],
+    &[("deg_s", DEGREE), ("rad_s", 1.0), ("hz", 2.0 * std::f64::consts::PI)],
     &[("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)],
+    &[("pa", 1.0), ("kpa", 1_000.0), ("psf", POUND_FORCE / (FOOT * FOOT))],
 ];
 
 /// A unit: its quantity and its value in SI units.

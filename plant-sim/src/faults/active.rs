@@ -56,12 +56,14 @@ struct Slew {
 
 impl ActiveFault {
     /// A fault that begins at `now` on an effector whose servo is at `position`; a fault that moves the effector at
-    /// once changes `position`. `effective` is the effective deflection so far: an effector that sticks keeps it.
+    /// once changes `position`. `reach` is the travel that the hinge moment leaves now, `effective` the effective deflection
+    /// so far: an effector that sticks keeps it.
     pub fn begin(
         kind: FaultKind,
         ramp_us: u64,
         now: SimTime,
         servo: &Servo,
+        [low, high]: [f64; 2],
         effective: f64,
         position: &mut f64,
     ) -> Self {
@@ -74,8 +76,8 @@ impl ActiveFault {
             }
             FaultKind::HardOver { side } => {
                 let end = match side {
-                    Side::Positive => servo.max,
-                    Side::Negative => servo.min,
+                    Side::Positive => high,
+                    Side::Negative => low,
                 };
                 slew_to(effective, end, Some(rate), 0, now)
             }

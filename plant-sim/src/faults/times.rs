@@ -1,9 +1,7 @@
-//! The times of a fault in whole microseconds: onset, end, repetitions; and the pending commands of a delayed effector.
+//! The times of a fault in whole microseconds: onset, end, repetitions.
 
-use std::collections::VecDeque;
-
-use icd::fault::{FaultKind, Onset, Timing};
-use icd::{ControlPeriod, SimTime};
+use icd::SimTime;
+use icd::fault::{Onset, Timing};
 
 /// A [`Timing`] in absolute times. The onset of every repetition is exact: rounding errors do not accumulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,53 +50,6 @@ impl Plan {
 }
 
 /// Seconds, rounded to the nearest microsecond; the caller has checked their range.
-pub(super) fn micros(seconds: f64) -> u64 {
+pub(crate) fn micros(seconds: f64) -> u64 {
     SimTime::from_seconds(seconds.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default().as_micros()
-}
-
-/// Most commands that can be pending: those of the longest delay at the shortest control period, and the latest one.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a thousand and one, from two constants"
-)]
-pub const COMMANDS_MAX: usize =
-    (FaultKind::DELAY_MAX_S * 1.0e6) as usize / ControlPeriod::MIN_MICROS as usize + 1;
-
-/// The commands of one effector that are not due yet, oldest first.
-#[derive(Debug, Clone)]
-pub(super) struct Delayed(VecDeque<(SimTime, f64)>);
-
-impl Delayed {
-    /// Empty; it allocates its memory here and not in flight.
-    pub fn new() -> Self {
-        Self(VecDeque::with_capacity(COMMANDS_MAX))
-    }
-
-    /// Drops all pending commands.
-    pub fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    /// Adds a command, rad or N, that is due at `due`; if the queue is full, it drops the oldest.
-    pub fn push(&mut self, due: SimTime, command: f64) {
-        if self.0.len() == COMMANDS_MAX {
-            self.0.pop_front();
-        }
-        self.0.push_back((due, command));
-    }
-
-    /// Removes the newest command that is due by `now` and all older ones, and returns the newest.
-    pub fn due(&mut self, now: SimTime) -> Option<f64> {
-        let mut newest = None;
-        while let Some((_, command)) = self.0.pop_front_if(|(due, _)| *due <= now) {
-            newest = Some(command);
-        }
-        newest
-    }
-
-    /// When the next command is due.
-    pub fn next(&self) -> Option<SimTime> {
-        self.0.front().map(|(due, _)| *due)
-    }
 }

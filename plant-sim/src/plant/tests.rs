@@ -5,6 +5,7 @@ use icd::tvc_jet;
 use icd::{Body, ControlPeriod, Effector, FlowAngles, PerEffector, Sample, Stamp};
 use nalgebra::Vector3;
 
+mod actuators;
 mod air_and_sensors;
 mod effectiveness;
 mod faults;

@@ -105,7 +105,7 @@ fn errors_of_sensors_that_cannot_be_are_refused_with_file_key_value_and_range() 
         ),
         (
             "[plant.sensors.pitot]\nnoise_deg = 1.0",
-            "unknown field `noise_deg`, expected one of `fitted`, `rate_hz`",
+            "the unit deg does not fit, expected one of noise_pa, noise_kpa, noise_psf",
         ),
         (
             "[plant.sensors]\ngrade = \"best\"",

@@ -129,6 +129,7 @@ impl Problem<'_> {
             dynamics.airframe(),
             &controls.positions,
             thrust_range,
+            0.5 * present.density * airspeed_m_s * airspeed_m_s,
             present.motion.air.alpha_rad,
         )
         .map_err(|source| TrimError::OutOfReach {

@@ -115,13 +115,13 @@ impl Problem<'_> {
 
     /// Smallest and largest of each unknown.
     fn ranges(&self) -> [Unknowns; 2] {
-        let airframe = self.dynamics.airframe();
+        let (airframe, pressure_pa) = (self.dynamics.airframe(), self.pressure_pa());
         let command = |command: usize| {
             let ends = airframe.effectors.all().filter_map(|effector| {
                 let gains = &airframe.gains[effector];
                 let gain = [gains.roll, gains.pitch, gains.yaw][command];
-                let servo = &airframe.servos[effector];
-                let ends = [servo.min / gain, servo.max / gain];
+                let [low, high] = airframe.servos[effector].travel_at(pressure_pa);
+                let ends = [low / gain, high / gain];
                 (gain != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
             });
             // The trim has to be inside the travel of each effector that it uses.

@@ -4,6 +4,7 @@
 //! configuration, settings ─> closed_loop ─> fly, paper, mission, envelope, margins, false_alarms ─> table, chart, page
 //! flight log ─> plot, replay ─> chart, page
 //! plant ─> linearize, design ─> the controller's model and gains
+//! plant ─> actuators, sensor_errors, turbulence ─> chart
 //! ```
 //!
 //! It starts no process, opens no socket and draws nothing on a terminal but lines of progress: a flight is a function
@@ -51,6 +52,7 @@ macro_rules! print_line {
     }};
 }
 
+pub mod actuators;
 pub mod chart;
 pub mod checkcase;
 pub mod closed_loop;

@@ -117,6 +117,11 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     print_line!("wrote {}", args.out.display());
+    if setup.airframe.servos.iter().any(|(_, servo)| !servo.imperfections.are_none()) {
+        print_line!(
+            "The model has lags, rate limits and travels. Delay, deadband, hysteresis, bias and stall of the actuators are not in it."
+        );
+    }
     Ok(())
 }
 

@@ -13,8 +13,9 @@ use autopilot::run::LawArgs;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
 use icd::{ControlPeriod, EffectorKind, PerEffector};
 use nalgebra::Complex;
+use plant_sim::servos::Servo;
 use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, PlantPart};
+use plant_sim::{Airframe, EarthModel, PlantPart};
 
 use crate::configuration::{AircraftArgs, Named};
 use crate::runner;
@@ -113,7 +114,7 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     let all = args.all_laws();
     let texts =
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
-    print_line!("{}", args.heading());
+    print_line!("{}", args.heading(&args.aircraft.airframe()?));
     for text in texts {
         print_line!("{}", text?);
     }
@@ -148,12 +149,21 @@ impl MarginsArgs {
             .collect()
     }
 
-    fn heading(&self) -> String {
+    fn heading(&self, airframe: &Airframe) -> String {
+        let has_play = |servo: &Servo| {
+            servo.imperfections.deadband > 0.0 || servo.imperfections.hysteresis > 0.0
+        };
+        let play = airframe.servos.iter().any(|(_, servo)| has_play(servo));
+        let left_out = if play {
+            "\n\nDeadband and hysteresis of the actuators are left out, in the flights too: they have no linear form."
+        } else {
+            ""
+        };
         format!(
             "# Margins of the loops\n\n\
              Sampled loop with a period of {} ms, servos and engine, linearised in steady level flight at the design point \
              by differences of {} (rad, rad/s, m/s, m). A loop is opened at the commands of one kind of effector; all \
-             others stay closed. Each figure is for one change alone.\n",
+             others stay closed. Each figure is for one change alone.{left_out}\n",
             self.period_ms.as_seconds() * 1.0e3,
             self.amplitude,
         )
@@ -425,14 +435,32 @@ mod tests {
         assert!(text.contains("(all stable)") && !text.contains("differs"), "{text}");
     }
 
+    /// A figure of the nozzle's loop in pitch.
+    fn of_nozzle(column: usize, options: &str) -> f64 {
+        let text = study(&format!("--law pid --compensator neso --no-flights {options}"));
+        let row = text.lines().find(|line| line.starts_with("| nozzle_pitch |")).unwrap();
+        row.split('|').nth(column).unwrap().trim().parse().unwrap()
+    }
+
     #[test]
-    fn a_slower_servo_costs_phase() {
-        let phase_deg = |options: &str| -> f64 {
-            let text = study(&format!("--law pid --compensator neso --no-flights {options}"));
-            let row = text.lines().find(|line| line.starts_with("| nozzle_pitch |")).unwrap();
-            row.split('|').nth(4).unwrap().trim().parse().unwrap()
-        };
-        assert!(phase_deg("--set airframe.effector.6.lag_s=0.1") < phase_deg("") - 10.0);
+    fn a_slower_servo_costs_phase_and_one_of_second_order_too() {
+        let phase_deg = |options: &str| of_nozzle(4, options);
+        let healthy = phase_deg("");
+        assert!(phase_deg("--set airframe.effector.6.lag_s=0.1") < healthy - 10.0);
+        let order = "--set airframe.effector.6.natural_frequency_rad_s=15";
+        assert!(phase_deg(order) < healthy - 10.0);
+    }
+
+    #[test]
+    fn the_delay_of_an_actuator_is_taken_off_the_delay_margin() {
+        let delay_ms = |options: &str| of_nozzle(5, options);
+        let healthy = delay_ms("");
+        for late_s in [0.02, 0.0335] {
+            let left = delay_ms(&format!("--set airframe.effector.6.delay_s={late_s}"));
+            let lost = healthy - left;
+            // Half a digit of the table twice.
+            assert!((lost - 1.0e3 * late_s).abs() < 0.2, "{healthy} ms, {left} ms of {late_s} s");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use flight_control::{Demand, FlightControl, Gains, Navigator};
 use icd::frames::Attitude;
 use icd::{Actuators, Effector, EulerAngles, PerEffector};
 use nalgebra::{DMatrix, DVector};
-use plant_sim::{EarthModel, Plant, PlantSetup, SetupError};
+use plant_sim::{Airframe, EarthModel, Plant, PlantSetup, SetupError};
 
 use flight_control::AircraftModel;
 
@@ -35,7 +35,7 @@ pub struct Linear {
 }
 
 impl ClosedLoop {
-    /// Steady flight at the start of `setup`, over a flat Earth in still air, settled.
+    /// Steady flight at the start of `setup`, over a flat Earth in still air, settled, without deadband and hysteresis.
     ///
     /// # Errors
     /// [`SetupError`] if there is no steady flight there.
@@ -44,7 +44,13 @@ impl ClosedLoop {
         model: &AircraftModel,
         gains: &Gains,
     ) -> Result<Self, SetupError> {
-        let setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
+        let mut setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
+        let Airframe { effectors, servos, .. } = &mut setup.airframe;
+        for effector in effectors.all() {
+            // They have no slope: in the small nothing moves.
+            let imperfections = &mut servos[effector].imperfections;
+            (imperfections.deadband, imperfections.hysteresis) = (0.0, 0.0);
+        }
         let plant = Plant::new(&setup)?;
         let mut control = FlightControl::new(setup.period, model, gains);
         control.start_at(&plant.trim().positions());
@@ -102,6 +108,7 @@ impl ClosedLoop {
         x.extend(state.rigid.velocity.0.iter().chain(state.rigid.rates.0.iter()));
         x.push(-state.rigid.position.z);
         x.extend(self.effectors.iter().map(|effector| state.positions[*effector]));
+        x.extend(self.plant.actuator_states().map(|state| *state));
         self.control.states(&mut |state| x.push(*state));
         DVector::from_vec(x)
     }
@@ -119,6 +126,7 @@ impl ClosedLoop {
             state.positions[*effector] = *x;
         }
         self.plant.go_on_from(&state);
+        self.plant.set_actuator_states(rest.by_ref().copied());
         self.control.states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
     }
 
