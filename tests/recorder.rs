@@ -375,7 +375,8 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     let refused = refused.unwrap_or_else(|| panic!("{texts:?}"));
     assert!(refused.text.contains("no instance 8"), "{}", refused.text);
     let at_s = SimTime::from_micros(refused.timestamp_us).as_seconds();
-    assert!(at_s > 0.5 && at_s <= seen_s + 0.5, "sent at {at_s} s, seen until {seen_s} s");
+    // The script ends in the step at 0.5 s; where the machine is slow, the command is there before the next step.
+    assert!(at_s >= 0.5 && at_s <= seen_s + 0.5, "sent at {at_s} s, seen until {seen_s} s");
 }
 
 #[test]
