@@ -23,6 +23,7 @@ pub mod flights;
 mod results;
 
 use flights::{Flown, Sides};
+pub use results::{band, mean_nees};
 
 /// Most flights of each case.
 const FLIGHTS_MAX: u32 = 10_000;

@@ -39,15 +39,18 @@ impl Estimator {
         };
         set(ATTITUDE, [white + lasting(rate); 3]);
         let white = walk(gains.force_noise_m_s2);
-        let force = match is_away(&self.sources.accelerometer) {
-            true => UNKNOWN_FORCE_M_S2,
-            false => gains.force_scale * self.extra_force(&inertial.force),
+        let unknown = match is_away(&self.sources.accelerometer) {
+            true => lasting(UNKNOWN_FORCE_M_S2),
+            false => 0.0,
         };
-        set(VELOCITY, [white + lasting(force); 3]);
+        set(VELOCITY, [white + unknown; 3]);
         let drift = 2.0 * gains.gnss_drift_m * gains.gnss_drift_m / GNSS_DRIFT_S * seconds;
         set(POSITION, [drift, drift, drift * gains.gnss_vertical * gains.gnss_vertical]);
         set(GYRO_BIAS, [walk(gains.gyro_walk_deg.to_radians()); 3]);
-        set(FORCE_BIAS, [walk(gains.force_walk_m_s2); 3]);
+        // Errors of scale and direction look like another bias while the force is another one: a Gauss-Markov process of this size.
+        let wrong = gains.force_scale * self.extra_force();
+        let other = 2.0 * wrong * wrong / MANOEUVRE_S * seconds;
+        set(FORCE_BIAS, [walk(gains.force_walk_m_s2) + other; 3]);
         let horizontal = walk(gains.wind_walk_m_s);
         let updraught = 2.0 * gains.updraught_m_s * gains.updraught_m_s / gains.updraught_s;
         set(WIND, [horizontal, horizontal, updraught * seconds]);
@@ -61,9 +64,17 @@ impl Estimator {
         noise
     }
 
-    /// How much the specific force differs from that of unaccelerated flight, m/s².
-    fn extra_force(&self, force: &Vector3<f64>) -> f64 {
+    /// Follows the specific force of the manoeuvre. Turbulence, which is faster, leaves a bias as it is.
+    pub(super) fn follow_force(&mut self) {
+        let force = self.inertial().force;
+        let part = 1.0 - libm::exp(-2.0 * self.transition.seconds / MANOEUVRE_S);
+        self.steady_force += (force - self.steady_force) * part;
+    }
+
+    /// How much the specific force of the manoeuvre differs from that of level flight, m/s²: the errors of scale and direction of
+    /// the latter are in the bias.
+    fn extra_force(&self) -> f64 {
         let Some(ground) = &self.ground else { return 0.0 };
-        (self.estimate.matrix() * force + ground.place.gravity).norm()
+        (self.steady_force + Vector3::z() * ground.place.gravity.norm()).norm()
     }
 }

@@ -136,6 +136,7 @@ impl Estimator {
         (self.transition, self.integrals) = (super::Transition::NONE, Integrals::at(now));
         self.history = History::empty();
         self.history.remember(&self.integrals);
+        self.steady_force = self.force;
         self.ground = Some(Ground { earth, place });
         self.alignments = self.alignments.saturating_add(1);
         self.find_place();

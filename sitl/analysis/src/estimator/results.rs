@@ -23,7 +23,7 @@ const INKS: [Ink; CASES.len()] = [
 
 /// Band in which the mean NEES of so many flights lies with 95 % probability: χ² with 3 N degrees of freedom over N, by the
 /// approximation of Wilson and Hilferty (1931), which is good to a thousandth here.
-fn band(flights: f64) -> [f64; 2] {
+pub fn band(flights: f64) -> [f64; 2] {
     let freedom = FREEDOM * flights;
     [-1.96, 1.96].map(|deviations: f64| {
         let part = 2.0 / (9.0 * freedom);
@@ -40,6 +40,11 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// The rows of flights after the settling.
 fn settled<T>(of: &[T]) -> impl Iterator<Item = &T> {
     of.iter().zip(0_u32..).filter(|(_, second)| f64::from(*second) > SETTLED_S).map(|(row, _)| row)
+}
+
+/// Mean NEES of a group over all settled seconds of all flights.
+pub fn mean_nees(flights: &[Flown], group: usize) -> f64 {
+    mean(flights.iter().flat_map(|flown| settled(&flown.nees).map(move |row| row[group])))
 }
 
 /// Mean over flights at each second.
@@ -68,7 +73,7 @@ pub fn figure(flown: &[Vec<Flown>; CASES.len()]) -> Figure {
             curves: (0..CASES.len())
                 .map(|case| Curve::unnamed(history(&flown[case], group), INKS[case]))
                 .collect(),
-            rules: [(low, "95 % band"), (high, "")]
+            rules: [(low, ""), (high, "95 % band")]
                 .map(|(value, label)| Rule { value, label: label.to_owned() })
                 .into(),
             ..Panel::default()
@@ -109,7 +114,7 @@ pub fn summary(options: &Options, flown: &[Vec<Flown>; CASES.len()]) -> String {
                 text,
                 "| {} | {name} | {:.2} | {:.0} % | {:.1} % | {:.3} {unit} | {:.3} {unit} |",
                 case.name,
-                mean(all(|f| &f.nees)),
+                mean_nees(flights, group),
                 100.0 * inside,
                 100.0 * below,
                 mean(all(|f| &f.squares)).sqrt() / size,

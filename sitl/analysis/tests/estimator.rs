@@ -1,0 +1,46 @@
+//! The estimator knows how wrong it is: the normalised estimation errors squared (NEES) of many flights lie in their 95 % band.
+
+use std::path::PathBuf;
+
+use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::estimator::flights::GROUPS;
+use flight_analysis::estimator::{CASES, Options, band, mean_nees, study};
+use flight_analysis::settings::Setting;
+
+const FLIGHTS: u32 = 12;
+
+/// Seeds that chose no number of the estimator.
+const SEED: u64 = 501;
+
+fn options(aircraft: AircraftArgs) -> Options {
+    Options { out: PathBuf::new(), flights: FLIGHTS, turbulence_m_s: 1.5, aircraft, seed: SEED }
+}
+
+#[test]
+fn the_errors_are_as_large_as_the_estimator_says() {
+    let [low, high] = band(f64::from(FLIGHTS));
+    let flown = study(&options(AircraftArgs::default())).expect("the flights begin");
+    for (case, flights) in CASES.iter().zip(&flown) {
+        for (group, (name, ..)) in GROUPS.iter().enumerate() {
+            let mean = mean_nees(flights, group);
+            assert!((low..=high).contains(&mean), "{}, {name}: {mean:.2}", case.name);
+        }
+        assert!(flights.iter().all(|flown| !flown.lost && flown.realigned == 0), "{}", case.name);
+    }
+}
+
+/// What the study would say of an estimator that believes in better gyros, accelerometers and velocities than there are.
+#[test]
+fn an_estimator_that_trusts_its_sensors_too_much_is_outside_the_band() {
+    let set = ["EST_GYR_N=0.0005", "EST_GYR_B=0.0009", "EST_ACC_B=0.003", "EST_GPS_V=0.02"];
+    let settings = set.map(|text| Setting::parse(text).expect("a parameter")).into();
+    let aircraft = AircraftArgs { settings, ..AircraftArgs::default() };
+    let flown = study(&options(aircraft)).expect("the flights begin");
+    let [_, high] = band(f64::from(FLIGHTS));
+    for group in 0..GROUPS.len() {
+        let is_of_these =
+            ["velocity", "gyro bias", "accelerometer bias"].contains(&GROUPS[group].0);
+        let mean = mean_nees(&flown[0], group);
+        assert!(!is_of_these || mean > high, "{}: {mean:.2}", GROUPS[group].0);
+    }
+}
