@@ -123,7 +123,7 @@ impl EstimatorGains {
         gyro_noise_deg: 0.0015,
         gyro_bias_deg: 0.0028,
         gyro_walk_deg: 2.9e-5,
-        gyro_scale: 3.2e-4,
+        gyro_scale: 2.7e-4,
         force_noise_m_s2: 0.0005,
         force_bias_m_s2: 0.011,
         force_walk_m_s2: 2.9e-5,
