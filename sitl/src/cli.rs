@@ -81,6 +81,8 @@ enum Command {
     CompareCheckcases(CompareArgs),
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
+    /// Fly the paper's two cases on estimated states, with sensors of each grade, and say which limits still hold
+    PaperEstimated(paper::estimated::Options),
     /// Fly a demonstration mission and draw its track
     Mission(MissionOptions),
     /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
@@ -157,6 +159,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
         Some(Command::Paper(args)) => return fly_paper(args, &program),
+        Some(Command::PaperEstimated(args)) => paper::estimated::run(args)?,
         Some(Command::Mission(args)) => mission::run(args)?,
         Some(Command::Envelope(args)) => envelope::run(&args.out)?,
         Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,

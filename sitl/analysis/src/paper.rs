@@ -30,6 +30,7 @@ pub mod cases;
 pub mod claim;
 pub mod claims;
 pub mod comparisons;
+pub mod estimated;
 pub mod figures;
 pub mod model_error;
 pub mod report;

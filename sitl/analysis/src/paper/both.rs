@@ -60,13 +60,15 @@ fn differing_ticks(a: &Trace, b: &Trace) -> f64 {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noisy {
     name: String,
-    no_fault_lost: bool,
-    pid_only_lost: bool,
-    compensated_lost: bool,
-    wrong_signs: bool,
-    false_alarm: bool,
+    pub(super) no_fault_lost: bool,
+    pub(super) pid_only_lost: bool,
+    pub(super) compensated_lost: bool,
+    pub(super) wrong_signs: bool,
+    pub(super) false_alarm: bool,
+    /// Part of the run without fault with the compensator active.
+    pub(super) healthy_active: f64,
     /// Largest |z2| of the run without fault, over its level.
-    healthy_level: f64,
+    pub(super) healthy_level: f64,
     /// Worst axis, rms of z2 - F over the jump.
     error_over_jump: f64,
     /// Case 2: mean roll of the last 10 s, rad.
@@ -97,6 +99,10 @@ impl Noisy {
             wrong_signs: !signs_hold(runs),
             false_alarm: active_ticks(runs.no_fault) > 0.0
                 || run.before(fault_s).iter().any(|s| s.row.compensator_active > 0.0),
+            healthy_active: fraction(
+                column(runs.no_fault.samples(), |row| row.compensator_active),
+                |active| active > 0.0,
+            ),
             healthy_level: max(column(runs.no_fault.samples(), level)),
             error_over_jump: max(axes.iter().map(|axis| error_over_jump(run, fault_s, *axis))),
             settled_rad: is_turn.then(|| mean(column(run.last(10.0), |row| row.phi_rad))),
