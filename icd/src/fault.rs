@@ -27,7 +27,7 @@ pub use kind::{
 };
 pub use parts::NUMBERS_MAX;
 pub use quantity::{Measure, Quantity, Range, Reach, Unit};
-pub use target::{Target, TargetClass};
+pub use target::{AirframePart, Target, TargetClass};
 
 /// Longest ramp, s.
 pub const RAMP_MAX_S: f64 = 3_600.0;

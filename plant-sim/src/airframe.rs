@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use icd::effector_list::Name;
+use icd::fault::AirframePart;
 use icd::wire::Aircraft;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::aerodynamics::{Aerodynamics, AirForces, Geometry, SurfaceDerivatives};
 use crate::config::{self, ConfigError};
+use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
 use crate::limits::FlightLimits;
 use crate::mach::MachEffects;
@@ -99,6 +101,12 @@ pub struct Airframe {
     pub propulsion: Option<Propulsion>,
     /// How the derivatives change with the Mach number; `None` where they do not.
     pub mach: Option<MachEffects>,
+    /// Parts that can be torn off; none in logs of earlier versions.
+    #[serde(default)]
+    pub damage: Panels,
+    /// Fuel that burns; `None` where the mass stays.
+    #[serde(default)]
+    pub fuel: Option<Fuel>,
     /// Start of a scenario without one, and design point of the controller's model.
     #[serde(default = "of_earlier_logs::design_point")]
     pub design_point: Start,
@@ -261,9 +269,49 @@ impl Airframe {
         if let Some(mach) = &self.mach {
             mach.check()?;
         }
+        self.check_what_can_go()?;
         self.design_point.check_table("design_point")?;
         self.limits.check()?;
         self.check_effectors()
+    }
+
+    /// The surface on each part of the airframe that can be torn off.
+    #[must_use]
+    pub fn surfaces_of_parts(&self) -> PerPart<Option<Effector>> {
+        let named =
+            |name: Name| self.effectors.all().find(|e| self.effectors.name(*e) == name.as_str());
+        self.damage.all().map(|panel| panel?.effector.and_then(named))
+    }
+
+    /// Which parts can be torn off: those of `[damage]` whose loss leaves a body with a possible mass and inertia.
+    #[must_use]
+    pub fn parts(&self) -> PerPart<bool> {
+        AirframePart::ALL.map(|part| {
+            let mut torn_off = PerPart::default();
+            torn_off[part as usize] = 1.0;
+            self.damage.all()[part as usize].is_some() && self.without(&torn_off, 0.0).is_some()
+        })
+    }
+
+    /// What is left without parts and burnt fuel, kg; `None` if nothing is missing or the rest is no possible body.
+    #[must_use]
+    pub fn without(&self, torn_off: &PerPart<f64>, burnt_kg: f64) -> Option<Remainder> {
+        let tanks_m = self.fuel.map_or_else(Vector3::zeros, |fuel| fuel.at_m.into());
+        let surfaces = self.surfaces_of_parts();
+        let whole = self.mass_properties()?;
+        Remainder::of(&whole, &self.damage, &surfaces, torn_off, (burnt_kg, &tanks_m))
+    }
+
+    /// Damage and fuel: with empty tanks there is still a body that can fly.
+    fn check_what_can_go(&self) -> Result<(), RangeError> {
+        self.damage.check()?;
+        let Some(fuel) = &self.fuel else { return Ok(()) };
+        fuel.check(self.mass.mass_kg)?;
+        let rest = self.without(&PerPart::default(), fuel.mass_kg);
+        if rest.is_some() || fuel.mass_kg == 0.0 {
+            return Ok(());
+        }
+        check_range("fuel", "mass_kg (with the inertia of [mass])", fuel.mass_kg, 0.0, 0.0)
     }
 
     fn check_aerodynamics(&self) -> Result<(), RangeError> {

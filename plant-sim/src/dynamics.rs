@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{Atmosphere, LocalDensity};
+use crate::damage::{PerPart, Remainder};
 use crate::earth::slopes::Slopes;
 use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
@@ -57,6 +58,8 @@ pub struct StepInputs {
 pub struct Dynamics {
     airframe: Airframe,
     mass: MassProperties,
+    /// What is left of an aircraft that has lost parts or burnt fuel.
+    remainder: Option<Box<Remainder>>,
     servo_dynamics: ServoDynamics,
     /// The servos of second order.
     inert: Vec<Inert>,
@@ -158,6 +161,7 @@ impl Dynamics {
         let (atmosphere, profile) = (Atmosphere::STANDARD, WindProfile::default());
         Ok(Self {
             mass,
+            remainder: None,
             servo_dynamics,
             inert,
             air,
@@ -258,10 +262,27 @@ impl Dynamics {
         &self.jet
     }
 
-    /// Mass and inertia.
+    /// Present mass and inertia.
+    #[inline]
     #[must_use]
     pub fn mass(&self) -> &MassProperties {
-        &self.mass
+        self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
+    }
+
+    /// Present centre of gravity from that of the airframe file, m, body axes.
+    #[must_use]
+    pub fn shift_m(&self) -> Vector3<f64> {
+        self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
+    }
+
+    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg.
+    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
+        let is_whole = burnt_kg == 0.0 && torn_off.iter().all(|lost| *lost == 0.0);
+        let left = self.airframe.without(torn_off, burnt_kg);
+        // Several losses that together leave no possible body: the last one is left out.
+        if left.is_some() || is_whole {
+            self.remainder = left.map(Box::new);
+        }
     }
 
     /// Smallest and largest thrust of the engine at an airspeed (m/s), a density (kg/m³) and a geopotential altitude (m), N;
@@ -327,6 +348,10 @@ impl Dynamics {
         }
         // The air turns with the Earth and with the gust, so damping knows only the rates relative to both.
         let earth_rate = self.earth.rotation_in(&e_from_body);
+        // The aerodynamics counts from the centre of gravity of the airframe file.
+        if let Some(remainder) = &self.remainder {
+            velocity.0 -= rigid.rates.0.cross(&remainder.shift_m);
+        }
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
         let engine_air = match self.needs_mach {
             true => self.engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
@@ -335,10 +360,13 @@ impl Dynamics {
         let thrust_limits = thrust_limits.unwrap_or_else(|| self.jet.limits(&engine_air));
         let (jet, thrust_n) = self.jet.wrench(effective, &engine_air, thrust_limits);
         let mach = engine_air.mach;
-        let wrench = self.air.wrench(&air, &velocity, density, mach, effective).plus(&jet);
+        let mut wrench = self.air.wrench(&air, &velocity, density, mach, effective).plus(&jet);
+        if let Some(remainder) = &self.remainder {
+            wrench = remainder.wrench(&wrench, &velocity, &air.rates, density);
+        }
         let gravity = &nearby.gravity;
         let derivative =
-            rigid_body::derivative(rigid, &e_from_body, &self.mass, &wrench, &earth_rate, gravity);
+            rigid_body::derivative(rigid, &e_from_body, self.mass(), &wrench, &earth_rate, gravity);
         Motion { e_from_body, velocity, air, thrust_n, thrust_limits, wrench, derivative }
     }
 
@@ -346,7 +374,14 @@ impl Dynamics {
     #[inline]
     #[must_use]
     pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
-        effects.effective(self.airframe.effectors.len(), &state.positions)
+        let count = self.airframe.effectors.len();
+        let effective = effects.effective(count, &state.positions);
+        match &self.remainder {
+            None => effective,
+            Some(remainder) => {
+                PerEffector::first_from_fn(count, |e| remainder.left[e] * effective[e])
+            }
+        }
     }
 
     /// Evaluates a state with these inputs.

@@ -23,10 +23,10 @@
 //! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
-    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, SensorKind,
-    Target, Timing,
+    AirframePart, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal,
+    SensorKind, Target, Timing,
 };
-use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime};
+use icd::{Effector, EffectorList, PerEffector, SimTime};
 
 mod active;
 mod commands;
@@ -36,7 +36,7 @@ mod times;
 
 pub use active::SensorEffect;
 pub use effects::{Effects, FaultEffect};
-pub use entry::{ScheduledFault, check};
+pub use entry::{Fitted, ScheduledFault, check};
 pub(crate) use times::micros;
 
 use crate::servos::{self, Delayed, Servo};
@@ -71,8 +71,8 @@ pub struct Faults {
     travel: PerEffector<[f64; 2]>,
     /// Of the effectors, then of the sensors ([`slot`]).
     current: [Option<CurrentFault>; Target::MAX],
-    /// Which sensors the aircraft has.
-    sensors: [bool; Sensors::SENSORS],
+    /// Which sensors and parts the aircraft has.
+    has: Fitted,
     /// Ordered by onset; faults with the same onset in the order of their requests.
     schedule: Vec<Fault>,
     effects: Effects,
@@ -95,14 +95,14 @@ impl Faults {
         list: &EffectorList,
         servos: &PerEffector<Servo>,
         commands: &PerEffector<f64>,
-        sensors: &[bool; Sensors::SENSORS],
+        has: &Fitted,
     ) -> Self {
         Self {
             list: *list,
             servos: *servos,
             travel: PerEffector::from_fn(|e| [servos[e].min, servos[e].max]),
             current: [None; Target::MAX],
-            sensors: *sensors,
+            has: *has,
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
             commands: *commands,
@@ -160,7 +160,16 @@ impl Faults {
     /// Whether a sensor has a fault.
     #[must_use]
     pub fn has_sensor_faults(&self) -> bool {
-        self.current[Effector::MAX..].iter().any(Option::is_some)
+        SensorKind::ALL.into_iter().any(|sensor| self.current[slot(sensor)].is_some())
+    }
+
+    /// How much of each part of the airframe is torn off at `now`: the fraction of its span from the tip.
+    #[must_use]
+    pub fn torn_off(&self, now: SimTime) -> [f64; AirframePart::ALL.len()] {
+        AirframePart::ALL.map(|part| {
+            let active = self.current[slot(part)].as_ref().and_then(|one| one.active.as_ref());
+            active.map_or(0.0, |active| active.torn_off(now))
+        })
     }
 
     /// The effect on a sensor at `now`, and the time of its onset.
@@ -188,7 +197,7 @@ impl Faults {
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
         let ScheduledFault { target, kind, timing } = *fault;
-        check(&self.list, &self.servos, &self.sensors, target, &kind, &timing)?;
+        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
         let fault = self.number(target, kind, timing, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
@@ -206,12 +215,11 @@ impl Faults {
         context: &mut FaultContext<'_>,
     ) -> FaultReply {
         let reply = match *request {
-            FaultRequest::Clear { target } => {
-                entry::check_target(&self.list, &self.sensors, target).map(|()| {
+            FaultRequest::Clear { target } => entry::check_target(&self.list, &self.has, target)
+                .map(|()| {
                     self.clear(|other| other == target, context);
                     FaultReply::Cleared { at: context.now }
-                })
-            }
+                }),
             FaultRequest::ClearAll => {
                 self.clear(|_| true, context);
                 Ok(FaultReply::Cleared { at: context.now })
@@ -231,7 +239,7 @@ impl Faults {
         timing: Timing,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
-        check(&self.list, &self.servos, &self.sensors, target, &kind, &timing)?;
+        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
         let now = context.now;
         if let Onset::At(at) = timing.onset
             && at > now
@@ -338,8 +346,8 @@ impl Faults {
         }
         match fault.target {
             Target::Effector(effector) => self.begin_on(effector, &fault, cycle, context),
-            Target::Sensor(_) => {
-                let active = ActiveFault::of_sensor(fault.kind, fault.plan.ramp_us, now);
+            Target::Sensor(_) | Target::Part(_) => {
+                let active = ActiveFault::of_others(fault.kind, fault.plan.ramp_us, now);
                 let current = CurrentFault { fault, cycle, active: Some(active) };
                 self.current[slot(fault.target)] = Some(current);
             }

@@ -47,6 +47,7 @@ pub mod aerodynamics;
 pub mod airframe;
 pub mod atmosphere;
 pub mod config;
+pub mod damage;
 mod date;
 pub mod derivatives;
 pub mod dynamics;

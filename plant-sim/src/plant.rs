@@ -20,9 +20,11 @@ use crate::truth::Truth;
 use crate::wind::{self, DiscreteGust, DiscreteGusts, MovingAir, Surroundings, WindSettings};
 
 mod actuation;
+mod losses;
 mod released;
 
 use actuation::CommandPath;
+use losses::Losses;
 use released::released;
 
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
@@ -55,6 +57,7 @@ pub struct Plant {
     pub(crate) faults: Faults,
     /// Of the commands; empty if all actuators are ideal.
     paths: Vec<CommandPath>,
+    losses: Losses,
     turbulence: MovingAir,
     gusts: DiscreteGusts,
     sensors: SensorSet,
@@ -169,8 +172,9 @@ impl Plant {
                 &airframe.effectors,
                 &airframe.servos,
                 &state.positions,
-                &sensors.of(&airframe.effectors),
+                &sensors.fitted_with(airframe),
             ),
+            losses: Losses::default(),
             paths: CommandPath::all(airframe, &state.positions),
             sensors: SensorSet::new(airframe, sensors, period_us, seed, run)
                 .in_air(*dynamics.atmosphere()),
@@ -308,6 +312,7 @@ impl Plant {
             return;
         }
         self.command(actuators);
+        self.burn_fuel();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
         let mut broken = self.state.first_not_finite();
@@ -420,6 +425,7 @@ impl Plant {
     /// Copies the effects of the faults, which stay constant until the next event.
     fn hold_faults(&mut self) {
         self.inputs.effects = *self.faults.effects();
+        self.lose_parts();
         self.receive();
     }
 

@@ -166,8 +166,8 @@ impl PlantSetup {
         for (index, fault) in self.faults.iter().enumerate() {
             let ScheduledFault { target, kind, timing } = fault;
             let Airframe { effectors, servos, .. } = &self.airframe;
-            let sensors = self.sensors.of(effectors);
-            faults::check(effectors, servos, &sensors, *target, kind, timing)
+            let has = self.sensors.fitted_with(&self.airframe);
+            faults::check(effectors, servos, &has, *target, kind, timing)
                 .map_err(|refusal| fault_error(effectors, index, fault, refusal))?;
         }
         Ok(())

@@ -12,8 +12,8 @@ use icd::fault::PlantAction;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use icd::fault::{SensorKind, Target};
-use icd::{Effector, SimTime};
+use icd::SimTime;
+use icd::fault::Target;
 
 use super::recorded::is_stream;
 use super::{Entry, Recorded, Step};
@@ -81,14 +81,12 @@ enum Cause {
 }
 
 impl Cause {
-    const SENSORS: usize = SensorKind::ALL.len();
-    const COUNT: usize = Effector::MAX + Self::SENSORS + 8;
+    const COUNT: usize = Target::MAX + 8;
 
     const fn index(self) -> usize {
-        const NEXT: usize = Effector::MAX + Cause::SENSORS;
+        const NEXT: usize = Target::MAX;
         match self {
-            Self::Fault(Target::Effector(effector)) => effector.index(),
-            Self::Fault(Target::Sensor(sensor)) => Effector::MAX + sensor as usize,
+            Self::Fault(target) => target.slot(),
             Self::Compensator => NEXT,
             Self::Authority(Axis::Roll) => NEXT + 1,
             Self::Authority(Axis::Pitch) => NEXT + 2,

@@ -455,6 +455,32 @@ kinds! {
         ramp: "the noise grows from 0",
         mavlink: Mavlink { word: Some("noise"), user_1: Some(11), ..Mavlink::new(T::Garbage) },
     };
+
+    /// Damage: the outer end of a part of the airframe is torn off, with its forces, its mass and what it has of a surface.
+    TornOff {
+        /// Fraction of the part's span that is gone, from its tip, 0 to 1.
+        lost: f64,
+    } => KindInfo {
+        code: 18,
+        key: "torn_off",
+        targets: Targets::PARTS,
+        phrase: &[W(&["torn off"]), Optional("by"), N(Q::Lost)],
+        numbers: &[NumberInfo {
+            quantity: Q::Lost,
+            range: Range::Fixed([0.0, 1.0]),
+            decimals: Some(0),
+            option: "-v",
+            parameter: NumberParameter {
+                name: "FLT_TORN_PCT", min: 0.0, max: 100.0, default: 30.0,
+                meaning: "Part of the span of a wing, tail or fin that is torn off, from its tip",
+            },
+        }],
+        choice: None,
+        servo: "(only of parts of the airframe)",
+        acts: "what is left of the part",
+        ramp: "the lost end grows from 0",
+        mavlink: Mavlink { word: Some("torn"), user_1: Some(12), ..Mavlink::new(T::Off) },
+    };
 }
 
 #[cfg(test)]

@@ -109,6 +109,8 @@ pub enum Refusal {
     },
     /// The flight is over.
     FlightOver,
+    /// The airframe does not describe the part.
+    NoSuchPart,
 }
 
 impl Refusal {
@@ -141,9 +143,11 @@ impl fmt::Display for DescribedRefusal {
             }
             R::NotForThisEffector => f.write_str(match self.class {
                 TargetClass::Sensor(_) => "this sensor has no such fault",
+                TargetClass::Part => "this part has no such fault",
                 TargetClass::Angle | TargetClass::Thrust => "this effector has no such fault",
             }),
             R::NoSuchSensor => f.write_str("the aircraft does not have this sensor"),
+            R::NoSuchPart => f.write_str("the airframe file does not describe this part in [damage], or mass and inertia of [mass] are too small for its loss"),
             R::NoSuchEffector { count } => {
                 write!(f, "the aircraft has no such effector, only {count}")
             }

@@ -37,6 +37,8 @@ pub struct Targets {
     pub thrust: bool,
     /// Sensors.
     pub sensors: bool,
+    /// Parts of the airframe.
+    pub parts: bool,
 }
 
 /// A part of a phrase.
@@ -136,11 +138,13 @@ pub struct Mavlink {
 
 impl Targets {
     /// Every effector and sensor.
-    pub const EVERY: Self = Self { angles: true, thrust: true, sensors: true };
+    pub const EVERY: Self = Self { sensors: true, ..Self::EFFECTORS };
     /// Sensors.
-    pub const SENSORS: Self = Self { angles: false, thrust: false, sensors: true };
+    pub const SENSORS: Self = Self { angles: false, thrust: false, ..Self::EVERY };
+    /// Parts of the airframe.
+    pub const PARTS: Self = Self { sensors: false, parts: true, ..Self::SENSORS };
     /// All effectors.
-    pub const EFFECTORS: Self = Self { angles: true, thrust: true, sensors: false };
+    pub const EFFECTORS: Self = Self { angles: true, thrust: true, sensors: false, parts: false };
     /// Effectors that turn.
     pub const ANGLES: Self = Self { thrust: false, ..Self::EFFECTORS };
     /// Engines.
@@ -153,6 +157,7 @@ impl Targets {
             TargetClass::Angle => self.angles,
             TargetClass::Thrust => self.thrust,
             TargetClass::Sensor(_) => self.sensors,
+            TargetClass::Part => self.parts,
         }
     }
 }
@@ -259,7 +264,7 @@ impl FailureType {
     #[must_use]
     pub const fn label(self) -> &'static str {
         match self {
-            Self::Off => "off: floats, flame-out, no samples",
+            Self::Off => "off: floats, flame-out, no samples, torn off",
             Self::Garbage => "garbage: oscillates, noise",
             Self::Wrong => "wrong: see FLT_WRONG_MODE; bias of a sensor",
             other => other.name(),

@@ -73,6 +73,8 @@ quantities! {
     Angle = 14, "angle", Measure::Angle, ["angle_deg"; 2];
     /// Noise of a sensor, rms.
     Noise = 15, "noise", Measure::Position, ["noise_deg", "noise_kn"];
+    /// Fraction of the span of a part that is gone, from its tip.
+    Lost = 16, "lost part", Measure::Fraction, ["lost_percent"; 2];
 }
 
 /// The range that a number must be in.
@@ -244,6 +246,9 @@ pub struct Reach {
 }
 
 impl Reach {
+    /// Of a part of the airframe, whose fault has no unit.
+    pub const PART: Self = Self { class: TargetClass::Part, min: 0.0, max: 1.0, fastest: None };
+
     /// The largest errors of a sensor, SI units.
     #[must_use]
     pub fn of_sensor(sensor: SensorKind) -> Self {

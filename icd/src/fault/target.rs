@@ -1,4 +1,4 @@
-//! The target of a fault: an effector or a sensor.
+//! The target of a fault: an effector, a sensor, or a part of the airframe.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::effector::Effector;
 use crate::effector_list::EffectorList;
 use crate::sensors::SensorKind;
 
-/// The target of a fault. In data and packets it is one number: effectors by their place, sensors from 128 on.
+/// The target of a fault. In data and packets it is one number: effectors by their place, sensors from 128 on, parts from 192 on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Target {
@@ -14,6 +14,8 @@ pub enum Target {
     Effector(Effector),
     /// A sensor.
     Sensor(SensorKind),
+    /// A part of the airframe.
+    Part(AirframePart),
 }
 
 /// The units of a fault's numbers, in reports and in commands.
@@ -25,6 +27,24 @@ pub enum TargetClass {
     Thrust,
     /// Sensor: the unit of its output.
     Sensor(SensorKind),
+    /// Part of the airframe: %.
+    Part,
+}
+
+/// A part of the airframe that can be torn off, from its tip inwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum AirframePart {
+    /// Left half of the wing.
+    LeftWing,
+    /// Right half of the wing.
+    RightWing,
+    /// Left half of the horizontal tail.
+    LeftTail,
+    /// Right half of the horizontal tail.
+    RightTail,
+    /// Vertical tail.
+    Fin,
 }
 
 /// A number that stands for no target.
@@ -33,10 +53,12 @@ pub struct NoSuchTarget(u8);
 
 /// Number of the first sensor.
 const SENSORS_FROM: u8 = 128;
+/// Number of the first part.
+const PARTS_FROM: u8 = 192;
 
 impl core::fmt::Display for NoSuchTarget {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} is the number of no effector and of no sensor", self.0)
+        write!(f, "{} is the number of no effector, of no sensor and of no part", self.0)
     }
 }
 
@@ -46,9 +68,12 @@ impl TryFrom<u8> for Target {
     type Error = NoSuchTarget;
 
     fn try_from(code: u8) -> Result<Self, NoSuchTarget> {
-        let target = match code.checked_sub(SENSORS_FROM) {
-            Some(sensor) => SensorKind::ALL.get(usize::from(sensor)).copied().map(Self::Sensor),
-            None => Effector::from_index(code.into()).map(Self::Effector),
+        let target = match (code.checked_sub(PARTS_FROM), code.checked_sub(SENSORS_FROM)) {
+            (Some(part), _) => AirframePart::ALL.get(usize::from(part)).copied().map(Self::Part),
+            (None, Some(sensor)) => {
+                SensorKind::ALL.get(usize::from(sensor)).copied().map(Self::Sensor)
+            }
+            (None, None) => Effector::from_index(code.into()).map(Self::Effector),
         };
         target.ok_or(NoSuchTarget(code))
     }
@@ -59,6 +84,7 @@ impl From<Target> for u8 {
         match target {
             Target::Effector(effector) => effector.code(),
             Target::Sensor(sensor) => SENSORS_FROM + sensor as Self,
+            Target::Part(part) => PARTS_FROM + part as Self,
         }
     }
 }
@@ -75,16 +101,32 @@ impl From<SensorKind> for Target {
     }
 }
 
+impl From<AirframePart> for Target {
+    fn from(part: AirframePart) -> Self {
+        Self::Part(part)
+    }
+}
+
 impl Target {
     /// Most targets of an aircraft.
-    pub const MAX: usize = Effector::MAX + SensorKind::ALL.len();
+    pub const MAX: usize = Effector::MAX + SensorKind::ALL.len() + AirframePart::ALL.len();
+
+    /// Its place in a list of all of them: effectors, then sensors, then parts.
+    #[must_use]
+    pub const fn slot(self) -> usize {
+        match self {
+            Self::Effector(effector) => effector.index(),
+            Self::Sensor(sensor) => Effector::MAX + sensor as usize,
+            Self::Part(part) => Effector::MAX + SensorKind::ALL.len() + part as usize,
+        }
+    }
 
     /// The effector, if it is one.
     #[must_use]
     pub const fn effector(self) -> Option<Effector> {
         match self {
             Self::Effector(effector) => Some(effector),
-            Self::Sensor(_) => None,
+            Self::Sensor(_) | Self::Part(_) => None,
         }
     }
 
@@ -94,6 +136,7 @@ impl Target {
         match self {
             Self::Effector(effector) => effectors.name(effector),
             Self::Sensor(sensor) => sensor.name(),
+            Self::Part(part) => part.name(),
         }
     }
 
@@ -103,6 +146,7 @@ impl Target {
         match self {
             Self::Effector(effector) => TargetClass::of(effectors.is_angle(effector)),
             Self::Sensor(sensor) => TargetClass::Sensor(sensor),
+            Self::Part(_) => TargetClass::Part,
         }
     }
 }
@@ -118,6 +162,48 @@ impl TargetClass {
     #[must_use]
     pub fn of_request(target: Option<Target>, effectors: &EffectorList) -> Self {
         target.map_or(Self::Angle, |target| target.class(effectors))
+    }
+}
+
+impl AirframePart {
+    /// All of them, by their number.
+    pub const ALL: [Self; 5] =
+        [Self::LeftWing, Self::RightWing, Self::LeftTail, Self::RightTail, Self::Fin];
+
+    /// Name in files and in the shell.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::LeftWing => "left_wing",
+            Self::RightWing => "right_wing",
+            Self::LeftTail => "left_tail",
+            Self::RightTail => "right_tail",
+            Self::Fin => "fin",
+        }
+    }
+
+    /// Display name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LeftWing => "left wing",
+            Self::RightWing => "right wing",
+            Self::LeftTail => "left tail",
+            Self::RightTail => "right tail",
+            Self::Fin => "fin",
+        }
+    }
+
+    /// The part with this name in files.
+    #[must_use]
+    pub fn by_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|part| part.key() == key)
+    }
+
+    /// FAILURE_UNIT: a number of this project, because MAVLink has none.
+    #[must_use]
+    pub const fn failure_unit(self) -> u16 {
+        1_010 + self as u16
     }
 }
 
@@ -151,7 +237,11 @@ mod tests {
                 target.is_ok_and(|target| u8::from(target) == *code)
             })
             .collect();
-        assert!(known.iter().copied().eq((0..16).chain(128..137)), "{known:?}");
+        assert!(known.iter().copied().eq((0..16).chain(128..137).chain(192..197)), "{known:?}");
+        for part in AirframePart::ALL {
+            assert_eq!(Target::try_from(u8::from(Target::from(part))), Ok(part.into()));
+            assert_eq!(AirframePart::by_key(part.key()), Some(part));
+        }
         for sensor in SensorKind::ALL {
             assert_eq!(Target::try_from(u8::from(Target::from(sensor))), Ok(sensor.into()));
             assert_eq!(SensorKind::by_key(sensor.key()), Some(sensor));

@@ -53,6 +53,7 @@ coded! { Refusal, "refusal":
     5 => FlightOver;
     6 => NoSuchEffector { count };
     7 => NoSuchSensor;
+    8 => NoSuchPart;
 }
 
 /// Numbers of which every value is valid.

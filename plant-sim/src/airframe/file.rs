@@ -12,6 +12,7 @@ use super::{AirData, Airframe, Mass, Nozzle};
 use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
 use crate::config::keys::gather;
 use crate::config::{self, ConfigError, units};
+use crate::damage::{Fuel, Panels};
 use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
 use crate::servos::{Imperfections, SecondOrder, Servo};
@@ -36,6 +37,9 @@ pub struct AirframeFile<A> {
     design_point: Option<StartTable>,
     limits: Option<LimitsTable>,
     propulsion: Option<Propulsion>,
+    #[serde(default)]
+    damage: Panels,
+    fuel: Option<Fuel>,
 }
 
 /// One `[[effector]]`.
@@ -193,6 +197,8 @@ impl<A> AirframeFile<A> {
             air_data,
             propulsion: self.propulsion,
             mach: self.mach,
+            damage: self.damage,
+            fuel: self.fuel,
             design_point,
             limits,
         })

@@ -99,8 +99,8 @@ impl ActiveFault {
         active
     }
 
-    /// A fault of a sensor that begins at `now`.
-    pub fn of_sensor(kind: FaultKind, ramp_us: u64, now: SimTime) -> Self {
+    /// A fault of a sensor or of a part of the airframe that begins at `now`.
+    pub fn of_others(kind: FaultKind, ramp_us: u64, now: SimTime) -> Self {
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
         Self { kind, since: now, ramp_us, ends, fastest: f64::INFINITY, slew: None }
     }
@@ -123,6 +123,14 @@ impl ActiveFault {
             FaultKind::Noisy { rms } => SensorEffect::Noise { rms: self.size(now) * rms },
             // The others are only of effectors.
             _ => SensorEffect::None,
+        }
+    }
+
+    /// Fraction of a part of the airframe that is gone at `now`.
+    pub fn torn_off(&self, now: SimTime) -> f64 {
+        match self.kind {
+            FaultKind::TornOff { lost } => self.size(now) * lost,
+            _ => 0.0,
         }
     }
 
@@ -166,6 +174,7 @@ impl ActiveFault {
             FaultKind::Delayed { .. }
             | FaultKind::FlameOut
             | FaultKind::Off
+            | FaultKind::TornOff { .. }
             | FaultKind::Noisy { .. } => healthy,
             FaultKind::Intermittent { period_s, present } => {
                 let [gap_end, _] = self.period(period_s, present, now);
@@ -227,6 +236,7 @@ impl ActiveFault {
             FaultKind::Oscillating { .. } => true,
             FaultKind::Drifting { .. } => self.deviation(now).abs() < self.span(),
             FaultKind::PartialLoss { .. }
+            | FaultKind::TornOff { .. }
             | FaultKind::Slow { .. }
             | FaultKind::Biased { .. }
             | FaultKind::LimitedTravel { .. } => is_ramping,

@@ -1,7 +1,9 @@
 //! The faults of the scenario, of the list, and the present one of a target.
 
-use icd::fault::{FaultEntry, FaultKind, FaultState, PlantReport, Reach, Refusal, Target, Timing};
-use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime, fault};
+use icd::fault::{
+    AirframePart, FaultEntry, FaultKind, FaultState, PlantReport, Reach, Refusal, Target, Timing,
+};
+use icd::{EffectorList, PerEffector, Sensors, SimTime, fault};
 use serde::{Deserialize, Serialize};
 
 use super::active::ActiveFault;
@@ -11,7 +13,7 @@ use crate::servos::Servo;
 /// A fault of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
-    /// The effector or sensor that fails.
+    /// The effector, sensor or part that fails.
     #[serde(alias = "effector")]
     pub target: Target,
     /// How it fails.
@@ -35,22 +37,32 @@ impl ScheduledFault {
     }
 }
 
-/// Whether this aircraft can have the fault; `sensors` says which sensors it has.
+/// What an aircraft has besides its effectors, in the order of the kinds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fitted {
+    /// Sensors.
+    pub sensors: [bool; Sensors::SENSORS],
+    /// Parts of the airframe whose loss its file describes.
+    pub parts: [bool; AirframePart::ALL.len()],
+}
+
+/// Whether this aircraft can have the fault.
 ///
 /// # Errors
 /// [`Refusal`] with the first reason found.
 pub fn check(
     list: &EffectorList,
     servos: &PerEffector<Servo>,
-    sensors: &[bool; Sensors::SENSORS],
+    has: &Fitted,
     target: Target,
     kind: &FaultKind,
     timing: &Timing,
 ) -> Result<(), Refusal> {
-    check_target(list, sensors, target)?;
+    check_target(list, has, target)?;
     let reach = match target {
         Target::Effector(effector) => servos[effector].reach(target.class(list)),
         Target::Sensor(sensor) => Reach::of_sensor(sensor),
+        Target::Part(_) => Reach::PART,
     };
     fault::check(kind, timing, &reach)
 }
@@ -61,7 +73,7 @@ pub fn check(
 /// [`Refusal`] if it does not.
 pub(super) fn check_target(
     list: &EffectorList,
-    sensors: &[bool; Sensors::SENSORS],
+    has: &Fitted,
     target: Target,
 ) -> Result<(), Refusal> {
     #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
@@ -70,17 +82,15 @@ pub(super) fn check_target(
         Target::Effector(effector) if !list.contains(effector) => {
             Err(Refusal::NoSuchEffector { count })
         }
-        Target::Sensor(sensor) if !sensors[sensor as usize] => Err(Refusal::NoSuchSensor),
-        Target::Effector(_) | Target::Sensor(_) => Ok(()),
+        Target::Sensor(sensor) if !has.sensors[sensor as usize] => Err(Refusal::NoSuchSensor),
+        Target::Part(part) if !has.parts[part as usize] => Err(Refusal::NoSuchPart),
+        Target::Effector(_) | Target::Sensor(_) | Target::Part(_) => Ok(()),
     }
 }
 
-/// Place of a target in a list of all of them: effectors, then sensors.
+/// Place of a target in a list of all of them.
 pub(super) fn slot(target: impl Into<Target>) -> usize {
-    match target.into() {
-        Target::Effector(effector) => usize::from(effector.code()),
-        Target::Sensor(sensor) => Effector::MAX + sensor as usize,
-    }
+    target.into().slot()
 }
 
 /// A fault of the list.

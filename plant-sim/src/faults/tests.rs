@@ -19,8 +19,11 @@ fn jump(angle_rad: f64) -> FaultKind {
     FaultKind::StuckAt { angle_rad, travel: Travel::Jump }
 }
 
-/// All sensors but the vanes.
-const FITTED: [bool; Sensors::SENSORS] = [true, true, true, true, true, true, false, true, true];
+/// All sensors but the vanes, all parts but the fin.
+const FITTED: Fitted = Fitted {
+    sensors: [true, true, true, true, true, true, false, true, true],
+    parts: [true, true, true, true, false],
+};
 
 /// Faults with positions that all differ from zero, and the reports.
 struct Bench {

@@ -10,8 +10,8 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use icd::fault::{
-    self, CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Refusal, Repeat, SensorKind, Target,
-    TargetClass, Timing,
+    self, AirframePart, CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Refusal, Repeat,
+    SensorKind, Target, TargetClass, Timing,
 };
 use icd::{EffectorList, SimTime};
 use serde::Deserialize;
@@ -54,8 +54,11 @@ impl FaultTable {
 
 impl Reader<'_> {
     fn target(&self, effectors: &EffectorList) -> Result<Target, ConfigError> {
-        let [effector, sensor] = TARGETS.map(|key| self.written.texts.get(key));
-        let (key, name, target, known) = if let Some(name) = sensor {
+        let [effector, sensor, part] = TARGETS.map(|key| self.written.texts.get(key));
+        let (key, name, target, known) = if let Some(name) = part {
+            let known = AirframePart::ALL.map(AirframePart::key).to_vec();
+            (TARGETS[2], name.as_str(), AirframePart::by_key(name).map(Target::from), known)
+        } else if let Some(name) = sensor {
             let known: Vec<&str> = SensorKind::ALL.iter().map(|sensor| sensor.key()).collect();
             (TARGETS[1], name.as_str(), SensorKind::by_key(name).map(Target::from), known)
         } else {
@@ -159,7 +162,7 @@ impl Reader<'_> {
 }
 
 /// Keys of the target, one of which is required.
-const TARGETS: [&str; 2] = ["effector", "sensor"];
+const TARGETS: [&str; 3] = ["effector", "sensor", "part"];
 /// Key of the kind.
 const KIND: &str = "kind";
 /// Key of the onset.
@@ -186,7 +189,8 @@ static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     keys.push((KIND, Form::Word(CATALOGUE.iter().map(|info| info.key).collect())));
     for info in &CATALOGUE {
         let sensors = SensorKind::ALL.into_iter().map(TargetClass::Sensor);
-        let classes = [TargetClass::Angle, TargetClass::Thrust].into_iter().chain(sensors);
+        let classes = [TargetClass::Angle, TargetClass::Thrust, TargetClass::Part];
+        let classes = classes.into_iter().chain(sensors);
         for class in classes.filter(|class| info.targets.allow(*class)) {
             let numbers = info.numbers.iter().map(|number| number.quantity.key(class));
             keys.extend(numbers.map(|key| (key, Form::Number)));
@@ -248,8 +252,10 @@ impl<'de> Visitor<'de> for FaultTable {
             }
         }
         match TARGETS.map(|key| self.texts.contains_key(key)) {
-            [false, false] => Err(A::Error::missing_field(TARGETS[0])),
-            [true, true] => Err(A::Error::custom("a fault is of an effector or of a sensor")),
+            [false, false, false] => Err(A::Error::missing_field(TARGETS[0])),
+            [true, true, _] | [true, _, true] | [_, true, true] => {
+                Err(A::Error::custom("a fault is of an effector, of a sensor or of a part"))
+            }
             _ if !self.texts.contains_key(KIND) => Err(A::Error::missing_field(KIND)),
             _ if !self.numbers.contains_key(ONSET) => Err(A::Error::missing_field(ONSET)),
             _ => Ok(self),

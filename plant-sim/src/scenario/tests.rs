@@ -157,7 +157,7 @@ fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
     let unknown = with_fault("sensor = \"radar\"\nkind = \"stuck_here\"").unwrap_err();
     assert!(unknown.contains("sensor = `radar`, the aircraft has only gyro,"), "{unknown}");
     let both = format!("effector = \"rudder\"\n{table}");
-    assert!(with_fault(&both).unwrap_err().contains("of an effector or of a sensor"));
+    assert!(with_fault(&both).unwrap_err().contains("of an effector, of a sensor or of a part"));
     let neither = with_fault("kind = \"stuck_here\"").unwrap_err();
     assert!(neither.contains("missing field `effector`"), "{neither}");
     let unknown = with_fault("effector = \"rudder\"\nkind = \"broken\"").unwrap_err();

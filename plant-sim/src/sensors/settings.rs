@@ -5,8 +5,10 @@ use icd::{EffectorKind, EffectorList, Sensors};
 use serde::{Deserialize, Serialize};
 
 use super::{Grade, GradeName, SensorTable};
+use crate::airframe::Airframe;
 use crate::config::{self, ConfigError};
 use crate::date::Date;
+use crate::faults::Fitted;
 use crate::range::{RangeError, check_range};
 
 /// Errors of the sensors of a flight.
@@ -50,6 +52,12 @@ impl SensorSettings {
         let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
         check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)?;
         self.grade.as_ref().map_or(Ok(()), |grade| grade.check(period_us))
+    }
+
+    /// Which sensors an aircraft has, and which of its parts can be torn off.
+    #[must_use]
+    pub fn fitted_with(&self, airframe: &Airframe) -> Fitted {
+        Fitted { sensors: self.of(&airframe.effectors), parts: airframe.parts() }
     }
 
     /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`].

@@ -1,4 +1,4 @@
-//! Parameters that inject a fault into an effector or a sensor: setting one requests the fault from the plant, and the value is
+//! Parameters that inject a fault into an effector, a sensor or a part of the airframe: setting one requests the fault from the plant, and the value is
 //! its fault.
 //!
 //! They are not tunables: they are never saved, each flight begins with 0, and the command line cannot set them.
@@ -6,7 +6,7 @@
 use core::fmt::Write as _;
 
 use arrayvec::ArrayString;
-use icd::fault::{FailureType, SensorKind, Target};
+use icd::fault::{AirframePart, FailureType, SensorKind, Target};
 use icd::{Effector, EffectorList};
 
 use super::Choice;
@@ -16,7 +16,7 @@ use super::Choice;
 pub struct FaultParameter {
     /// Name, at most 16 characters.
     pub name: ParameterName,
-    /// Its effector or sensor.
+    /// Its effector, sensor or part.
     pub target: Target,
 }
 
@@ -35,7 +35,16 @@ fn of_sensor(sensor: SensorKind) -> ParameterName {
     name
 }
 
-/// The fault parameter of an effector or a sensor.
+/// The name of the fault parameter of a part of the airframe.
+fn of_part(part: AirframePart) -> ParameterName {
+    let mut name = ParameterName::new();
+    // Cannot fail: the longest is FLT_RIGHT_WING.
+    let _fits = write!(name, "FLT_{}", part.key());
+    name.make_ascii_uppercase();
+    name
+}
+
+/// The fault parameter of an effector, a sensor or a part of the airframe.
 #[must_use]
 pub fn fault_of(target: Target, effectors: &EffectorList) -> FaultParameter {
     let name = match target {
@@ -49,18 +58,21 @@ pub fn fault_of(target: Target, effectors: &EffectorList) -> FaultParameter {
             name
         }
         Target::Sensor(sensor) => of_sensor(sensor),
+        Target::Part(part) => of_part(part),
     };
     FaultParameter { name, target }
 }
 
-/// The fault parameters of an aircraft, in the order of its effectors, then those of the sensors.
+/// The fault parameters of an aircraft, in the order of its effectors, then those of the sensors and of the parts of the airframe.
 pub fn fault_parameters(effectors: &EffectorList) -> impl Iterator<Item = FaultParameter> + '_ {
     targets(effectors).map(|target| fault_of(target, effectors))
 }
 
-/// What can fail: the effectors of an aircraft, and the sensors.
+/// What can fail: the effectors of an aircraft, the sensors, and the parts of the airframe.
 pub fn targets(effectors: &EffectorList) -> impl Iterator<Item = Target> + '_ {
-    effectors.all().map(Target::from).chain(SensorKind::ALL.map(Target::from))
+    let others = SensorKind::ALL.map(Target::from).into_iter();
+    let others = others.chain(AirframePart::ALL.map(Target::from));
+    effectors.all().map(Target::from).chain(others)
 }
 
 /// Whether a name is that of a fault parameter, of this aircraft or another.
@@ -69,7 +81,9 @@ pub fn is_fault(name: &str) -> bool {
     let number = BEGINNINGS.into_iter().find_map(|(beginning, _)| name.strip_prefix(beginning));
     let number = number.and_then(|number| number.parse::<usize>().ok());
     let of_effector = number.is_some_and(|number| (1..=Effector::MAX).contains(&number));
-    of_effector || SensorKind::ALL.into_iter().any(|sensor| &of_sensor(sensor) == name)
+    of_effector
+        || SensorKind::ALL.into_iter().any(|sensor| &of_sensor(sensor) == name)
+        || AirframePart::ALL.into_iter().any(|part| &of_part(part) == name)
 }
 
 /// Their values: FAILURE_TYPE.

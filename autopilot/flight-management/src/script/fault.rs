@@ -5,8 +5,8 @@ use core::cmp::Reverse;
 
 use icd::fault::Measure::{Milliseconds, Seconds};
 use icd::fault::{
-    CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece, Repeat,
-    SensorKind, Target, TargetClass, Targets, Timing,
+    AirframePart, CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece,
+    Repeat, SensorKind, Target, TargetClass, Targets, Timing,
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
@@ -55,10 +55,12 @@ fn names(effectors: &EffectorList) -> String {
         }
     }
     let sensors = SensorKind::ALL.map(SensorKind::name).join(", ");
-    format!("an effector: {}, or a sensor: {sensors}", names.join(", "))
+    let parts = AirframePart::ALL.map(AirframePart::name).join(", ");
+    let names = names.join(", ");
+    format!("an effector: {names}, a sensor: {sensors}, or a part of the airframe: {parts}")
 }
 
-/// A target: an effector, or a sensor by its name.
+/// A target: an effector, or a sensor or a part of the airframe by its name.
 fn target(
     cursor: &mut Cursor,
     effectors: &EffectorList,
@@ -67,6 +69,10 @@ fn target(
     let named = |sensor: &SensorKind| cursor.take(sensor.name()) || cursor.take(sensor.key());
     if let Some(sensor) = SensorKind::ALL.into_iter().find(named) {
         return Ok(sensor.into());
+    }
+    let named = |part: &AirframePart| cursor.take(part.name()) || cursor.take(part.key());
+    if let Some(part) = AirframePart::ALL.into_iter().find(named) {
+        return Ok(part.into());
     }
     effector(cursor, effectors, expected).map(Target::from)
 }
@@ -120,6 +126,8 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
         let why = match (class, info.targets) {
             (TargetClass::Sensor(_), _) => "not for sensors",
             (_, Targets::SENSORS) => "only for sensors",
+            (_, Targets::PARTS) => "only for parts of the airframe",
+            (TargetClass::Part, _) => "not for parts of the airframe",
             (_, targets) if targets.thrust => "only for the engine",
             _ => "not for the engine",
         };

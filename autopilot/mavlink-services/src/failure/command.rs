@@ -138,7 +138,7 @@ fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Targets, Comman
     let instance = |place: usize, target: Target| match target {
         _ if command.unit == Unit::EVERYTHING => place + 1,
         Target::Effector(effector) => list.instance(effector).into(),
-        Target::Sensor(_) => 1,
+        Target::Sensor(_) | Target::Part(_) => 1,
     };
     let bit = |place: usize, target: Target| 1_u32 << (instance(place, target) - 1);
     let bits = || targets.iter().enumerate().map(|(place, target)| bit(place, *target));
@@ -293,6 +293,7 @@ fn check(
     let effector = match target {
         Target::Effector(effector) => effector,
         Target::Sensor(sensor) => return fault::check(kind, timing, &Reach::of_sensor(sensor)),
+        Target::Part(_) => return fault::check(kind, timing, &Reach::PART),
     };
     let check = |factor| fault::check(kind, timing, &reach(effector, model, factor));
     check(1.0).or_else(|refusal| {

@@ -7,7 +7,9 @@ use core::fmt;
 
 use arrayvec::ArrayVec;
 use icd::EffectorList;
-use icd::fault::{CATALOGUE, FailureType, KindInfo, Measure, SensorKind, Target, TargetClass};
+use icd::fault::{
+    AirframePart, CATALOGUE, FailureType, KindInfo, Measure, SensorKind, Target, TargetClass,
+};
 
 use crate::codec::CommandError;
 use crate::convert;
@@ -22,7 +24,7 @@ impl Unit {
     pub const MOTOR: Self = Self(101);
     /// The actuators that deflect: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
-    /// Every effector and sensor, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
+    /// Every effector, sensor and part of the airframe, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
     pub const EVERYTHING: Self = Self(-1);
 
     /// Number, name, and why it cannot fail here.
@@ -59,6 +61,7 @@ impl Unit {
             Target::Effector(effector) if effectors.is_angle(effector) => Self::SERVO,
             Target::Effector(_) => Self::MOTOR,
             Target::Sensor(sensor) => Self(sensor.failure_unit().0.into()),
+            Target::Part(part) => Self(part.failure_unit().into()),
         }
     }
 
@@ -67,6 +70,12 @@ impl Unit {
     pub fn sensor(self) -> Option<SensorKind> {
         let is_it = |sensor: &SensorKind| i32::from(sensor.failure_unit().0) == self.0;
         SensorKind::ALL.into_iter().find(is_it)
+    }
+
+    /// The part of the airframe that it is.
+    #[must_use]
+    pub fn part(self) -> Option<AirframePart> {
+        AirframePart::ALL.into_iter().find(|part| i32::from(part.failure_unit()) == self.0)
     }
 
     /// Number in MAVLink.
@@ -89,7 +98,8 @@ impl Unit {
     fn all() -> impl Iterator<Item = (Self, &'static str)> {
         let sensors = SensorKind::ALL.into_iter().map(SensorKind::failure_unit);
         let others = Self::TABLE.iter().map(|(unit, name, _)| (*unit, *name));
-        let all = others.chain(sensors.map(|(code, name)| (Self(code.into()), name)));
+        let parts = AirframePart::ALL.into_iter().map(|part| (part.failure_unit(), part.key()));
+        let all = others.chain(sensors.chain(parts).map(|(code, name)| (Self(code.into()), name)));
         let mut all: Vec<_> = all.collect();
         all.sort_unstable_by_key(|(unit, _)| unit.0);
         all.into_iter()
@@ -103,7 +113,10 @@ impl Unit {
                 all.by_unit(self == Self::SERVO).iter().copied().map(Target::from).collect()
             }
             Self::EVERYTHING => targets(all).collect(),
-            _ => self.sensor().map(Target::from).into_iter().collect(),
+            _ => {
+                let sensor = self.sensor().map(Target::from);
+                sensor.or_else(|| self.part().map(Target::from)).into_iter().collect()
+            }
         }
     }
 
@@ -123,7 +136,7 @@ impl Unit {
     }
 }
 
-/// Some effectors and sensors.
+/// Some effectors, sensors and parts of the airframe.
 pub type Targets = ArrayVec<Target, { Target::MAX }>;
 
 /// `GPS (4)`; the bare number if there is no name.

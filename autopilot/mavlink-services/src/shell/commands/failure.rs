@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use icd::fault::{
-    CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION, SensorKind,
-    TargetClass,
+    AirframePart, CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION,
+    SensorKind, TargetClass,
 };
 use icd::{Effector, EffectorList, FaultRequest, SimTime};
 
@@ -30,10 +30,12 @@ pub(super) fn details(effectors: &EffectorList) -> String {
         all.map(Failure::name).collect::<Vec<_>>().join(" ")
     };
     let sensors = SensorKind::ALL.map(|sensor| sensor.failure_unit().1).join(", ");
+    let parts = AirframePart::ALL.map(AirframePart::key).join(", ");
     let (servos, motors, types, kinds) =
         (unit("servo", true), unit("motor", false), names(false), names(true));
     let mut text = format!(
-        "Components: {servos}, {motors}, sensors ({sensors}).\nTypes: {types}; {kinds}.\n\
+        "Components: {servos}, {motors}, sensors ({sensors}),\n\
+         parts of the airframe ({parts}).\nTypes: {types}; {kinds}.\n\
          \x20 -i N     instance; without -i and -m all of them\n\
          \x20 -m MASK  instances as bits, bit 0 the first\n\
          \x20 -v SIZE  5deg 40% 3deg/s 200ms 20kN here + -, of a sensor in its unit: 50m 200Pa;\n\
