@@ -307,7 +307,7 @@ impl Faults {
         for effector in self.list.all() {
             self.refresh(effector, now, &mut positions[effector]);
         }
-        self.varies = self.any(|active| active.varies(now));
+        self.varies = self.vary_after(now);
     }
 
     /// Applies every event that is due at the context's time; the plant calls it when the integration has reached
@@ -443,10 +443,17 @@ impl Faults {
         self.list.all().filter_map(|effector| self.active_fault(effector)).any(is_so)
     }
 
+    /// Whether an effect that acts on effectors or the airframe changes from step to step.
+    fn vary_after(&self, now: SimTime) -> bool {
+        let parts = || AirframePart::ALL.into_iter().filter_map(|part| self.current[slot(part)]);
+        self.any(|active| active.varies(now))
+            || parts().any(|current| current.active.is_some_and(|active| active.varies(now)))
+    }
+
     /// Finds the next event after a change at `now`, and whether faults alter commands or vary with time.
     fn look_ahead(&mut self, now: SimTime) {
         self.alters_commands = self.any(ActiveFault::alters_commands);
-        self.varies = self.any(|active| active.varies(now));
+        self.varies = self.vary_after(now);
         let of_effector = |effector: Effector| {
             let current = self.current[slot(effector)].as_ref()?;
             let within = current.active.as_ref().and_then(|active| active.next_event(now));
@@ -456,15 +463,15 @@ impl Faults {
                 .min()
         };
         let onset = self.schedule.first().map(|fault| fault.plan.onset(0));
-        // Of the faults of sensors only onset and end are events.
-        let of_sensors =
+        // Of the faults of sensors and parts only onset and end are events.
+        let of_others =
             self.current[Effector::MAX..].iter().flatten().filter_map(CurrentFault::next_change);
         let of_effectors = self.list.all().filter_map(of_effector);
-        self.next_event = of_effectors.chain(of_sensors).chain(onset).min();
+        self.next_event = of_effectors.chain(of_others).chain(onset).min();
     }
 
     fn number(&mut self, target: Target, kind: FaultKind, timing: Timing, now: SimTime) -> Fault {
-        // Wraps after four billion faults; the list holds at most 89.
+        // Wraps after four billion faults; the list holds at most 94.
         self.last_id = self.last_id.wrapping_add(1);
         let plan = Plan::new(&timing, now);
         let timing = Timing { onset: Onset::At(plan.onset(0)), ..timing };

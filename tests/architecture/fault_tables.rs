@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use icd::fault::{
-    self, CATALOGUE, FailureType, KindInfo, Measure, NUMBERS_MAX, NumberInfo, Piece, Range,
-    SensorKind, TargetClass, Targets,
+    self, AirframePart, CATALOGUE, FailureType, KindInfo, Measure, NUMBERS_MAX, NumberInfo, Piece,
+    Range, SensorKind, TargetClass, Targets,
 };
 
 use crate::sources::{assert_none, read, root};
 
-use TargetClass::{Angle, Thrust};
+use TargetClass::{Angle, Part, Thrust};
 
 /// A sensor stands for all of them: which kinds they have does not differ.
 const SENSOR: TargetClass = TargetClass::Sensor(SensorKind::Gnss);
@@ -21,10 +21,11 @@ const COMMAND: &str = "write them again: TWO_STEP_WRITE_DOCUMENTS=1 cargo test -
 /// A document, a table in it, and the function that generates it. The table is between `<!-- faults: NAME ... -->` and `<!-- end -->`.
 type Table = (&'static str, &'static str, fn() -> String);
 
-const TABLES: [Table; 8] = [
+const TABLES: [Table; 9] = [
     ("docs/faults.md", "kinds", kinds),
     ("docs/faults.md", "keys", keys),
     ("docs/faults.md", "sensors", sensors),
+    ("docs/faults.md", "parts", parts),
     ("docs/commands.md", "types", types),
     ("docs/commands.md", "values", values),
     ("docs/break-something.md", "types", types),
@@ -92,6 +93,7 @@ fn kinds() -> String {
             Targets::EVERY => "all, and sensors",
             Targets::EFFECTORS => "all",
             Targets::SENSORS => "sensors",
+            Targets::PARTS => "parts of the airframe",
             Targets { angles: true, .. } => "all but the engine",
             _ => "engine",
         };
@@ -193,6 +195,14 @@ fn sensors() -> String {
     table(heads, rows)
 }
 
+fn parts() -> String {
+    let rows = AirframePart::ALL.into_iter().map(|part| {
+        let parameter = format!("FLT_{}", part.key().to_uppercase());
+        [code(part.key()), format!("{} `{}`", part.failure_unit(), part.key()), code(&parameter)]
+    });
+    table(["part", "unit (p1), word", "parameter"], rows)
+}
+
 fn of_type(failure_type: FailureType) -> Vec<&'static KindInfo> {
     let of_type = CATALOGUE.iter().filter(|kind| kind.mavlink.failure_type == failure_type);
     let mut kinds: Vec<_> = of_type.collect();
@@ -221,10 +231,11 @@ fn types() -> String {
             of(Angle),
             of(Thrust),
             of(SENSOR),
+            of(Part),
             joined(mode.into_iter().chain(parameters), ", "),
         ]
     });
-    table(["p2", "type", "servo", "motor", "sensor", "by the parameters"], rows)
+    table(["p2", "type", "servo", "motor", "sensor", "part", "by the parameters"], rows)
 }
 
 fn values() -> String {
@@ -271,12 +282,12 @@ fn words() -> String {
             _ => None,
         });
         let others = others.flatten().map(|words| format!(" (or `{words}`)"));
-        let [angle, engine, sensor] = [Angle, Thrust, SENSOR].map(of);
+        let [angle, engine, sensor, part] = [Angle, Thrust, SENSOR, Part].map(of);
         let others = others.collect::<String>();
         let with = |text: String| if text == "-" { text } else { text + &others };
-        [name(kind), with(angle), with(engine), with(sensor)]
+        [name(kind), with(angle), with(engine), with(sensor), with(part)]
     });
-    table(["kind", "words", "for the engine", "for a sensor, here the gnss"], rows)
+    table(["kind", "words", "for the engine", "for a sensor, here the gnss", "for a part"], rows)
 }
 
 /// A kind with the numbers of its parameters, as text.
@@ -304,7 +315,7 @@ fn shell() -> String {
         for (number, measure) in
             kind.numbers.iter().map(|number| (number, number.quantity.measure()))
         {
-            let units: BTreeSet<&str> = [Angle, Thrust]
+            let units: BTreeSet<&str> = [Angle, Thrust, Part]
                 .into_iter()
                 .filter(|class| kind.targets.allow(*class))
                 .map(|class| measure.unit(class).name)

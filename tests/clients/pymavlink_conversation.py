@@ -235,6 +235,15 @@ def faults(s, c):
     for unit in [4.0, 8.0]:
         result = s.command(420, [unit, 0.0, 1.0, NAN])
         c.expect("fault: the sensor is repaired", result == ACCEPTED, result)
+    result = s.command(420, [1010.0, 1.0, 1.0, NAN])
+    c.expect("fault: the left wing tip is torn off", result == ACCEPTED, result)
+    result = s.command(31010, [1014.0, 1.0, 1.0, 12.0, 15.0])
+    c.expect("fault: 15 % of the fin is torn off (USER_1)", result == ACCEPTED, result)
+    result = s.command(31010, [1014.0, 1.0, 1.0, 12.0, 150.0])
+    c.expect("fault: no more than a fin has", result == DENIED, result)
+    for unit in [1010.0, 1014.0]:
+        result = s.command(420, [unit, 0.0, 1.0, NAN])
+        c.expect("fault: the aircraft is whole again", result == ACCEPTED, result)
     result = s.command(420, [5.0, 1.0, 0.0, NAN])
     c.expect("fault: a unit that cannot fail here", result == UNSUPPORTED, result)
 

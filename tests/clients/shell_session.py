@@ -72,6 +72,8 @@ def qgroundcontrol(c, connect):
     c.expect("two are scheduled", later.count("acts at") == 2, later)
     c.expect("a component that does not fail here", "there is no such sensor" in (run("failure optical_flow off") or ""))
     c.expect("a sensor that fails", (run("failure gps wrong -v 50m") or "").startswith("gnss: acts since"))
+    torn = run("failure left_wing off -v 10%") or ""
+    c.expect("a wing tip is torn off", torn.startswith("left wing: acts since"), torn)
     c.expect("everything is mended", "healthy since" in (run("failure clear") or ""))
     c.expect("and the list is empty", run("list") == "No faults\n")
     c.expect("time stands still", run("pause") == "Simulation paused\n")

@@ -9,6 +9,7 @@ mod actuators;
 mod air_and_sensors;
 mod effectiveness;
 mod faults;
+mod losses;
 mod other_aircraft;
 mod sensor_faults;
 

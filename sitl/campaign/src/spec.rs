@@ -17,13 +17,14 @@ pub use joint::{Joint, JointMeaning};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 9] = [
+pub const SHIPPED: [(&str, &str); 10] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
     ("combinations", include_str!("../campaigns/combinations.toml")),
     ("aircraft", include_str!("../campaigns/aircraft.toml")),
     ("robustness", include_str!("../campaigns/robustness.toml")),
     ("delay", include_str!("../campaigns/delay.toml")),
+    ("damage", include_str!("../campaigns/damage.toml")),
     ("tuning", include_str!("../campaigns/tuning.toml")),
     ("gust", include_str!("../campaigns/gust.toml")),
     ("smoke", include_str!("../campaigns/smoke.toml")),
