@@ -148,8 +148,20 @@ pub enum ConfigError {
         file: String,
         /// Number of the fault, from 1, in the order of the file.
         number: usize,
-        /// `effector` or `sensor`.
+        /// `effector`, `sensor` or `part`.
         key: &'static str,
+        /// The name in the file.
+        name: String,
+        /// The known names.
+        known: String,
+    },
+    /// A part of the airframe names a surface that there is not.
+    #[error("{file}: {key} = `{name}`, the aircraft has only {known}")]
+    NoSuchEffector {
+        /// Name of the file.
+        file: String,
+        /// The key.
+        key: String,
         /// The name in the file.
         name: String,
         /// The known names.

@@ -29,6 +29,7 @@ use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
+use flight_analysis::sensor_faults;
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{estimator, false_alarms, isolation};
@@ -94,6 +95,8 @@ enum Command {
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
+    /// Fail each sensor in each way on estimated states, and say what becomes of the flight
+    SensorFaults(sensor_faults::Options),
     /// Draw what each property of an actuator does to a step and a triangle
     Actuators(Box<ActuatorsArgs>),
     /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
@@ -168,6 +171,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Checkcase(args)) => checkcase::run(args)?,
         Some(Command::CompareCheckcases(args)) => report::run(args)?,
         Some(Command::SensorErrors(args)) => sensor_errors::run(args)?,
+        Some(Command::SensorFaults(args)) => sensor_faults::run(args)?,
         Some(Command::Actuators(args)) => actuators::run(args)?,
         Some(Command::Plot(args)) => plot::run(args)?,
         Some(Command::Jams(args)) => jams::run(args)?,

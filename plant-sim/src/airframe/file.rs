@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use icd::effector_list::{EffectorEntry, Name};
+use icd::fault::AirframePart;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Error as _};
@@ -36,10 +37,10 @@ pub struct AirframeFile<A> {
     mach: Option<MachEffects>,
     design_point: Option<StartTable>,
     limits: Option<LimitsTable>,
-    propulsion: Option<Propulsion>,
     #[serde(default)]
     damage: Panels,
     fuel: Option<Fuel>,
+    propulsion: Option<Propulsion>,
 }
 
 /// One `[[effector]]`.
@@ -135,6 +136,7 @@ impl<A> AirframeFile<A> {
         form: fn(A) -> Aerodynamics,
     ) -> Result<Airframe, ConfigError> {
         let airframe = self.into_airframe(name, form)?;
+        surfaces_are_there(name, &airframe)?;
         airframe.check().map_err(config::in_file(name))?;
         airframe.check_inertia().map_err(config::in_file(name))?;
         let refused =
@@ -226,6 +228,22 @@ impl<A> AirframeFile<A> {
             self.limits.map_or(FlightLimits::NONE, LimitsTable::into_limits),
         ))
     }
+}
+
+/// Checks that the surfaces on the parts of `[damage]` are effectors of the aircraft.
+fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), ConfigError> {
+    let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
+    for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
+        let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
+        if found.is_none() {
+            let known: Vec<&str> =
+                airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
+            let key = format!("damage.{}.effector", part.key());
+            let (file, name, known) = (file.to_owned(), name.to_string(), known.join(", "));
+            return Err(ConfigError::NoSuchEffector { file, key, name, known });
+        }
+    }
+    Ok(())
 }
 
 /// A name within the length limit.

@@ -74,6 +74,7 @@ pub mod plot;
 pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
+pub mod sensor_faults;
 pub mod settings;
 pub mod table;
 pub mod trimmable;

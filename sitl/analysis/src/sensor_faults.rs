@@ -1,0 +1,258 @@
+//! Every fault of every sensor in closed loop, on estimated states: `sitl sensor-faults`.
+//!
+//! The aircraft flies turns, climbs and changes of speed in light turbulence with the paper's controller. A sensor fails for a
+//! while and is repaired. What is judged is what an operator sees: is the aircraft kept, how wrong does the state become, does the
+//! compensator take the fault for one of an effector, and does the estimator say which sensor it is.
+
+use core::ops::ControlFlow;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+
+use flight_control::CompensatorMode;
+use flight_control::estimator_status::SourceHealth;
+use icd::SimTime;
+use icd::fault::{FaultKind, Onset, Timing};
+use icd::sensors::SensorKind;
+use plant_sim::io::whole;
+use plant_sim::{GradeName, ScheduledFault};
+
+use crate::closed_loop::{Operator, Tick, run as fly_loop, settings};
+use crate::configuration::AircraftArgs;
+use crate::estimator::Case;
+use crate::estimator::flights::Sides;
+use crate::false_alarms::{StudyError, cannot_write, write};
+use crate::runner;
+
+/// Length of a flight, s.
+const FLIGHT_S: f64 = 120.0;
+/// The sensor fails at this time, s.
+pub const ONSET_S: f64 = 40.0;
+/// And is repaired so long after it, s.
+pub const DURATION_S: f64 = 40.0;
+/// Turbulence of all flights, m/s rms: light.
+const TURBULENCE_M_S: f64 = 1.5;
+
+/// Options of `sitl sensor-faults`.
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+pub struct Options {
+    /// Folder for the table
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Grade of the sensors: tactical or consumer
+    #[arg(long, value_name = "tactical|consumer", value_parser = grade, default_value = "tactical")]
+    pub grade: GradeName,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    pub aircraft: AircraftArgs,
+    /// Seed of the random streams
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    pub seed: u64,
+}
+
+fn grade(text: &str) -> Result<GradeName, String> {
+    let found = GradeName::ALL.into_iter().find(|grade| grade.key() == text);
+    // Ideal sensors have an attitude unit, and nothing is estimated.
+    let found = found.filter(|grade| *grade != GradeName::Ideal);
+    found.ok_or_else(|| "expected tactical or consumer".to_owned())
+}
+
+/// The sensors that an aircraft without an attitude unit has.
+pub const SENSORS: [SensorKind; 8] = [
+    SensorKind::Gyro,
+    SensorKind::Accelerometer,
+    SensorKind::Gnss,
+    SensorKind::Barometer,
+    SensorKind::Pitot,
+    SensorKind::Vanes,
+    SensorKind::EngineMonitor,
+    SensorKind::Magnetometer,
+];
+
+/// Size of a bias of a sensor, in its operator's unit: large for a sensor in service. The drift reaches it in ten seconds, the noise has it as
+/// its root mean square.
+const fn size(sensor: SensorKind) -> f64 {
+    match sensor {
+        SensorKind::Gyro => 1.0,
+        SensorKind::Accelerometer => 1.0,
+        SensorKind::Attitude | SensorKind::Vanes => 5.0,
+        SensorKind::Gnss => 50.0,
+        SensorKind::Barometer | SensorKind::Pitot => 2_000.0,
+        SensorKind::EngineMonitor => 5.0,
+        SensorKind::Magnetometer => 10_000.0,
+    }
+}
+
+/// Every kind of fault of a sensor, with its size.
+#[must_use]
+pub fn kinds(sensor: SensorKind) -> [FaultKind; 7] {
+    let si = sensor.unit().to_si(size(sensor));
+    [
+        FaultKind::Off,
+        FaultKind::StuckHere,
+        FaultKind::Biased { bias: si },
+        FaultKind::Drifting { rate: 0.1 * si },
+        FaultKind::Noisy { rms: si },
+        FaultKind::Delayed { delay_s: 0.5 },
+        FaultKind::Intermittent { period_s: 2.0, present: 0.5 },
+    ]
+}
+
+/// What a flight came to.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Flown {
+    /// When the aircraft was lost, s.
+    pub lost_at_s: Option<f64>,
+    /// Largest errors of the state from the onset on: attitude, deg; airspeed, m/s; altitude, m.
+    pub errors: [f64; 3],
+    /// The same in the last ten seconds, forty after the repair.
+    pub errors_after: [f64; 3],
+    /// Part of the time with the compensator active, from the onset on.
+    pub active: f64,
+    /// What the estimator reported of the sensor while it failed, if it did not just use it.
+    pub reported: SourceHealth,
+    ticks: f64,
+}
+
+/// Flies with a fault of a sensor, or without any.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn fly(
+    sides: &Sides,
+    grade: GradeName,
+    fault: Option<(SensorKind, FaultKind)>,
+    seed: u64,
+) -> Result<Flown, StudyError> {
+    let case = Case { name: grade.key(), grade, vanes: true };
+    let mut setup = sides.setup(&case, TURBULENCE_M_S, seed)?;
+    setup.parameters.gains.selection.compensator = CompensatorMode::Armed;
+    setup.duration = SimTime::from_seconds(FLIGHT_S).unwrap_or(SimTime::ZERO);
+    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
+    let timing = Timing { duration_s: Some(DURATION_S), ..Timing::from_onset(Onset::At(onset)) };
+    let scheduled =
+        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
+    setup.plant.faults = scheduled.into_iter().collect();
+    let sensor = fault.map(|(sensor, _)| sensor);
+    let mut judge = Judge { flown: Flown::default(), sensor };
+    fly_loop(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+    judge.flown.active /= judge.flown.ticks.max(1.0);
+    Ok(judge.flown)
+}
+
+struct Judge {
+    flown: Flown,
+    sensor: Option<SensorKind>,
+}
+
+impl Operator for Judge {
+    type Stop = ();
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let truth = tick.plant.truth();
+        let (now_s, state, flown) = (truth.time.as_seconds(), &tick.log.state, &mut self.flown);
+        let limits = &tick.plant.dynamics().airframe().limits;
+        if limits.are_exceeded(&truth.into()) {
+            flown.lost_at_s = Some(now_s);
+            return ControlFlow::Break(());
+        }
+        if now_s < ONSET_S {
+            return ControlFlow::Continue(());
+        }
+        let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
+        let errors = [
+            turned.angle().to_degrees(),
+            (truth.airspeed_m_s - state.airspeed_m_s).abs(),
+            (truth.altitude_m - state.altitude_m).abs(),
+        ];
+        let after = now_s > FLIGHT_S - 10.0;
+        for (place, error) in errors.into_iter().enumerate() {
+            flown.errors[place] = flown.errors[place].max(error);
+            if after {
+                flown.errors_after[place] = flown.errors_after[place].max(error);
+            }
+        }
+        flown.ticks += 1.0;
+        flown.active += f64::from(u8::from(tick.log.compensator_active));
+        if let (Some(sensor), Some(status)) = (self.sensor, &state.estimate)
+            && now_s < ONSET_S + DURATION_S
+        {
+            let health = status.sources[sensor as usize];
+            if health.is_gone() || flown.reported == SourceHealth::Unused {
+                flown.reported = health;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// One row: the sensor with its fault, or no fault, and what became of it.
+pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
+
+/// Flies without a fault and with each fault of each sensor.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown.
+pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
+    options.aircraft.check()?;
+    let sides = Sides::of(&options.aircraft)?;
+    let faults = SENSORS.into_iter().flat_map(|sensor| kinds(sensor).map(|kind| (sensor, kind)));
+    let faults: Vec<Option<(SensorKind, FaultKind)>> =
+        std::iter::once(None).chain(faults.map(Some)).collect();
+    let one =
+        |fault: &Option<(SensorKind, FaultKind)>| fly(&sides, options.grade, *fault, options.seed);
+    let flown = runner::map("sensor faults", &faults, one);
+    faults.iter().copied().zip(flown).map(|(fault, flown)| Ok((fault, flown?))).collect()
+}
+
+/// Flies everything, writes and prints the table.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
+pub fn run(options: &Options) -> Result<(), StudyError> {
+    let out = options.out.as_path();
+    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let text = table(options, &study(options)?);
+    write(&out.join("sensor-faults.md"), text.as_bytes())?;
+    print_line!("{text}\nwrote {}", out.display());
+    Ok(())
+}
+
+fn table(options: &Options, rows: &[Row]) -> String {
+    let mut text = format!(
+        "{} sensors, turbulence {TURBULENCE_M_S} m/s rms, seed {}. The sensor fails at {ONSET_S} s for {DURATION_S} s; flights of {FLIGHT_S} s with turns, climbs \
+         and changes of speed. Errors of the state: the largest from the onset on; in brackets those of the last ten seconds, thirty after the repair.\n\n\
+         | sensor | fault | aircraft | attitude, deg | airspeed, m/s | altitude, m | compensator active | reported |\n\
+         |---|---|---|---|---|---|---|---|\n",
+        options.grade.key(),
+        options.seed,
+    );
+    for (fault, flown) in rows {
+        let (sensor, kind) = match fault {
+            Some((sensor, kind)) => {
+                let class = icd::fault::TargetClass::Sensor(*sensor);
+                (sensor.name(), kind.described(class).to_string())
+            }
+            None => ("-", "none".to_owned()),
+        };
+        let lost = flown.lost_at_s.map_or("kept".to_owned(), |at_s| format!("lost at {at_s:.1} s"));
+        let both = |place: usize| {
+            let (during, after) = (flown.errors[place], flown.errors_after[place]);
+            match flown.lost_at_s {
+                Some(_) => format!("{during:.1}"),
+                None => format!("{during:.1} ({after:.1})"),
+            }
+        };
+        let reported = if flown.reported.is_gone() { flown.reported.name() } else { "-" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {sensor} | {kind} | {lost} | {} | {} | {} | {:.0} % | {reported} |",
+            both(0),
+            both(1),
+            both(2),
+            100.0 * flown.active,
+        );
+    }
+    text
+}

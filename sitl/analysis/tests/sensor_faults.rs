@@ -1,0 +1,62 @@
+//! Every fault of every sensor in closed loop on estimated states, with tactical sensors; docs/sensors.md has the table.
+
+use std::path::PathBuf;
+
+use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::sensor_faults::{Options, SENSORS, kinds, study};
+use flight_control::estimator_status::SourceHealth;
+use icd::fault::FaultKind;
+use icd::sensors::SensorKind;
+use plant_sim::GradeName;
+
+#[test]
+fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
+    let aircraft = AircraftArgs::default();
+    let options = Options { out: PathBuf::new(), grade: GradeName::Tactical, aircraft, seed: 1 };
+    let rows = study(&options).expect("the flights begin");
+    assert_eq!(rows.len(), 1 + SENSORS.len() * kinds(SensorKind::Gyro).len());
+    let (_, healthy) = rows[0];
+    assert_eq!((healthy.lost_at_s, healthy.active), (None, 0.0));
+    for (fault, flown) in &rows[1..] {
+        let (sensor, kind) = fault.expect("all but the first have one");
+        let what = format!("{} {}: {flown:?}", sensor.name(), kind.info().key);
+        // Nothing stands in for rates; a slow error of the vanes is taken for sideslip.
+        let is_lost = match sensor {
+            SensorKind::Gyro => !matches!(kind, FaultKind::Biased { .. } | FaultKind::Noisy { .. }),
+            SensorKind::Vanes => matches!(kind, FaultKind::Drifting { .. }),
+            _ => false,
+        };
+        assert_eq!(flown.lost_at_s.is_some(), is_lost, "{what}");
+        if is_lost {
+            continue;
+        }
+        let [attitude, airspeed, altitude] = flown.errors_after;
+        assert!(attitude < 7.0 && airspeed < 3.0 && altitude < 3.0, "after the repair, {what}");
+        // The estimator reads all but the engine monitor, and sees what is not there or does not change.
+        let expected = match kind {
+            _ if sensor == SensorKind::EngineMonitor => SourceHealth::Unused,
+            FaultKind::Off | FaultKind::Intermittent { .. } => SourceHealth::Lost,
+            FaultKind::StuckHere => SourceHealth::Stuck,
+            _ => continue,
+        };
+        assert_eq!(flown.reported, expected, "{what}");
+    }
+    // Faults that the estimator cannot see are felt.
+    let felt = |sensor: SensorKind, place: usize, least: f64| {
+        let of_sensor = rows.iter().filter(|(fault, _)| fault.is_some_and(|f| f.0 == sensor));
+        let worst = of_sensor.map(|(_, flown)| flown.errors[place]).fold(0.0, f64::max);
+        assert!(worst > healthy.errors[place] + least, "{}: {worst}", sensor.name());
+    };
+    felt(SensorKind::Gyro, 0, 10.0);
+    felt(SensorKind::Accelerometer, 0, 10.0);
+    felt(SensorKind::Gnss, 2, 100.0);
+    felt(SensorKind::Barometer, 1, 5.0);
+    felt(SensorKind::Pitot, 1, 10.0);
+    felt(SensorKind::Magnetometer, 0, 0.1);
+    let awake = |fault: FaultKind| {
+        let is_it =
+            |row: &&(Option<(SensorKind, FaultKind)>, _)| row.0 == Some((SensorKind::Vanes, fault));
+        rows.iter().find(is_it).expect("it was flown").1.active
+    };
+    assert!(awake(FaultKind::StuckHere) > 0.5, "stuck vanes look like a fault of an effector");
+}
