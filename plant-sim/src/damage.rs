@@ -195,7 +195,7 @@ impl Piece {
             return Vector3::zeros();
         }
         let pressure_area = 0.5 * density * speed * speed * self.area_m2;
-        let bounded = |angle: f64| angle.max(-STALL_RAD).min(STALL_RAD);
+        let bounded = |angle: f64| angle.clamp(-STALL_RAD, STALL_RAD);
         let drag = flow * (-self.panel.drag * pressure_area / speed);
         let slope = self.panel.lift_slope * pressure_area;
         drag + match self.part {

@@ -13,7 +13,7 @@ fn damage_takes_mass_and_the_aircraft_flies_on_from_its_new_centre_of_gravity() 
     for part in AirframePart::ALL {
         let mut plant = plant(&flat());
         coast(&mut plant, 100);
-        let (before, mass_kg) = (plant.truth().clone(), plant.dynamics().mass().mass_kg);
+        let (before, mass_kg) = (*plant.truth(), plant.dynamics().mass().mass_kg);
         let request = FaultRequest::Inject {
             target: part.into(),
             kind: FaultKind::TornOff { lost: 0.5 },
