@@ -45,7 +45,7 @@ pub use packets::{decode, encode_actuators, encode_refusal, encode_sensors, enve
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 7;
+pub const VERSION: u16 = 8;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1440;

@@ -307,11 +307,11 @@ impl Airframe {
         self.damage.check()?;
         let Some(fuel) = &self.fuel else { return Ok(()) };
         fuel.check(self.mass.mass_kg)?;
-        let rest = self.without(&PerPart::default(), fuel.mass_kg);
-        if rest.is_some() || fuel.mass_kg == 0.0 {
+        let rest = self.without(&PerPart::default(), fuel.initial_kg);
+        if rest.is_some() || fuel.initial_kg == 0.0 {
             return Ok(());
         }
-        check_range("fuel", "mass_kg (with the inertia of [mass])", fuel.mass_kg, 0.0, 0.0)
+        check_range("fuel", "initial_kg (with [mass])", fuel.initial_kg, 0.0, 0.0)
     }
 
     fn check_aerodynamics(&self) -> Result<(), RangeError> {

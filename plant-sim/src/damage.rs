@@ -82,7 +82,7 @@ pub struct Panels {
 #[serde(deny_unknown_fields)]
 pub struct Fuel {
     /// At the start, kg; a part of the aircraft's mass.
-    pub mass_kg: f64,
+    pub initial_kg: f64,
     /// Centroid of the tanks from the centre of gravity with this fuel, m, body axes.
     #[serde(default)]
     pub at_m: [f64; 3],
@@ -159,7 +159,7 @@ impl Fuel {
     /// # Errors
     /// [`RangeError`] for the first invalid one.
     pub fn check(&self, aircraft_kg: f64) -> Result<(), RangeError> {
-        check_range("fuel", "mass_kg", self.mass_kg, 0.0, 0.95 * aircraft_kg)?;
+        check_range("fuel", "initial_kg", self.initial_kg, 0.0, 0.95 * aircraft_kg)?;
         for value in self.at_m {
             check_range("fuel", "at_m", value, -100.0, 100.0)?;
         }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{Atmosphere, LocalDensity};
-use crate::damage::{PerPart, Remainder};
+use crate::damage::Remainder;
 use crate::earth::slopes::Slopes;
 use crate::earth::{Earth, Nearby, Place};
 use crate::faults::Effects;
@@ -19,6 +19,8 @@ use crate::servos::{Inert, ServoDynamics};
 use crate::tables::TablesError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
+
+mod losses;
 
 /// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
 const FEW_STATES: usize = rigid_body::STATES + 8;
@@ -260,29 +262,6 @@ impl Dynamics {
     #[must_use]
     pub fn jet(&self) -> &Jet {
         &self.jet
-    }
-
-    /// Present mass and inertia.
-    #[inline]
-    #[must_use]
-    pub fn mass(&self) -> &MassProperties {
-        self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
-    }
-
-    /// Present centre of gravity from that of the airframe file, m, body axes.
-    #[must_use]
-    pub fn shift_m(&self) -> Vector3<f64> {
-        self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
-    }
-
-    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg.
-    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
-        let is_whole = burnt_kg == 0.0 && torn_off.iter().all(|lost| *lost == 0.0);
-        let left = self.airframe.without(torn_off, burnt_kg);
-        // Several losses that together leave no possible body: the last one is left out.
-        if left.is_some() || is_whole {
-            self.remainder = left.map(Box::new);
-        }
     }
 
     /// Smallest and largest thrust of the engine at an airspeed (m/s), a density (kg/m³) and a geopotential altitude (m), N;

@@ -23,8 +23,7 @@
 //! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
-    AirframePart, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal,
-    SensorKind, Target, Timing,
+    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Target, Timing,
 };
 use icd::{Effector, EffectorList, PerEffector, SimTime};
 
@@ -32,6 +31,7 @@ mod active;
 mod commands;
 mod effects;
 mod entry;
+mod others;
 mod times;
 
 pub use active::SensorEffect;
@@ -155,28 +155,6 @@ impl Faults {
     pub fn active(&self, target: impl Into<Target>) -> Option<(FaultKind, SimTime)> {
         let current = self.current[slot(target)]?;
         Some((current.fault.kind, current.active?.since()))
-    }
-
-    /// Whether a sensor has a fault.
-    #[must_use]
-    pub fn has_sensor_faults(&self) -> bool {
-        SensorKind::ALL.into_iter().any(|sensor| self.current[slot(sensor)].is_some())
-    }
-
-    /// How much of each part of the airframe is torn off at `now`: the fraction of its span from the tip.
-    #[must_use]
-    pub fn torn_off(&self, now: SimTime) -> [f64; AirframePart::ALL.len()] {
-        AirframePart::ALL.map(|part| {
-            let active = self.current[slot(part)].as_ref().and_then(|one| one.active.as_ref());
-            active.map_or(0.0, |active| active.torn_off(now))
-        })
-    }
-
-    /// The effect on a sensor at `now`, and the time of its onset.
-    #[must_use]
-    pub fn on_sensor(&self, sensor: SensorKind, now: SimTime) -> Option<(SimTime, SensorEffect)> {
-        let active = self.current[slot(sensor)].as_ref()?.active.as_ref()?;
-        Some((active.since(), active.on_sensor(now)))
     }
 
     /// Reports every fault that acts, rests or is scheduled.
@@ -441,13 +419,6 @@ impl Faults {
 
     fn any(&self, is_so: impl Fn(&ActiveFault) -> bool) -> bool {
         self.list.all().filter_map(|effector| self.active_fault(effector)).any(is_so)
-    }
-
-    /// Whether an effect that acts on effectors or the airframe changes from step to step.
-    fn vary_after(&self, now: SimTime) -> bool {
-        let parts = || AirframePart::ALL.into_iter().filter_map(|part| self.current[slot(part)]);
-        self.any(|active| active.varies(now))
-            || parts().any(|current| current.active.is_some_and(|active| active.varies(now)))
     }
 
     /// Finds the next event after a change at `now`, and whether faults alter commands or vary with time.

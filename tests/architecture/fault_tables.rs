@@ -197,7 +197,7 @@ fn sensors() -> String {
 
 fn parts() -> String {
     let rows = AirframePart::ALL.into_iter().map(|part| {
-        let parameter = format!("FLT_{}", part.key().to_uppercase());
+        let parameter = format!("FLT_{}1", part.key().to_uppercase());
         [code(part.key()), format!("{} `{}`", part.failure_unit(), part.key()), code(&parameter)]
     });
     table(["part", "unit (p1), word", "parameter"], rows)

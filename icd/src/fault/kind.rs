@@ -150,6 +150,15 @@ impl Targets {
     /// Engines.
     pub const THRUST: Self = Self { angles: false, ..Self::EFFECTORS };
 
+    /// Whether a target can be of both.
+    #[must_use]
+    pub const fn overlap(self, other: Self) -> bool {
+        self.angles && other.angles
+            || self.thrust && other.thrust
+            || self.sensors && other.sensors
+            || self.parts && other.parts
+    }
+
     /// Whether targets of this class can have it.
     #[must_use]
     pub const fn allow(self, class: TargetClass) -> bool {

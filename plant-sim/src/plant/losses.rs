@@ -2,8 +2,6 @@
 //!
 //! When the centre of gravity moves in the airframe, position and velocity move with it: the rest of the aircraft flies on as it did.
 
-use icd::fault::{FaultKind, FaultRequest, Timing};
-
 use super::Plant;
 use crate::damage::PerPart;
 
@@ -19,7 +17,7 @@ impl Plant {
     #[must_use]
     pub fn fuel_kg(&self) -> Option<f64> {
         let fuel = self.dynamics.airframe().fuel?;
-        Some((fuel.mass_kg - self.losses.burnt_kg).max(0.0))
+        Some((fuel.initial_kg - self.losses.burnt_kg).max(0.0))
     }
 
     /// Takes the parts away that the faults have torn off.
@@ -36,17 +34,14 @@ impl Plant {
         let Some(fuel) = self.dynamics.airframe().fuel else { return };
         let period_s = self.period_us as f64 * 1.0e-6;
         let flow_kg_s = fuel.flow_kg_n_s * self.present.motion.thrust_n.max(0.0);
-        let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.mass_kg);
+        let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.initial_kg);
         if burnt_kg != self.losses.burnt_kg {
             self.losses.burnt_kg = burnt_kg;
             self.take_away();
         }
         let Some(engine) = self.dynamics.jet().engine() else { return };
-        let is_out = matches!(self.faults.active(engine), Some((FaultKind::FlameOut, _)));
-        if burnt_kg >= fuel.mass_kg && !is_out {
-            let (target, kind, timing) = (engine.into(), FaultKind::FlameOut, Timing::NOW);
-            let request = FaultRequest::Inject { target, kind, timing };
-            let _reply = self.with_faults(|faults, context| faults.request(&request, context));
+        if burnt_kg >= fuel.initial_kg {
+            self.with_faults(|faults, context| faults.starve(engine, context));
         }
     }
 

@@ -12,7 +12,9 @@ use std::path::PathBuf;
 use flight_control::CompensatorMode;
 use flight_control::estimator_status::SourceHealth;
 use icd::SimTime;
-use icd::fault::{FaultKind, Onset, Timing};
+use icd::fault::{
+    CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Quantity, TargetClass, Timing,
+};
 use icd::sensors::SensorKind;
 use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
@@ -85,17 +87,25 @@ const fn size(sensor: SensorKind) -> f64 {
 
 /// Every kind of fault of a sensor, with its size.
 #[must_use]
-pub fn kinds(sensor: SensorKind) -> [FaultKind; 7] {
+pub fn kinds(sensor: SensorKind) -> Vec<FaultKind> {
+    let class = TargetClass::Sensor(sensor);
     let si = sensor.unit().to_si(size(sensor));
-    [
-        FaultKind::Off,
-        FaultKind::StuckHere,
-        FaultKind::Biased { bias: si },
-        FaultKind::Drifting { rate: 0.1 * si },
-        FaultKind::Noisy { rms: si },
-        FaultKind::Delayed { delay_s: 0.5 },
-        FaultKind::Intermittent { period_s: 2.0, present: 0.5 },
-    ]
+    let value = |quantity: Quantity| match quantity {
+        Quantity::Rate => 0.1 * si,
+        Quantity::Delay => 0.5,
+        Quantity::Period => 2.0,
+        Quantity::Present => 0.5,
+        _ => si,
+    };
+    let of_sensors = CATALOGUE.iter().filter(|info| info.targets.allow(class));
+    let kind = |info: &KindInfo| {
+        let mut values = [0.0; NUMBERS_MAX];
+        for (place, number) in values.iter_mut().zip(info.numbers) {
+            *place = value(number.quantity);
+        }
+        info.with(0, values)
+    };
+    of_sensors.filter_map(kind).collect()
 }
 
 /// What a flight came to.
@@ -196,7 +206,9 @@ pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
     options.aircraft.check()?;
     let sides = Sides::of(&options.aircraft)?;
-    let faults = SENSORS.into_iter().flat_map(|sensor| kinds(sensor).map(|kind| (sensor, kind)));
+    let faults = SENSORS
+        .into_iter()
+        .flat_map(|sensor| kinds(sensor).into_iter().map(move |kind| (sensor, kind)));
     let faults: Vec<Option<(SensorKind, FaultKind)>> =
         std::iter::once(None).chain(faults.map(Some)).collect();
     let one =
@@ -230,7 +242,7 @@ fn table(options: &Options, rows: &[Row]) -> String {
     for (fault, flown) in rows {
         let (sensor, kind) = match fault {
             Some((sensor, kind)) => {
-                let class = icd::fault::TargetClass::Sensor(*sensor);
+                let class = TargetClass::Sensor(*sensor);
                 (sensor.name(), kind.described(class).to_string())
             }
             None => ("-", "none".to_owned()),

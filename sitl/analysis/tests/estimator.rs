@@ -37,10 +37,9 @@ fn an_estimator_that_trusts_its_sensors_too_much_is_outside_the_band() {
     let aircraft = AircraftArgs { settings, ..AircraftArgs::default() };
     let flown = study(&options(aircraft)).expect("the flights begin");
     let [_, high] = band(f64::from(FLIGHTS));
-    for group in 0..GROUPS.len() {
-        let is_of_these =
-            ["velocity", "gyro bias", "accelerometer bias"].contains(&GROUPS[group].0);
+    for (group, (name, ..)) in GROUPS.iter().enumerate() {
+        let is_of_these = ["velocity", "gyro bias", "accelerometer bias"].contains(name);
         let mean = mean_nees(&flown[0], group);
-        assert!(!is_of_these || mean > high, "{}: {mean:.2}", GROUPS[group].0);
+        assert!(!is_of_these || mean > high, "{name}: {mean:.2}");
     }
 }

@@ -38,8 +38,8 @@ fn of_sensor(sensor: SensorKind) -> ParameterName {
 /// The name of the fault parameter of a part of the airframe.
 fn of_part(part: AirframePart) -> ParameterName {
     let mut name = ParameterName::new();
-    // Cannot fail: the longest is FLT_RIGHT_WING.
-    let _fits = write!(name, "FLT_{}", part.key());
+    // Cannot fail: the longest is FLT_RIGHT_WING1.
+    let _fits = write!(name, "FLT_{}1", part.key());
     name.make_ascii_uppercase();
     name
 }

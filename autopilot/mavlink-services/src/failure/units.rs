@@ -306,7 +306,11 @@ impl Value {
         }
         if text == "here" {
             let bare = kinds().find(|kind| kind.numbers.is_empty() && kind.choice.is_none());
-            let bare = bare.filter(|_| has_size).ok_or_else(no_value)?;
+            // Where a target has the choice between its place and a size.
+            let has_choice = |bare: &&'static KindInfo| {
+                kinds().any(|kind| kind.size().is_some() && kind.targets.overlap(bare.targets))
+            };
+            let bare = bare.filter(has_choice).ok_or_else(no_value)?;
             return Ok(Self { kind: bare, size: Size::None });
         }
         let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c)));

@@ -79,7 +79,7 @@ fn a_part_that_the_airframe_does_not_describe_is_refused() {
 
 fn with_fuel(mass_kg: f64) -> PlantSetup {
     let mut setup = flat();
-    let fuel = Fuel { mass_kg, at_m: [-1.0, 0.0, 0.2], flow_kg_n_s: 2.0e-5 };
+    let fuel = Fuel { initial_kg: mass_kg, at_m: [-1.0, 0.0, 0.2], flow_kg_n_s: 2.0e-5 };
     setup.airframe.fuel = Some(fuel);
     setup
 }
@@ -122,9 +122,11 @@ fn without_fuel_the_engine_is_out_and_no_repair_brings_it_back() {
 
 #[test]
 fn a_tank_that_cannot_be_is_refused() {
-    for (mass_kg, flow, word) in
-        [(9_000.0, 2.0e-5, "mass_kg"), (f64::NAN, 2.0e-5, "mass_kg"), (100.0, -1.0, "flow_kg_n_s")]
-    {
+    for (mass_kg, flow, word) in [
+        (9_000.0, 2.0e-5, "initial_kg"),
+        (f64::NAN, 2.0e-5, "initial_kg"),
+        (100.0, -1.0, "flow_kg_n_s"),
+    ] {
         let mut setup = with_fuel(mass_kg);
         setup.airframe.fuel.as_mut().expect("it has one").flow_kg_n_s = flow;
         let error = Plant::new(&setup).unwrap_err().to_string();

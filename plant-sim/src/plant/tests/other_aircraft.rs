@@ -22,7 +22,10 @@ fn airframe(effectors: &[String], has_nozzle: bool) -> Airframe {
         Some((_, air_data)) if !has_nozzle => air_data.split_once('\n').unwrap().1.to_owned(),
         _ => behind,
     };
-    let text = format!("{before}{}{behind}", effectors.concat());
+    // The parts that can be torn off have surfaces that it may lack.
+    let (nozzle, rest) = behind.split_once("\n[damage.").unwrap();
+    let (_, rest) = rest.split_once("[design_point]").unwrap();
+    let text = format!("{before}{}{nozzle}\n[design_point]{rest}", effectors.concat());
     Airframe::from_toml("other.toml", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -119,6 +119,7 @@ fn every_kind_can_be_commanded_by_its_value_its_name_and_the_mode_of_its_type() 
         let unit = match info.targets {
             fault::Targets { angles: true, .. } => Unit::SERVO,
             fault::Targets { thrust: true, .. } => Unit::MOTOR,
+            fault::Targets { parts: true, .. } => Unit::parse("fin").unwrap(),
             _ => Unit::parse("gps").unwrap(),
         };
         let mavlink = &info.mavlink;

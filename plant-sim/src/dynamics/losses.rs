@@ -1,0 +1,32 @@
+//! What the aircraft weighs now, and where its centre of gravity is.
+
+use nalgebra::Vector3;
+
+use super::Dynamics;
+use crate::damage::PerPart;
+use crate::rigid_body::MassProperties;
+
+impl Dynamics {
+    /// Present mass and inertia.
+    #[inline]
+    #[must_use]
+    pub fn mass(&self) -> &MassProperties {
+        self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
+    }
+
+    /// Present centre of gravity from that of the airframe file, m, body axes.
+    #[must_use]
+    pub fn shift_m(&self) -> Vector3<f64> {
+        self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
+    }
+
+    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg.
+    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
+        let is_whole = burnt_kg == 0.0 && torn_off.iter().all(|lost| *lost == 0.0);
+        let left = self.airframe.without(torn_off, burnt_kg);
+        // Several losses that together leave no possible body: the last one is left out.
+        if left.is_some() || is_whole {
+            self.remainder = left.map(Box::new);
+        }
+    }
+}
