@@ -15,7 +15,7 @@ import struct
 import zlib
 
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
-MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 7, 1, 2, 3
+MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 8, 1, 2, 3
 SAMPLES = "gyro accelerometer attitude gnss barometer pitot vanes engine_monitor magnetometer".split()
 NAMES = ("p q r fx fy fz qw qx qy qz vn ve vd pn pe pd latitude longitude altitude airspeed alpha beta thrust "
          "gnss_altitude year static_pressure impact_pressure mx my mz").split()
