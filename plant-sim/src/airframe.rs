@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use icd::effector_list::Name;
-use icd::fault::AirframePart;
 use icd::wire::Aircraft;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
 use nalgebra::{Matrix3, Vector3};
@@ -283,14 +282,14 @@ impl Airframe {
         self.damage.all().map(|panel| panel?.effector.and_then(named))
     }
 
-    /// Which parts can be torn off: those of `[damage]` whose loss leaves a body with a possible mass and inertia.
+    /// Which parts can be torn off: those of `[damage]`, if without all of them and without fuel a body with a possible mass and
+    /// inertia is left. Then it is also left without some of them.
     #[must_use]
     pub fn parts(&self) -> PerPart<bool> {
-        AirframePart::ALL.map(|part| {
-            let mut torn_off = PerPart::default();
-            torn_off[part as usize] = 1.0;
-            self.damage.all()[part as usize].is_some() && self.without(&torn_off, 0.0).is_some()
-        })
+        let described = self.damage.all().map(|panel| panel.is_some());
+        let all = described.map(|is_described| f64::from(u8::from(is_described)));
+        let rest = self.without(&all, self.fuel.map_or(0.0, |fuel| fuel.initial_kg));
+        described.map(|is_described| is_described && rest.is_some())
     }
 
     /// What is left without parts and burnt fuel, kg; `None` if nothing is missing or the rest is no possible body.

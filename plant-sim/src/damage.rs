@@ -203,8 +203,8 @@ impl Piece {
                 Vector3::new(0.0, -slope * bounded(libm::asin(flow.y / speed)), 0.0)
             }
             _ => {
-                let (sin, cos) = libm::sincos(libm::atan2(flow.z, flow.x));
-                let lift = slope * bounded(libm::atan2(flow.z, flow.x));
+                let alpha = libm::atan2(flow.z, flow.x);
+                let ((sin, cos), lift) = (libm::sincos(alpha), slope * bounded(alpha));
                 Vector3::new(lift * sin, 0.0, -lift * cos)
             }
         }

@@ -69,7 +69,7 @@ pub struct Faults {
     servos: PerEffector<Servo>,
     /// Ends of the travel that the hinge moments leave now, rad and N.
     travel: PerEffector<[f64; 2]>,
-    /// Of the effectors, then of the sensors ([`slot`]).
+    /// By the place of the target ([`slot`]).
     current: [Option<CurrentFault>; Target::MAX],
     /// Which sensors and parts the aircraft has.
     has: Fitted,

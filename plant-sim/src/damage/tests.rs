@@ -1,4 +1,3 @@
-use approx_free::{near, vector_near};
 use icd::fault::AirframePart;
 use icd::{Body, tvc_jet};
 use nalgebra::{Matrix3, Vector3};
@@ -7,17 +6,12 @@ use super::{Panel, Panels, PerPart, Piece, Remainder};
 use crate::Airframe;
 use crate::rigid_body::{MassProperties, Wrench};
 
-/// Comparisons with a relative tolerance.
-mod approx_free {
-    use nalgebra::Vector3;
+fn near(a: f64, b: f64) {
+    assert!((a - b).abs() <= 1.0e-9 * (1.0 + b.abs()), "{a} and {b}");
+}
 
-    pub fn near(a: f64, b: f64) {
-        assert!((a - b).abs() <= 1.0e-9 * (1.0 + b.abs()), "{a} and {b}");
-    }
-
-    pub fn vector_near(a: &Vector3<f64>, b: &Vector3<f64>) {
-        assert!((a - b).norm() <= 1.0e-9 * (1.0 + b.norm()), "{a:?} and {b:?}");
-    }
+fn vector_near(a: &Vector3<f64>, b: &Vector3<f64>) {
+    assert!((a - b).norm() <= 1.0e-9 * (1.0 + b.norm()), "{a:?} and {b:?}");
 }
 
 const NOTHING: Wrench = Wrench { force: Body::zero(), moment: Body::zero() };

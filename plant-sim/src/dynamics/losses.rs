@@ -20,13 +20,9 @@ impl Dynamics {
         self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
     }
 
-    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg.
+    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg; of parts
+    /// that [`Airframe::parts`](crate::Airframe::parts) lets go.
     pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
-        let is_whole = burnt_kg == 0.0 && torn_off.iter().all(|lost| *lost == 0.0);
-        let left = self.airframe.without(torn_off, burnt_kg);
-        // Several losses that together leave no possible body: the last one is left out.
-        if left.is_some() || is_whole {
-            self.remainder = left.map(Box::new);
-        }
+        self.remainder = self.airframe.without(torn_off, burnt_kg).map(Box::new);
     }
 }

@@ -12,8 +12,11 @@
 use std::fs;
 use std::path::PathBuf;
 
-use plant_sim::GradeName;
+use autopilot::parameters::Parameters;
+use flight_control::estimator::EstimatorPreset;
+use icd::sensors::SensorKind;
 use plant_sim::io::whole;
+use plant_sim::{GradeName, SensorSettings};
 
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 use crate::false_alarms::{StudyError, cannot_write, write};
@@ -57,6 +60,17 @@ pub struct Case {
     pub grade: GradeName,
     /// Whether there are vanes.
     pub vanes: bool,
+}
+
+impl Case {
+    /// Puts the sensors into the aircraft, and sets the estimator to them.
+    pub(crate) fn equip(&self, sensors: &mut SensorSettings, parameters: &mut Parameters) {
+        *sensors = SensorSettings::of_grade(self.grade);
+        sensors.fitted[SensorKind::Vanes as usize] = self.vanes;
+        if self.grade == GradeName::Consumer {
+            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
+        }
+    }
 }
 
 /// Both grades, with vanes and without.

@@ -115,7 +115,7 @@ pub struct Flown {
     pub lost_at_s: Option<f64>,
     /// Largest errors of the state from the onset on: attitude, deg; airspeed, m/s; altitude, m.
     pub errors: [f64; 3],
-    /// The same in the last ten seconds, forty after the repair.
+    /// The same in the last ten seconds, thirty after the repair.
     pub errors_after: [f64; 3],
     /// Part of the time with the compensator active, from the onset on.
     pub active: f64,

@@ -63,6 +63,10 @@ fn a_part_that_the_airframe_does_not_describe_is_refused() {
     setup.faults = vec![torn(AirframePart::Fin, 0.2)];
     let error = Plant::new(&setup).unwrap_err().to_string();
     assert!(error.contains("fin, torn off") && error.contains("[damage]"), "{error}");
+    // Too light for the loss of all parts: none can go, so that no two of them leave an impossible body.
+    let mut light = flat();
+    light.airframe.mass.ixx_kg_m2 = 4_000.0;
+    assert!(light.airframe.parts().iter().all(|can_go| !can_go));
     setup.faults.clear();
     let mut plant = plant(&setup);
     for (target, kind) in [
@@ -113,8 +117,8 @@ fn without_fuel_the_engine_is_out_and_no_repair_brings_it_back() {
     assert!(is_out(&plant));
     assert!(plant.truth().deflections[tvc_jet::ENGINE] < 100.0);
     let reports: Vec<PlantReport> = std::iter::from_fn(|| plant.pop_report()).collect();
-    let told = |report: &PlantReport| matches!(report, PlantReport::Fault(entry) if entry.kind == FaultKind::FlameOut);
-    assert!(reports.iter().any(told), "{reports:?}");
+    let is_flame_out = |report: &PlantReport| matches!(report, PlantReport::Fault(entry) if entry.kind == FaultKind::FlameOut);
+    assert!(reports.iter().any(is_flame_out), "{reports:?}");
     plant.request(&FaultRequest::ClearAll);
     coast(&mut plant, 2);
     assert!(is_out(&plant), "the tank is still empty");

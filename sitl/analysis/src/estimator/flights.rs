@@ -3,14 +3,12 @@
 use core::ops::ControlFlow;
 
 use autopilot::parameters::Parameters;
-use flight_control::estimator::EstimatorPreset;
 use flight_control::estimator::covariance::{ATTITUDE, FORCE_BIAS, GYRO_BIAS, VELOCITY, WIND};
 use flight_control::{AircraftModel, CompensatorMode, Estimator, NavigationState};
-use icd::sensors::SensorKind;
 use icd::{ControlPeriod, SimTime};
 use nalgebra::{Matrix3, Vector3};
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, GradeName, Plant, PlantPart, SensorSettings, Start, scenario};
+use plant_sim::{Airframe, Plant, PlantPart, Start, scenario};
 
 use super::Case;
 use crate::closed_loop::{FlightSetup, Operator, Tick, run, settings};
@@ -109,14 +107,10 @@ impl Sides {
         plant.wind.speed_m_s = between(0.0, WIND_MAX_M_S);
         plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
         plant.wind.turbulence_m_s = turbulence_m_s;
-        plant.sensors = SensorSettings::of_grade(case.grade);
-        plant.sensors.fitted[SensorKind::Vanes as usize] = case.vanes;
         plant.seed = seed;
         let mut parameters = self.parameters;
         parameters.gains.selection.compensator = CompensatorMode::Off;
-        if case.grade == GradeName::Consumer {
-            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-        }
+        case.equip(&mut plant.sensors, &mut parameters);
         let period = ControlPeriod::DEFAULT;
         let plant = plant.setup(self.airframe.clone(), 0, period, default_step_us(period));
         let programme = programme(&plant.start, seed);

@@ -8,18 +8,17 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use flight_control::estimator::EstimatorPreset;
 use icd::ControlPeriod;
-use icd::sensors::SensorKind;
 use plant_sim::io::whole;
 use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, GradeName, SensorSettings};
+use plant_sim::{EarthModel, GradeName};
 
 use super::both::Noisy;
 use super::cases::{Case, Conditions, Run, Runs};
 use super::claim::{ClaimResult, Limit};
 use super::{NOISE_TURBULENCE_M_S, PaperError, cannot_write, claims, in_process, write};
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
+use crate::estimator::{CASES, Case as Fit};
 use crate::metrics::{max, min};
 use crate::runner;
 
@@ -43,24 +42,13 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// What the aircraft is flown with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fit {
-    /// For people.
-    pub name: &'static str,
-    /// Grade of the sensors.
-    pub grade: GradeName,
-    /// Whether there are vanes.
-    pub vanes: bool,
-}
-
 /// Ideal sensors in the same air first: what the air alone does.
 pub const FITS: [Fit; 5] = [
     Fit { name: "ideal", grade: GradeName::Ideal, vanes: true },
-    Fit { name: "tactical", grade: GradeName::Tactical, vanes: true },
-    Fit { name: "tactical without vanes", grade: GradeName::Tactical, vanes: false },
-    Fit { name: "consumer", grade: GradeName::Consumer, vanes: true },
-    Fit { name: "consumer without vanes", grade: GradeName::Consumer, vanes: false },
+    CASES[0],
+    CASES[1],
+    CASES[2],
+    CASES[3],
 ];
 
 /// The flights of one fit under one seed.
@@ -102,11 +90,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
         seed,
     };
     let mut case = Case::with(number, &conditions, &AircraftArgs::default())?;
-    case.setup.plant.sensors = SensorSettings::of_grade(fit.grade);
-    case.setup.plant.sensors.fitted[SensorKind::Vanes as usize] = fit.vanes;
-    if fit.grade == GradeName::Consumer {
-        case.setup.parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-    }
+    fit.equip(&mut case.setup.plant.sensors, &mut case.setup.parameters);
     Ok(case)
 }
 
