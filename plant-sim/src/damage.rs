@@ -19,6 +19,7 @@ use icd::{Body, Effector, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::faults::Effects;
 use crate::range::{RangeError, check_range};
 use crate::rigid_body::{MassProperties, Wrench};
 
@@ -272,8 +273,22 @@ impl Remainder {
         Some(Self { mass, shift_m, left, pieces })
     }
 
+    /// Effective deflections of the first `count` effectors, rad and N, with the effect of the faults.
+    #[cold]
+    #[must_use]
+    pub fn effective(
+        &self,
+        count: usize,
+        servos: &PerEffector<f64>,
+        effects: &Effects,
+    ) -> PerEffector<f64> {
+        let whole = effects.effective(count, servos);
+        PerEffector::first_from_fn(count, |e| self.left[e] * whole[e])
+    }
+
     /// The wrench about the present centre of gravity, from that of the whole aircraft about the one of the airframe file, where the
     /// velocity through the air is `velocity`, m/s, with the rates `rates` against the air, rad/s.
+    #[cold]
     #[must_use]
     pub fn wrench(&self, whole: &Wrench, velocity: &Body, rates: &Body, density: f64) -> Wrench {
         let (mut force, mut moment) = (whole.force.0, whole.moment.0);

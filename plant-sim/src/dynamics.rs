@@ -354,12 +354,9 @@ impl Dynamics {
     #[must_use]
     pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
         let count = self.airframe.effectors.len();
-        let effective = effects.effective(count, &state.positions);
         match &self.remainder {
-            None => effective,
-            Some(remainder) => {
-                PerEffector::first_from_fn(count, |e| remainder.left[e] * effective[e])
-            }
+            None => effects.effective(count, &state.positions),
+            Some(remainder) => remainder.effective(count, &state.positions, effects),
         }
     }
 
