@@ -125,7 +125,8 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let model = settings.model;
     let script = settings.script.clone();
     let limit_bytes = args.recording.limit_bytes();
-    let logs = args.log_folder().map(|folder| Logs { folder, limit_bytes });
+    let folder = recorder.as_ref().and_then(|_| args.log_folder());
+    let logs = folder.map(|folder| Logs { folder, limit_bytes });
     let config = args.links()?.map(|links| GcsConfig {
         links,
         parameters,
@@ -162,16 +163,18 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         }
         link.run()
     })?;
-    match control_thread.join() {
+    let finished_log = match control_thread.join() {
         Ok(result) => result?,
         Err(_) => return Err(io::Error::other("the control thread has broken down").into()),
-    }
+    };
     ground_stations.map_or(Ok(()), GroundStations::end)?;
+    drop(finished_log);
     Ok(ExitReason::Stopped)
 }
 
 impl AutopilotArgs {
-    /// The recorder, if flight logs are enabled.
+    /// The recorder, if flight logs are enabled. Where the user's data folder cannot be written and no option asks for logs,
+    /// the flight goes on without.
     fn recorder(
         &self,
         parameters: &Parameters,
@@ -187,9 +190,17 @@ impl AutopilotArgs {
             parameters: *parameters,
             status,
         };
-        let recorder = Recorder::start(config)?;
-        info!("{introduction}");
-        Ok(Some(recorder))
+        match Recorder::start(config) {
+            Ok(recorder) => {
+                info!("{introduction}");
+                Ok(Some(recorder))
+            }
+            Err(problem) if self.recording.log_dir.is_none() => {
+                warn!("no flight logs: {problem}; --log-dir names another folder, or none");
+                Ok(None)
+            }
+            Err(problem) => Err(problem),
+        }
     }
 }
 

@@ -19,6 +19,8 @@ pub const TEXT_MAX: u64 = 1 << 20;
 
 /// Bytes at the beginning of a file by which a program recognises its own files.
 const BEGINNING: u64 = 4096;
+/// Names that are tried for a new file beside another one: processes that were killed leave theirs.
+const BESIDE_MAX: u32 = 1_000;
 /// The part of these bytes that all tables or figures of one kind have in common.
 const KIND_BYTES: usize = 12;
 
@@ -59,11 +61,11 @@ pub enum FileProblem {
 }
 
 impl FileProblem {
-    /// Whether the file does not exist.
+    /// Whether the file does not exist, or cannot: what should be its folder is none.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::System(error) | Self::NoSuchName { source: error, .. }
-            if error.kind() == ErrorKind::NotFound)
+            if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory))
     }
 }
 
@@ -81,6 +83,14 @@ fn kind(file: FileType) -> Option<&'static str> {
 
 fn check_ordinary(file: FileType) -> Result<(), FileProblem> {
     kind(file).map_or(Ok(()), |kind| Err(FileProblem::NotOrdinary(kind)))
+}
+
+/// A name without a file is free, unless it is a dangling link, which would be replaced itself.
+fn check_free(path: &Path) -> Result<(), FileProblem> {
+    match fs::symlink_metadata(path) {
+        Ok(_) => Err(FileProblem::NotOrdinary("a link that leads nowhere")),
+        Err(_) => Ok(()),
+    }
 }
 
 /// Opens a regular file for reading. Never waits: neither for the other end of a pipe, nor for a device.
@@ -182,11 +192,12 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
 /// Writes a whole file: a new one, or over one that is empty or has `mark` at its beginning.
 ///
 /// # Errors
-/// [`FileProblem`]; if the system fails in the middle, the file has a part of the content.
+/// [`FileProblem`]; then nothing has changed.
 pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem> {
     let has_mark = |beginning: &[u8]| beginning.windows(mark.len().max(1)).any(|w| w == mark);
-    let mut file = create(path, has_mark)?;
-    Ok(file.write_all(content)?)
+    let mut file = NewFile::begin(path, has_mark)?;
+    file.write_all(content)?;
+    file.finish()
 }
 
 /// The mark of a table or figure whose name is given by the program: the common beginning of its kind.
@@ -222,25 +233,44 @@ impl NewFile {
                     return Err(FileProblem::Foreign);
                 }
             }
-            Err(problem) if problem.is_not_found() => {}
+            Err(problem) if problem.is_not_found() => check_free(&path)?,
             Err(problem) => return Err(problem),
         }
-        let beside = beside(&path);
-        let file = File::create(&beside)?;
+        let (file, beside) = create_beside(&path, OpenOptions::new().write(true))?;
         Ok(Self { file: BufWriter::new(file), beside: Some(beside), path })
     }
 
-    /// Renames it to its final name.
+    /// Puts it on the disk and renames it to its final name.
     ///
     /// # Errors
     /// The system's error; then the old file is unchanged.
     pub fn finish(mut self) -> Result<(), FileProblem> {
-        self.file.flush()?;
+        self.put_on_disk()?;
         if let Some(beside) = &self.beside {
             fs::rename(beside, &self.path)?;
         }
         self.beside = None;
         Ok(())
+    }
+
+    /// The same if the final name is still free: of several programs that do this at once, one succeeds. False for the others.
+    ///
+    /// # Errors
+    /// The system's error.
+    pub fn finish_if_free(mut self) -> Result<bool, FileProblem> {
+        self.put_on_disk()?;
+        let Some(beside) = &self.beside else { return Ok(false) };
+        match fs::hard_link(beside, &self.path) {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+            // A file system without links: the last of several programs wins.
+            Err(_) => self.finish().map(|()| true),
+        }
+    }
+
+    fn put_on_disk(&mut self) -> io::Result<()> {
+        self.file.flush()?;
+        self.file.get_ref().sync_all()
     }
 }
 
@@ -263,11 +293,22 @@ impl Drop for NewFile {
     }
 }
 
-/// Temporary name of a file. Two processes with the same file use different names.
-fn beside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.new", process::id()));
-    path.with_file_name(name)
+/// A new file beside another one. Two writers of the same file use different names, also where several machines share
+/// a folder and processes have the same number.
+fn create_beside(path: &Path, options: &mut OpenOptions) -> io::Result<(File, PathBuf)> {
+    let mut number = 0;
+    loop {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}-{number}.new", process::id()));
+        let beside = path.with_file_name(name);
+        match options.create_new(true).open(&beside) {
+            Ok(file) => return Ok((file, beside)),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && number < BESIDE_MAX => {
+                number += 1;
+            }
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 /// When the content of an own file reaches the disk.
@@ -330,13 +371,7 @@ impl OwnFile {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),
             Ok(_) | Err(FileProblem::TooLong { .. }) => Err(FileProblem::Foreign),
-            Err(problem) if problem.is_not_found() => {
-                // A dangling link would be replaced itself.
-                match fs::symlink_metadata(&self.path) {
-                    Ok(_) => Err(FileProblem::NotOrdinary("a link that leads nowhere")),
-                    Err(_) => Ok(()),
-                }
-            }
+            Err(problem) if problem.is_not_found() => check_free(&self.path),
             Err(problem) => Err(problem),
         }
     }
@@ -355,8 +390,13 @@ impl OwnFile {
             builder.mode(mode);
         }
         builder.create(folder)?;
-        let new = beside(&self.path);
-        let written = self.write_new(&new, content).and_then(|()| fs::rename(&new, &self.path));
+        let mut options = OpenOptions::new();
+        options.write(true);
+        if let Some((mode, _)) = self.modes {
+            options.mode(mode);
+        }
+        let (file, new) = create_beside(&self.path, &mut options)?;
+        let written = self.fill(file, content).and_then(|()| fs::rename(&new, &self.path));
         if written.is_err() {
             // It may not exist; the important error is the one above.
             let _ = fs::remove_file(&new);
@@ -382,18 +422,7 @@ impl OwnFile {
         folder.unwrap_or(Path::new("."))
     }
 
-    fn write_new(&self, path: &Path, content: &[u8]) -> io::Result<()> {
-        match fs::remove_file(path) {
-            // Left by a process that had the same number.
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-        let mut options = OpenOptions::new();
-        options.write(true).create_new(true);
-        if let Some((mode, _)) = self.modes {
-            options.mode(mode);
-        }
-        let mut file = options.open(path)?;
+    fn fill(&self, mut file: File, content: &[u8]) -> io::Result<()> {
         file.write_all(content)?;
         if self.sync == Sync::Disk { file.sync_all() } else { Ok(()) }
     }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
-use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signal::{SigSet, Signal, raise};
 use nix::unistd::Pid;
 
 /// The request to end the process: set once, read by every loop.
@@ -60,6 +60,47 @@ impl Stop {
     pub fn with_parent(&self) -> std::io::Result<()> {
         listen_to_parent(self.clone(), |_| {})
     }
+}
+
+/// Calls `suspend` on a separate thread instead of stopping the process when a shell asks for it (Ctrl-Z); [`stop_until_continued`]
+/// then does.
+///
+/// Call it before the process starts any thread: threads inherit which signals they block.
+///
+/// # Errors
+/// The system's error.
+pub fn on_suspension(suspend: impl Fn() + Send + 'static) -> std::io::Result<()> {
+    let signals = SigSet::from_iter([Signal::SIGTSTP]);
+    signals.thread_block()?;
+    let wait = move || {
+        while signals.wait().is_ok() {
+            suspend();
+        }
+    };
+    thread::Builder::new().name("suspension".to_owned()).spawn(wait)?;
+    Ok(())
+}
+
+/// Stops this process until it is continued. Returns at once where no shell could continue it: the system does not stop it then.
+///
+/// # Errors
+/// The system's error.
+pub fn stop_until_continued() -> std::io::Result<()> {
+    let signals = SigSet::from_iter([Signal::SIGTSTP]);
+    signals.thread_unblock()?;
+    // To this thread, so that the one that waits for the signal does not take it.
+    let stopped = raise(Signal::SIGTSTP);
+    signals.thread_block()?;
+    Ok(stopped?)
+}
+
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) an error, as on a full disk, and not the end of the process.
+///
+/// Call it before the process starts any thread: threads inherit which signals they block.
+pub fn take_size_limit_as_error() {
+    let signals = SigSet::from_iter([Signal::SIGXFSZ]);
+    // A mask of known signals is always accepted.
+    let _ = signals.thread_block();
 }
 
 /// Longest line, bytes; a longer one is split.

@@ -14,6 +14,7 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    host_io::process::take_size_limit_as_error();
     let cli = Cli::parse();
     host_io::console::show();
     match io::run(&cli.plant) {

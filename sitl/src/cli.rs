@@ -51,6 +51,7 @@ pub struct Cli {
 /// the caller brings: it flies unless `--law` names another one.
 #[must_use]
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
+    host_io::process::take_size_limit_as_error();
     host_io::console::show();
     let mut cli = Cli::parse();
     cli.bring(own_law);

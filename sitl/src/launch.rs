@@ -11,7 +11,9 @@ use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
 use autopilot::io::status::{PlantState, StatusLine};
-use host_io::{Stop, clock};
+use host_io::{Stop, clock, process};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::getpgrp;
 
 use crate::arrangement::{self, Arrangement};
 
@@ -75,6 +77,11 @@ pub enum LaunchError {
 pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     let stop = Stop::new();
     stop.on_signals()?;
+    let reports = Reports::channel();
+    let sender = reports.sender();
+    process::on_suspension(move || {
+        sender.send(Report::Suspended);
+    })?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace());
     let arrangement = if args.is_as_fast_as_possible() {
@@ -87,7 +94,6 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     } else {
         Arrangement::UNPINNED
     };
-    let reports = Reports::channel();
     // The terminal is switched back when this goes, however this function ends.
     let keys = {
         let sender = reports.sender();
@@ -179,12 +185,11 @@ impl Flight<'_> {
             Report::Status(status) => self.screen.status(status, clock::now())?,
             Report::PaceState(pace) => self.screen.set_pace(pace),
             Report::Pressed(Key::Quit) => self.stop.request(),
+            // To the whole job, as the terminal does where Ctrl-Z is no key; this process takes it as the report below.
             Report::Pressed(Key::Suspend) => {
-                self.screen.leave();
-                if let Some(keys) = &self.keys {
-                    keys.suspend();
-                }
+                killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from)?
             }
+            Report::Suspended => self.suspend()?,
             Report::Pressed(key) => self.press(key),
             Report::Line { process, line } => {
                 self.screen.message(&format!("{process}: {}", line.trim_start()))?;
@@ -194,6 +199,27 @@ impl Flight<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Gives the terminal back and stops both children and this process, until the shell lets the job go on.
+    fn suspend(&mut self) -> Result<(), LaunchError> {
+        self.screen.leave();
+        if let Some(keys) = &self.keys {
+            keys.restore();
+        }
+        let signal_all = |signal| {
+            // The plant is continued before the autopilot, which waits for its packets.
+            for child in self.plant.iter().chain([&self.autopilot]) {
+                child.signal(signal);
+            }
+        };
+        signal_all(Signal::SIGSTOP);
+        let stopped = process::stop_until_continued();
+        signal_all(Signal::SIGCONT);
+        if let Some(keys) = &self.keys {
+            keys.keep();
+        }
+        Ok(stopped?)
     }
 
     /// A key that is about time: what it leads to is shown at once, and again when the plant says so.

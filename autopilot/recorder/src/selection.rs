@@ -244,11 +244,13 @@ impl Selection {
         let mut has_rows = true;
         if let Entry::Step(step) = self.waiting.front()? {
             let age_us = self.newest.as_micros().saturating_sub(step.time.as_micros());
-            if self.rate == LogRate::Events && age_us < BEFORE_US && !is_early {
+            let is_full = step.time <= self.full_until;
+            // A step whose rows are written whatever happens next does not wait: so a process that is killed in its first second
+            // leaves a log.
+            if self.rate == LogRate::Events && age_us < BEFORE_US && !is_early && !is_full {
                 return None;
             }
-            has_rows =
-                is_early || self.left.is_multiple_of(self.every) || step.time <= self.full_until;
+            has_rows = is_early || is_full || self.left.is_multiple_of(self.every);
             self.left += 1;
         }
         Some((self.waiting.pop_front()?, has_rows))

@@ -3,6 +3,7 @@
 //! The thread waits for the plant only. Intents of ground stations arrive through bounded channels, events and
 //! snapshots leave through them, and a full one delays nothing.
 
+use std::fs::File;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -100,11 +101,11 @@ impl PlantLink {
         self
     }
 
-    /// Answers plants until the process ends.
+    /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.
     ///
     /// # Errors
     /// [`PlantLinkError`] if the socket has failed, or the step log is incomplete.
-    pub fn run(mut self) -> Result<(), PlantLinkError> {
+    pub fn run(mut self) -> Result<Option<File>, PlantLinkError> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
             match self.socket.receive_from(&mut buffer)? {
@@ -112,11 +113,9 @@ impl PlantLink {
                 None => self.housekeeping(),
             }
         }
-        if let Some(recorder) = self.recorder.take() {
-            recorder.finish();
-        }
+        let log = self.recorder.take().and_then(Recorder::finish);
         self.step_log.map_or(Ok(()), TickLogWriter::finish)?;
-        Ok(())
+        Ok(log)
     }
 
     /// Handles one datagram.

@@ -15,6 +15,7 @@
 //! process that is killed leaves a log up to its last second.
 
 use flight_management::command::VehicleCommand;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -135,7 +136,7 @@ pub struct Recorder {
     began: Option<Instant>,
     full: Option<SyncSender<Vec<Entry>>>,
     empty: Receiver<Vec<Entry>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<File>>>,
     /// Set when the log thread finds that its log was removed.
     removed: Arc<AtomicBool>,
     in_flight: bool,
@@ -303,17 +304,15 @@ impl Recorder {
         self.removed.load(Ordering::Relaxed) && self.removed.swap(false, Ordering::Relaxed)
     }
 
-    /// Ends the log, and waits until it is written.
-    pub fn finish(mut self) {
+    /// Ends the log, and waits until it is written. Gives its lock: a ground station that erases all logs while the process
+    /// ends must not erase the one that has just been finished.
+    pub fn finish(mut self) -> Option<File> {
         let end = if self.plant_is_lost { End::PlantLost } else { End::Stopped };
         self.push(Entry::End(end));
         self.hand_over();
         self.full = None;
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            warn!("the log thread has broken down");
-        }
+        let lock = self.thread.take()?.join();
+        lock.inspect_err(|_| warn!("the log thread has broken down")).ok()?
     }
 
     fn recorded(&mut self, what: Recorded) {

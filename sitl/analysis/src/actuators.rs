@@ -17,6 +17,7 @@ use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::configuration::{AircraftArgs, Named};
+use crate::table::field;
 
 /// Columns of `actuators.csv`.
 const COLUMNS: &str = "property,signal,time_s,command_deg,ideal_deg,position_deg";
@@ -352,12 +353,10 @@ impl Bench {
 fn csv(responses: &[Response]) -> String {
     let mut text = format!("{COLUMNS}\n");
     for Response { property, signal, rows } in responses {
+        let (property, signal) = (field(property), signal.name());
         for [time_s, command, ideal, at] in rows {
-            let signal = signal.name();
-            let _ = writeln!(
-                text,
-                "\"{property}\",{signal},{time_s:.3},{command:.6},{ideal:.6},{at:.6}"
-            );
+            let _ =
+                writeln!(text, "{property},{signal},{time_s:.3},{command:.6},{ideal:.6},{at:.6}");
         }
     }
     text
@@ -397,7 +396,7 @@ mod tests {
         assert!((travel[0].1 - 30.0).abs() < 1.0e-3 && travel[24].1 < 5.0, "{travel:?}");
         let svg = bench.figure(&responses, travel).svg;
         assert!(svg.contains("hysteresis of 3.60 deg") && svg.contains("kPa"));
-        assert!(csv(&responses).contains("\"delay of 100 ms\",step,0.002,0.000000,"));
+        assert!(csv(&responses).contains("delay of 100 ms,step,0.002,0.000000,"));
     }
 
     #[test]

@@ -15,6 +15,7 @@ use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
 
 use crate::chart::Figure;
 use crate::chart::drawing::Drawing;
+use crate::false_alarms::write;
 use crate::runner;
 
 /// Airspeeds of the sweep, m/s.
@@ -209,9 +210,9 @@ pub fn run(out: &Path) -> Result<(), Box<dyn Error>> {
     let flown = runner::map("held altitude", &cases(), |case| sides.fly(case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     fs::create_dir_all(out)?;
-    fs::write(out.join("envelope.csv"), csv(&flown))?;
+    write(&out.join("envelope.csv"), csv(&flown).as_bytes())?;
     for (name, bytes) in figure(&flown).files()? {
-        fs::write(out.join(name), bytes)?;
+        write(&out.join(name), &bytes)?;
     }
     print_text!("{}", summary(&flown));
     Ok(())

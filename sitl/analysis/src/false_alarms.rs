@@ -13,6 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use flight_control::Gains;
+use host_io::file;
 use plant_sim::io::whole;
 use plant_sim::{Airframe, SetupError};
 
@@ -223,7 +224,8 @@ pub fn read_airframe(path: Option<&Path>) -> Result<Airframe, StudyError> {
 /// # Errors
 /// [`StudyError::Write`] names it.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
-    fs::write(path, bytes).map_err(|source| cannot_write(path, source))
+    file::write(path, bytes, file::beginning(bytes))
+        .map_err(|problem| cannot_write(path, io::Error::other(problem)))
 }
 
 /// The error of a file or folder that cannot be written.

@@ -261,6 +261,19 @@ fn push_value(text: &mut String, value: f64) {
     written.expect("writing to a String cannot fail");
 }
 
+/// A text as a field of a CSV file (RFC 4180). A text that a spreadsheet would take for a formula, such as the name `=1+1` of a law
+/// in somebody's file, begins with an apostrophe; a number stays a number.
+#[must_use]
+pub fn field(text: &str) -> String {
+    let is_formula =
+        text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
+    let text = if is_formula { format!("'{text}") } else { text.to_owned() };
+    match is_formula || text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

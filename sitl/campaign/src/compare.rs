@@ -4,17 +4,25 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::{panic, thread};
 
+use parquet::basic::Compression;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::Field;
+use parquet::record::reader::RowIter;
+use parquet::record::{Field, Row};
 
-use crate::table::RUNS;
+use crate::table::{FINGERPRINT, PROGRAM_KEY, RUNS};
 
 /// Columns of each law that are listed at most, those with the largest relative change first.
 const LISTED: usize = 8;
 /// Runs that are named at most for each law.
 const NAMED: usize = 5;
+/// Name of the thread that reads tables.
+const READER: &str = "tables";
 
 /// Why two tables cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +42,24 @@ pub enum CompareError {
         path: PathBuf,
         /// What is wrong with it.
         source: ParquetError,
+    },
+    /// A table is damaged in a way that its reader does not expect.
+    #[error("{}: damaged: {problem}", path.display())]
+    Damaged {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A column is compressed in a way that this program does not read.
+    #[error("{}: column {column} is compressed with {found}; this program reads NONE, SNAPPY and GZIP", path.display())]
+    Compression {
+        /// The table.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// How it is compressed.
+        found: String,
     },
     /// The flights differ.
     #[error("run {run} is another flight in {}: {column} is {found} there and {expected} in the first folder", path.display())]
@@ -86,40 +112,74 @@ struct Change {
 /// # Errors
 /// [`CompareError`]: a table cannot be read, or has other flights.
 pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
-    let [a, b] = [one, other].map(open);
-    let (a, b) = (a?, b?);
-    let count = |reader: &SerializedFileReader<File>| reader.metadata().file_metadata().num_rows();
-    if count(&a) != count(&b) {
+    static QUIET: Once = Once::new();
+    QUIET.call_once(|| {
+        let report = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            if thread::current().name() != Some(READER) {
+                report(panic);
+            }
+        }));
+    });
+    // The library panics on some damaged tables, and no check of ours would find them all. So a thread of its own reads, whose
+    // panic is an error here.
+    let is_other = AtomicBool::new(false);
+    let compared = thread::scope(|scope| {
+        let compare = || compare(one, other, &is_other);
+        let reader = thread::Builder::new().name(READER.to_owned()).spawn_scoped(scope, compare);
+        Ok(reader?.join())
+    });
+    let path = || if is_other.load(Ordering::Relaxed) { other } else { one }.join(RUNS);
+    match compared {
+        Ok(Ok(result)) => result,
+        Ok(Err(panic)) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+            let problem = text.unwrap_or("it cannot be read").to_owned();
+            Err(CompareError::Damaged { path: path(), problem })
+        }
+        Err(source) => Err(CompareError::Open { path: path(), source }),
+    }
+}
+
+/// `is_other` says which table is being read.
+fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, CompareError> {
+    let reading = |of_other: bool| is_other.store(of_other, Ordering::Relaxed);
+    let a = Table::open(one)?;
+    reading(true);
+    let b = Table::open(other)?;
+    if a.runs() != b.runs() {
         return Err(CompareError::Count {
             path: other.to_path_buf(),
-            found: count(&b),
-            expected: count(&a),
+            found: b.runs(),
+            expected: a.runs(),
         });
     }
-    let failed = |folder: &Path| {
-        let path = folder.join(RUNS);
-        move |source| CompareError::Read { path: path.clone(), source }
-    };
-    let rows = |reader, folder: &Path| -> Result<_, CompareError> {
-        SerializedFileReader::get_row_iter(reader, None).map_err(failed(folder))
-    };
     let mut laws: BTreeMap<(usize, String), Differences> = BTreeMap::new();
     let mut order: Vec<String> = Vec::new();
-    for (row_a, row_b) in rows(&a, one)?.zip(rows(&b, other)?) {
-        let row_a = row_a.map_err(failed(one))?;
-        let row_b = row_b.map_err(failed(other))?;
+    reading(false);
+    let mut rows_a = a.rows()?;
+    reading(true);
+    let mut rows_b = b.rows()?;
+    for _ in 0..a.runs() {
+        reading(false);
+        let row_a = a.next(&mut rows_a)?;
+        reading(true);
+        let row_b = b.next(&mut rows_b)?;
         let cells_a: Vec<(&String, &Field)> = row_a.get_column_iter().collect();
         let cells_b: BTreeMap<&String, &Field> = row_b.get_column_iter().collect();
-        let text = |name: &str| cells_a.iter().find(|(n, _)| *n == name).map(|(_, f)| *f);
-        let Some(Field::Long(run)) = text("run") else { continue };
-        let law = text("law").map_or_else(String::new, show);
+        let cell = |name: &str| cells_a.iter().find(|(n, _)| *n == name).map(|(_, f)| *f);
+        let (Some(Field::Long(run)), Some(law)) = (cell("run"), cell("law").map(show)) else {
+            return Err(a.damaged("a run has no number, or no law"));
+        };
         let place = order.iter().position(|known| *known == law).unwrap_or_else(|| {
             order.push(law.clone());
             order.len() - 1
         });
         let differences = laws.entry((place, law)).or_default();
         differences.runs += 1;
-        let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome").unwrap_or(0);
+        let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome");
+        let outcome_at = outcome_at.ok_or_else(|| a.damaged("it has no column outcome"))?;
         for (name, field) in &cells_a[..outcome_at] {
             let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), |f| show(f));
             if found != show(field) {
@@ -132,11 +192,83 @@ pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
                 });
             }
         }
-        let is_same = cells_a.iter().all(|(name, field)| cells_b.get(name) == Some(field));
+        let is_same = cells_a.len() == cells_b.len()
+            && cells_a.iter().all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
         differences.same += u64::from(is_same);
         differences.add(*run, &cells_a[outcome_at..], &cells_b);
     }
-    Ok(report(one, other, &laws))
+    Ok(report(&a, &b, &laws))
+}
+
+/// The table of a folder.
+struct Table<'a> {
+    folder: &'a Path,
+    reader: SerializedFileReader<File>,
+}
+
+impl<'a> Table<'a> {
+    fn open(folder: &'a Path) -> Result<Self, CompareError> {
+        let path = folder.join(RUNS);
+        let file = File::open(&path)
+            .map_err(|source| CompareError::Open { path: path.clone(), source })?;
+        let reader = SerializedFileReader::new(file)
+            .map_err(|source| CompareError::Read { path: path.clone(), source })?;
+        let columns = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
+        for column in columns {
+            let is_read = matches!(
+                column.compression(),
+                Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_)
+            );
+            if !is_read {
+                return Err(CompareError::Compression {
+                    path,
+                    column: column.column_path().string(),
+                    found: column.compression().to_string(),
+                });
+            }
+        }
+        Ok(Self { folder, reader })
+    }
+
+    fn runs(&self) -> i64 {
+        self.reader.metadata().file_metadata().num_rows()
+    }
+
+    fn rows(&self) -> Result<RowIter<'_>, CompareError> {
+        self.reader.get_row_iter(None).map_err(|source| self.failed(source))
+    }
+
+    fn next(&self, rows: &mut RowIter<'_>) -> Result<Row, CompareError> {
+        let row = rows.next().ok_or_else(|| self.damaged("it has fewer runs than it says"))?;
+        row.map_err(|source| self.failed(source))
+    }
+
+    /// What the table says of the program and the specification of its runs; what another program wrote need not say it.
+    fn about(&self, key: &str) -> Option<&str> {
+        let about = self.reader.metadata().file_metadata().key_value_metadata()?;
+        about.iter().find(|entry| entry.key == key)?.value.as_deref()
+    }
+
+    fn columns(&self) -> Vec<&str> {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        schema.columns().iter().map(|column| column.name()).collect()
+    }
+
+    fn failed(&self, source: ParquetError) -> CompareError {
+        CompareError::Read { path: self.folder.join(RUNS), source }
+    }
+
+    fn damaged(&self, problem: &str) -> CompareError {
+        CompareError::Damaged { path: self.folder.join(RUNS), problem: problem.to_owned() }
+    }
+}
+
+/// Whether two cells have the same bits.
+fn is_same(a: &Field, b: &Field) -> bool {
+    match (a, b) {
+        (Field::Double(a), Field::Double(b)) => a.to_bits() == b.to_bits(),
+        _ => a == b,
+    }
 }
 
 impl Differences {
@@ -172,8 +304,21 @@ impl Differences {
     }
 }
 
-fn report(one: &Path, other: &Path, laws: &BTreeMap<(usize, String), Differences>) -> String {
-    let mut text = format!("A = {}, B = {}\n", one.display(), other.display());
+fn report(a: &Table<'_>, b: &Table<'_>, laws: &BTreeMap<(usize, String), Differences>) -> String {
+    let mut text = format!("A = {}, B = {}\n", a.folder.display(), b.folder.display());
+    for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
+        let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));
+        if of_a != of_b {
+            let _ = writeln!(text, "{what}: A of {of_a}, B of {of_b}");
+        }
+    }
+    for (folder, mine, others) in [("A", a.columns(), b.columns()), ("B", b.columns(), a.columns())]
+    {
+        let only: Vec<&str> = mine.into_iter().filter(|name| !others.contains(name)).collect();
+        if !only.is_empty() {
+            let _ = writeln!(text, "columns in {folder} only: {}", only.join(", "));
+        }
+    }
     for ((_, law), differences) in laws {
         let Differences { runs, same, lost, measures } = differences;
         let _ = writeln!(text, "\n{law}: {same} of {runs} runs are the same to the bit");
@@ -205,13 +350,6 @@ fn report(one: &Path, other: &Path, laws: &BTreeMap<(usize, String), Differences
         }
     }
     text
-}
-
-fn open(folder: &Path) -> Result<SerializedFileReader<File>, CompareError> {
-    let path = folder.join(RUNS);
-    let file =
-        File::open(&path).map_err(|source| CompareError::Open { path: path.clone(), source })?;
-    SerializedFileReader::new(file).map_err(|source| CompareError::Read { path, source })
 }
 
 fn show(field: &Field) -> String {

@@ -11,7 +11,7 @@ use crate::plan::Plan;
 use crate::results::Results;
 use crate::spec::Meaning;
 use crate::store::RunEnd;
-use crate::summary::field;
+use flight_analysis::table::field;
 
 /// Name of the table.
 pub const CURVES: &str = "curves.csv";

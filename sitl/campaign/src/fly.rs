@@ -70,6 +70,7 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
             row
         };
         let rows: Vec<Row> = store.range(*part).map(fly).collect();
+        plan.check_inputs().map_err(Box::new)?;
         store.write(*part, &rows)
     };
     (0..missing.len()).into_par_iter().with_max_len(1).try_for_each(one)?;

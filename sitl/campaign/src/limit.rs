@@ -11,7 +11,7 @@ use flight_analysis::trimmable::{Study, Sweep};
 use crate::plan::{Plan, Value};
 use crate::results::Results;
 use crate::store::RunEnd;
-use crate::summary::field;
+use flight_analysis::table::field;
 
 /// Name of the file of scores.
 pub const SCORES: &str = "scores.csv";

@@ -5,6 +5,8 @@
 //! flight = airframe, combination of the listed values, sample of the drawn ones
 //! ```
 
+use std::path::PathBuf;
+
 use autopilot::run::{LawArgs, RunError};
 use flight_analysis::closed_loop::FlightSetup;
 use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
@@ -69,6 +71,12 @@ pub enum PlanError {
         run: i128,
         /// The last one.
         last: u64,
+    },
+    /// A file has changed since the campaign began.
+    #[error("{file}: it has changed since the campaign began, so no more runs are kept")]
+    Changed {
+        /// The file.
+        file: String,
     },
     /// The parameters of a law do not fit.
     #[error("law {law}: {problem}")]
@@ -141,6 +149,7 @@ pub struct Plan {
     pub aircraft: Vec<Aircraft>,
     /// SHA-256 of everything that decides the results but the program, as hexadecimal digits.
     pub fingerprint: String,
+    inputs: Vec<Input>,
     laws: Vec<Law>,
     scenario: Named,
     period: ControlPeriod,
@@ -164,11 +173,6 @@ impl Plan {
     pub fn new(file: SpecFile) -> Result<Self, PlanError> {
         let spec = &file.spec;
         let scenario = file.scenario()?;
-        let mut hash = Sha256::new();
-        for text in [file.text.as_str(), &scenario.text] {
-            hash.update(text.as_bytes());
-            hash.update([0]);
-        }
         let only =
             AirframeSpec { name: String::new(), file: None, model: None, set: toml::Table::new() };
         let shipped = [only];
@@ -176,9 +180,6 @@ impl Plan {
         let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
         for spec in specs {
             let one = Aircraft::read(spec, &file, flights)?;
-            for table in [&one.airframe_file, &one.model_file] {
-                hash.update(table.to_string().as_bytes());
-            }
             let too_many = || PlanError::TooMany { file: file.name.clone() };
             let of_it = one.combinations.checked_mul(u64::from(file.spec.samples));
             flights = of_it.and_then(|of_it| of_it.checked_add(flights)).ok_or_else(too_many)?;
@@ -189,17 +190,28 @@ impl Plan {
         }
         let laws: Vec<Law> =
             spec.law.iter().map(|law| Law::read(law, &file)).collect::<Result<_, _>>()?;
-        for law in &laws {
-            if let Some(path) = &law.args.gains {
-                hash.update(Named::read(path)?.text.as_bytes());
-            }
-        }
-        let fingerprint = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let inputs = inputs(&file, &scenario, &aircraft, &laws)?;
+        let mut all = Sha256::new();
+        inputs.iter().for_each(|input| all.update(input.sha256));
+        let fingerprint = all.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         let period = spec.period().unwrap_or_default();
         let step_us = spec.step_us.unwrap_or_else(|| default_step_us(period));
-        let plan = Self { aircraft, fingerprint, laws, scenario, period, step_us, flights, file };
+        let plan =
+            Self { aircraft, fingerprint, inputs, laws, scenario, period, step_us, flights, file };
         plan.check()?;
         Ok(plan)
+    }
+
+    /// Checks that the files, which many runs read again, are still those of the fingerprint.
+    ///
+    /// # Errors
+    /// [`PlanError::Changed`] names the one that is not.
+    pub fn check_inputs(&self) -> Result<(), PlanError> {
+        let now = inputs(&self.file, &self.scenario, &self.aircraft, &self.laws)?;
+        match self.inputs.iter().zip(&now).find(|(then, now)| then.sha256 != now.sha256) {
+            None => Ok(()),
+            Some((input, _)) => Err(PlanError::Changed { file: input.name.clone() }),
+        }
     }
 
     /// Number of runs.
@@ -430,6 +442,41 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+/// A text that decides the results. Its name does not: a file may lie elsewhere on another machine.
+#[derive(Debug)]
+struct Input {
+    name: String,
+    sha256: [u8; 32],
+}
+
+/// Specification, scenario, files of each aircraft and of each law, as they are now.
+fn inputs(
+    file: &SpecFile,
+    scenario: &Named,
+    aircraft: &[Aircraft],
+    laws: &[Law],
+) -> Result<Vec<Input>, PlanError> {
+    let input = |name: String, text: &str| Input { name, sha256: Sha256::digest(text).into() };
+    let mut inputs =
+        vec![input(file.name.clone(), &file.text), input(scenario.name.clone(), &scenario.text)];
+    for Aircraft { name, args, .. } in aircraft {
+        let shown = |path: &Option<PathBuf>, what: &str| {
+            path.as_ref().map_or_else(|| format!("{what} of {name}"), |p| p.display().to_string())
+        };
+        let (airframe, model) = (args.airframe_table()?, args.model_table()?);
+        inputs.push(input(shown(&args.airframe, "airframe"), &airframe.to_string()));
+        inputs.push(input(shown(&args.model, "model"), &model.to_string()));
+    }
+    for law in laws {
+        // A law without a file differs from one with an empty file.
+        let gains = law.args.gains.as_deref().map(Named::read).transpose()?;
+        let text = gains.as_ref().map_or("none", |gains| gains.text.as_ref());
+        inputs
+            .push(input(gains.as_ref().map_or_else(|| law.name.clone(), |g| g.name.clone()), text));
+    }
+    Ok(inputs)
 }
 
 impl Law {

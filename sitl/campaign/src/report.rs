@@ -11,7 +11,7 @@ use crate::limit::{Jams, Score, Studied};
 use crate::map;
 use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
-use crate::store::RunEnd;
+use crate::store::{PROGRAM, RunEnd};
 use crate::summary::{Difference, Group};
 
 mod charts;
@@ -97,9 +97,9 @@ fn drawn(charts: &[Chart]) -> String {
     let mut text = String::new();
     for (number, Chart { data, layout, .. }) in charts.iter().enumerate() {
         let options = json!({"responsive": true, "displaylogo": false});
-        // A text of a campaign must not end the script.
         let call = format!("Plotly.newPlot(\"chart{number}\", {data}, {layout}, {options});\n");
-        text.push_str(&call.replace("</", "<\\/"));
+        // A text of a campaign must neither end the script nor begin a comment in it, which HTML knows inside of scripts too.
+        text.push_str(&call.replace('<', "\\u003c"));
     }
     text
 }
@@ -279,7 +279,7 @@ fn header(sources: &Sources<'_>) -> Markup {
     let Sources { plan, .. } = sources;
     let spec = &plan.file.spec;
     let rows = [
-        ("program", format!("Two-Step {}", env!("CARGO_PKG_VERSION"))),
+        ("program", format!("Two-Step {PROGRAM}")),
         ("specification", plan.file.name.clone()),
         ("fingerprint (SHA-256)", plan.fingerprint.clone()),
         ("scenario", spec.scenario.clone()),

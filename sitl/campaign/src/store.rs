@@ -1,26 +1,31 @@
 //! Finished runs on the disk: parts that are complete or not there, so that a campaign can be killed at any moment and go on.
 //!
 //! A folder of a campaign has `campaign.toml`, which says what it is of, and `parts/`; the tables are written when every
-//! part is there. A part has a line of text, the length and CRC-32 of its content, and the content: its runs, as postcard.
+//! part is there. A part has a line of text, length and CRC-32 of its content, and the content as postcard: what it is of, in the
+//! words of `campaign.toml`, and its runs. A part that is not whole is flown again; one of something else is refused.
 
+use std::borrow::Cow;
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use flight_analysis::fly::outcome::{Fate, Outcome};
 use host_io::file::{self, FileProblem, NewFile, TEXT_MAX};
 use serde::{Deserialize, Serialize};
 
-use crate::plan::Plan;
+use crate::plan::{Aircraft, Plan, PlanError};
 
 /// Simulation time in a part, s: what is lost at most of each thread when the program is killed.
 const PART_S: f64 = 1_000.0;
 /// Most runs of a part.
 const PART_RUNS_MAX: f64 = 1_000.0;
 /// First line of a part.
-const MARK: &[u8] = b"Two-Step campaign part 1\n";
+const MARK: &[u8] = b"Two-Step campaign part 2\n";
 /// First line of the file that names the campaign.
 const HEAD: &str = "# Written by `sitl campaign`; do not edit.";
+/// Version of the program and hash of its sources (`build.rs`): the same version with other sources gives other results.
+pub const PROGRAM: &str =
+    concat!(env!("CARGO_PKG_VERSION"), " (sources ", env!("TWO_STEP_SOURCES"), ")");
 /// Longest part, bytes.
 const PART_BYTES_MAX: u64 = 1 << 30;
 
@@ -76,6 +81,26 @@ impl Row {
         Self { run, end, lost_at_s, reason, end_s: outcome.end_s, measures }
     }
 
+    /// Checks a row that was read, of an aircraft with these measures.
+    fn check(&self, measures: &[String]) -> Result<(), String> {
+        let refuse = |problem: String| Err(format!("run {}: {problem}", self.run));
+        let expected = if self.end == RunEnd::Failed { 0 } else { measures.len() };
+        if self.measures.len() != expected {
+            return refuse(format!("{} measures; it must have {expected}", self.measures.len()));
+        }
+        if self.lost_at_s.is_some() != (self.end == RunEnd::Lost) {
+            return refuse(format!("{} with lost_at_s = {:?}", self.end.name(), self.lost_at_s));
+        }
+        let times = [("end_s", Some(self.end_s)), ("lost_at_s", self.lost_at_s)];
+        let named = measures.iter().map(String::as_str).zip(self.measures.iter().copied());
+        match times.into_iter().chain(named).find(|(_, v)| v.is_some_and(|v| !v.is_finite())) {
+            Some((name, value)) => {
+                refuse(format!("{name} is {}; it must be finite", value.unwrap_or_default()))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The row of a run that could not be flown.
     #[must_use]
     pub fn failed(run: u64, reason: String) -> Self {
@@ -94,13 +119,13 @@ pub enum StoreError {
         /// What is wrong with it.
         source: FileProblem,
     },
-    /// The folder belongs to another campaign.
+    /// The folder, or a part in it, belongs to another campaign.
     #[error(
         "{}: it has results of {key} {found}, and this campaign has {expected}; take another folder",
         path.display()
     )]
     Other {
-        /// The folder.
+        /// The folder, or the part.
         path: PathBuf,
         /// What differs.
         key: &'static str,
@@ -109,7 +134,7 @@ pub enum StoreError {
         /// What the campaign has.
         expected: String,
     },
-    /// The file that names the campaign is damaged.
+    /// The file that names the campaign, or a part, has what no campaign writes.
     #[error("{}: {problem}", path.display())]
     Damaged {
         /// The file.
@@ -117,6 +142,9 @@ pub enum StoreError {
         /// What is wrong with it.
         problem: String,
     },
+    /// An input has changed meanwhile.
+    #[error(transparent)]
+    Input(#[from] Box<PlanError>),
     /// Parts are missing.
     #[error("{}: {missing} of {count} parts are missing, the first one is part {first}", path.display())]
     Missing {
@@ -147,6 +175,15 @@ struct Head {
 pub struct Store {
     folder: PathBuf,
     head: Head,
+    /// Of each aircraft its first run and the names of its measures.
+    aircraft: Vec<(u64, Vec<String>)>,
+}
+
+/// The content of a part.
+#[derive(Debug, Serialize, Deserialize)]
+struct Part<'a> {
+    head: Cow<'a, Head>,
+    rows: Cow<'a, [Row]>,
 }
 
 impl Store {
@@ -155,20 +192,26 @@ impl Store {
     /// # Errors
     /// [`StoreError`]: it cannot be written, or belongs to another campaign or version.
     pub fn open(plan: &Plan, folder: &Path) -> Result<Self, StoreError> {
-        let head = Head::of(plan);
-        let store = Self { folder: folder.to_path_buf(), head };
+        let laws = plan.laws().len() as u64;
+        let of = |aircraft: &Aircraft| {
+            let names = aircraft.measures.iter().map(|(name, _)| name.clone()).collect();
+            (aircraft.first_flight() * laws, names)
+        };
+        let aircraft = plan.aircraft.iter().map(of).collect();
+        let store = Self { folder: folder.to_path_buf(), head: Head::of(plan), aircraft };
         let parts = store.parts();
         fs::create_dir_all(&parts)
             .map_err(|error| StoreError::File { path: parts, source: error.into() })?;
         let path = store.head_path();
-        match file::read_text(&path, TEXT_MAX) {
-            Ok(text) => store.compare(&text, &path)?,
-            Err(problem) if problem.is_not_found() => {
-                let text = toml::to_string(&store.head).unwrap_or_default();
-                write_new(&path, format!("{HEAD}\n\n{text}").as_bytes(), HEAD.as_bytes())?;
-            }
-            Err(source) => return Err(StoreError::File { path, source }),
+        let failed = |source| StoreError::File { path: path.clone(), source };
+        if matches!(file::read_text(&path, TEXT_MAX), Err(problem) if problem.is_not_found()) {
+            let text = toml::to_string(&store.head).unwrap_or_default();
+            let mut new = NewFile::begin(&path, |_| false).map_err(failed)?;
+            write!(new, "{HEAD}\n\n{text}").map_err(|error| failed(error.into()))?;
+            // Of two campaigns that begin in the same moment one makes the file; both compare with what it says.
+            let _ = new.finish_if_free().map_err(failed)?;
         }
+        store.compare_with_head(&store.folder)?;
         Ok(store)
     }
 
@@ -191,14 +234,14 @@ impl Store {
         from..(from + self.head.runs_of_a_part).min(self.head.runs)
     }
 
-    /// The runs of a part; `None` if it is not there, or damaged: then it is flown again.
+    /// The runs of a part; `None` if it is not there, or not whole: then it is flown again.
     ///
     /// # Errors
-    /// [`StoreError::File`] if it cannot be read.
+    /// [`StoreError`] if it cannot be read, is of another campaign, or has what no campaign writes.
     pub fn read(&self, part: u64) -> Result<Option<Vec<Row>>, StoreError> {
         let path = self.path(part);
         match file::read(&path, PART_BYTES_MAX) {
-            Ok(bytes) => Ok(self.decode(part, &bytes)),
+            Ok(bytes) => decode(&bytes).map(|whole| self.check(part, whole, &path)).transpose(),
             Err(problem) if problem.is_not_found() => Ok(None),
             Err(source) => Err(StoreError::File { path, source }),
         }
@@ -229,7 +272,8 @@ impl Store {
     pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), StoreError> {
         let path = self.path(part);
         let failed = |problem: String| StoreError::Damaged { path: path.clone(), problem };
-        let content = postcard::to_stdvec(rows).map_err(|error| failed(error.to_string()))?;
+        let content = Part { head: Cow::Borrowed(&self.head), rows: Cow::Borrowed(rows) };
+        let content = postcard::to_stdvec(&content).map_err(|error| failed(error.to_string()))?;
         let mut bytes = MARK.to_vec();
         bytes.extend((content.len() as u64).to_le_bytes());
         bytes.extend(crc32fast::hash(&content).to_le_bytes());
@@ -242,11 +286,9 @@ impl Store {
     /// # Errors
     /// [`StoreError`]: the other folder is of another campaign or cannot be read, or this one not be written.
     pub fn take(&self, other: &Path) -> Result<u64, StoreError> {
-        let from = Self { folder: other.to_path_buf(), head: self.head.clone() };
-        let path = from.head_path();
-        let text = file::read_text(&path, TEXT_MAX)
-            .map_err(|source| StoreError::File { path: path.clone(), source })?;
-        from.compare(&text, &path)?;
+        let (head, aircraft) = (self.head.clone(), self.aircraft.clone());
+        let from = Self { folder: other.to_path_buf(), head, aircraft };
+        from.compare_with_head(other)?;
         let mut taken = 0;
         for part in 0..self.count() {
             if let Some(rows) = from.read(part)?
@@ -281,23 +323,39 @@ impl Store {
         }
     }
 
-    fn decode(&self, part: u64, bytes: &[u8]) -> Option<Vec<Row>> {
-        let rest = bytes.strip_prefix(MARK)?;
-        let (length, rest) = rest.split_first_chunk::<8>()?;
-        let (crc, content) = rest.split_first_chunk::<4>()?;
-        let is_whole = u64::from_le_bytes(*length) == content.len() as u64
-            && u32::from_le_bytes(*crc) == crc32fast::hash(content);
-        let rows: Vec<Row> = is_whole.then(|| postcard::from_bytes(content).ok())??;
-        let is_its = rows.iter().map(|row| row.run).eq(self.range(part));
-        is_its.then_some(rows)
+    /// The rows of a whole part, if it is the one of this name in this campaign.
+    fn check(&self, part: u64, whole: Part<'_>, path: &Path) -> Result<Vec<Row>, StoreError> {
+        self.compare(&whole.head, path)?;
+        let rows = whole.rows.into_owned();
+        let refuse = |problem| StoreError::Damaged { path: path.to_path_buf(), problem };
+        let range = self.range(part);
+        if !rows.iter().map(|row| row.run).eq(range.clone()) {
+            let first = rows.first().map_or("none".to_owned(), |row| row.run.to_string());
+            return Err(refuse(format!(
+                "it has {} runs from {first} on; it must have {} to {}",
+                rows.len(),
+                range.start,
+                range.end - 1
+            )));
+        }
+        for row in &rows {
+            let of = self.aircraft.partition_point(|(first, _)| *first <= row.run) - 1;
+            row.check(&self.aircraft[of].1).map_err(refuse)?;
+        }
+        Ok(rows)
     }
 
-    fn compare(&self, text: &str, path: &Path) -> Result<(), StoreError> {
-        let head: Head = toml::from_str(text).map_err(|error| StoreError::Damaged {
-            path: path.to_path_buf(),
-            problem: error.to_string(),
-        })?;
-        let (mine, its) = (&self.head, &head);
+    fn compare_with_head(&self, folder: &Path) -> Result<(), StoreError> {
+        let path = self.head_path();
+        let text = file::read_text(&path, TEXT_MAX)
+            .map_err(|source| StoreError::File { path: path.clone(), source })?;
+        let head = toml::from_str(&text)
+            .map_err(|error| StoreError::Damaged { path, problem: error.to_string() })?;
+        self.compare(&head, folder)
+    }
+
+    fn compare(&self, head: &Head, path: &Path) -> Result<(), StoreError> {
+        let (mine, its) = (&self.head, head);
         let differs = [
             ("program version", &its.program, &mine.program),
             ("campaign", &its.campaign, &mine.campaign),
@@ -306,8 +364,7 @@ impl Store {
         ];
         for (key, found, expected) in differs {
             if found != expected {
-                let (path, found, expected) =
-                    (self.folder.clone(), found.clone(), expected.clone());
+                let (path, found, expected) = (path.to_path_buf(), found.clone(), expected.clone());
                 return Err(StoreError::Other { path, key, found, expected });
             }
         }
@@ -338,7 +395,7 @@ impl Head {
             (PART_S / plan.file.spec.duration_s).clamp(1.0, PART_RUNS_MAX).floor() as u64;
         Self {
             campaign: plan.file.spec.name.clone(),
-            program: env!("CARGO_PKG_VERSION").to_owned(),
+            program: PROGRAM.to_owned(),
             fingerprint: plan.fingerprint.clone(),
             runs: plan.runs(),
             runs_of_a_part,
@@ -346,10 +403,18 @@ impl Head {
     }
 }
 
+/// What the bytes of a whole part say; `None` where a killed program, or a disk, has left something else.
+fn decode(bytes: &[u8]) -> Option<Part<'_>> {
+    let rest = bytes.strip_prefix(MARK)?;
+    let (length, rest) = rest.split_first_chunk::<8>()?;
+    let (crc, content) = rest.split_first_chunk::<4>()?;
+    let is_whole = u64::from_le_bytes(*length) == content.len() as u64
+        && u32::from_le_bytes(*crc) == crc32fast::hash(content);
+    is_whole.then(|| postcard::from_bytes(content).ok())?
+}
+
 /// Writes a file that is whole or not there; it replaces only a file of the same kind.
 pub(crate) fn write_new(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), StoreError> {
-    let failed = |source| StoreError::File { path: path.to_path_buf(), source };
-    let mut file = NewFile::begin(path, |beginning| beginning.starts_with(mark)).map_err(failed)?;
-    file.write_all(bytes).map_err(|error: io::Error| failed(error.into()))?;
-    file.finish().map_err(failed)
+    file::write(path, bytes, mark)
+        .map_err(|source| StoreError::File { path: path.to_path_buf(), source })
 }

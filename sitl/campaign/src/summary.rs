@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use flight_analysis::metrics::wilson_95;
+use flight_analysis::table::field;
 use rand_chacha::rand_core::Rng;
 
 use crate::draw;
@@ -186,14 +187,6 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
         text.push('\n');
     }
     text
-}
-
-/// A text as a field of a CSV file (RFC 4180).
-pub(crate) fn field(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }
 
 fn push_difference(text: &mut String, difference: Option<Difference>, scale: f64) {

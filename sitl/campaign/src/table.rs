@@ -1,6 +1,6 @@
 //! `runs.parquet`: every run of a campaign with its variables, what became of it, and its measures.
 //!
-//! Units stand in `columns.csv` and in the metadata of the file, under the key `units`.
+//! Units stand in `columns.csv` and in the metadata of the file, under the key `units`; there too is the build that flew it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use flight_analysis::table::field;
 use host_io::file::NewFile;
 use parquet::basic::{ConvertedType, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -18,10 +19,14 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::plan::{Plan, PlanError, Value};
-use crate::store::{Row, RunEnd, Store, StoreError, write_new};
+use crate::store::{PROGRAM, Row, RunEnd, Store, StoreError, write_new};
 
 /// Name of the table.
 pub const RUNS: &str = "runs.parquet";
+/// Keys of the metadata that say of which build and of which specification with its files the runs are.
+pub const PROGRAM_KEY: &str = "program";
+/// See [`PROGRAM_KEY`].
+pub const FINGERPRINT: &str = "fingerprint";
 /// Name of the list of its columns.
 pub const COLUMNS: &str = "columns.csv";
 /// Rows of a group: what is in memory at once.
@@ -77,7 +82,8 @@ pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(
     let path = store.folder().join(RUNS);
     let failed = |source| StoreError::File { path: path.clone(), source };
     let file = NewFile::begin(&path, |beginning| beginning.starts_with(b"PAR1")).map_err(failed)?;
-    let mut writer = begin(&columns, file)?;
+    let about = [(PROGRAM_KEY, PROGRAM), (FINGERPRINT, &plan.fingerprint)];
+    let mut writer = begin(&columns, &about, file)?;
     let mut cells = empty(&columns);
     let mut count = 0;
     for part in 0..store.count() {
@@ -143,6 +149,7 @@ fn columns(plan: &Plan) -> Vec<Column> {
 
 fn begin<W: Write + Send>(
     columns: &[Column],
+    about: &[(&str, &str)],
     file: W,
 ) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields = columns.iter().map(|column| {
@@ -166,7 +173,8 @@ fn begin<W: Write + Send>(
     let units: BTreeMap<&str, &str> =
         columns.iter().map(|column| (column.name.as_str(), column.unit.as_str())).collect();
     let units = toml::to_string(&units).unwrap_or_default();
-    let about = vec![KeyValue::new("units".to_owned(), Some(units))];
+    let about = about.iter().copied().chain([("units", units.as_str())]);
+    let about = about.map(|(key, value)| KeyValue::new(key.to_owned(), value.to_owned())).collect();
     let properties = WriterProperties::builder()
         .set_created_by(format!("Two-Step {}", env!("CARGO_PKG_VERSION")))
         .set_key_value_metadata(Some(about))
@@ -263,7 +271,7 @@ fn flat<T>(list: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
 fn write_columns(columns: &[Column], folder: &Path) -> Result<(), StoreError> {
     let mut text = HEADING.to_owned();
     for Column { name, unit, meaning, .. } in columns {
-        let _ = writeln!(text, "{name},{unit},\"{meaning}\"");
+        let _ = writeln!(text, "{},{},{}", field(name), field(unit), field(meaning));
     }
     write_new(&folder.join(COLUMNS), text.as_bytes(), HEADING.as_bytes())
 }

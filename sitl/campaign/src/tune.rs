@@ -28,9 +28,9 @@ use rayon::prelude::*;
 use crate::draw;
 use crate::plan::{Plan, PlanError};
 use crate::spec::SpecFile;
-use crate::store::write_new;
-use crate::summary::field;
+use crate::store::{PROGRAM, write_new};
 use flight_analysis::print_line;
+use flight_analysis::table::field;
 
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;
@@ -52,6 +52,8 @@ const REFUSED: f64 = 1.0e3;
 const DIGITS: usize = 4;
 /// Name of the table.
 const TABLE: &str = "tuning.csv";
+/// Numbers of a law in the table.
+const ROW: usize = 11;
 /// How the table begins.
 const BEGINNING: &str = "law,flights,evaluations,cost_before,cost_after,lost_before,lost_after,";
 /// How the file of gains of a law begins.
@@ -97,23 +99,45 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
     for law in laws {
         let name = plan.laws()[law];
         let path = folder.join(format!("{}.toml", file_name(name)));
-        let head = format!("{MARK}\n# {name}, {}\n", plan.fingerprint);
-        let finished = file::read_text(&path, TEXT_MAX).ok().filter(|text| text.starts_with(&head));
-        let text = match finished {
-            Some(text) => text,
-            None => {
-                let text = head + &tune(&plan, &others, law)?;
+        let head = format!("{MARK}\n# {name}, {}, program {PROGRAM}\n", plan.fingerprint);
+        let text = match file::read_text(&path, TEXT_MAX) {
+            Ok(text) => text,
+            Err(problem) if problem.is_not_found() => {
+                let text = head.clone() + &tune(&plan, &others, law)?;
+                plan.check_inputs()?;
                 write_new(&path, text.as_bytes(), MARK.as_bytes())?;
                 text
             }
+            Err(problem) => return Err(format!("{}: {problem}", path.display()).into()),
         };
-        let row = text.lines().find_map(|line| line.strip_prefix("# row: ")).unwrap_or_default();
+        let Some(rest) = text.strip_prefix(&head) else {
+            let found = text.lines().nth(1).unwrap_or_default();
+            let expected = head.lines().nth(1).unwrap_or_default();
+            let path = path.display();
+            return Err(format!(
+                "{path}: it has gains of {found:?}, and this search is {expected:?}; take another folder"
+            )
+            .into());
+        };
+        let row = row_of(rest, &plan.file.spec.law[law].tune).ok_or_else(|| {
+            format!("{}: damaged; remove it and it is made again", path.display())
+        })?;
         let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
         print_line!("{name}: {row}");
     }
     write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
     print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
+}
+
+/// The row of the table in a file of gains that has a finite value of each parameter; `None` of any other text.
+fn row_of<'a>(text: &'a str, names: &[String]) -> Option<&'a str> {
+    let row = text.lines().find_map(|line| line.strip_prefix("# row: "))?;
+    let is_finite = |value: f64| value.is_finite().then_some(());
+    row.split(',').try_for_each(|cell| is_finite(cell.parse().ok()?))?;
+    let gains: toml::Table = text.parse().ok()?;
+    names.iter().try_for_each(|name| is_finite(gains.get(name)?.as_float()?))?;
+    (row.split(',').count() == ROW && gains.len() == names.len()).then_some(row)
 }
 
 /// The same campaign with another seed: what the search has not seen.

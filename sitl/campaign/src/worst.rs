@@ -16,7 +16,7 @@ use crate::draw;
 use crate::plan::{Plan, PlanError, Run, Value};
 use crate::spec::Variable;
 use crate::store::write_new;
-use crate::summary::field;
+use flight_analysis::table::field;
 use flight_analysis::{print_line, print_text};
 
 /// Steps from the mildest value to an end of the range.

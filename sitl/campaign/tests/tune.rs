@@ -66,14 +66,24 @@ fn tuning_is_the_same_every_time_and_finds_what_was_detuned() {
     // The roll gain was a fifth of the default.
     let gains: toml::Table = toml::from_str(&read(&one, "pid-alone.toml")).expect("TOML");
     assert!(gains["ROL_KPHI"].as_float().expect("a number") > 0.6, "{gains}");
-    // A finished law is not flown again; with other flights it is.
+    // A finished law is not flown again. One of other flights, of another build, or a damaged one is not taken.
     let text = read(&one, "pid-alone.toml");
     fs::write(one.join("pid-alone.toml"), text.replace("ROL_KP =", "# mine\nROL_KP ="))
         .expect("a file");
     tune::run(&parse(SPEC), &one).expect("it can be written");
     assert!(read(&one, "pid-alone.toml").contains("# mine"));
-    tune::run(&parse(&SPEC.replace("= 5.0\n", "= 6.0\n")), &one).expect("it can be written");
-    assert!(!read(&one, "pid-alone.toml").contains("# mine"));
+    let refused = |spec: &str, text: &str, expected: &str| {
+        fs::write(one.join("pid-alone.toml"), text).expect("a file");
+        let error = tune::run(&parse(spec), &one).expect_err(expected).to_string();
+        assert!(error.contains("pid-alone.toml") && error.contains(expected), "{error}");
+        assert_eq!(read(&one, "pid-alone.toml"), text);
+    };
+    refused(&SPEC.replace("= 5.0\n", "= 6.0\n"), &text, "take another folder");
+    refused(SPEC, &text.replace("sources ", "sources 0"), "take another folder");
+    refused(SPEC, &text.replace("ROL_KP =", "# mine\nROL_KX ="), "damaged");
+    refused(SPEC, &text.replace("# row: 2,", "# row: 2,NaN,"), "damaged");
+    refused(SPEC, &text[..text.len() / 2], "damaged");
+    fs::write(one.join("pid-alone.toml"), &text).expect("a file");
     // The file is one that `gains` takes.
     let mut tuned = parse(SPEC);
     tuned.spec.law[0].gains = Some(one.join("pid-alone.toml"));

@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use autopilot::io::status::Listening;
 use autopilot::io::status::StatusLine;
 use host_io::clock;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use plant_sim::io::PlantLine;
 
 use super::LaunchError;
@@ -39,6 +41,8 @@ pub(super) enum Report {
     Status(StatusLine),
     /// Simulation time passes like this from here on.
     PaceState(PaceState),
+    /// The shell asks the job to stop for a while.
+    Suspended,
     /// The operator has pressed a key.
     Pressed(Key),
     /// A line for the operator.
@@ -128,6 +132,11 @@ impl Child {
         if let Some(input) = self.input.as_mut() {
             let _ = writeln!(input, "{line}").and_then(|()| input.flush());
         }
+    }
+
+    /// Sends it a signal. One that has ended is noticed elsewhere.
+    pub(super) fn signal(&self, signal: Signal) {
+        let _ = kill(Pid::from_raw(self.process.id().cast_signed()), signal);
     }
 
     /// Remembers its last line.

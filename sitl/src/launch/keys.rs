@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use host_io::clock;
 use icd::pace::Pace;
-use nix::sys::signal::{SigSet, Signal, killpg};
+use nix::sys::signal::{SigSet, Signal};
 use nix::sys::termios::{
     _POSIX_VDISABLE, LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
 };
@@ -40,7 +40,7 @@ pub(super) enum Key {
     RealTime,
     /// End the flight.
     Quit,
-    /// Stop this process until the shell lets it go on; the flight goes on meanwhile.
+    /// Stop the flight until the shell lets it go on.
     Suspend,
 }
 
@@ -95,15 +95,8 @@ impl Keys {
         tcsetattr(&self.terminal, SetArg::TCSANOW, &single)
     }
 
-    /// Gives the terminal back and stops this job, as Ctrl-Z does elsewhere; returns when the shell lets it go on.
-    pub(super) fn suspend(&self) {
-        self.restore();
-        // Where no shell can let the job go on, the system does not stop it.
-        let _ = killpg(getpgrp(), Signal::SIGTSTP);
-        self.keep();
-    }
-
-    fn restore(&self) {
+    /// Gives the terminal back.
+    pub(super) fn restore(&self) {
         // In the background the terminal is the shell's.
         if !is_in_background(&self.terminal) {
             // A terminal that has gone needs no restoring.

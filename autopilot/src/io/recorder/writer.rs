@@ -27,6 +27,8 @@ pub struct LogThread {
     config: RecorderConfig,
     changes: Receiver<Parameters>,
     log: Option<OpenLog>,
+    /// Lock of the log that ended last; a new flight releases it.
+    finished: Option<File>,
     flushed: Instant,
     /// Set for the control thread when a log was removed.
     removed: Arc<AtomicBool>,
@@ -36,6 +38,8 @@ pub struct LogThread {
 
 struct OpenLog {
     encoder: Encoder<LogFile>,
+    /// The lock of its file beyond its end.
+    lock: Option<File>,
     path: PathBuf,
     /// Size at which old logs are removed next, bytes.
     look_at: u64,
@@ -48,11 +52,15 @@ impl LogThread {
         removed: Arc<AtomicBool>,
     ) -> Self {
         let now = clock::now();
-        Self { config, changes, log: None, flushed: now, stepped: now, removed }
+        Self { config, changes, log: None, finished: None, flushed: now, stepped: now, removed }
     }
 
-    /// Writes until the control thread ends.
-    pub fn run(mut self, batches: &Receiver<Vec<Entry>>, recycle: &SyncSender<Vec<Entry>>) {
+    /// Writes until the control thread ends. Gives the lock of the last log: until it is dropped, nobody erases that log.
+    pub fn run(
+        mut self,
+        batches: &Receiver<Vec<Entry>>,
+        recycle: &SyncSender<Vec<Entry>>,
+    ) -> Option<File> {
         loop {
             match batches.recv_timeout(FLUSH_EVERY) {
                 Ok(mut batch) => {
@@ -72,12 +80,14 @@ impl LogThread {
             self.poll();
         }
         self.end(End::Stopped);
+        self.finished
     }
 
     fn take(&mut self, entry: Entry) {
         match entry {
             Entry::Begin(begin) => {
                 self.end(End::Restart);
+                self.finished = None;
                 self.begin(*begin);
             }
             Entry::End(why) => self.end(why),
@@ -100,16 +110,19 @@ impl LogThread {
         }
         folder::make_room(folder, *limit_bytes);
         let path = folder.join(folder::name(clock::utc_seconds(), &begin.header.session));
-        let encoder = LogFile::create(&path)
-            .and_then(|file| Encoder::begin(file, begin, parameters, *rate))
-            .and_then(|mut encoder| encoder.flush().map(|()| encoder));
-        match encoder {
-            Ok(encoder) => {
+        let log = LogFile::create(&path).and_then(|file| {
+            let lock = file.file.try_clone().ok();
+            let mut encoder = Encoder::begin(file, begin, parameters, *rate)?;
+            encoder.flush()?;
+            Ok((encoder, lock))
+        });
+        match log {
+            Ok((encoder, lock)) => {
                 match &self.config.status {
                     Some(status) => status.log(&path),
                     None => info!(log = %path.display(), "flight log"),
                 }
-                self.log = Some(OpenLog { encoder, path, look_at: limit_bytes / LOOKS });
+                self.log = Some(OpenLog { encoder, lock, path, look_at: limit_bytes / LOOKS });
             }
             Err(problem) => {
                 warn!(%problem, log = %path.display(), "there is no log of this flight");
@@ -147,6 +160,8 @@ impl LogThread {
             let path = log.path.display();
             warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
             self.end(End::Full);
+            // The flight goes on without it.
+            self.finished = None;
         } else if written >= log.look_at {
             log.look_at = written + limit / LOOKS;
             folder::make_room(&self.config.folder, limit);
@@ -164,11 +179,11 @@ impl LogThread {
     }
 
     fn end(&mut self, why: End) {
-        if let Some(OpenLog { encoder, path, .. }) = self.log.take()
-            && let Err(problem) = encoder.end(why)
-        {
+        let Some(OpenLog { encoder, path, lock, .. }) = self.log.take() else { return };
+        if let Err(problem) = encoder.end(why) {
             warn!(%problem, log = %path.display(), "the flight log has no proper end");
         }
+        self.finished = lock;
     }
 }
 

@@ -100,5 +100,7 @@ pub fn stroke(Ink { colour, pattern, width }: &Ink) -> String {
 }
 
 fn escape(text: &str) -> String {
+    // XML has no control characters, not even written as numbers.
+    let text = text.replace(char::is_control, "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -11,6 +11,7 @@ use super::reference::{Comparison, Deviation, References};
 use super::trajectory::Trajectory;
 use super::{CheckcaseArgs, Flight, picture};
 use crate::runner;
+use crate::table::field;
 
 /// First line of the table, by which this program knows what it may write over.
 const MARK: &str = "<!-- Written by `sitl compare-checkcases`; do not edit. -->";
@@ -143,7 +144,7 @@ fn csv(comparisons: &[Comparison]) -> String {
             let _ = writeln!(
                 text,
                 "{},{},{},{},{:.3e},{:.3e},{:.3e},{finest},{tight},{passes}",
-                one.case,
+                field(&one.case),
                 one.step_ms,
                 of.quantity.name,
                 of.quantity.unit,
