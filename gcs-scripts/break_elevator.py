@@ -11,7 +11,11 @@ import time
 
 os.environ["MAVLINK20"] = "1"
 
-from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
+try:
+    from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
+except ImportError:
+    print(f"this needs pymavlink: {sys.executable} -m pip install pymavlink", file=sys.stderr)
+    sys.exit(2)
 
 # MAV_CMD_USER_1: failure of a unit, with a value. SERVO, kinds of failure, instance, value in degrees.
 USER_1 = 31010

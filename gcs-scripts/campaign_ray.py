@@ -7,7 +7,7 @@ The program and the folder of the specification travel with the tasks, so the no
 this project. A shard whose node dies is flown again on another one. What has come back lies in DIR/shards; the script can be
 killed and started again with the same options, and flies only what is missing.
 
-Exit status: 0 merged, 1 a shard or the merge failed, 2 wrong arguments.
+Exit status: 0 merged, 1 a shard or the merge failed, 2 wrong arguments or no Ray.
 """
 
 import argparse
@@ -24,7 +24,10 @@ from pathlib import Path
 # The first failure ends the script with its text; those of the other tasks would bury it.
 os.environ["RAY_IGNORE_UNHANDLED_ERRORS"] = "1"
 
-import ray  # noqa: E402
+try:
+    import ray  # noqa: E402
+except ImportError:
+    ray = None
 
 # Largest folder of a specification that is sent, bytes: a few files of aircraft, models and gains.
 FOLDER_MAX = 32 * 1024 * 1024
@@ -86,6 +89,8 @@ def arguments():
         parser.error(f"--threads {args.threads}: expected 1 to 1024")
     if not args.program.is_file():
         parser.error(f"--program {args.program}: there is no such file")
+    if ray is None:
+        parser.error(f"this needs Ray: {sys.executable} -m pip install ray")
     return args
 
 
@@ -111,7 +116,10 @@ def fly(args):
     missing = [k for k, folder in folders.items() if not folder.is_dir()]
     files, spec = specification(args.spec)
     if missing:
-        ray.init(address=args.address, log_to_driver=False, include_dashboard=False)
+        try:
+            ray.init(address=args.address, log_to_driver=False, include_dashboard=False)
+        except Exception as error:  # Ray has no common type for them.
+            raise ShardFailed(f"--address {args.address}: Ray does not start: {error}") from error
         task = ray.remote(num_cpus=args.threads, max_retries=-1)(fly_shard)
         program = ray.put(args.program.read_bytes())
         files = ray.put(files)
@@ -151,14 +159,20 @@ def main():
     args = arguments()
     try:
         folders = fly(args)
-    except ShardFailed as error:
+    except (ShardFailed, OSError) as error:
         print(error, file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     finally:
         for beside in (args.out / "shards").glob("new-*"):
             shutil.rmtree(beside, ignore_errors=True)
     merged = args.out / "merged"
-    done = subprocess.run([args.program, "campaign", "merge", args.spec, "--out", merged, *folders])
+    try:
+        done = subprocess.run([args.program, "campaign", "merge", args.spec, "--out", merged, *folders])
+    except OSError as error:
+        print(error, file=sys.stderr)
+        return 1
     return 0 if done.returncode == 0 else 1
 
 

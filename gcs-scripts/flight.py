@@ -14,7 +14,11 @@ import traceback
 
 os.environ["MAVLINK20"] = "1"
 
-from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
+try:
+    from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
+except ImportError:
+    print(f"this needs pymavlink: {sys.executable} -m pip install pymavlink", file=sys.stderr)
+    sys.exit(2)
 
 SURVIVED, LOST, FAILED = 0, 1, 2
 

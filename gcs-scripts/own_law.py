@@ -12,11 +12,13 @@ import argparse
 import math
 import socket
 import struct
+import sys
 import zlib
 
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
 MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 8, 1, 2, 3
 SAMPLES = "gyro accelerometer attitude gnss barometer pitot vanes engine_monitor magnetometer".split()
+COMMANDS = 8  # What `law` gives.
 NAMES = ("p q r fx fy fz qw qx qy qz vn ve vd pn pe pd latitude longitude altitude airspeed alpha beta thrust "
          "gnss_altitude year static_pressure impact_pressure mx my mz").split()
 
@@ -36,6 +38,21 @@ def law(s, demand, memory, h):
     return -aileron, aileron, elevator, elevator, 0.2 * s["r"], 0.0, 0.0, thrust
 
 
+def samples(data):
+    """A packet of samples: the aircraft as in its bytes, the period, s, and the samples by name. An error says what is wrong."""
+    name = HEADER.size + 1 + data[HEADER.size]
+    end = name + 5  # Name of the aircraft, number and identity of its effectors.
+    period_us, *rest = struct.unpack_from("<I" + 9 * "QB" + "30d", data[:-4], end)
+    s = dict(zip(NAMES, rest[18:]))
+    if not (all(map(math.isfinite, rest[18:])) and abs(math.hypot(s["qw"], s["qx"], s["qy"], s["qz"]) - 1) < 1e-3):
+        raise ValueError("samples that no aircraft has")
+    if data[end - 5] != COMMANDS:
+        raise ValueError("%d effectors; this law has %d" % (data[end - 5], COMMANDS))
+    # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
+    s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:18:2])), dict(zip(SAMPLES, rest[1:18:2]))
+    return data[HEADER.size:end], period_us * 1e-6, s
+
+
 def packet(kind, detail, session, sequence, time_us, body):
     data = HEADER.pack(MAGIC, VERSION, kind, detail, session, sequence, time_us) + body
     return data + struct.pack("<I", zlib.crc32(data))
@@ -49,11 +66,14 @@ def main():
     options.add_argument("--airspeed", type=float, default=264.0, help="m/s")
     options.add_argument("--for-s", type=float, default=math.inf, help="simulation time after which it ends")
     demand = options.parse_args()
-    host, port = demand.listen.rsplit(":", 1)
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    link.bind((host, int(port)))
+    try:
+        host, port = demand.listen.rsplit(":", 1)
+        link.bind((host, int(port)))
+    except (ValueError, OverflowError, OSError) as problem:
+        options.error("--listen %s: expected IP:PORT, a free one: %s" % (demand.listen, problem))
     print("listening on %s:%d" % link.getsockname(), flush=True)
-    flight, answer, memory, s = None, b"", {}, {}
+    flight, answer, memory, s, said = None, b"", {}, {}, ""
     while True:
         data, plant = link.recvfrom(2048)
         if len(data) < 36 or data[:4] != MAGIC:
@@ -67,18 +87,20 @@ def main():
         if flight == (session, sequence):
             link.sendto(answer, plant)  # The answer was lost: the same bytes again.
             continue
+        try:
+            aircraft, period_s, s = samples(data)
+        except (struct.error, IndexError, ValueError) as problem:
+            text = "ignored: %d bytes from %s:%d: %s" % (len(data), *plant, problem)
+            if text != said:  # A plant repeats its packet.
+                print(text, file=sys.stderr)
+            said = text
+            continue
         if flight is None or flight[0] != session:
             memory = {"elevator": 0.0, "thrust": 0.0}
         flight = (session, sequence)
-        end = HEADER.size + 1 + data[HEADER.size] + 5  # Name of the aircraft, number and identity of its effectors.
-        aircraft = data[HEADER.size:end]
-        period_us, *rest = struct.unpack_from("<I" + 9 * "QB" + "30d", data, end)
-        s = dict(zip(NAMES, rest[18:]))
-        # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
-        s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:18:2])), dict(zip(SAMPLES, rest[1:18:2]))
         if phase == 0 or "commands" not in memory:  # Otherwise time stands still: the same commands.
-            memory["commands"] = law(s, demand, memory, period_us * 1e-6)
-        commands = struct.pack("<%dd" % aircraft[-5], *memory["commands"])
+            memory["commands"] = law(s, demand, memory, period_s)
+        commands = struct.pack("<%dd" % COMMANDS, *memory["commands"])
         body = aircraft + commands + b"\0\0"  # No request to the plant, no flight log.
         answer = packet(ACTUATORS, 0, session, sequence, time_us, body)
         link.sendto(answer, plant)
@@ -88,4 +110,7 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit(130)

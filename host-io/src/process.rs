@@ -38,19 +38,25 @@ impl Stop {
     /// # Errors
     /// The system's error.
     pub fn on_signals(&self) -> std::io::Result<()> {
-        let mut signals = SigSet::empty();
-        signals.add(Signal::SIGINT);
-        signals.add(Signal::SIGTERM);
-        signals.add(Signal::SIGQUIT);
-        signals.thread_block()?;
         let stop = self.clone();
-        let wait = move || {
-            while signals.wait().is_ok() {
-                stop.request();
-            }
-        };
-        thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
-        Ok(())
+        on_signals(&ENDS, move |_| stop.request())
+    }
+
+    /// The same, and calls `suspend` where a shell asks the process to stop for a while (Ctrl-Z). [`stop_until_continued`] then
+    /// does that.
+    ///
+    /// # Errors
+    /// The system's error.
+    pub fn on_signals_and_suspension(
+        &self,
+        suspend: impl Fn() + Send + 'static,
+    ) -> std::io::Result<()> {
+        let stop = self.clone();
+        let all = [&ENDS[..], &[Signal::SIGTSTP]].concat();
+        on_signals(&all, move |signal| match signal {
+            Signal::SIGTSTP => suspend(),
+            _ => stop.request(),
+        })
     }
 
     /// Makes the end of the standard input request the end: a parent that dies for whatever reason closes it.
@@ -62,22 +68,19 @@ impl Stop {
     }
 }
 
-/// Calls `suspend` on a separate thread instead of stopping the process when a shell asks for it (Ctrl-Z); [`stop_until_continued`]
-/// then does.
-///
-/// Call it before the process starts any thread: threads inherit which signals they block.
-///
-/// # Errors
-/// The system's error.
-pub fn on_suspension(suspend: impl Fn() + Send + 'static) -> std::io::Result<()> {
-    let signals = SigSet::from_iter([Signal::SIGTSTP]);
+/// Signals that request the end.
+const ENDS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGQUIT];
+
+/// Takes these signals on a thread of its own. One thread takes all of them, since each thread blocks those that it does not take.
+fn on_signals(signals: &[Signal], take: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
+    let signals = SigSet::from_iter(signals.iter().copied());
     signals.thread_block()?;
     let wait = move || {
-        while signals.wait().is_ok() {
-            suspend();
+        while let Ok(signal) = signals.wait() {
+            take(signal);
         }
     };
-    thread::Builder::new().name("suspension".to_owned()).spawn(wait)?;
+    thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
     Ok(())
 }
 

@@ -76,11 +76,10 @@ pub enum LaunchError {
 /// [`LaunchError`] when a child cannot be started or ends.
 pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     let stop = Stop::new();
-    stop.on_signals()?;
     let reports = Reports::channel();
-    let sender = reports.sender();
-    process::on_suspension(move || {
-        sender.send(Report::Suspended);
+    let suspensions = reports.sender();
+    stop.on_signals_and_suspension(move || {
+        suspensions.send(Report::Suspended);
     })?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace());

@@ -1,11 +1,13 @@
 //! The two laws that docs/own-law.md goes through: one in Rust, one in Python.
 
 use std::io::{BufRead as _, BufReader, Read as _};
-use std::process::{Child, Command, Stdio};
+use std::net::UdpSocket;
+use std::process::{Child, ChildStdout, Command, Stdio};
 
 use autopilot::config;
 use flight_control::{CompensatorMode, Demand, FlightControl, Gains, MainLaw, Navigator};
 use icd::ControlPeriod;
+use icd::wire::VERSION;
 use plant_sim::{Airframe, Plant, Scenario, scenario};
 
 #[path = "../examples/own_law.rs"]
@@ -59,23 +61,60 @@ impl Drop for Process {
     }
 }
 
-#[test]
-fn the_python_law_flies_the_plant_over_the_link() {
+/// The script of the page and the address at which it listens.
+fn python_law(options: &[&str]) -> (Process, BufReader<ChildStdout>, String) {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../gcs-scripts/own_law.py");
-    let options = ["--listen", "127.0.0.1:0", "--altitude", "5100", "--for-s", "60"];
     let child = Command::new("python3")
-        .arg(script)
+        .args([script, "--listen", "127.0.0.1:0"])
         .args(options)
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("python3, for the scripts of gcs-scripts");
     let mut law = Process(child);
     let mut said = BufReader::new(law.0.stdout.take().unwrap());
     let mut line = String::new();
     said.read_line(&mut line).unwrap();
-    let address = line.trim().rsplit(' ').next().unwrap();
+    (law, said, line.trim().rsplit(' ').next().unwrap().to_owned())
+}
+
+/// The frame of a packet of samples around a body.
+fn framed(body: &[u8]) -> Vec<u8> {
+    let mut packet = b"2STP".to_vec();
+    packet.extend(VERSION.to_le_bytes());
+    packet.extend([1, 0]);
+    packet.extend([0; 24]);
+    packet.extend(body);
+    packet.extend(crc32fast::hash(&packet).to_le_bytes());
+    packet
+}
+
+#[test]
+fn packets_that_are_no_samples_do_not_end_the_python_law() {
+    let (mut law, _, address) = python_law(&[]);
+    let aircraft = b"\x07tvc_jet\x08\0\0\0\0";
+    let times = [0; 4 + 9 * 9];
+    let of = |value: f64| [&aircraft[..], &times[..], &value.to_le_bytes().repeat(30)].concat();
+    let foreign =
+        [b"\x03f16\x05\0\0\0\0".as_slice(), &times, &0.5_f64.to_le_bytes().repeat(30)].concat();
+    let bodies = [vec![], vec![0xff], aircraft.to_vec(), of(f64::NAN), of(1.0e300), foreign];
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let mut errors = BufReader::new(law.0.stderr.take().unwrap());
+    for body in bodies {
+        let packet = framed(&body);
+        socket.send_to(&packet, &address).unwrap();
+        let mut line = String::new();
+        errors.read_line(&mut line).unwrap();
+        assert!(line.starts_with(&format!("ignored: {} bytes", packet.len())), "{line}");
+    }
+    assert!(law.0.try_wait().unwrap().is_none(), "it goes on");
+}
+
+#[test]
+fn the_python_law_flies_the_plant_over_the_link() {
+    let (_law, mut said, address) = python_law(&["--altitude", "5100", "--for-s", "60"]);
     let plant = Command::new(env!("CARGO_BIN_EXE_sitl"))
-        .args(["plant-sim", "--autopilot", address, "--speed", "max"])
+        .args(["plant-sim", "--autopilot", &address, "--speed", "max"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()

@@ -373,7 +373,9 @@ impl<W: Write> Encoder<W> {
         if all.len() > PLANT_HEADER_MAX {
             return self.text(Level::Warning, "The plant's header is too long for a log");
         }
-        self.data.info("plant_header", Value::Text(&String::from_utf8_lossy(&all)))
+        self.data.info("plant_header", Value::Text(&String::from_utf8_lossy(&all)))?;
+        // From here on a log can be replayed, so it is not left in a buffer.
+        self.flush()
     }
 
     fn change_parameters(&mut self, now: &Parameters) -> io::Result<()> {

@@ -141,3 +141,41 @@ fn a_file_that_is_written_from_its_beginning_is_new_empty_or_of_its_kind() {
     fs::write(&path, &far).unwrap();
     assert!(matches!(write(&path, b"a,b\n", b"a,b"), Err(FileProblem::Foreign)));
 }
+
+#[test]
+fn a_file_that_cannot_be_finished_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.csv");
+    write(&path, b"a,b\n1,2\n", b"a,b").unwrap();
+    let mut new = NewFile::begin(&path, |_| true).unwrap();
+    new.write_all(b"a,b\n3").unwrap();
+    new.flush().unwrap();
+    drop(new);
+    assert_eq!(fs::read(&path).unwrap(), b"a,b\n1,2\n");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    symlink("nowhere", folder.path().join("lost")).unwrap();
+    let message = write(&folder.path().join("lost"), b"x", b"x").unwrap_err().to_string();
+    assert!(message.contains("a link that leads nowhere"), "{message}");
+}
+
+#[test]
+fn of_several_writers_of_a_free_name_one_succeeds_and_each_has_a_file_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("head");
+    let begin = |content: &[u8]| {
+        let mut file = NewFile::begin(&path, |_| false).unwrap();
+        file.write_all(content).unwrap();
+        file
+    };
+    let [one, other] = [begin(b"one"), begin(b"other")];
+    assert!(other.finish_if_free().unwrap());
+    assert!(!one.finish_if_free().unwrap());
+    assert_eq!(fs::read(&path).unwrap(), b"other");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_folder_that_is_none_has_no_file() {
+    let missing = read(Path::new("/dev/null/file"), 10).unwrap_err();
+    assert!(missing.is_not_found(), "{missing}");
+}

@@ -295,6 +295,27 @@ mod tests {
     }
 
     #[test]
+    fn a_text_of_a_stranger_is_one_cell_and_no_formula_and_a_number_stays_one() {
+        for (text, expected) in [
+            ("PID, NESO", "\"PID, NESO\""),
+            ("the \"best\"", "\"the \"\"best\"\"\""),
+            ("=HYPERLINK(\"x\")", "\"'=HYPERLINK(\"\"x\"\")\""),
+            ("+1+1", "\"'+1+1\""),
+            ("-cmd|' /C calc'!A0", "\"'-cmd|' /C calc'!A0\""),
+            ("@SUM(A1)", "\"'@SUM(A1)\""),
+            ("\t=1", "\"'\t=1\""),
+            ("\r=1", "\"'\r=1\""),
+            ("a\n=1", "\"a\n=1\""),
+            ("-5.25", "-5.25"),
+            ("+1e-3", "+1e-3"),
+            ("plain", "plain"),
+            ("", ""),
+        ] {
+            assert_eq!(field(text), expected);
+        }
+    }
+
+    #[test]
     fn the_columns_are_those_promised_in_that_order() {
         let promised: Vec<_> = PROMISED.split_whitespace().collect();
         assert_eq!(Row::COLUMNS, promised.as_slice());

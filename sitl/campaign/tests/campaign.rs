@@ -110,7 +110,7 @@ fn what_an_interrupted_campaign_lost_or_damaged_is_flown_again() {
     }
     let part = other.join("parts/00000000.part");
     let bytes = fs::read(&part).expect("a part");
-    for damaged in [&bytes[..0], &bytes[..bytes.len() / 2], b"Two-Step campaign part 1\n\xff"] {
+    for damaged in [&bytes[..0], &bytes[..bytes.len() / 2], b"Two-Step campaign part 2\n\xff"] {
         fs::write(&part, damaged).expect("a file");
         fs::remove_file(other.join("runs.parquet")).expect("a table");
         whole(&other);

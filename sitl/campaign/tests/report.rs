@@ -9,7 +9,7 @@ use flight_campaign::plan::Plan;
 use flight_campaign::spec::SpecFile;
 use flight_campaign::store::Store;
 
-/// Jams of one effector, with what a text must not break: a tag that ends a script.
+/// Jams of one effector, with what a text must not break: tags that end a script or keep it from ending, a formula.
 const SPEC: &str = r#"
 name = "small </script><b>jams</b>"
 duration_s = 3.0
@@ -29,12 +29,12 @@ grid = { from = -1.0, to = 1.0, count = 5 }
 as = "travel"
 
 [[law]]
-name = "PID alone"
+name = '=HYPERLINK("http://127.0.0.1/", "PID")'
 about = "for the test"
 set = { FTC_MODE = 0 }
 
 [[law]]
-name = "paper </script>"
+name = "paper </script><!--<script>"
 set = { FTC_MODE = 1 }
 "#;
 
@@ -56,6 +56,14 @@ fn the_page_is_drawn_in_a_browser_without_a_request_or_an_error() {
         html.matches("Plotly.newPlot(").count(),
         html.matches("class=\"chart\"").count() + 1
     );
+    // Where a browser reads the charts, no letter of a stranger can begin a tag or a comment.
+    let calls = &html[html.find("Plotly.newPlot(\"chart0\"").expect("a chart")..];
+    let calls = &calls[..calls.find('<').expect("the end of the script")];
+    assert!(calls.contains("\\u003c!--\\u003cscript>") && calls.matches("newPlot").count() >= 4);
+    for name in ["summary.csv", "scores.csv"] {
+        let table = fs::read_to_string(folder.path().join(name)).expect("a table");
+        assert!(table.contains(",\"'=HYPERLINK(\"\"http://"), "{name}: {table}");
+    }
     let browser = Process::new("chromium")
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"])
         .arg("--virtual-time-budget=20000")

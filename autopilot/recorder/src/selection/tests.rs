@@ -97,6 +97,18 @@ fn a_quiet_flight_has_fifty_rows_a_second() {
 }
 
 #[test]
+fn a_step_that_has_rows_whatever_happens_next_does_not_wait() {
+    let mut selection = Selection::new(LogRate::Events, PERIOD_US as u32, SimTime::ZERO);
+    let step = level();
+    for number in 0..1_200 {
+        selection.push(Entry::Step(Step { time: at(number), ..step }));
+        while selection.pop().is_some() {}
+        let waiting = usize::try_from(number.saturating_sub(1_000)).unwrap();
+        assert_eq!(selection.waiting.len(), waiting, "step {number}");
+    }
+}
+
+#[test]
 fn all_steps_around_an_event_have_rows() {
     type Change = fn(u64, &mut Step) -> Vec<Entry>;
     fn input(command: Command) -> Vec<Entry> {

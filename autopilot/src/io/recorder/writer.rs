@@ -237,6 +237,14 @@ impl Write for LogFile {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use ::recorder::{ControlHeader, LogRate};
+    use flight_management::autopilot::Settings;
+    use flight_management::configuration;
+    use flight_management::vehicle::schedule::ReferenceSchedule;
+    use icd::SimTime;
+
     use super::*;
 
     #[test]
@@ -254,6 +262,48 @@ mod tests {
         assert_eq!(bytes.len(), 1_000_003);
         assert_eq!(&bytes[1_000_000..], b"end");
         assert_eq!(LogFile::create(&path).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+    }
+
+    #[test]
+    fn a_finished_log_keeps_its_lock_until_the_process_has_ended() {
+        let model = configuration::model("tvc_jet.toml", configuration::DEFAULT_MODEL).unwrap();
+        let Parameters { gains, limits, navigation, .. } = model.defaults;
+        let begin = |session: &str| {
+            let settings = Settings {
+                model: model.aircraft,
+                gains,
+                limits,
+                navigation,
+                references: ReferenceSchedule::default(),
+                script: None,
+                fault_injection: false,
+            };
+            let header = ControlHeader::new(settings, session.to_owned(), 2_000, false);
+            Entry::Begin(Box::new(Begin { time: SimTime::ZERO, header }))
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let (_changes, changes) = sync_channel(1);
+        let config = RecorderConfig {
+            folder: folder.path().to_path_buf(),
+            limit_bytes: 1_000_000,
+            rate: LogRate::Full,
+            parameters: model.defaults,
+            status: None,
+        };
+        let (batches, theirs) = sync_channel(1);
+        let (recycle, _empty) = sync_channel(1);
+        batches.send(vec![begin("00000001"), begin("00000002"), Entry::End(End::Stopped)]).unwrap();
+        drop(batches);
+        let lock = LogThread::new(config, changes, Arc::default()).run(&theirs, &recycle);
+        let is_free = |session: &str| {
+            let logs = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+            let log = logs.into_iter().find(|path| path.to_str().unwrap().contains(session));
+            File::open(log.unwrap()).unwrap().try_lock().is_ok()
+        };
+        // The log of an earlier flight may be erased.
+        assert!(is_free("00000001") && !is_free("00000002"));
+        drop(lock);
+        assert!(is_free("00000002"));
     }
 
     #[test]
