@@ -186,7 +186,7 @@ impl Flight<'_> {
             Report::Pressed(Key::Quit) => self.stop.request(),
             // To the whole job, as the terminal does where Ctrl-Z is no key; this process takes it as the report below.
             Report::Pressed(Key::Suspend) => {
-                killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from)?
+                killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from)?;
             }
             Report::Suspended => self.suspend()?,
             Report::Pressed(key) => self.press(key),

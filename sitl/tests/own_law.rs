@@ -1,4 +1,5 @@
 //! The two laws that docs/own-law.md goes through: one in Rust, one in Python.
+#![expect(clippy::disallowed_methods, reason = "the other side of a real program: a socket")]
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::net::UdpSocket;
@@ -72,10 +73,11 @@ fn python_law(options: &[&str]) -> (Process, BufReader<ChildStdout>, String) {
         .spawn()
         .expect("python3, for the scripts of gcs-scripts");
     let mut law = Process(child);
-    let mut said = BufReader::new(law.0.stdout.take().unwrap());
+    let mut said = BufReader::new(law.0.stdout.take().expect("piped"));
     let mut line = String::new();
-    said.read_line(&mut line).unwrap();
-    (law, said, line.trim().rsplit(' ').next().unwrap().to_owned())
+    said.read_line(&mut line).expect("text");
+    let address = line.trim().rsplit(' ').next().expect("a word").to_owned();
+    (law, said, address)
 }
 
 /// The frame of a packet of samples around a body.
@@ -97,9 +99,10 @@ fn packets_that_are_no_samples_do_not_end_the_python_law() {
     let of = |value: f64| [&aircraft[..], &times[..], &value.to_le_bytes().repeat(30)].concat();
     let foreign =
         [b"\x03f16\x05\0\0\0\0".as_slice(), &times, &0.5_f64.to_le_bytes().repeat(30)].concat();
-    let bodies = [vec![], vec![0xff], aircraft.to_vec(), of(f64::NAN), of(1.0e300), foreign];
+    let bodies = [vec![], vec![0xff], aircraft.to_vec(), of(f64::NAN), foreign, of(1.0e300)];
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let mut errors = BufReader::new(law.0.stderr.take().unwrap());
+    // No two in a row get the same line, which the law would not repeat.
     for body in bodies {
         let packet = framed(&body);
         socket.send_to(&packet, &address).unwrap();
@@ -131,4 +134,31 @@ fn the_python_law_flies_the_plant_over_the_link() {
     assert_eq!(words[0], "60.0", "{rest}");
     assert!((number("altitude") - 5_100.0).abs() < 5.0, "{rest}");
     assert!((number("airspeed") - 264.0).abs() < 1.0, "{rest}");
+}
+
+#[test]
+fn a_script_without_its_package_says_what_is_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for package in ["ray", "pymavlink"] {
+        std::fs::write(folder.path().join(format!("{package}.py")), "raise ImportError").unwrap();
+    }
+    let program = env!("CARGO_BIN_EXE_sitl");
+    for (script, package) in [
+        ("campaign_ray.py", "ray"),
+        ("break_elevator.py", "pymavlink"),
+        ("fly_case1.py", "pymavlink"),
+    ] {
+        let script = format!("{}/../gcs-scripts/{script}", env!("CARGO_MANIFEST_DIR"));
+        let mut command = Command::new("python3");
+        command.env("PYTHONPATH", folder.path()).arg(script);
+        if package == "ray" {
+            command.args(["smoke", "--shards", "2", "--program", program, "--out"]);
+            command.arg(folder.path().join("out"));
+        }
+        let done = command.output().unwrap();
+        let errors = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{errors}");
+        let is_clear = errors.contains(&format!("pip install {package}"));
+        assert!(is_clear && !errors.contains("Traceback"), "{errors}");
+    }
 }

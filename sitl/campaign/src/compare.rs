@@ -145,9 +145,9 @@ pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
 /// `is_other` says which table is being read.
 fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, CompareError> {
     let reading = |of_other: bool| is_other.store(of_other, Ordering::Relaxed);
-    let a = Table::open(one)?;
+    let a = RunTable::open(one)?;
     reading(true);
-    let b = Table::open(other)?;
+    let b = RunTable::open(other)?;
     if a.runs() != b.runs() {
         return Err(CompareError::Count {
             path: other.to_path_buf(),
@@ -201,12 +201,12 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Co
 }
 
 /// The table of a folder.
-struct Table<'a> {
+struct RunTable<'a> {
     folder: &'a Path,
     reader: SerializedFileReader<File>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> RunTable<'a> {
     fn open(folder: &'a Path) -> Result<Self, CompareError> {
         let path = folder.join(RUNS);
         let file = File::open(&path)
@@ -304,7 +304,11 @@ impl Differences {
     }
 }
 
-fn report(a: &Table<'_>, b: &Table<'_>, laws: &BTreeMap<(usize, String), Differences>) -> String {
+fn report(
+    a: &RunTable<'_>,
+    b: &RunTable<'_>,
+    laws: &BTreeMap<(usize, String), Differences>,
+) -> String {
     let mut text = format!("A = {}, B = {}\n", a.folder.display(), b.folder.display());
     for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
         let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));

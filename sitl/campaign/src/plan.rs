@@ -149,7 +149,7 @@ pub struct Plan {
     pub aircraft: Vec<Aircraft>,
     /// SHA-256 of everything that decides the results but the program, as hexadecimal digits.
     pub fingerprint: String,
-    inputs: Vec<Input>,
+    inputs: Vec<InputText>,
     laws: Vec<Law>,
     scenario: Named,
     period: ControlPeriod,
@@ -446,7 +446,7 @@ impl Plan {
 
 /// A text that decides the results. Its name does not: a file may lie elsewhere on another machine.
 #[derive(Debug)]
-struct Input {
+struct InputText {
     name: String,
     sha256: [u8; 32],
 }
@@ -457,8 +457,8 @@ fn inputs(
     scenario: &Named,
     aircraft: &[Aircraft],
     laws: &[Law],
-) -> Result<Vec<Input>, PlanError> {
-    let input = |name: String, text: &str| Input { name, sha256: Sha256::digest(text).into() };
+) -> Result<Vec<InputText>, PlanError> {
+    let input = |name: String, text: &str| InputText { name, sha256: Sha256::digest(text).into() };
     let mut inputs =
         vec![input(file.name.clone(), &file.text), input(scenario.name.clone(), &scenario.text)];
     for Aircraft { name, args, .. } in aircraft {
