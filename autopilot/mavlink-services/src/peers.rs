@@ -11,6 +11,7 @@ use std::net::SocketAddr;
 use crate::codec::{Encoded, Identity};
 use crate::queues::{ANSWERS_RESERVED, Inbox, Outbox};
 use crate::signing::Signing;
+use crate::traffic::Traffic;
 use crate::wall_time::WallTime;
 
 /// Configured addresses.
@@ -323,6 +324,7 @@ impl Peers {
 
     /// Queues a message that every peer must get: heartbeats, texts, changed parameters.
     pub fn announce(&mut self, message: &Encoded) {
+        let message = message.for_many();
         for entry in &mut self.entries {
             entry.outbox.announce(message.clone());
         }
@@ -349,17 +351,19 @@ impl Peers {
 
     /// Queues telemetry for every peer.
     pub fn stream(&mut self, message: &Encoded) {
+        let message = message.for_many();
         for entry in &mut self.entries {
             entry.outbox.stream(message.clone());
         }
     }
 
     /// Next frame and its destination, among the peers that can receive now; answers to all go
-    /// before telemetry to any. `signing` signs it, if it is on.
+    /// before telemetry to any. `signing` signs it, if it is on, and `traffic` records it.
     pub fn pop(
         &mut self,
         sender: Identity,
         signing: &mut Signing,
+        traffic: &mut Traffic,
         can_send: impl Fn(Address) -> bool,
     ) -> Option<(Address, Vec<u8>)> {
         let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
@@ -373,6 +377,7 @@ impl Peers {
             }
         };
         let (message, sequence) = entry.outbox.pop()?;
+        traffic.record_sent(&message, sender);
         Some((entry.address, signing.seal(&message, sender, sequence, entry.link)))
     }
 

@@ -380,14 +380,12 @@ impl GcsLink {
     /// Offers each socket its waiting frames, and closes connections that accept nothing for long.
     fn send(&mut self, now: WallTime) {
         // Requests before their answers.
-        self.record_received(now);
+        self.record_traffic(now);
         loop {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
             let Some((to, frame)) = frame else { break };
-            if let Some(tlog) = &mut self.tlog {
-                tlog.record(now, &frame);
-            }
+            self.record_traffic(now);
             self.sockets.send(to, frame, now);
         }
         while let Some(connection) = self.sockets.stalled(now) {

@@ -113,12 +113,12 @@ impl GcsLink {
         }
     }
 
-    /// Writes the received frames to the log of traffic.
-    pub(super) fn record_received(&mut self, now: WallTime) {
+    /// Writes the frames received and sent to the log of traffic.
+    pub(super) fn record_traffic(&mut self, now: WallTime) {
         let Some(tlog) = &mut self.tlog else { return };
         let traffic = self.ground.traffic();
         while let Some(frame) = traffic.pop() {
-            tlog.record(now, &frame);
+            tlog.record(now, frame);
         }
         tlog.left_out(traffic.take_dropped());
     }
