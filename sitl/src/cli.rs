@@ -52,7 +52,10 @@ pub struct Cli {
 #[must_use]
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
     host_io::console::show();
-    let mut cli = Cli::parse();
+    let mut cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+        true => host_io::console::refuse(&error.render(), error.exit_code()),
+        false => error.exit(),
+    });
     cli.bring(own_law);
     run(&cli).unwrap_or_else(|error| {
         tracing::error!("{error}");

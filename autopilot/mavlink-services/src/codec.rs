@@ -99,6 +99,13 @@ impl CommandError {
     }
 }
 
+/// The character as a byte of a text for other stations: printable ASCII, or `?`. One byte for each, so that no character is
+/// cut in two, and no control character of one station reaches another.
+#[must_use]
+pub fn printable(c: char) -> u8 {
+    u8::try_from(c).ok().filter(|byte| (b' '..=b'~').contains(byte)).unwrap_or(b'?')
+}
+
 /// Skipped input, since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Skipped {

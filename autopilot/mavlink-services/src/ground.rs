@@ -195,6 +195,7 @@ impl Ground {
                 break false;
             };
             if self.admits(&frame, now) {
+                self.shared.peers.has_sent(peer, now);
                 self.handle_frame(peer, &frame, now);
             }
         };
@@ -231,6 +232,12 @@ impl Ground {
     /// too many.
     pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> bool {
         self.shared.peers.open(connection, is_local, now).is_some()
+    }
+
+    /// The connection to close so that another one can be opened; `None` if all are sending.
+    #[must_use]
+    pub fn quiet_connection(&self, now: WallTime) -> Option<Connection> {
+        self.shared.peers.quiet_connection(now)
     }
 
     /// Removes a closed connection.

@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use icd::EffectorList;
 
 use crate::aircraft::Phase;
-use crate::codec::Encoded;
+use crate::codec::{Encoded, printable};
 use crate::peers::Peers;
 use crate::wall_time::WallTime;
 use flight_management::event::EventKind;
@@ -208,9 +208,7 @@ pub(super) const CHUNKS_MAX: usize = 5;
 /// The chunks of a text, at least one. Receivers join them as they are, up to the first that has a NUL: all but the last
 /// are full, and of more than one the last is not.
 fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
-    // One byte per character, so that no character is cut in two.
-    let mut bytes: Vec<u8> =
-        text.chars().map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?')).collect();
+    let mut bytes: Vec<u8> = text.chars().map(printable).collect();
     bytes.truncate(bytes.trim_ascii_end().len());
     if bytes.len() > CHUNK && bytes.len().is_multiple_of(CHUNK) {
         // QGroundControl shows an empty chunk as `...`.
@@ -288,7 +286,7 @@ mod tests {
         assert_eq!(seen(&"x".repeat(51)), ["x".repeat(50), "x".to_owned()]);
         assert_eq!(seen(&"x".repeat(100)), ["x".repeat(50), "x".repeat(50), " ".to_owned()]);
         assert_eq!(seen(&"x".repeat(10_000)).concat().len(), CHUNKS_MAX * CHUNK - 1);
-        assert_eq!(seen("Gr\u{f6}\u{df}e"), ["Gr??e"]);
+        assert_eq!(seen("Gr\u{f6}\u{df}e \u{1b}[2J\r\n\u{7}\u{7f}\u{202e}~"), ["Gr??e ?[2J?????~"]);
     }
 
     proptest! {

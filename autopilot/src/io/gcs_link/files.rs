@@ -142,7 +142,7 @@ mod tests {
         let logs = Logs { folder: folder.path().to_path_buf(), limit_bytes: 800 };
         let mut tlog = logs.open_tlog(None).unwrap();
         for _ in 0..100 {
-            tlog.record(WallTime::ZERO, b"frame");
+            tlog.record(WallTime::ZERO, b"frame".to_vec());
         }
         drop(tlog);
         let entries = std::fs::read_dir(folder.path()).unwrap();
