@@ -32,7 +32,7 @@ pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);
 const INTENTS_PER_TICK: usize = 64;
 /// A plant that is silent for longer is lost. It keeps its place: it may only be suspended.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
-/// Another plant takes the place of one that is silent for this long. One whose socket is closed loses it at once.
+/// Another plant takes the place of one that has been lost for this long. One whose socket is closed loses it at once.
 const ABSENCE_MAX: Duration = Duration::from_secs(60);
 /// Time between two packets that show whether the socket of a lost plant is closed.
 const PROBE_INTERVAL: Duration = Duration::from_millis(500);
@@ -336,14 +336,15 @@ pub enum PlantLinkError {
 struct PlantWatchdog {
     received: bool,
     last_received: WallTime,
-    lost: bool,
+    /// When it was found lost.
+    lost: Option<WallTime>,
 }
 
 impl PlantWatchdog {
     /// Records a packet of the plant. True if the plant was lost before.
     fn packet_received(&mut self) -> bool {
         self.received = true;
-        std::mem::take(&mut self.lost)
+        self.lost.take().is_some()
     }
 
     /// True if this check has found the plant lost.
@@ -351,19 +352,22 @@ impl PlantWatchdog {
         if std::mem::take(&mut self.received) {
             self.last_received = now;
         }
-        let lost_now = !self.lost && now.since(self.last_received) > SILENCE_MAX;
-        self.lost |= lost_now;
+        let lost_now = self.lost.is_none() && now.since(self.last_received) > SILENCE_MAX;
+        if lost_now {
+            self.lost = Some(now);
+        }
         lost_now
     }
 
-    /// Whether the plant has been silent for so long that its place is free.
+    /// Whether the plant has been lost for so long that its place is free. Time during which this process was suspended
+    /// does not count.
     fn is_absent(&self, now: WallTime) -> bool {
-        self.lost && now.since(self.last_received) >= ABSENCE_MAX
+        self.lost.is_some_and(|lost| now.since(lost) >= ABSENCE_MAX)
     }
 
     /// Whether the plant was lost at the last check and has sent nothing since.
     fn is_lost(&self) -> bool {
-        self.lost
+        self.lost.is_some()
     }
 }
 
@@ -446,10 +450,11 @@ mod tests {
         let ms = |ms: u64| WallTime::from_micros(1_000 * ms);
         let mut watchdog = PlantWatchdog::default();
         watchdog.packet_received();
-        assert!(!watchdog.check(ms(1_000)) && watchdog.check(ms(2_001)));
-        assert!(!watchdog.is_absent(ms(60_999)) && watchdog.is_absent(ms(61_000)));
+        // Found late, since this process was suspended too.
+        assert!(!watchdog.check(ms(1_000)) && watchdog.check(ms(900_000)));
+        assert!(!watchdog.is_absent(ms(959_999)) && watchdog.is_absent(ms(960_000)));
         assert!(watchdog.packet_received());
-        assert!(!watchdog.is_absent(ms(100_000)));
+        assert!(!watchdog.is_absent(ms(2_000_000)));
     }
 
     #[test]
