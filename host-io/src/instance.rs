@@ -4,7 +4,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
 /// Advice where an address is in use.
-pub const ADVICE: &str = "a second vehicle on this computer needs --instance 1";
+pub const ADVICE: &str = "a second vehicle on this computer needs --instance 1, a third one 2";
 /// Where the autopilot of the first vehicle waits for its plant.
 const PLANT_LINK_PORT: u16 = 9_960;
 
