@@ -25,8 +25,8 @@ const SILENCE: Duration = Duration::from_secs(10);
 /// When all places are taken, a peer that has been silent for this long loses its place to a new one: three
 /// heartbeats of a ground station, at 1 Hz.
 const QUIET: Duration = Duration::from_secs(3);
-/// One that has not yet sent for this long loses it after being silent for this long.
-const PROBATION: Duration = Duration::from_secs(1);
+/// One that has not yet sent for this long loses it after being silent for this long: longer than between two heartbeats.
+const PROBATION: Duration = Duration::from_millis(1_500);
 /// The newest visitor keeps its place at least this long, so that two visitors that compete for it can each fetch a
 /// parameter list.
 const STAY_MIN: Duration = Duration::from_secs(10);
